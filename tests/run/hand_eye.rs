@@ -33,6 +33,11 @@ fn the_shipped_cell_finds_camera_and_board_and_writes_them_back() {
     ] {
         assert!(told.out().contains(part), "{part}\n{}", told.out());
     }
+    let report = lab.plumb(&[&["model", "report", "-o", "report.html"], &pair[..]].concat());
+    assert_eq!(report.code(), 0, "{}", report.all());
+    let page = std::fs::read_to_string(lab.path("report.html")).unwrap();
+    // A plot of its own, with its own unit, beside that of the places.
+    assert!(page.contains("orientation of a row off, deg") && page.contains("error of a row, mm"), "{page}");
     let accepted = lab.plumb(&[&["model", "accept", "--json"], &pair[..]].concat());
     assert_eq!(accepted.code(), 0, "{}", accepted.all());
     let json: Value = serde_json::from_str(&accepted.out()).unwrap();
@@ -188,4 +193,52 @@ fn corners_in_pixels_become_a_table_of_boards_and_what_is_none_is_refused() {
         assert_eq!(said.code(), 2, "{}", said.all());
         assert!(said.err().contains(part), "{part}: {}", said.err());
     }
+}
+
+#[test]
+fn corners_of_several_boards_in_one_picture_become_a_row_each() {
+    let lab = Lab::new();
+    lab.write("poses.csv", "q1_deg,q2_deg,picture\n10,20,a.png\n30,40,b.png\n");
+    let of = |picture: &str, board: &str| {
+        corners(picture).lines().map(|line| format!("{line},{board}\n")).collect::<String>()
+    };
+    lab.write(
+        "corners.csv",
+        &format!(
+            "picture,corner,u_px,v_px,board\n{}{}{}",
+            of("a.png", "left"),
+            of("a.png", "right"),
+            of("b.png", "left")
+        ),
+    );
+    let made = |sizes: &[&str]| {
+        lab.plumb(
+            &[
+                &["model", "board", "poses.csv", "--corners", "corners.csv", "--camera", "800,800,320,240"],
+                sizes,
+            ]
+            .concat(),
+        )
+    };
+    let said = made(&["--size", "4x3", "--square-mm", "left=20", "--square-mm", "right=10"]);
+    assert_eq!(said.code(), 0, "{}", said.all());
+    let rows: Vec<(String, f64)> = said
+        .out()
+        .lines()
+        .skip(1)
+        .map(|line| {
+            let cells: Vec<&str> = line.split(',').collect();
+            (cells[3].to_owned(), cells[6].parse().unwrap())
+        })
+        .collect();
+    let names: Vec<&str> = rows.iter().map(|(name, _)| name.as_str()).collect();
+    assert_eq!(names, ["left", "right", "left"], "{}", said.out());
+    // Half the square at the same pixels is half as far.
+    assert!((rows[0].1 - 400.0).abs() < 1e-4 && (rows[1].1 - 200.0).abs() < 1e-4, "{rows:?}");
+    let unknown = made(&["--size", "4x3", "--square-mm", "left=20"]);
+    assert!(
+        unknown.code() == 2 && unknown.err().contains("how large the board `right` is"),
+        "{}",
+        unknown.all()
+    );
 }

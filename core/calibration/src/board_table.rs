@@ -52,6 +52,16 @@ pub enum BoardTableError {
         /// Why.
         source: BoardPictureError,
     },
+    /// A board in a picture of which nobody said how large it is.
+    #[error(
+        "{file}: nobody says how large the board `{board}` is: give --size {board}=9x6 and --square-mm {board}=25, or one of each for all boards"
+    )]
+    UnknownBoard {
+        /// The file of the corners.
+        file: String,
+        /// Which board.
+        board: String,
+    },
     /// A picture without joints.
     #[error(
         "{file}: picture `{picture}` has corners and no pose: the table of poses has no row with it in its column `picture`"
@@ -73,7 +83,11 @@ pub struct NamedText<'t> {
     pub text: &'t str,
 }
 
-const OF_CORNERS: &str = "a table of corners has the columns picture, corner, u_px, v_px";
+const OF_CORNERS: &str =
+    "a table of corners has the columns picture, corner, u_px, v_px, and board where there are several";
+
+/// The corners of a board in a picture: by the picture's name and the board's, where there are several.
+type Seen = BTreeMap<(String, Option<String>), Vec<Corner>>;
 const OF_POSES: &str = "it says which picture was taken in each row, by its name in the table of corners";
 
 impl<'t> NamedText<'t> {
@@ -105,12 +119,13 @@ impl<'t> NamedText<'t> {
         })
     }
 
-    /// Corners by picture.
-    fn corners(&self) -> Result<BTreeMap<String, Vec<Corner>>, BoardTableError> {
+    /// Corners by picture and board.
+    fn corners(&self) -> Result<Seen, BoardTableError> {
         let (header, rows) = self.rows()?;
         let place = |column| self.column(&header, column, OF_CORNERS);
         let (picture, number, u, v) = (place("picture")?, place("corner")?, place("u_px")?, place("v_px")?);
-        let mut pictures: BTreeMap<String, Vec<Corner>> = BTreeMap::new();
+        let board = header.iter().position(|name| name == "board");
+        let mut pictures = Seen::new();
         for row in &rows {
             let wrong = |column: &'static str, place: usize, what: &'static str| BoardTableError::Cell {
                 file: self.name.to_owned(),
@@ -130,47 +145,68 @@ impl<'t> NamedText<'t> {
                 .and_then(|cell| cell.parse::<usize>().ok())
                 .ok_or_else(|| wrong("corner", number, "the number of a corner, 0 or more"))?;
             let corner = Corner { number, at: [pixel("u_px", u)?, pixel("v_px", v)?] };
-            pictures.entry(row.get(picture).unwrap_or("").to_owned()).or_default().push(corner);
+            let board = board.map(|board| row.get(board).unwrap_or("").to_owned());
+            pictures.entry((row.get(picture).unwrap_or("").to_owned(), board)).or_default().push(corner);
         }
         Ok(pictures)
     }
 }
 
 /// The table of poses with the board's pose in each picture: position, rotation vector, and how far the corners are off. Rows whose picture has no corners
-/// are left empty there.
+/// are left empty there. Where the corners are of several boards (column `board`), a picture has a row for each that it shows. `size` says how large the board of a name is.
 ///
 /// # Errors
 /// [`BoardTableError`]
 pub fn with_boards(
     poses: NamedText<'_>,
     corners: NamedText<'_>,
-    board: &BoardCorners,
+    size: impl Fn(Option<&str>) -> Option<BoardCorners>,
     camera: &CameraNumbers,
 ) -> Result<String, BoardTableError> {
     let pictures = corners.corners()?;
-    let mut found: BTreeMap<&str, BoardPose> = BTreeMap::new();
-    for (picture, seen) in &pictures {
+    let mut found: BTreeMap<&str, Vec<(Option<&str>, BoardPose)>> = BTreeMap::new();
+    for ((picture, board), seen) in &pictures {
         let failed = |source| {
             let (file, picture) = (corners.name.to_owned(), picture.clone());
             BoardTableError::Picture { file, picture, source }
         };
-        found.insert(picture, board.pose(camera, seen).map_err(failed)?);
+        let known = size(board.as_deref()).ok_or_else(|| BoardTableError::UnknownBoard {
+            file: corners.name.to_owned(),
+            board: board.clone().unwrap_or_default(),
+        })?;
+        let pose = known.pose(camera, seen).map_err(failed)?;
+        found.entry(picture).or_default().push((board.as_deref(), pose));
     }
+    let several = pictures.keys().any(|(_, board)| board.is_some());
     // Every other column of the table of poses goes along as it is.
     let (header, rows) = poses.rows()?;
     let place = poses.column(&header, "picture", OF_POSES)?;
-    let taken = |picture: &&String| rows.iter().any(|row| row.get(place) == Some(picture.as_str()));
-    if let Some(lost) = pictures.keys().find(|picture| !taken(picture)) {
+    if several && header.iter().any(|name| name == "board") {
+        let reason =
+            "the column `board` belongs to the table of corners: which boards a picture shows is seen there"
+                .to_owned();
+        return Err(BoardTableError::Malformed { file: poses.name.to_owned(), reason });
+    }
+    let taken = |picture: &str| rows.iter().any(|row| row.get(place) == Some(picture));
+    if let Some((lost, _)) = pictures.keys().find(|(picture, _)| !taken(picture)) {
         return Err(BoardTableError::NoPose { file: corners.name.to_owned(), picture: lost.clone() });
     }
     let cells = |record: &StringRecord| record.iter().map(quoted).collect::<Vec<_>>().join(",");
     let mut text = format!(
-        "{},board_x_mm,board_y_mm,board_z_mm,board_rx_rad,board_ry_rad,board_rz_rad,corners_off_px\n",
-        cells(&header)
+        "{},{}board_x_mm,board_y_mm,board_z_mm,board_rx_rad,board_ry_rad,board_rz_rad,corners_off_px\n",
+        cells(&header),
+        if several { "board," } else { "" }
     );
+    let none = if several { ",".repeat(7) } else { ",".repeat(6) };
     for row in &rows {
-        let pose = row.get(place).and_then(|picture| found.get(picture));
-        text.push_str(&format!("{},{}\n", cells(row), pose.map_or_else(|| ",".repeat(6), pose_cells)));
+        let seen = row.get(place).and_then(|picture| found.get(picture)).map_or(&[][..], Vec::as_slice);
+        if seen.is_empty() {
+            text.push_str(&format!("{},{none}\n", cells(row)));
+        }
+        for (board, pose) in seen {
+            let board = board.map_or_else(String::new, |board| format!("{},", quoted(board)));
+            text.push_str(&format!("{},{board}{}\n", cells(row), pose_cells(pose)));
+        }
     }
     Ok(text)
 }
@@ -208,7 +244,7 @@ mod tests {
     fn made(poses: &str, corners: &str) -> Result<String, BoardTableError> {
         let [poses, corners] =
             [("poses.csv", poses), ("corners.csv", corners)].map(|(name, text)| NamedText { name, text });
-        with_boards(poses, corners, &BOARD, &CAMERA)
+        with_boards(poses, corners, |_| Some(BOARD), &CAMERA)
     }
 
     #[test]
@@ -219,6 +255,30 @@ mod tests {
         let board = table.board.as_ref().unwrap();
         assert!(board[0][0].abs() < 1e-6 && (board[0][2] - 400.0).abs() < 1e-6, "{made}");
         assert!(board[1][0].is_nan() && table.orientations[0].turns[1].is_none(), "no corners, no pose");
+    }
+
+    #[test]
+    fn several_boards_in_a_picture_are_a_row_each() {
+        let of = |board: &str| {
+            corners("a.png").lines().map(|line| format!("{line},{board}\n")).collect::<String>()
+        };
+        let text = format!("picture,corner,u_px,v_px,board\n{}{}", of("left"), of("right"));
+        let made = made("q1_deg,picture\n10,a.png\n20,b.png\n", &text).unwrap();
+        let table = Table::parse("made.csv", &made).unwrap();
+        assert_eq!(
+            (table.len(), table.board_seen.name(0), table.board_seen.name(1)),
+            (3, Some("left"), Some("right"))
+        );
+        assert_eq!(table.board_seen.name(2), None, "{made}");
+        let [poses, corners] =
+            [("poses.csv", "q1_deg,picture,board\n10,a.png,left\n"), ("corners.csv", text.as_str())]
+                .map(|(name, text)| NamedText { name, text });
+        let told = with_boards(poses, corners, |_| Some(BOARD), &CAMERA).unwrap_err().to_string();
+        assert!(told.contains("belongs to the table of corners"), "{told}");
+        let told = with_boards(poses, corners, |name| (name == Some("left")).then_some(BOARD), &CAMERA)
+            .unwrap_err()
+            .to_string();
+        assert!(told.contains("how large the board `right` is"), "{told}");
     }
 
     #[test]

@@ -44,6 +44,7 @@ impl Volume {
         // The free numbers are those of the fit.
         table.orientations = known.orientations.iter().map(OrientationColumns::empty).collect();
         table.board = known.board.as_ref().map(|_| Vec::new());
+        table.board_seen.names.clone_from(&known.board_seen.names);
         table.profiles = known.profiles.iter().map(ProfileColumns::empty).collect();
         table.approach = known.approach.as_ref().map(|_| Vec::new());
         let target = model.targets.first().map(|target| target.name.clone()).unwrap_or_default();

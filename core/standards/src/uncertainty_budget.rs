@@ -259,7 +259,10 @@ fn name_of(machine: &ResidualModel<'_>, slot: Slot) -> String {
             let name = model.targets.get(target).map_or("?", |target| target.name.as_str());
             format!("turn of {name} on the flange")
         }
-        Slot::BoardShift(_) | Slot::BoardTurn(_) => "place of the board".to_owned(),
+        Slot::BoardShift(board, _) | Slot::BoardTurn(board, _) => match model.board_name(board) {
+            "board" => "place of the board".to_owned(),
+            name => format!("place of the board {name}"),
+        },
         Slot::Place(..) => "touched places".to_owned(),
         Slot::Surface(surface, _) => {
             let name = model.surfaces.get(surface).map_or("?", |surface| surface.name.as_str());

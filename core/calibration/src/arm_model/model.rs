@@ -38,6 +38,8 @@ impl Target {
 /// A board that a camera on the arm sees.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Board {
+    /// What tables call it in the column `board`; nothing where it is the only one.
+    pub name: Option<String>,
     /// The camera, by its place among the targets.
     pub camera: usize,
     /// Pose of the board in the measurements' frame, mm.
@@ -219,8 +221,8 @@ pub struct Model {
     pub base: Base,
     /// Points measured on it.
     pub targets: Vec<Target>,
-    /// The board that a camera among them sees.
-    pub board: Option<Board>,
+    /// The boards that a camera among them sees.
+    pub boards: Vec<Board>,
     /// The laser line sensor among the targets.
     pub profile_sensor: Option<usize>,
     /// Effects that are always fitted, as written: `joint_zero(*)`.
@@ -315,6 +317,20 @@ impl Model {
             Some(name) => self.levels.iter().position(|level| level.name.as_deref() == Some(name)),
             None => (self.levels.len() == 1).then_some(0),
         }
+    }
+
+    /// A board's place in the list: the one of this name, or, where none is named, the only one there is. One that has no name goes by any.
+    pub fn board_position(&self, name: Option<&str>) -> Option<usize> {
+        match (name, self.boards.as_slice()) {
+            (_, [only]) if only.name.is_none() => Some(0),
+            (Some(name), boards) => boards.iter().position(|board| board.name.as_deref() == Some(name)),
+            (None, boards) => (boards.len() == 1).then_some(0),
+        }
+    }
+
+    /// What people call a board: `board`, or its name.
+    pub fn board_name(&self, board: usize) -> &str {
+        self.boards.get(board).and_then(|board| board.name.as_deref()).unwrap_or("board")
     }
 
     /// A surface's place in the list, by name.

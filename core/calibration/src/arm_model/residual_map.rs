@@ -29,7 +29,7 @@ pub struct Along {
     pub weights: Vec<f64>,
 }
 
-/// What goes with the side from which a joint arrived (-1, 0, 1).
+/// What goes with the way in which a joint arrived (-1, 0, 1; `Table::approach`).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Side {
     /// The joint.

@@ -3,16 +3,30 @@
 use nalgebra::IsometryMatrix3;
 use plumb_document::Spanned;
 
-use super::raw::{RawBoard, RawProfile};
+use super::raw::{RawBoard, RawModel, RawProfile};
 use super::validate::{Checked, Checker, rotation};
 use crate::arm_model::{Board, Model};
 use crate::suggestion::suggestion;
 
 impl Checker<'_> {
-    pub(super) fn board(&self, raw: &RawBoard, model: &Model) -> Checked<Board> {
+    /// The boards that a camera on the hand sees: the only one, or several by name.
+    pub(super) fn boards(&self, raw: &RawModel, model: &Model) -> Vec<Board> {
+        let named = raw.boards.0.iter().map(|(name, board)| (Some(name.value.clone()), board));
+        let all = raw.board.iter().map(|board| (None, board)).chain(named);
+        if let (Some(only), Some((name, _))) = (&raw.board, raw.boards.0.first()) {
+            let reason = format!(
+                "`board` is the only one, and `boards` names others, such as `{}`: put all of them under `boards`",
+                name.value
+            );
+            let _: Checked<()> = self.fail(&only.seen_by.span, reason);
+        }
+        all.filter_map(|(name, board)| self.board(name, board, model).ok()).collect()
+    }
+
+    fn board(&self, name: Option<String>, raw: &RawBoard, model: &Model) -> Checked<Board> {
         let camera = self.seeing_target(&raw.seen_by, "camera", model)?;
         let pose = IsometryMatrix3::from_parts(raw.xyz_mm.into(), rotation(raw.rpy_deg));
-        Ok(Board { camera, pose, free: raw.free })
+        Ok(Board { name, camera, pose, free: raw.free })
     }
 
     /// The target that is the laser line sensor.

@@ -57,6 +57,8 @@ pub(super) struct RawModel {
     #[serde(default)]
     pub(super) targets: Listed<RawTarget>,
     pub(super) board: Option<RawBoard>,
+    #[serde(default)]
+    pub(super) boards: Listed<RawBoard>,
     pub(super) profile: Option<RawProfile>,
     #[serde(default)]
     pub(super) free: Vec<Spanned<String>>,

@@ -39,6 +39,10 @@ const WORDS: &[(&str, &str)] = &[
     ),
     ("board", "A board that a camera on the hand sees, in the frame of the measurements."),
     ("board.seen_by", "The target that is the camera."),
+    (
+        "boards",
+        "Several boards that a camera on the hand sees, by the names that tables have in the column `board`.",
+    ),
     ("profile", "A laser line sensor on the hand, whose profiles the table holds as points in mm."),
     ("profile.seen_by", "The target that is the sensor: x along its line, z away from it."),
     ("free", "Effects that are fitted from the start, as joint_zero(*)."),

@@ -121,7 +121,7 @@ impl Checker<'_> {
             chain,
             base,
             targets,
-            board: None,
+            boards: Vec::new(),
             profile_sensor: None,
             free: Vec::new(),
             effects: Vec::new(),
@@ -154,7 +154,7 @@ impl Checker<'_> {
     fn named_parts(&self, raw: &RawModel, model: &mut Model, before: usize) {
         self.measured(raw, model);
         model.levels = self.levels(raw, &model.chain);
-        model.board = raw.board.as_ref().and_then(|board| self.board(board, model).ok());
+        model.boards = self.boards(raw, model);
         model.profile_sensor =
             raw.profile.as_ref().and_then(|profile| self.profile_sensor(profile, model).ok());
         model.touch = raw.touch.as_ref().and_then(|touch| self.touch(touch, model).ok());

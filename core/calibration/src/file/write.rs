@@ -51,11 +51,7 @@ fn write_into(out: &mut String, model: &Model) -> std::fmt::Result {
     for target in &model.targets {
         writeln!(out, "  {}: {}", target.name, target_text(target))?;
     }
-    if let Some(board) = &model.board {
-        let camera = model.targets.get(board.camera).map_or("p1", |target| target.name.as_str());
-        let (xyz, rpy) = (triple(&board.pose.translation.vector), triple(&rpy_deg(&board.pose.rotation)));
-        writeln!(out, "board: {{seen_by: {camera}, xyz_mm: {xyz}, rpy_deg: {rpy}, free: {}}}", board.free)?;
-    }
+    boards(out, model)?;
     if let Some(sensor) = model.profile_sensor.and_then(|place| model.targets.get(place)) {
         writeln!(out, "profile: {{seen_by: {}}}", sensor.name)?;
     }
@@ -289,6 +285,19 @@ fn sensor(out: &mut String, model: &Model) -> std::fmt::Result {
         number(sensor.hysteresis * 100.0),
         number(sensor.dark * 100.0)
     )
+}
+
+fn boards(out: &mut String, model: &Model) -> std::fmt::Result {
+    if model.boards.iter().any(|board| board.name.is_some()) {
+        writeln!(out, "boards:")?;
+    }
+    for board in &model.boards {
+        let key = board.name.as_ref().map_or_else(|| "board".to_owned(), |name| format!("  {}", text(name)));
+        let camera = model.targets.get(board.camera).map_or("p1", |target| target.name.as_str());
+        let (xyz, rpy) = (triple(&board.pose.translation.vector), triple(&rpy_deg(&board.pose.rotation)));
+        writeln!(out, "{key}: {{seen_by: {camera}, xyz_mm: {xyz}, rpy_deg: {rpy}, free: {}}}", board.free)?;
+    }
+    Ok(())
 }
 
 fn levels(out: &mut String, model: &Model) -> std::fmt::Result {

@@ -63,14 +63,15 @@ impl ResidualModel<'_> {
         IsometryMatrix3::from_parts(pose.point(state, target).0.into(), pose.hand() * turn)
     }
 
-    /// Where a camera on the hand is believed to see the board in a row: the board in the camera's frame, mm. Nothing of a model without a board.
+    /// Where a camera on the hand is believed to see the row's board: the board in the camera's frame, mm. Nothing of a model without a board.
     pub fn believed_board(&self, state: &State, row: usize) -> Option<IsometryMatrix3<f64>> {
-        let camera = self.model.board.as_ref()?.camera;
+        let board = self.board_of(row)?;
+        let camera = self.model.boards.get(board)?.camera;
         let pose = self.in_row(state, row).pose;
         let turn = pose.hand() * state.turns.get(camera).copied()?;
         let place = pose.point(state, camera).0;
         let seen = IsometryMatrix3::from_parts(place.into(), turn);
-        Some(seen.inverse() * state.board)
+        Some(seen.inverse() * state.boards.get(board)?)
     }
 
     /// Whether every joint, the flange and every target stay clear of some half-spaces (base frame) in a row's pose.

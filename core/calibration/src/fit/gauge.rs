@@ -29,8 +29,10 @@ impl ResidualModel<'_> {
                 let name = self.model.targets.get(target).map_or("target", |target| target.name.as_str());
                 format!("{name} turn about {}", axis_name(part))
             }
-            Slot::BoardShift(part) => format!("board {}", axis_name(part)),
-            Slot::BoardTurn(part) => format!("board turn about {}", axis_name(part)),
+            Slot::BoardShift(board, part) => format!("{} {}", self.model.board_name(board), axis_name(part)),
+            Slot::BoardTurn(board, part) => {
+                format!("{} turn about {}", self.model.board_name(board), axis_name(part))
+            }
             Slot::Place(place, part) => {
                 let name = self.observations.places.get(place).map_or("place", String::as_str);
                 format!("{name} {}", axis_name(part))

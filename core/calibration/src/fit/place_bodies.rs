@@ -13,8 +13,8 @@ use crate::table::Body;
 pub enum SeenBody {
     /// A target, by its place in the model.
     Target(usize),
-    /// The board: the poses are then those of the camera as the board sees it.
-    Board,
+    /// A board, by its place in the model: the poses are then those of the camera as the board sees it.
+    Board(usize),
 }
 
 impl SeenBody {
@@ -22,7 +22,7 @@ impl SeenBody {
     pub fn target(self, machine: &ResidualModel<'_>) -> usize {
         match self {
             Self::Target(target) => target,
-            Self::Board => machine.model.board.as_ref().map_or(0, |board| board.camera),
+            Self::Board(board) => machine.model.boards.get(board).map_or(0, |board| board.camera),
         }
     }
 }
@@ -30,15 +30,53 @@ impl SeenBody {
 impl ResidualModel<'_> {
     /// Whose poses the table holds.
     pub fn seen_bodies(&self) -> Vec<SeenBody> {
-        let bodies = self.table.orientations.iter().map(|columns| columns.body);
-        bodies
-            .filter_map(|body| match body {
-                Body::Board => self.model.board.as_ref().map(|_| SeenBody::Board),
+        let mut seen = Vec::new();
+        for columns in &self.table.orientations {
+            match columns.body {
+                Body::Board => seen.extend(self.boards_seen().into_iter().map(SeenBody::Board)),
                 // The flange's pose stands for joints: it was commanded, not measured.
-                Body::Flange => None,
-                Body::Target(_) => self.model.target_position(&body.name()).map(SeenBody::Target),
-            })
-            .collect()
+                Body::Flange => {}
+                body @ Body::Target(_) => {
+                    seen.extend(self.model.target_position(&body.name()).map(SeenBody::Target));
+                }
+            }
+        }
+        seen
+    }
+
+    /// The board that a row would see, by its place in the model.
+    pub(crate) fn board_of(&self, row: usize) -> Option<usize> {
+        self.model.board_position(self.table.board_seen.name(row))
+    }
+
+    /// The boards that a table speaks of, by their places in the model: with or without rows that see them.
+    pub fn boards_named(&self) -> Vec<usize> {
+        let boards = &self.model.boards;
+        let named = |board: usize| match boards.get(board).and_then(|board| board.name.as_deref()) {
+            Some(name) => boards.len() == 1 || self.table.board_seen.names.iter().any(|known| known == name),
+            None => true,
+        };
+        if self.table.sees_a_board() {
+            (0..boards.len()).filter(|board| named(*board)).collect()
+        } else {
+            Vec::new()
+        }
+    }
+
+    /// The boards that some row sees, by their places in the model; the one that most rows see first.
+    pub fn boards_seen(&self) -> Vec<usize> {
+        if !self.table.sees_a_board() {
+            return Vec::new();
+        }
+        let mut rows = vec![0_usize; self.model.boards.len()];
+        for row in (0..self.table.len()).filter(|row| self.table.sees_a_board_in(*row)) {
+            if let Some(count) = self.board_of(row).and_then(|board| rows.get_mut(board)) {
+                *count += 1;
+            }
+        }
+        let mut seen: Vec<usize> = (0..rows.len()).filter(|board| rows[*board] > 0).collect();
+        seen.sort_by_key(|board| std::cmp::Reverse(rows[*board]));
+        seen
     }
 
     /// The poses of a body in some rows, with the flange as the machine at `state` has it.
@@ -62,7 +100,10 @@ impl ResidualModel<'_> {
                 let place = columns.and_then(|columns| columns.xyz.get(row)).copied().map(Vector3::from);
                 Some(rigid_of(turn, place.unwrap_or(unknown)))
             }
-            SeenBody::Board => {
+            SeenBody::Board(board) => {
+                if self.board_of(row) != Some(board) {
+                    return None;
+                }
                 let turn = self.table.turn_of(Body::Board, row)?;
                 let place = self.table.board.as_ref().and_then(|board| board.get(row)).copied();
                 Some(rigid_of(turn, place.map_or(unknown, Vector3::from)).inverse())
@@ -75,7 +116,17 @@ impl ResidualModel<'_> {
 fn base_seen(state: &State, body: SeenBody) -> IsometryMatrix3<f64> {
     match body {
         SeenBody::Target(_) => state.base,
-        SeenBody::Board => state.board.inverse() * state.base,
+        SeenBody::Board(board) => {
+            state.boards.get(board).map_or(state.base, |board| board.inverse() * state.base)
+        }
+    }
+}
+
+/// Whether it is a board that fits may move.
+fn is_free(machine: &ResidualModel<'_>, body: SeenBody) -> bool {
+    match body {
+        SeenBody::Board(board) => machine.model.boards.get(board).is_some_and(|board| board.free),
+        SeenBody::Target(_) => false,
     }
 }
 
@@ -89,10 +140,11 @@ fn with_base_seen(
     let mut next = state.clone();
     match body {
         SeenBody::Target(_) => next.base = seen,
-        SeenBody::Board if machine.model.board.as_ref().is_some_and(|board| board.free) => {
-            next.board = state.base * seen.inverse();
-        }
-        SeenBody::Board => next.base = state.board * seen,
+        SeenBody::Board(index) => match next.boards.get_mut(index) {
+            Some(board) if is_free(machine, body) => *board = state.base * seen.inverse(),
+            Some(board) => next.base = *board * seen,
+            None => {}
+        },
     }
     next
 }
@@ -102,8 +154,7 @@ fn guesses(machine: &ResidualModel<'_>, state: &State, rows: &[usize], body: See
     let index = body.target(machine);
     let Some(target) = machine.model.targets.get(index) else { return Vec::new() };
     let poses = machine.seen_poses(state, rows, body);
-    let board_is_free = machine.model.board.as_ref().is_some_and(|board| board.free);
-    let base_free = machine.model.base.free || (body == SeenBody::Board && board_is_free);
+    let base_free = machine.model.base.free || is_free(machine, body);
     let known_base = base_seen(state, body);
     let known_turn = state.turns.get(index).copied().unwrap_or(target.turn);
     let known_place = state.targets.get(index).copied().unwrap_or(target.xyz);
@@ -118,10 +169,15 @@ fn guesses(machine: &ResidualModel<'_>, state: &State, rows: &[usize], body: See
     if base_free && target.turn_free {
         rotations.extend(two_rotations(&poses).map(|found| (found.base, found.body)));
     }
-    let guesses = rotations.into_iter().map(|(base, turn)| {
+    let mut all: Vec<_> = rotations.into_iter().map(|found| (found, target.free)).collect();
+    // A camera that another board has placed stays where it is.
+    if is_free(machine, body) {
+        all.extend(base_rotation(&poses, &known_turn).map(|base| ((base, known_turn), false)));
+    }
+    let guesses = all.into_iter().map(|((base, turn), place_free)| {
         // With both rotations known, the places are a linear problem (Shah 2013).
         let start = (known_base.translation.vector, known_place);
-        let (origin, place) = places(&poses, &base, start, (base_free, target.free));
+        let (origin, place) = places(&poses, &base, start, (base_free, place_free));
         let seen = IsometryMatrix3::from_parts(Translation3::from(origin), base);
         let mut next = match base_free {
             true => with_base_seen(machine, state, body, seen),
@@ -141,10 +197,20 @@ fn guesses(machine: &ResidualModel<'_>, state: &State, rows: &[usize], body: See
 /// Places bodies, cameras, the board and, where only they say where it is, the base; what fits no better stays as it is.
 pub(super) fn place_bodies(machine: &ResidualModel<'_>, state: &mut State, rows: &[usize]) {
     let ones = vec![1.0; machine.observations.rows()];
+    let mut placed: Vec<usize> = Vec::new();
     for body in machine.seen_bodies() {
-        let mut least = machine.squares(state, rows, &ones);
-        for guess in guesses(machine, state, rows, body).into_iter().filter(State::is_finite) {
-            let left = machine.squares(&guess, rows, &ones);
+        // Rows that see a board which nobody has placed yet say nothing of a guess.
+        if let SeenBody::Board(board) = body {
+            placed.push(board);
+        }
+        let told = |row: &usize| {
+            !machine.table.sees_a_board_in(*row)
+                || machine.board_of(*row).is_none_or(|board| placed.contains(&board))
+        };
+        let rows: Vec<usize> = rows.iter().copied().filter(told).collect();
+        let mut least = machine.squares(state, &rows, &ones);
+        for guess in guesses(machine, state, &rows, body).into_iter().filter(State::is_finite) {
+            let left = machine.squares(&guess, &rows, &ones);
             // A guess that fits no better is none.
             if left < least {
                 (*state, least) = (guess, left);

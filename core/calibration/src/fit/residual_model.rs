@@ -130,16 +130,19 @@ impl<'a> ResidualModel<'a> {
         let mut slots = Vec::new();
         for (index, target) in self.model.targets.iter().enumerate().filter(|(_, target)| target.turn_free) {
             // A camera's turn shows in what it sees of the board, a body's in what is seen of it.
-            let is_camera = self.model.board.as_ref().is_some_and(|board| board.camera == index);
+            let is_camera = self.model.boards.iter().any(|board| board.camera == index);
             let is_seen = self.table.orientations_of(&target.name).is_some();
             let is_line_sensor = self.model.profile_sensor == Some(index) && !self.table.profiles.is_empty();
             if is_seen || is_line_sensor || (is_camera && self.table.sees_a_board()) {
                 slots.extend((0..3).map(|axis| Slot::TargetTurn(index, axis)));
             }
         }
-        if self.model.board.as_ref().is_some_and(|board| board.free) && self.table.sees_a_board() {
-            slots.extend((0..3).map(Slot::BoardShift));
-            slots.extend((0..3).map(Slot::BoardTurn));
+        let seen = self.boards_named();
+        for (index, _) in
+            self.model.boards.iter().enumerate().filter(|(index, board)| board.free && seen.contains(index))
+        {
+            slots.extend((0..3).map(|axis| Slot::BoardShift(index, axis)));
+            slots.extend((0..3).map(|axis| Slot::BoardTurn(index, axis)));
         }
         slots
     }

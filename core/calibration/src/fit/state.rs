@@ -16,10 +16,10 @@ pub enum Slot {
     Target(usize, usize),
     /// Turn of a target about an axis of the flange (target, axis), rad.
     TargetTurn(usize, usize),
-    /// Shift of the board along an axis of the measurements' frame, mm.
-    BoardShift(usize),
-    /// Turn of the board about an axis of the measurements' frame, rad.
-    BoardTurn(usize),
+    /// Shift of a board along an axis of the measurements' frame (board, axis), mm.
+    BoardShift(usize, usize),
+    /// Turn of a board about an axis of the measurements' frame (board, axis), rad.
+    BoardTurn(usize, usize),
     /// A touched place's coordinate (place, axis), mm.
     Place(usize, usize),
     /// A free number of a surface (surface, which).
@@ -37,8 +37,8 @@ pub struct State {
     pub targets: Vec<Vector3<f64>>,
     /// From the targets' axes to those of the flange.
     pub turns: Vec<Rotation3<f64>>,
-    /// The board in the measurements' frame, mm; where the measurements' frame is, without one.
-    pub board: IsometryMatrix3<f64>,
+    /// The boards in the measurements' frame, mm.
+    pub boards: Vec<IsometryMatrix3<f64>>,
     /// Touched places in the measurements' frame, mm.
     pub places: Vec<Vector3<f64>>,
     /// Surfaces.
@@ -54,7 +54,7 @@ impl State {
             base: model.base.pose,
             targets: model.targets.iter().map(|target| target.xyz).collect(),
             turns: model.targets.iter().map(|target| target.turn).collect(),
-            board: model.board.as_ref().map_or_else(IsometryMatrix3::identity, |board| board.pose),
+            boards: model.boards.iter().map(|board| board.pose).collect(),
             places: vec![Vector3::zeros(); places],
             surfaces: model.surfaces.iter().map(|surface| surface.shape.clone()).collect(),
             effects,
@@ -65,7 +65,11 @@ impl State {
     pub fn stepped(&self, slots: &[Slot], step: &[f64]) -> Self {
         let mut next = self.clone();
         // The three numbers of a turn make one rotation vector: applied one after the other they would depend on their order.
-        let mut turns = Turns { targets: vec![Vector3::zeros(); next.turns.len()], ..Turns::default() };
+        let mut turns = Turns {
+            targets: vec![Vector3::zeros(); next.turns.len()],
+            boards: vec![Vector3::zeros(); next.boards.len()],
+            ..Turns::default()
+        };
         let up = Vector3::z();
         for (slot, amount) in slots.iter().zip(step) {
             if let Slot::Surface(surface, which) = *slot {
@@ -77,7 +81,9 @@ impl State {
             }
         }
         next.base = turned(&next.base, turns.base);
-        next.board = turned(&next.board, turns.board);
+        for (board, turn) in next.boards.iter_mut().zip(&turns.boards) {
+            *board = turned(board, *turn);
+        }
         // From the left: about the axes of the flange.
         for (known, turn) in next.turns.iter_mut().zip(turns.targets) {
             *known = Rotation3::new(turn) * *known;
@@ -92,8 +98,8 @@ impl State {
             Slot::BaseTurn(axis) => turns.base.get_mut(axis),
             Slot::Target(target, axis) => self.targets.get_mut(target)?.get_mut(axis),
             Slot::TargetTurn(target, axis) => turns.targets.get_mut(target)?.get_mut(axis),
-            Slot::BoardShift(axis) => self.board.translation.vector.get_mut(axis),
-            Slot::BoardTurn(axis) => turns.board.get_mut(axis),
+            Slot::BoardShift(board, axis) => self.boards.get_mut(board)?.translation.vector.get_mut(axis),
+            Slot::BoardTurn(board, axis) => turns.boards.get_mut(board)?.get_mut(axis),
             Slot::Place(place, axis) => self.places.get_mut(place)?.get_mut(axis),
             Slot::Surface(..) => None,
             Slot::Effect(effect, parameter) => self.effects.get_mut(effect)?.get_mut(parameter),
@@ -104,7 +110,7 @@ impl State {
     pub fn is_finite(&self) -> bool {
         let vectors = self.targets.iter().chain(&self.places).flat_map(|vector| vector.iter());
         vectors.chain(self.effects.iter().flatten()).all(|value| value.is_finite())
-            && [&self.base, &self.board].into_iter().all(is_finite)
+            && [&self.base].into_iter().chain(&self.boards).all(is_finite)
             && self.turns.iter().all(|turn| turn.matrix().iter().all(|value| value.is_finite()))
     }
 }
@@ -113,7 +119,7 @@ impl State {
 #[derive(Default)]
 struct Turns {
     base: Vector3<f64>,
-    board: Vector3<f64>,
+    boards: Vec<Vector3<f64>>,
     targets: Vec<Vector3<f64>>,
 }
 

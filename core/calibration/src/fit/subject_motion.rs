@@ -195,7 +195,7 @@ impl ResidualModel<'_> {
                     continue;
                 }
                 // Places, surfaces and a board do not move the subject; see `own_derivatives`.
-                Slot::Place(..) | Slot::Surface(..) | Slot::BoardShift(_) | Slot::BoardTurn(_) => {
+                Slot::Place(..) | Slot::Surface(..) | Slot::BoardShift(..) | Slot::BoardTurn(..) => {
                     motion.extend(1);
                     continue;
                 }

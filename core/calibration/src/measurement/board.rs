@@ -20,17 +20,45 @@ pub(super) struct Board;
 
 /// Says what a model lacks for a table with a board.
 pub(super) fn check(model: &Model, table: &Table) -> Result<(), ObservationsError> {
-    if !table.sees_a_board() || model.board.is_some() {
+    if !table.sees_a_board() || !model.boards.is_empty() {
         return Ok(());
     }
     let reason = "columns `board_*` are of a board that a camera on the hand sees: the model needs that camera under `targets:` and \
-                  `board: {seen_by: p1}`. A board on the hand that a fixed camera sees is a target: p1_x_mm ..., p1_qw ...";
+                  `board: {seen_by: p1}` (several: `boards: {left: {seen_by: p1}, right: {seen_by: p1}}`, named in the column `board`). A board on the hand that a fixed camera sees is a target: p1_x_mm ..., p1_qw ...";
     Err(ObservationsError::Incomplete { table: table.source.clone(), reason: reason.to_owned() })
 }
 
-/// The camera that sees the board, by its place among the targets.
-pub(super) fn camera(model: &Model) -> usize {
-    model.board.as_ref().map_or(0, |board| board.camera)
+/// The camera that sees a board, by its place among the targets.
+pub(super) fn camera(model: &Model, board: usize) -> usize {
+    model.boards.get(board).map_or(0, |board| board.camera)
+}
+
+/// The board that a row sees, by its index in the model.
+pub(super) fn board_seen(row: &RowReader<'_>) -> Result<usize, ObservationsError> {
+    let named = row.table.board_seen.name(row.row);
+    // One without a name is the only one: of two names in a table it would be both.
+    let one_for_several = row.table.board_seen.names.len() > 1 && row.model.boards.len() == 1;
+    if let Some(board) = row.model.board_position(named).filter(|_| !one_for_several) {
+        return Ok(board);
+    }
+    let names: Vec<&str> = row.model.boards.iter().filter_map(|board| board.name.as_deref()).collect();
+    let line = row.line();
+    Err(row.incomplete(match named {
+        Some(name) if !names.is_empty() => format!(
+            "line {line}: `{name}` in column `board` is not in the model's `boards:` ({}){}",
+            names.join(", "),
+            crate::suggestion::suggestion(name, names.iter().copied())
+        ),
+        _ if names.is_empty() => {
+            let known = row.table.board_seen.names.iter().map(|name| format!("{name}: {{seen_by: p1}}"));
+            format!(
+                "column `board` names {} boards, and the model has one: write `boards: {{{}}}` in place of `board:`",
+                row.table.board_seen.names.len(),
+                known.collect::<Vec<_>>().join(", ")
+            )
+        }
+        _ => format!("line {line}: say in column `board` which of the model's boards is seen: {}", names.join(", ")),
+    }))
 }
 
 impl MeasurementKind for Board {
@@ -48,27 +76,36 @@ impl MeasurementKind for Board {
 
     fn read(&self, row: &RowReader<'_>, equations: &mut Vec<Equation>) -> Result<(), ObservationsError> {
         let Some(seen) = row.table.board.as_ref().and_then(|board| board.get(row.row)) else { return Ok(()) };
+        if seen.iter().all(|value| !value.is_finite()) {
+            return Ok(());
+        }
+        let index = board_seen(row)? as u32;
         for (component, value) in (0_u8..).zip(seen).filter(|(_, value)| value.is_finite()) {
-            let what = Measurand { kind: &Self, index: 0, component };
+            let what = Measurand { kind: &Self, index, component };
             equations.push(Equation::new(what, *value, row.model.noise.board));
         }
         Ok(())
     }
 
-    fn subject(&self, model: &Model, _what: Measurand) -> Subject {
-        Subject::Camera(camera(model))
+    fn subject(&self, model: &Model, what: Measurand) -> Subject {
+        Subject::Camera(camera(model, what.index()))
     }
 
     fn predict(&self, what: Measurand, context: &RowContext<'_>) -> Prediction {
-        let axis = context.body(camera(context.model)) * Vector3::ith(what.axis(), 1.0);
-        let away = context.state.board.translation.vector - context.point;
+        let axis = context.body(camera(context.model, what.index())) * Vector3::ith(what.axis(), 1.0);
+        let board = context
+            .state
+            .boards
+            .get(what.index())
+            .map_or_else(Vector3::zeros, |board| board.translation.vector);
+        let away = board - context.point;
         Prediction { value: axis.dot(&away), by_point: -axis, by_turn: axis.cross(&away) }
     }
 
     fn own_derivatives(&self, what: Measurand, context: &RowContext<'_>, set: &mut dyn FnMut(Slot, f64)) {
-        let along = context.body(camera(context.model)) * Vector3::ith(what.axis(), 1.0);
+        let along = context.body(camera(context.model, what.index())) * Vector3::ith(what.axis(), 1.0);
         for (axis, part) in along.iter().enumerate() {
-            set(Slot::BoardShift(axis), *part);
+            set(Slot::BoardShift(what.index(), axis), *part);
         }
     }
 }

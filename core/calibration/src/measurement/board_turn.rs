@@ -6,7 +6,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::board::{camera, check};
+use super::board::{board_seen, camera, check};
 use super::error::ObservationsError;
 use super::kind::{Equation, Measurand, MeasurementKind, Prediction, RowContext, Subject};
 use super::orientation::apart;
@@ -20,9 +20,10 @@ use crate::table::{Body, Table};
 pub(super) struct BoardTurn;
 
 /// The rotation vector between what was measured and what is believed, rad, and how it changes with a turn of the board about the axes of the measurements.
-fn off(context: &RowContext<'_>) -> Option<(Vector3<f64>, Matrix3<f64>)> {
-    let board = context.state.board.rotation;
-    let believed = context.body(camera(context.model)).inverse() * board;
+fn off(context: &RowContext<'_>, board: usize) -> Option<(Vector3<f64>, Matrix3<f64>)> {
+    let camera = camera(context.model, board);
+    let board = context.state.boards.get(board)?.rotation;
+    let believed = context.body(camera).inverse() * board;
     let measured = context.table.orientations_as(Body::Board)?.measured(context.row, &believed)?;
     let (vector, jacobian) = apart(&measured, &believed);
     Some((vector, jacobian * board.inverse().into_inner()))
@@ -55,20 +56,21 @@ impl MeasurementKind for BoardTurn {
 
     fn read(&self, row: &RowReader<'_>, equations: &mut Vec<Equation>) -> Result<(), ObservationsError> {
         if row.table.orientations_as(Body::Board).is_some_and(|columns| columns.is_in(row.row)) {
+            let index = board_seen(row)? as u32;
             for component in 0..3 {
-                let what = Measurand { kind: &Self, index: 0, component };
+                let what = Measurand { kind: &Self, index, component };
                 equations.push(Equation::new(what, 0.0, row.model.noise.board_turn));
             }
         }
         Ok(())
     }
 
-    fn subject(&self, model: &Model, _what: Measurand) -> Subject {
-        Subject::Camera(camera(model))
+    fn subject(&self, model: &Model, what: Measurand) -> Subject {
+        Subject::Camera(camera(model, what.index()))
     }
 
     fn predict(&self, what: Measurand, context: &RowContext<'_>) -> Prediction {
-        let Some((vector, by_board)) = off(context) else {
+        let Some((vector, by_board)) = off(context, what.index()) else {
             return Prediction::of_point(0.0, Vector3::zeros());
         };
         let by_turn = -by_board.row(what.axis()).transpose();
@@ -76,9 +78,9 @@ impl MeasurementKind for BoardTurn {
     }
 
     fn own_derivatives(&self, what: Measurand, context: &RowContext<'_>, set: &mut dyn FnMut(Slot, f64)) {
-        let Some((_, by_board)) = off(context) else { return };
+        let Some((_, by_board)) = off(context, what.index()) else { return };
         for (axis, part) in by_board.row(what.axis()).iter().enumerate() {
-            set(Slot::BoardTurn(axis), *part);
+            set(Slot::BoardTurn(what.index(), axis), *part);
         }
     }
 }

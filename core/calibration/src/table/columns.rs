@@ -172,6 +172,8 @@ pub struct Table {
     pub orientations: Vec<OrientationColumns>,
     /// Where a camera on the arm sees a board's origin, per row: x, y, z in mm, frame of the camera.
     pub board: Option<Vec<[f64; 3]>>,
+    /// Boards named in `board`: which of several a camera on the arm sees.
+    pub board_seen: Names,
     /// Points of the profile that a laser line sensor on the arm sees, in the order of their numbers.
     pub profiles: Vec<ProfileColumns>,
     /// Declared sigma of a position per row, mm, where the table has `std_*`.
@@ -200,7 +202,8 @@ pub struct Table {
     pub payload: Option<Vec<f64>>,
     /// Sessions.
     pub session: Names,
-    /// Side from which each joint last arrived, -1, 0 or +1, row after row, where the table has `approach_*`.
+    /// The way in which each joint last arrived, row after row, where the table has `approach_*`: +1 moving so that its coordinate grew (from below), -1 so that it
+    /// fell (from above), 0 where that is not known. The one place that says what the sign means; plugins, worlds, cells, reports and exports keep to it.
     pub approach: Option<Vec<i8>>,
     /// How fast each joint went, rad/s or mm/s, row after row; nothing where not logged.
     pub speed: Option<Vec<f64>>,
@@ -230,7 +233,7 @@ impl Table {
         self.q.get(row * self.joints..(row + 1) * self.joints).unwrap_or(&[])
     }
 
-    /// Side from which a joint arrived in a row; 0 where it was not logged.
+    /// The way in which a joint arrived in a row, as in [`approach`](Self::approach); 0 where it was not logged.
     pub fn approach_of(&self, row: usize, joint: usize) -> i8 {
         self.approach.as_ref().and_then(|sides| sides.get(row * self.joints + joint)).copied().unwrap_or(0)
     }
@@ -286,7 +289,17 @@ impl Table {
         self.orientations.iter().find(|columns| columns.body != Body::Board && columns.body.name() == target)
     }
 
-    /// Whether a camera on the arm saw a board.
+    /// Whether a camera on the arm saw a board in a row.
+    pub fn sees_a_board_in(&self, row: usize) -> bool {
+        let placed = self
+            .board
+            .as_ref()
+            .and_then(|board| board.get(row))
+            .is_some_and(|xyz| xyz.iter().any(|part| part.is_finite()));
+        placed || self.orientations_as(Body::Board).is_some_and(|columns| columns.is_in(row))
+    }
+
+    /// Whether some row has a board, or would.
     pub fn sees_a_board(&self) -> bool {
         self.board.is_some() || self.orientations.iter().any(|columns| columns.body == Body::Board)
     }

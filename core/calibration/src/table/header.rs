@@ -20,6 +20,7 @@ pub(super) enum Meaning {
     Signal,
     Tilt { axis: usize, scale: f64 },
     Level,
+    BoardSeen,
     Distance { scale: f64 },
     DistanceTo,
     Touch,
@@ -52,6 +53,7 @@ impl Meaning {
             Self::Approach { joint } => (13, *joint, 0),
             Self::Repeat => (14, 0, 0),
             Self::Level => (15, 0, 0),
+            Self::BoardSeen => (15, 1, 0),
             Self::Signal => (16, 0, 0),
             Self::Turn { body: Body::Target(number), form, part, .. } => {
                 (17, *number, part + 4 * usize::from(*form == OrientationForm::RotationVector))
@@ -111,6 +113,7 @@ pub(super) fn parse(name: &str) -> Result<Meaning, String> {
         "distance_to" => Some(Meaning::DistanceTo),
         "touch" => Some(Meaning::Touch),
         "level" => Some(Meaning::Level),
+        "board" => Some(Meaning::BoardSeen),
         "time_s" => Some(Meaning::Time),
         "temperature_c" => Some(Meaning::Temperature),
         "payload_kg" => Some(Meaning::Payload),

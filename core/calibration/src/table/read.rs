@@ -388,9 +388,9 @@ fn push_row(
 }
 
 /// The columns of names, in no order that matters.
-fn names_of(table: &mut Table) -> [&mut Names; 6] {
-    let Table { on, distance_to, touch, level, session, repeat, .. } = table;
-    [on, distance_to, touch, level, session, repeat]
+fn names_of(table: &mut Table) -> [&mut Names; 7] {
+    let Table { on, distance_to, touch, level, board_seen, session, repeat, .. } = table;
+    [on, distance_to, touch, level, board_seen, session, repeat]
 }
 
 /// Puts one cell where it belongs; says what is wrong with it. `covariate` counts the covariates met so far in the row.
@@ -407,6 +407,7 @@ fn push_cell(
         Meaning::DistanceTo => table.distance_to.push(cell),
         Meaning::Touch => table.touch.push(cell),
         Meaning::Level => table.level.push(cell),
+        Meaning::BoardSeen => table.board_seen.push(cell),
         Meaning::Session => table.session.push(cell),
         Meaning::Repeat => table.repeat.push(cell),
         Meaning::Signal => {
@@ -506,7 +507,7 @@ fn start_row(table: &mut Table) {
 fn check(meaning: &Meaning, value: f64) -> Result<(), String> {
     match meaning {
         Meaning::Approach { .. } if ![-1.0, 0.0, 1.0].contains(&value) => {
-            Err(format!("{value} is no side of approach; -1, 0 or 1 are"))
+            Err(format!("{value} is no way of arriving; 1 is one where the coordinate grew, -1 one where it fell, 0 is not known"))
         }
         Meaning::Std { .. } if value <= 0.0 => {
             Err(format!("a sigma of {value} cannot be; it must be above zero"))
@@ -577,6 +578,7 @@ fn store(table: &mut Table, row: usize, meaning: &Meaning, value: f64) {
         | Meaning::DistanceTo
         | Meaning::Touch
         | Meaning::Level
+        | Meaning::BoardSeen
         | Meaning::Session
         | Meaning::Repeat
         | Meaning::Covariate => {}

@@ -162,9 +162,10 @@ fn numbers(table: &Table) -> Vec<Column<'_>> {
 
 /// Names of surfaces, levels, places, sessions and returns.
 fn words(table: &Table) -> Vec<Column<'_>> {
-    let known: [(&str, &Names); 6] = [
+    let known: [(&str, &Names); 7] = [
         ("on", &table.on),
         ("level", &table.level),
+        ("board", &table.board_seen),
         ("distance_to", &table.distance_to),
         ("touch", &table.touch),
         ("session", &table.session),

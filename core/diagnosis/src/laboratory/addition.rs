@@ -129,8 +129,8 @@ impl Laboratory {
         for (target, (xyz, turn)) in model.targets.iter_mut().zip(state.targets.iter().zip(&state.turns)) {
             *target = Target { xyz: *xyz, turn: *turn, ..target.clone() };
         }
-        if let Some(board) = &mut model.board {
-            board.pose = state.board;
+        for (board, pose) in model.boards.iter_mut().zip(&state.boards) {
+            board.pose = *pose;
         }
         for (surface, shape) in model.surfaces.iter_mut().zip(&state.surfaces) {
             surface.shape.clone_from(shape);

@@ -20,7 +20,7 @@ pub(crate) use addition::moved;
 pub use addition::{Addition, without};
 pub use comparison::{Comparison, EffectValue, JointAxis, JointError, OrientationErrors, Rms};
 pub use effect_plot::EffectPlot;
-pub use found_surfaces::{FoundNumber, FoundSurface};
+pub use found_surfaces::{FoundAngle, FoundNumber, FoundSurface};
 pub use map_note::MapNote;
 pub use mapping::MapStep;
 pub(crate) use mapping::{Mapped, drop_map};
@@ -152,7 +152,11 @@ fn hold_unseen_base(model: &mut Model, table: &Table) {
     if !table.profiles.is_empty() && !reads_else && !table.sees_a_board() && are_free {
         model.base.free = false;
     }
-    if table.sees_a_board() && !reads_else && model.board.as_ref().is_some_and(|board| board.free) {
+    if table.sees_a_board()
+        && !reads_else
+        && !model.boards.is_empty()
+        && model.boards.iter().all(|board| board.free)
+    {
         model.base.free = false;
     }
 }

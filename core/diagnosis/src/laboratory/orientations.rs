@@ -15,6 +15,9 @@ use super::plausible::ImplausibleError;
 /// Rows looked at, spread over the table.
 const LOOKED_AT: usize = 200;
 
+/// Pictures of a board from which a camera on the hand can be found: two turns of the hand, about different axes (Tsai & Lenz 1989).
+const FEWEST_OF_A_CAMERA: usize = 3;
+
 /// Rows fewer than these say nothing of a convention: two rotations are fitted to them.
 const FEWEST: usize = 6;
 
@@ -162,7 +165,7 @@ fn read_as(poses: &[SeenPose], body: SeenBody, read: fn(&Rotation3<f64>) -> Rota
     poses
         .iter()
         .map(|pose| {
-            let of_board = body == SeenBody::Board;
+            let of_board = matches!(body, SeenBody::Board(_));
             // The slip is in what was written down, so it is undone there.
             let mut measured = if of_board { pose.seen.inverse() } else { pose.seen };
             measured.rotation = read(&measured.rotation);
@@ -173,7 +176,10 @@ fn read_as(poses: &[SeenPose], body: SeenBody, read: fn(&Rotation3<f64>) -> Rota
 
 fn name_of(model: &Model, body: SeenBody) -> String {
     match body {
-        SeenBody::Board => "the board".to_owned(),
+        SeenBody::Board(board) => match model.board_name(board) {
+            "board" => "the board".to_owned(),
+            name => format!("the board {name}"),
+        },
         SeenBody::Target(target) => {
             model.targets.get(target).map_or_else(|| "?".to_owned(), |target| target.name.clone())
         }
@@ -182,7 +188,7 @@ fn name_of(model: &Model, body: SeenBody) -> String {
 
 fn form_of(model: &Model, table: &Table, body: SeenBody) -> Option<OrientationForm> {
     let columns = match body {
-        SeenBody::Board => table.orientations_as(Body::Board),
+        SeenBody::Board(_) => table.orientations_as(Body::Board),
         SeenBody::Target(target) => {
             model.targets.get(target).and_then(|target| table.orientations_of(&target.name))
         }
@@ -199,10 +205,19 @@ pub(super) fn check(machine: &ResidualModel<'_>) -> Result<Vec<String>, Implausi
     let state = machine.start();
     let rows: Vec<usize> = (0..table.len()).step_by(table.len().div_ceil(LOOKED_AT).max(1)).collect();
     let mut odd = Vec::new();
-    for body in machine.seen_bodies() {
+    let bodies = machine.seen_bodies();
+    let told_by: Vec<SeenBody> =
+        bodies.iter().copied().filter(|body| tells_its_camera(machine, &state, *body)).collect();
+    for body in bodies {
         let poses = machine.seen_poses(&state, &rows, body);
         let name = name_of(model, body);
-        odd.extend(one_axis(machine, &poses, body));
+        // Where another board tells how the camera sits, one picture tells where this one lies.
+        let elsewhere =
+            told_by.iter().any(|other| *other != body && other.target(machine) == body.target(machine));
+        odd.extend(match matches!(body, SeenBody::Board(_)) && elsewhere {
+            true => in_few_pictures(machine, &state, body),
+            false => one_axis(machine, &poses, body),
+        });
         if poses.len() < FEWEST {
             continue;
         }
@@ -279,9 +294,10 @@ fn held_otherwise(
     let turn = state.turns.get(index)?;
     let (base, base_free) = match body {
         SeenBody::Target(_) => (state.base.rotation, model.base.free),
-        SeenBody::Board => {
-            let board_is_free = model.board.as_ref().is_some_and(|board| board.free);
-            (state.board.rotation.inverse() * state.base.rotation, board_is_free || model.base.free)
+        SeenBody::Board(board) => {
+            let board_is_free = model.boards.get(board).is_some_and(|board| board.free);
+            let seen = state.boards.get(board)?.rotation;
+            (seen.inverse() * state.base.rotation, board_is_free || model.base.free)
         }
     };
     let held = match (base_free, target.turn_free) {
@@ -302,7 +318,7 @@ fn held_otherwise(
     if !base_free {
         let base = match body {
             SeenBody::Target(_) => found.base,
-            SeenBody::Board => state.board.rotation * found.base,
+            SeenBody::Board(board) => state.boards.get(board)?.rotation * found.base,
         };
         would.push(format!("`rpy_deg: {}` of the base", rpy(&base)));
     }
@@ -322,15 +338,35 @@ fn rpy(rotation: &Rotation3<f64>) -> String {
     format!("[{roll:.1}, {pitch:.1}, {yaw:.1}]")
 }
 
+/// Whether a board was seen from so many sides that it tells how its camera sits.
+fn tells_its_camera(machine: &ResidualModel<'_>, state: &State, body: SeenBody) -> bool {
+    let all: Vec<usize> = (0..machine.table.len()).collect();
+    let poses = machine.seen_poses(state, &all, body);
+    let turned = turning(&poses).is_some_and(|(_, across)| across >= ONE_AXIS);
+    matches!(body, SeenBody::Board(_)) && poses.len() >= FEWEST_OF_A_CAMERA && turned
+}
+
+/// What to say of a board in so few pictures that nothing shows whether it was found rightly.
+fn in_few_pictures(machine: &ResidualModel<'_>, state: &State, body: SeenBody) -> Option<String> {
+    let all: Vec<usize> = (0..machine.table.len()).collect();
+    let pictures = machine.seen_poses(state, &all, body).len();
+    (pictures < FEWEST_OF_A_CAMERA).then(|| {
+        let name = name_of(machine.model, body);
+        let times = if pictures == 1 { "1 picture".to_owned() } else { format!("{pictures} pictures") };
+        format!("{name} is in {times} only: it lies where that puts it by the camera that the other boards tell, and hardly anything shows whether it does; take 3 at least, from several sides")
+    })
+}
+
 /// What to say where the hand turned about one axis only, and of what cannot be found then.
 fn one_axis(machine: &ResidualModel<'_>, poses: &[SeenPose], body: SeenBody) -> Option<String> {
     let model = machine.model;
     let target = model.targets.get(body.target(machine))?;
     let (other, other_is_free) = match body {
-        SeenBody::Board => {
-            ("the board", model.base.free || model.board.as_ref().is_some_and(|board| board.free))
+        SeenBody::Board(board) => {
+            let free = model.base.free || model.boards.get(board).is_some_and(|board| board.free);
+            (name_of(model, body), free)
         }
-        SeenBody::Target(_) => ("the base", model.base.free),
+        SeenBody::Target(_) => ("the base".to_owned(), model.base.free),
     };
     if !other_is_free || !(target.free || target.turn_free) || poses.is_empty() {
         return None;
@@ -340,7 +376,7 @@ fn one_axis(machine: &ResidualModel<'_>, poses: &[SeenPose], body: SeenBody) -> 
     if poses.len() > 1 && across >= ONE_AXIS {
         return None;
     }
-    if poses.len() < 3 {
+    if poses.len() < FEWEST_OF_A_CAMERA {
         return Some(format!(
             "{} poses with an orientation cannot tell how {name} sits on the flange and where {other} is: measure three at least, between which the hand turns about different \
              axes; ten and more show how sure it is",

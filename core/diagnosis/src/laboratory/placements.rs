@@ -70,7 +70,8 @@ pub(super) fn placements(machine: &ResidualModel<'_>, fit: &Fit) -> Vec<Placemen
     let errors = Errors { machine, fit };
     // A pose is told only of what an orientation, a board or profiles were read of: of a bare point the turn is not known.
     let mut seen: Vec<usize> = bodies.iter().map(|body| body.target(machine)).collect();
-    seen.extend(model.board.as_ref().filter(|_| machine.table.sees_a_board()).map(|board| board.camera));
+    let boards = machine.boards_named();
+    seen.extend(boards.iter().filter_map(|board| model.boards.get(*board)).map(|board| board.camera));
     seen.extend(line_sensor);
     let mut found = Vec::new();
     for (index, target) in model.targets.iter().enumerate().filter(|(index, _)| seen.contains(index)) {
@@ -79,9 +80,10 @@ pub(super) fn placements(machine: &ResidualModel<'_>, fit: &Fit) -> Vec<Placemen
         let slots = (move |axis| Slot::Target(index, axis), move |axis| Slot::TargetTurn(index, axis));
         found.push(errors.placement((&target.name, "flange"), (xyz, turn), slots));
     }
-    if model.board.is_some() && machine.table.sees_a_board() {
-        let place = (state.board.translation.vector, state.board.rotation);
-        found.push(errors.placement(("board", "measurements"), place, (Slot::BoardShift, Slot::BoardTurn)));
+    for (index, board) in boards.iter().filter_map(|index| Some((*index, state.boards.get(*index)?))) {
+        let place = (board.translation.vector, board.rotation);
+        let slots = (move |axis| Slot::BoardShift(index, axis), move |axis| Slot::BoardTurn(index, axis));
+        found.push(errors.placement((model.board_name(index), "measurements"), place, slots));
     }
     if model.base.free {
         let place = (state.base.translation.vector, state.base.rotation);

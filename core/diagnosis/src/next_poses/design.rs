@@ -151,6 +151,8 @@ impl Designer<'_> {
             table.approach.iter_mut().for_each(|column| column.extend(&design.approach));
             let of_profile = pictures::profile(self.lab, &design.q, &mut table);
             table.note(of_profile.or(surface.as_deref()), point.as_deref());
+            let board = pictures::board(self.lab, &design.q);
+            table.board_seen.of_row.push(board);
         }
         if known.is_of_stripes() && sensing == Sensing::AsBefore {
             table.stretches = pictures::stretches(self.lab, &table);
@@ -170,6 +172,7 @@ impl Designer<'_> {
         table.orientations = known.orientations.iter().map(OrientationColumns::empty).collect();
         table.orientations.iter_mut().for_each(|columns| columns.to_come = true);
         table.board = known.board.as_ref().map(|_| Vec::new());
+        table.board_seen.names.clone_from(&known.board_seen.names);
         table.profiles = known.profiles.iter().map(ProfileColumns::empty).collect();
         let first = self.lab.model().targets.first().map(|target| target.name.clone());
         let other_sensing = sensing != Sensing::AsBefore || !known.touch.names.is_empty();

@@ -51,6 +51,14 @@ fn nearest<'r>(table: &Table, q: &[f64], rows: impl Iterator<Item = &'r usize>) 
     apart.min_by(|one, other| one.0.total_cmp(&other.0)).map(|(_, row)| row)
 }
 
+/// The board that a camera on the hand would see from a pose to come, by its number among the table's names: that of the nearest picture that was taken.
+pub(super) fn board(lab: &Laboratory, q: &[f64]) -> Option<u32> {
+    let known = lab.table();
+    let rows = lab.measured_rows();
+    let nearest = nearest(known, q, rows.iter().filter(|row| known.sees_a_board_in(**row)))?;
+    known.board_seen.of_row.get(*nearest).copied().flatten()
+}
+
 /// Adds to a table of poses to come the points that a laser line sensor would see from this one: those of the nearest profile that was taken. Says what it lies on.
 pub(super) fn profile<'l>(lab: &'l Laboratory, q: &[f64], table: &mut Table) -> Option<&'l str> {
     let known = lab.table();

@@ -24,6 +24,7 @@ mod returns;
 mod same_arm;
 mod sensor_effects;
 mod sessions;
+mod several_boards;
 mod spreadsheets;
 mod undeclared_noise;
 mod unknown_masses;

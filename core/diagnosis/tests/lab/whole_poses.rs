@@ -24,7 +24,7 @@ const ROWS: [(f64, f64, f64); 6] = [
 /// What the arm's zeros really are, deg.
 const ZEROS: [f64; 6] = [0.0, 0.2, -0.15, 0.3, -0.25, 0.4];
 
-const ARM: &str = "
+pub(super) const ARM: &str = "
 arm: six
 convention: distal
 joints:
@@ -36,9 +36,9 @@ joints:
   - {name: j6, d_mm: 80, limits_deg: [-175, 175]}
 ";
 
-type Pose = Isometry3<f64>;
+pub(super) type Pose = Isometry3<f64>;
 
-fn flange(q: &[f64; 6], zeros: &[f64; 6]) -> Pose {
+pub(super) fn flange(q: &[f64; 6], zeros: &[f64; 6]) -> Pose {
     let mut pose = Pose::identity();
     for ((a, alpha, d), (q, zero)) in ROWS.iter().zip(q.iter().zip(zeros)) {
         let about_z = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), (q + zero).to_radians());
@@ -49,7 +49,7 @@ fn flange(q: &[f64; 6], zeros: &[f64; 6]) -> Pose {
     pose
 }
 
-fn pose(xyz: [f64; 3], rpy_deg: [f64; 3]) -> Pose {
+pub(super) fn pose(xyz: [f64; 3], rpy_deg: [f64; 3]) -> Pose {
     let [roll, pitch, yaw] = rpy_deg.map(f64::to_radians);
     Pose::from_parts(Translation3::from(xyz), UnitQuaternion::from_euler_angles(roll, pitch, yaw))
 }
@@ -74,7 +74,7 @@ fn quaternion(turn: &UnitQuaternion<f64>) -> [f64; 4] {
     [turn.w, turn.i, turn.j, turn.k]
 }
 
-const HEADER: &str = "q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,";
+pub(super) const HEADER: &str = "q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,";
 
 /// A tracker's readings of a body on the flange; `written` makes the numbers of an orientation.
 fn tracked(
@@ -105,11 +105,11 @@ fn plain(turn: &UnitQuaternion<f64>) -> Vec<f64> {
     quaternion(turn).to_vec()
 }
 
-fn compared(lab: &Laboratory) -> Comparison {
+pub(super) fn compared(lab: &Laboratory) -> Comparison {
     lab.compare(&Progress::unwatched()).unwrap()
 }
 
-fn without_holdout() -> Options {
+pub(super) fn without_holdout() -> Options {
     Options { holdout: Holdout::None, ..Options::default() }
 }
 
@@ -281,37 +281,53 @@ fn a_body_that_the_model_holds_turned_otherwise_is_told_with_what_would_fit() {
 }
 
 /// The camera on the hand, and the board in the base.
-fn camera() -> Pose {
+pub(super) fn camera() -> Pose {
     pose([42.0, -15.0, 70.0], [3.0, -8.0, 95.0])
 }
 
-fn board() -> Pose {
+pub(super) fn board() -> Pose {
     pose([520.0, 40.0, 10.0], [178.0, 4.0, -60.0])
 }
 
 /// Poses from which the camera sees the board about 350 mm ahead, and what it sees; `one_axis`: the hand turns about the board's normal alone.
 fn pictures(rows: usize, noise: (f64, f64), seed: u64, zeros: &[f64; 6], one_axis: bool) -> String {
+    let rows = pictures_of(&board(), rows, noise, seed, zeros, one_axis);
+    let text: String = rows.iter().map(|row| format!("{row}\n")).collect();
+    format!("{HEADER}tvec_x_mm,tvec_y_mm,tvec_z_mm,rvec_x_rad,rvec_y_rad,rvec_z_rad\n{text}")
+}
+
+/// The same of a board anywhere, row by row.
+pub(super) fn pictures_of(
+    board: &Pose,
+    rows: usize,
+    noise: (f64, f64),
+    seed: u64,
+    zeros: &[f64; 6],
+    one_axis: bool,
+) -> Vec<String> {
     let mut dice = Dice::seeded(seed);
-    let mut text = String::new();
-    let mut taken = 0;
-    while taken < rows {
+    let mut taken = Vec::new();
+    while taken.len() < rows {
         let q = match one_axis {
             // Upright with the hand straight down, the first and last joint alone turn it.
             true => [dice.between(-20.0, 20.0), 60.0, -60.0, 0.0, 0.0, dice.between(-60.0, 60.0)],
             false => anywhere(&mut dice),
         };
-        let seen = camera().inverse() * flange(&q, zeros).inverse() * board();
+        let seen = camera().inverse() * flange(&q, zeros).inverse() * board;
         let place = seen.translation.vector;
         let in_view = place.z > 200.0 && place.z < 700.0 && place.x.hypot(place.y) < 0.45 * place.z;
         if one_axis || in_view {
             let seen = noisy(&seen, noise, &mut dice);
             let turn: Vec<f64> = seen.rotation.scaled_axis().iter().copied().collect();
-            text +=
-                &format!("{},{},{}\n", cells(q), cells(seen.translation.vector.iter().copied()), cells(turn));
-            taken += 1;
+            taken.push(format!(
+                "{},{},{}",
+                cells(q),
+                cells(seen.translation.vector.iter().copied()),
+                cells(turn)
+            ));
         }
     }
-    format!("{HEADER}tvec_x_mm,tvec_y_mm,tvec_z_mm,rvec_x_rad,rvec_y_rad,rvec_z_rad\n{text}")
+    taken
 }
 
 fn hand_eye_model(free: &str, noise: &str) -> String {
@@ -319,7 +335,7 @@ fn hand_eye_model(free: &str, noise: &str) -> String {
 }
 
 /// By how many standard errors a placement is off at most.
-fn off(comparison: &Comparison, name: &str, truth: &Pose) -> f64 {
+pub(super) fn off(comparison: &Comparison, name: &str, truth: &Pose) -> f64 {
     let placed = comparison.placed.iter().find(|placed| placed.name == name).unwrap();
     let shift = (0..3)
         .map(|axis| (placed.xyz_mm[axis] - truth.translation.vector[axis]) / placed.se_mm[axis].unwrap());
@@ -348,7 +364,7 @@ fn hand_eye_is_found_from_no_start_with_its_uncertainty_and_written_back() {
     let again = Model::parse("again.yaml", &model_text(&accepted.model)).unwrap();
     assert!((again.targets[0].xyz - camera().translation.vector).norm() < 0.5, "{:?}", again.targets[0]);
     assert!(again.targets[0].turn.angle_to(&camera().rotation.to_rotation_matrix()) < 0.002);
-    let placed = again.board.unwrap();
+    let placed = again.boards.into_iter().next().unwrap();
     assert!((placed.pose.translation.vector - board().translation.vector).norm() < 0.5, "{placed:?}");
     assert!(!again.base.free, "nobody saw the base");
 }

@@ -13,18 +13,38 @@ use plumb_document::{FileKind, read_text};
 pub(crate) struct BoardArguments {
     /// The poses: a table with the joints of each picture and a column `picture`, its name in the table of corners.
     poses: PathBuf,
-    /// The corners, as any program found them: a table with the columns picture, corner, `u_px`, `v_px`.
+    /// The corners, as any program found them: a table with the columns picture, corner, `u_px`, `v_px`, and board where there are several boards.
     #[arg(long, value_name = "CSV")]
     corners: PathBuf,
-    /// Inner corners of the chessboard or `ChArUco` board along x and y, which are numbered from 0 along x, then y: 9x6.
-    #[arg(long, value_name = "COLUMNSxROWS", value_parser = inner_corners)]
-    size: (usize, usize),
-    /// The side of a square, mm.
-    #[arg(long, value_name = "MM", value_parser = above_zero)]
-    square_mm: f64,
+    /// Inner corners of the chessboard or `ChArUco` board along x and y, which are numbered from 0 along x, then y: 9x6. Of one among several boards: left=9x6.
+    #[arg(long, required = true, value_name = "COLUMNSxROWS", value_parser = |text: &str| of_board(text, inner_corners))]
+    size: Vec<OfBoard<(usize, usize)>>,
+    /// The side of a square, mm. Of one among several boards: left=25.
+    #[arg(long, required = true, value_name = "MM", value_parser = |text: &str| of_board(text, above_zero))]
+    square_mm: Vec<OfBoard<f64>>,
     /// The camera as `OpenCV` calibrates it: fx,fy,cx,cy in px, then k1,k2,p1,p2,k3 where the lens bends.
     #[arg(long, value_name = "NUMBERS", value_parser = camera_numbers, allow_hyphen_values = true)]
     camera: CameraNumbers,
+}
+
+/// A number of one board, by its name, or of all that have none of their own.
+#[derive(Debug, Clone, PartialEq)]
+struct OfBoard<T> {
+    board: Option<String>,
+    value: T,
+}
+
+fn of_board<T>(text: &str, read: impl Fn(&str) -> Result<T, String>) -> Result<OfBoard<T>, String> {
+    match text.split_once('=') {
+        Some((board, value)) => Ok(OfBoard { board: Some(board.trim().to_owned()), value: read(value)? }),
+        None => Ok(OfBoard { board: None, value: read(text)? }),
+    }
+}
+
+/// That of a board: its own, else that of all.
+fn value_of<T: Copy>(known: &[OfBoard<T>], board: Option<&str>) -> Option<T> {
+    let own = known.iter().find(|one| one.board.is_some() && one.board.as_deref() == board);
+    own.or_else(|| known.iter().find(|one| one.board.is_none())).map(|one| one.value)
 }
 
 fn above_zero(text: &str) -> Result<f64, String> {
@@ -81,11 +101,13 @@ pub(super) fn run(arguments: &BoardArguments) -> Result<String, Box<dyn Error>> 
     };
     let (poses_name, poses) = read(&arguments.poses)?;
     let (corners_name, corners) = read(&arguments.corners)?;
-    let (columns, rows) = arguments.size;
-    let board = BoardCorners { columns, rows, square_mm: arguments.square_mm };
+    let size = |board: Option<&str>| {
+        let (columns, rows) = value_of(&arguments.size, board)?;
+        Some(BoardCorners { columns, rows, square_mm: value_of(&arguments.square_mm, board)? })
+    };
     let poses = NamedText { name: &poses_name, text: &poses };
     let corners = NamedText { name: &corners_name, text: &corners };
-    Ok(with_boards(poses, corners, &board, &arguments.camera)?)
+    Ok(with_boards(poses, corners, size, &arguments.camera)?)
 }
 
 #[cfg(test)]

@@ -174,7 +174,7 @@ measured_from: world
 links: [{after: turn, mass_kg: 0}]",
     )
     .unwrap();
-    let board = model.board.as_ref().unwrap();
+    let board = &model.boards[0];
     assert_eq!(
         (board.camera, board.free, board.pose.translation.vector),
         (1, true, Vector3::new(1.0, 2.0, 3.0))
@@ -223,8 +223,8 @@ effects: [\"joint_coupling(turn, slide)\", {effect: joint_harmonic, where: turn,
     );
     let model = model.unwrap();
     let again = Model::parse("again.yaml", &model_text(&model)).unwrap();
-    assert_eq!(again.board.as_ref().map(|board| (board.camera, board.free)), Some((1, true)));
-    let turned = again.board.unwrap().pose.rotation.angle_to(&model.board.as_ref().unwrap().pose.rotation);
+    assert_eq!(again.boards.iter().map(|board| (board.camera, board.free)).collect::<Vec<_>>(), [(1, true)]);
+    let turned = again.boards[0].pose.rotation.angle_to(&model.boards[0].pose.rotation);
     assert!(turned < 1e-9, "{turned}");
     assert_eq!(again.surfaces, model.surfaces);
     assert_eq!((again.levels.len(), again.levels[0].frame, &again.levels[0].name), (1, Frame::Base, &None));

@@ -103,8 +103,8 @@ surfaces: {ball: {sphere: {centre_mm: [1, 1, 1], radius_mm: 5}, free: true}}
         Slot::BaseTurn(2),
         Slot::Target(0, 1),
         Slot::TargetTurn(0, 0),
-        Slot::BoardShift(2),
-        Slot::BoardTurn(1),
+        Slot::BoardShift(0, 2),
+        Slot::BoardTurn(0, 1),
         Slot::Place(0, 2),
         Slot::Surface(0, 1),
         Slot::Effect(0, 1),
@@ -117,8 +117,8 @@ surfaces: {ball: {sphere: {centre_mm: [1, 1, 1], radius_mm: 5}, free: true}}
     assert_eq!(next.targets[0], Vector3::new(4.0, 25.0, 6.0));
     // A target turns about the flange's axes: on the left of how it sits there.
     assert!(apart(&next.turns[0], &(about(0.2 * Vector3::x()) * start.turns[0])) < 1e-12);
-    assert_eq!(next.board.translation.vector, Vector3::new(0.0, 0.0, 30.0));
-    assert!(apart(&next.board.rotation, &about(0.3 * Vector3::y())) < 1e-12);
+    assert_eq!(next.boards[0].translation.vector, Vector3::new(0.0, 0.0, 30.0));
+    assert!(apart(&next.boards[0].rotation, &about(0.3 * Vector3::y())) < 1e-12);
     assert_eq!(next.places[0], Vector3::new(0.0, 0.0, 40.0));
     assert!(
         matches!(&next.surfaces[0], SurfaceShape::Sphere { centre, .. } if *centre == Vector3::new(1.0, 51.0, 1.0))
@@ -143,7 +143,7 @@ fn a_state_with_one_number_that_is_not_finite_is_not() {
         |state| state.effects[0][0] = f64::NAN,
         |state| state.base.translation.vector.y = f64::NAN,
         |state| state.base.rotation = Rotation3::from_matrix_unchecked(Matrix3::repeat(f64::NAN)),
-        |state| state.board.translation.vector.y = f64::NAN,
+        |state| state.boards[0].translation.vector.y = f64::NAN,
         |state| state.turns[0] = Rotation3::from_matrix_unchecked(Matrix3::repeat(f64::NAN)),
     ];
     for (index, spoil) in breaks.into_iter().enumerate() {
@@ -467,8 +467,8 @@ fn only_what_the_table_shows_of_bodies_and_boards_is_free() {
     assert_eq!(of_body, [0, 1, 2].map(|axis| Slot::TargetTurn(0, axis)));
     let of_board = turns("q1_deg,q2_deg,board_x_mm\n0,0,5\n");
     assert_eq!(of_board[..3], [0, 1, 2].map(|axis| Slot::TargetTurn(1, axis)));
-    assert_eq!(of_board[3..6], [0, 1, 2].map(Slot::BoardShift));
-    assert_eq!(of_board[6..], [0, 1, 2].map(Slot::BoardTurn));
+    assert_eq!(of_board[3..6], [0, 1, 2].map(|axis| Slot::BoardShift(0, axis)));
+    assert_eq!(of_board[6..], [0, 1, 2].map(|axis| Slot::BoardTurn(0, axis)));
 }
 
 #[test]

@@ -307,14 +307,14 @@ fn bodies_whose_poses_a_table_holds_are_listed_with_them() {
     let observations = Observations::new(&model, &table).unwrap();
     let machine = ResidualModel::new(&model, &table, &observations, &[]).unwrap();
     let state = machine.start();
-    assert_eq!(machine.seen_bodies(), [SeenBody::Target(0), SeenBody::Board]);
-    assert_eq!([SeenBody::Target(0), SeenBody::Board].map(|body| body.target(&machine)), [0, 1]);
+    assert_eq!(machine.seen_bodies(), [SeenBody::Target(0), SeenBody::Board(0)]);
+    assert_eq!([SeenBody::Target(0), SeenBody::Board(0)].map(|body| body.target(&machine)), [0, 1]);
     let of_target = machine.seen_poses(&state, &[0, 1], SeenBody::Target(0));
     assert_eq!(of_target.len(), 1, "the second row has no orientation");
     assert_eq!(of_target[0].seen.translation.vector, Vector3::new(10.0, 20.0, 30.0));
     assert!((of_target[0].seen.rotation * Vector3::x() - Vector3::y()).norm() < 1e-12);
     assert!((of_target[0].flange.translation.vector - Vector3::new(700.0, 0.0, 0.0)).norm() < 1e-9);
-    let of_board = machine.seen_poses(&state, &[0, 1], SeenBody::Board);
+    let of_board = machine.seen_poses(&state, &[0, 1], SeenBody::Board(0));
     assert!(of_board.len() == 1 && of_board[0].seen.translation.vector.iter().all(|part| part.is_nan()));
     // Of the board the pose is the camera's as the board sees it: turned the other way.
     assert!((of_board[0].seen.rotation * Vector3::x() + Vector3::y()).norm() < 1e-12);
