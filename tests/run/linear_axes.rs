@@ -226,3 +226,71 @@ fn what_an_axis_of_ones_own_would_show_of_a_screw_out_of_true_is_tried_in_its_ow
     let made = lab.plumb(&["trial", "new", "--seed", "1", "--arm", "axis.yaml", "-o", "other"]);
     assert!(made.code() == 2 && made.err().contains("joint `x` slides"), "{}", made.all());
 }
+
+/// What looks like normal chance, of standard deviation about 1.
+fn chance(number: u32) -> f64 {
+    (scatter(number) + scatter(number + 1009) + scatter(number + 2003)) / 2.0
+}
+
+/// Eight positions, five cycles. Play differs from place to place, um.
+fn uneven_play(play: [f64; 8]) -> String {
+    let mut text = "q1_mm,approach_q1,repeat,p1_x_mm\n".to_owned();
+    let mut number = 0;
+    for _ in 0..5 {
+        for (index, side) in (0..8).map(|index| (index, 1.0)).chain((0..8).rev().map(|index| (index, -1.0))) {
+            number += 1;
+            let x = 25.0 * f64::from(index);
+            let read = x + error(x) - side * play[index as usize] / 2000.0 + 0.0015 * chance(number);
+            text.push_str(&format!("{x},{side},t{index},{read:.5}\n"));
+        }
+    }
+    text
+}
+
+#[test]
+fn play_that_differs_from_place_to_place_is_not_called_settling() {
+    // As on axis y of a muon target's positioner (ecmc_target_muts_logger, b02/y, 2022): smaller at both ends. There the row before stands at the same position, so
+    // by the rows alone settling would halve what play does.
+    let lab = lab(&uneven_play([9.0, 12.0, 14.0, 13.0, 12.0, 20.0, 20.0, 8.0]));
+    let told = model(&lab, &["diagnose", "axis.yaml", "--data", "axis.csv"]);
+    assert_eq!(told.code(), 0, "{}", told.all());
+    let said = "TIED. joint_settling(x) and joint_backlash(x) cannot be told apart with these data: what goes with the way of arrival differs from pose to pose by 0.002";
+    assert!(told.out().contains(said), "{}", told.all());
+    let grown = model(&lab, &["grow", "axis.yaml", "--data", "axis.csv"]);
+    assert!(!grown.out().contains("+ joint_settling"), "{}", grown.all());
+    let written = model(&lab, &["export", "axis.yaml", "--as", "linuxcnc"]);
+    assert_eq!(written.code(), 0, "nothing has to be left out: {}", written.all());
+}
+
+#[test]
+fn play_that_differs_but_is_play_at_the_ends_too_is_named_with_the_error_of_its_average() {
+    let play = [33.0, 31.0, 22.0, 14.0, 20.0, 34.0, 29.0, 33.0];
+    let lab = lab(&uneven_play(play));
+    let told = model(&lab, &["diagnose", "axis.yaml", "--data", "axis.csv", "--json"]);
+    assert_eq!(told.code(), 0, "{}", told.all());
+    let told: serde_json::Value = serde_json::from_str(&told.out()).unwrap();
+    assert_eq!(
+        (&told["verdict"], &told["named"]["effect"]),
+        (&"named".into(), &"joint_backlash".into()),
+        "{told}"
+    );
+    assert!(told["sentence"].as_str().unwrap().contains("on the average of the poses"), "{told}");
+    // The error of a mean of eight that scatter so: 7.4 um over the root of 8.
+    let (size, se) = (told["named"]["size"].as_f64().unwrap(), told["named"]["se"].as_f64().unwrap());
+    assert!((size - 0.027).abs() < 0.001 && (0.7..1.4).contains(&(se / 0.0026)), "{size} +- {se}");
+}
+
+#[test]
+fn a_zero_that_jumped_is_an_event_that_a_compensation_file_goes_without() {
+    let lab = lab("");
+    let effects = "effects: [{effect: joint_backlash, where: x, values: {play_mm: 0.02}}, {effect: joint_step, where: x, searched: 100, values: {step_mm: 0.5}}]\n";
+    lab.write("step.yaml", &format!("{AXIS}{effects}"));
+    let written = model(&lab, &["export", "step.yaml", "--as", "linuxcnc"]);
+    assert_eq!(written.code(), 0, "{}", written.all());
+    // Half of the play behind, and nothing of the step.
+    let first = lines(&written.out())[0];
+    assert!(
+        (first[1] - first[0] + 0.01).abs() < 1e-6 && (first[2] - first[0] - 0.01).abs() < 1e-6,
+        "{first:?}"
+    );
+}

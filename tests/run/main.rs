@@ -5,6 +5,7 @@
 mod agin_report;
 mod agin_steps;
 mod answering;
+mod approach;
 mod bad_input;
 mod broken;
 mod campaign;
@@ -46,6 +47,7 @@ mod procedures;
 mod python_drivers;
 mod queue;
 mod reader_gone;
+mod reading_uncertainty;
 mod refused;
 mod remembering;
 mod rig_corrections;

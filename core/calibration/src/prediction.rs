@@ -14,7 +14,7 @@ use crate::table::{PositionColumns, Table};
 pub struct Pose {
     /// Commanded coordinates, rad or mm, one a joint.
     pub q: Vec<f64>,
-    /// Side each joint arrived from: -1, 0 (not known), 1; may be empty.
+    /// The way in which each joint arrives, as in [`Table::approach`]; may be empty.
     pub approach: Vec<i8>,
     /// Load, kg.
     pub payload: f64,
@@ -40,18 +40,19 @@ pub enum PredictionError {
 /// What of a model is not used to predict, as people write it: steps that were lost are put right by a new initialization.
 pub fn left_out(model: &Model) -> Vec<String> {
     let all = model.fitted.iter().chain(&model.effects);
-    all.filter(|added| is_left_out(added)).map(|added| model.label(&added.id)).collect()
+    all.filter(|added| is_event(added)).map(|added| model.label(&added.id)).collect()
 }
 
 /// The model without what is not used to predict.
 pub(crate) fn without_events(model: &Model) -> Model {
     let mut model = model.clone();
-    model.effects.retain(|added| !is_left_out(added));
-    model.fitted.retain(|added| !is_left_out(added));
+    model.effects.retain(|added| !is_event(added));
+    model.fitted.retain(|added| !is_event(added));
     model
 }
 
-fn is_left_out(added: &AddedEffect) -> bool {
+/// Whether it happened once, between two rows.
+pub(crate) fn is_event(added: &AddedEffect) -> bool {
     // What happened once is put right by finding the zeros anew: nothing to command by.
     effect::kind(&added.id.name).is_some_and(|kind| kind.is_event)
 }
@@ -107,7 +108,7 @@ pub fn bodies(
     table.positions.push(measured);
     let observations = Observations::new(model, &table)?;
     let effects: Vec<AddedEffect> =
-        model.fitted.iter().chain(&model.effects).filter(|added| !is_left_out(added)).cloned().collect();
+        model.fitted.iter().chain(&model.effects).filter(|added| !is_event(added)).cloned().collect();
     let machine = ResidualModel::new(model, &table, &observations, &effects)?;
     let state = machine.start();
     Ok((0..poses.len()).map(|row| machine.believed_body(&state, place, row)).collect())

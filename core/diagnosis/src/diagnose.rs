@@ -118,7 +118,9 @@ impl Laboratory {
             Some((dated, jumps)) => dated.diagnose_with(jumps, progress),
             None => self.diagnose_with(Vec::new(), progress),
         }?;
-        self.ask_beside_poses(found, progress)
+        let (mut diagnosis, found) = self.ask_beside_poses(found, progress)?;
+        diagnosis.warnings.extend(self.negative_play(&diagnosis));
+        Ok((diagnosis, found))
     }
 
     /// The diagnosis where something was re-set between these rows.

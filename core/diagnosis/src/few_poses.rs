@@ -10,6 +10,7 @@ use crate::fitted::Fitted;
 use crate::found::Found;
 use crate::laboratory::{Laboratory, LaboratoryError};
 use crate::outcome::{Diagnosis, Named, Verdict};
+use crate::pose_to_pose::{FromPoseToPose, point_residual};
 use crate::thresholds::{FEW_POSES, FEW_POSES_RETURNS, LACK_OF_FIT_LEVEL};
 use crate::verdict::effect_place;
 use crate::wording::{sentence, size_text};
@@ -60,25 +61,12 @@ impl Laboratory {
 
     /// How much of what is left goes with the pose alone; nothing where poses are many, or were not measured often.
     fn pose_share(&self, fitted: &Fitted<'_>) -> Option<PoseShare> {
-        let (machine, fit) = (&fitted.machine, &fitted.fit);
         let mut measured = [false; 3];
-        let mut groups: Vec<Vec<Vector3<f64>>> = Vec::new();
-        for rows in self.few_poses()? {
-            let mut points = Vec::with_capacity(rows.len());
-            for row in rows {
-                let mut point = Vector3::zeros();
-                let own = fit.residuals.get(machine.observations.range(row)).unwrap_or(&[]);
-                for (equation, residual) in machine.observations.of_row(row).iter().zip(own) {
-                    // A reading without a coordinate (a distance, a height) is a number of its own.
-                    let axis = equation.measurand.coordinate().unwrap_or(0);
-                    point[axis] += residual;
-                    measured[axis] = true;
-                }
-                points.push(point);
-            }
-            groups.push(points);
-        }
-        PoseShare::of(&groups, measured.iter().filter(|axis| **axis).count().max(1), fit.rank())
+        let mut point = |row: &usize| point_residual(fitted, *row, &mut measured);
+        let groups = self.few_poses()?;
+        let groups: Vec<Vec<Vector3<f64>>> =
+            groups.iter().map(|rows| rows.iter().map(&mut point).collect()).collect();
+        PoseShare::of(&groups, measured.iter().filter(|axis| **axis).count().max(1), fitted.fit.rank())
     }
 
     /// The same with an error of its own for every pose.
@@ -122,18 +110,25 @@ impl Laboratory {
             diagnosis.sentence.push_str(&self.curve_of_the_axis().unwrap_or_default());
             return Ok((diagnosis, found));
         };
+        let spread = beside.from_pose_to_pose(
+            &groups,
+            (&effect, &sized),
+            (&asked.floor, &asked.candidates),
+            progress,
+        )?;
+        let (verdict, said) = self.told_from_pose_to_pose(&spread, (&effect, &sized));
         let sentence = format!(
-            "{} is at work: {}, the same at every pose; add it. {}, and nothing in the library explains that.{}",
-            self.model().label(&effect.id),
-            size_text(sized.size, sized.se, &sized.unit),
+            "{said} {}, and nothing in the library explains that.{}",
             capital(&share_in_words),
             self.curve_of_the_axis().unwrap_or_default()
         );
-        found.named = Some(effect);
+        let (sized, tied) = spread.of(sized);
+        found.named = sized.is_some().then_some(effect);
         // What is left is told of the model itself, not of what stood beside it to ask.
         let named = Diagnosis {
-            verdict: Verdict::Named,
-            named: Some(sized),
+            verdict,
+            named: sized,
+            tied,
             sentence,
             rms_mm: diagnosis.rms_mm,
             error_mm: diagnosis.error_mm,
@@ -142,6 +137,39 @@ impl Laboratory {
             ..asked
         };
         Ok((named, found))
+    }
+
+    /// What a condition does beside the poses' own errors, in words.
+    fn told_from_pose_to_pose(
+        &self,
+        spread: &FromPoseToPose,
+        (effect, sized): (&AddedEffect, &Named),
+    ) -> (Verdict, String) {
+        let label = self.model().label(&effect.id);
+        let size = |wider: f64| size_text(sized.size, wider * sized.se, &sized.unit);
+        match spread {
+            FromPoseToPose::Same => (
+                Verdict::Named,
+                format!("{label} is at work: {}, the same at every pose; add it.", size(1.0)),
+            ),
+            FromPoseToPose::Differs { scatter_mm, wider } => {
+                let size = size(*wider);
+                let told = format!(
+                    "{label} is at work: {size} on the average of the poses, from which they differ by {scatter_mm:.4} mm (standard deviation); add it."
+                );
+                (Verdict::Named, told)
+            }
+            FromPoseToPose::Tied { scatter_mm, tied } => {
+                let labels: Vec<String> =
+                    tied.iter().map(|one| format!("{}({})", one.effect, one.place)).collect();
+                let told = format!(
+                    "{} cannot be told apart with these data: what goes with the way of arrival differs from pose to pose by {scatter_mm:.4} mm (standard deviation), more than the returns scatter. \
+                     Measure at more places, and let the moves to them be of several lengths.",
+                    labels.join(" and ")
+                );
+                (Verdict::Tied, told)
+            }
+        }
     }
 
     /// Where a slide alone was moved: how its positioning error is taken in as a curve, with as many pieces as the positions show.

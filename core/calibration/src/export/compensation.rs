@@ -13,6 +13,7 @@ use thiserror::Error;
 use crate::arm_model::{MapCarrier, Model};
 use crate::effect::{self, EffectId, EffectNameError};
 use crate::forward::rates;
+use crate::prediction::is_event;
 
 /// Lines that LinuxCNC takes at most.
 pub const MOST_LINES: usize = 256;
@@ -133,7 +134,9 @@ impl<'m> JointErrors<'m> {
         let mut errors = Self { model, joint, effects: Vec::new(), alone, left_out: Vec::new() };
         let apart = (high - low) / (lines.max(2) - 1) as f64;
         for added in model.effects.iter().chain(&model.fitted) {
-            if added.id.joint() != Some(joint) || added.values.iter().all(|value| *value == 0.0) {
+            let zero = added.values.iter().all(|value| *value == 0.0);
+            // What happened once is put right by finding the zeros anew: nothing to command by.
+            if added.id.joint() != Some(joint) || zero || is_event(added) {
                 continue;
             }
             if let Some(needed) = lines_for(model, &added.id, apart) {

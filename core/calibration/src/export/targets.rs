@@ -140,7 +140,7 @@ fn check(model: &Model, poses: &Table) -> Result<(), TargetsError> {
     Ok(())
 }
 
-/// From which side each joint arrives from the row before; not known of the first.
+/// The way in which each joint arrives from the row before; not known of the first.
 fn sides(before: Option<&[f64]>, q: &[f64]) -> Vec<i8> {
     let Some(before) = before else { return Vec::new() };
     // `Ordering` counts -1, 0, 1: down, at rest, up.
