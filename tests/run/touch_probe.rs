@@ -40,6 +40,22 @@ fn the_shipped_cell_names_the_elbow_by_touch_and_finds_cube_balls_and_stylus() {
     let effect = &added["added"][0];
     let (size, se) = (effect["size"].as_f64().unwrap().abs(), effect["se"].as_f64().unwrap());
     assert!((size - 0.08).abs() < 4.0 * se && se < 0.01, "{effect}");
+    // The cube of the world file is square to 0.001 deg; so it is measured, where the elbow is right.
+    let surfaces = added["surfaces"].as_array().unwrap();
+    let angles: Vec<&Value> =
+        surfaces.iter().flat_map(|one| one["angles"].as_array().into_iter().flatten()).collect();
+    assert_eq!(angles.len(), 3, "{added}");
+    for angle in &angles {
+        let (at, se) = (angle["deg"].as_f64().unwrap(), angle["se_deg"].as_f64().unwrap());
+        assert!((at - 90.0).abs() < 4.0 * se + 0.001 && se < 0.05, "{angle}");
+    }
+    let compared =
+        lab.plumb(&["model", "compare", "probe.model.yaml", "--data", "touches.csv", "--holdout", "none"]);
+    assert!(
+        compared.out().contains("  top to front: ") && compared.out().contains("  front to side: "),
+        "{}",
+        compared.all()
+    );
     // Of the world file: the second ball; its place is as sure as is told.
     let ball = added["surfaces"].as_array().unwrap().iter().find(|one| one["name"] == "ball_b").unwrap();
     for (number, truth) in ball["numbers"].as_array().unwrap().iter().zip([-619.8, 160.2, 39.9]) {

@@ -33,17 +33,87 @@ pub struct FoundSurface {
     pub xyz_mm: Option<[f64; 3]>,
     /// Its fitted numbers.
     pub numbers: Vec<FoundNumber>,
+    /// Of a plane: the angles to fitted planes that the model file names after it.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub angles: Vec<FoundAngle>,
+}
+
+/// The angle between two fitted planes. It depends neither on where they are nor on where the base stands: faces that are known to be square show errors of the arm.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FoundAngle {
+    /// The other plane.
+    pub to: String,
+    /// Between their normals, deg.
+    pub deg: f64,
+    /// One standard error, deg; nothing where it cannot be told.
+    pub se_deg: Option<f64>,
+}
+
+/// A turn of a plane by which the change of an angle is looked at, rad: small beside the angle, large beside rounding.
+const SMALL_TURN: f64 = 1e-6;
+
+/// The numbers of a plane that turn it.
+const TILTS: [usize; 2] = [1, 2];
+
+/// The angle between the normals of two planes, rad.
+fn between(one: &SurfaceShape, other: &SurfaceShape) -> Option<f64> {
+    match (one, other) {
+        (SurfaceShape::Plane { normal: one, .. }, SurfaceShape::Plane { normal: other, .. }) => {
+            Some(one.angle(other))
+        }
+        _ => None,
+    }
+}
+
+/// The angle between two fitted planes, with what the covariance of their tilts makes of it (GUM 5.2.2).
+fn angle(machine: &ResidualModel<'_>, fit: &Fit, (first, second): (usize, usize)) -> Option<FoundAngle> {
+    let (one, other) = (fit.state.surfaces.get(first)?, fit.state.surfaces.get(second)?);
+    let at = between(one, other)?;
+    let up = nalgebra::Vector3::z();
+    let turned = |shape: &SurfaceShape, which: usize| {
+        let mut shape = shape.clone();
+        shape.shift(which, SMALL_TURN, &up);
+        shape
+    };
+    let place = |surface: usize, which: usize| {
+        let found = machine.slots().iter().position(|known| *known == Slot::Surface(surface, which))?;
+        (!fit.factor.dependent.contains(&found)).then_some(found)
+    };
+    let mut slopes = Vec::new();
+    for which in TILTS {
+        slopes.push((place(first, which), (between(&turned(one, which), other)? - at) / SMALL_TURN));
+        slopes.push((place(second, which), (between(one, &turned(other, which))? - at) / SMALL_TURN));
+    }
+    let known: Option<Vec<(usize, f64)>> =
+        slopes.into_iter().map(|(place, slope)| Some((place?, slope))).collect();
+    let variance = known.map(|slopes| {
+        let each = slopes.iter().flat_map(|one| slopes.iter().map(move |other| (one, other)));
+        each.map(|((row, by), (column, and))| {
+            by * and * fit.covariance.get((*row, *column)).copied().unwrap_or(0.0)
+        })
+        .sum::<f64>()
+    });
+    Some(FoundAngle {
+        to: machine.model.surfaces.get(second)?.name.clone(),
+        deg: at.to_degrees(),
+        se_deg: variance.map(|variance| variance.max(0.0).sqrt().to_degrees()),
+    })
 }
 
 /// The surfaces of the model that were fitted and that the table reads.
 pub(super) fn found_surfaces(machine: &ResidualModel<'_>, fit: &Fit) -> Vec<FoundSurface> {
     let table = machine.table;
     let each = machine.model.surfaces.iter().zip(&fit.state.surfaces).enumerate();
-    let found = each.filter_map(|(index, (known, shape))| {
-        let is_read = table.on.names.contains(&known.name) || table.distance_to.names.contains(&known.name);
-        (known.free && is_read).then(|| surface(&known.name, shape, &Errors { machine, fit, index }))
-    });
-    found.collect()
+    let is_read = |name: &String| table.on.names.contains(name) || table.distance_to.names.contains(name);
+    let found: Vec<_> = each.filter(|(_, (known, _))| known.free && is_read(&known.name)).collect();
+    let later = |index: usize| found.iter().map(|(other, _)| *other).filter(move |other| *other > index);
+    found
+        .iter()
+        .map(|(index, (known, shape))| FoundSurface {
+            angles: later(*index).filter_map(|other| angle(machine, fit, (*index, other))).collect(),
+            ..surface(&known.name, shape, &Errors { machine, fit, index: *index })
+        })
+        .collect()
 }
 
 /// Standard errors of the numbers of one surface, as a fit has them.
@@ -110,5 +180,5 @@ fn surface(name: &str, shape: &SurfaceShape, errors: &Errors<'_>) -> FoundSurfac
             ("point", None, Some(at), errors.place(&at))
         }
     };
-    FoundSurface { name: name.to_owned(), shape, direction, xyz_mm, numbers }
+    FoundSurface { name: name.to_owned(), shape, direction, xyz_mm, numbers, angles: Vec::new() }
 }

@@ -98,9 +98,12 @@ fn moment(machine: &ResidualModel<'_>, state: &State, joint: usize) -> Regressor
     })
 }
 
-/// The side from which a joint arrived: as it was logged, else by its way from the row before.
+/// The way in which a joint arrived: as it was logged, else its way from the row before.
 fn side(machine: &ResidualModel<'_>, joint: usize) -> Regressor {
-    let axis = PlotAxis::new(format!("side from which {} arrived", name_of(machine, joint)), "");
+    let axis = PlotAxis::new(
+        format!("way in which {} arrived (1: its coordinate grew)", name_of(machine, joint)),
+        "",
+    );
     if machine.table.approach.is_some() {
         return Regressor::over_rows(machine, axis, |row| f64::from(machine.table.approach_of(row, joint)));
     }

@@ -44,12 +44,17 @@ pub struct Series {
     pub shows: String,
     /// Whether that is a size, which is never negative.
     pub of_size: bool,
-    /// Horizontal value, residual in mm, and the row.
+    /// Whether it is of orientations, in degrees: these have a scale of their own.
+    pub in_deg: bool,
+    /// Horizontal value, residual in mm (or deg), and the row.
     pub points: Vec<(f64, f64, usize)>,
 }
 
 /// What a series of sizes shows.
 const SIZE: &str = "error of a row, mm";
+
+/// What a series of how far orientations are off shows.
+const TURN: &str = "orientation of a row off, deg";
 
 pub(super) fn row_residuals(machine: &ResidualModel<'_>, fit: &Fit, held_out: &[bool]) -> Vec<RowResidual> {
     (0..machine.table.len())
@@ -127,7 +132,8 @@ fn series_if_varied(
         against,
         unit: unit.to_owned(),
         shows: shows.to_owned(),
-        of_size: shows == SIZE,
+        of_size: shows == SIZE || shows == TURN,
+        in_deg: shows == TURN,
         points,
     })
 }
@@ -195,12 +201,16 @@ fn against_conditions(machine: &ResidualModel<'_>, rows: &[RowResidual]) -> Vec<
         .collect();
     columns.extend(covariates.iter().map(|(axis, numbers)| (axis.as_str(), "", numbers.as_slice())));
     // Against a condition the size is drawn, for the direction in which it acts is not known.
-    let drawn = columns.into_iter().filter_map(|(name, unit, values)| {
+    let mut all = Vec::new();
+    for (name, unit, values) in columns {
         let sizes =
             values.iter().enumerate().map(|(row, x)| (*x, rows.get(row).map_or(0.0, |row| row.size_mm), row));
-        series_if_varied(name.to_owned(), unit, SIZE, sizes.collect())
-    });
-    drawn.collect()
+        all.extend(series_if_varied(name.to_owned(), unit, SIZE, sizes.collect()));
+        let turns =
+            values.iter().enumerate().filter_map(|(row, x)| Some((*x, rows.get(row)?.size_deg?, row)));
+        all.extend(series_if_varied(name.to_owned(), unit, TURN, turns.collect()));
+    }
+    all
 }
 
 /// What a plot's axis says of a column: of words, which word stands at which number.

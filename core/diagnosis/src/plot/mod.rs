@@ -7,7 +7,7 @@ mod svg;
 mod terminal;
 
 pub(crate) use drawing::{Links, escaped};
-pub use panels::{Dot, Panel, effect_panel, panels};
+pub use panels::{Dot, Panel, effect_panel, panels, reach_of};
 pub(crate) use space::space;
 pub(crate) use svg::grid;
 pub use svg::svg;

@@ -7,7 +7,7 @@ use crate::laboratory::{Comparison, EffectPlot, Series};
 pub struct Dot {
     /// Horizontal value.
     pub across: f64,
-    /// Residual, mm.
+    /// Residual, mm or deg.
     pub up: f64,
     /// Whether the row was held out.
     pub held_out: bool,
@@ -26,7 +26,7 @@ pub struct Panel {
     pub up_title: String,
     /// Horizontal range.
     pub across: (f64, f64),
-    /// Vertical range, mm.
+    /// Vertical range, mm or deg.
     pub up: (f64, f64),
     /// Both axes have one scale: a circle is drawn as one.
     pub one_scale: bool,
@@ -53,7 +53,7 @@ fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
 }
 
 /// What nineteen in twenty of some sizes need, and half as much again, so that one outlier cannot squash the rest.
-fn reach_of(sizes: impl Iterator<Item = f64>, floor: Option<f64>) -> f64 {
+pub fn reach_of(sizes: impl Iterator<Item = f64>, floor: Option<f64>) -> f64 {
     let mut sizes: Vec<f64> = sizes.map(f64::abs).filter(|size| size.is_finite()).collect();
     sizes.sort_by(f64::total_cmp);
     let most = sizes.get(sizes.len() * 19 / 20).copied().unwrap_or(1.0);
@@ -68,6 +68,8 @@ fn dot(comparison: &Comparison, across: f64, up: f64, row: usize) -> Dot {
 
 fn panel_of(series: &Series, comparison: &Comparison, reach: f64) -> Panel {
     let (floor, up) = match series.of_size {
+        // Degrees have a scale of their own; the noise is known in mm.
+        _ if series.in_deg => (None, (0.0, reach_of(series.points.iter().map(|(_, y, _)| *y), None))),
         true => (comparison.floor_of_a_point_mm, (0.0, reach)),
         false => (comparison.floor.sigma_mm, (-reach, reach)),
     };
@@ -87,7 +89,8 @@ fn panel_of(series: &Series, comparison: &Comparison, reach: f64) -> Panel {
 
 /// All panels of a comparison: one a series, then what would be a bull's eye from above.
 pub fn panels(comparison: &Comparison) -> Vec<Panel> {
-    let sizes = comparison.series.iter().flat_map(|series| series.points.iter().map(|(_, y, _)| *y));
+    let in_mm = comparison.series.iter().filter(|series| !series.in_deg);
+    let sizes = in_mm.flat_map(|series| series.points.iter().map(|(_, y, _)| *y));
     let reach = reach_of(sizes, comparison.floor.sigma_mm);
     let mut all: Vec<Panel> =
         comparison.series.iter().map(|series| panel_of(series, comparison, reach)).collect();

@@ -2,7 +2,8 @@
 
 use plumb_calibration::measurement::{NoiseSource, ReadingNoise};
 use plumb_diagnosis::laboratory::{
-    EffectValue, ErrorSummary, Errors, FoundNumber, FoundSurface, OrientationErrors, Placement, Rms,
+    EffectValue, ErrorSummary, Errors, FoundAngle, FoundNumber, FoundSurface, OrientationErrors, Placement,
+    Rms,
 };
 use plumb_diagnosis::noise_floor::{Floor, FloorSource};
 use plumb_diagnosis::{Claim, Explainable, is_determined};
@@ -99,7 +100,19 @@ pub(super) fn surface_lines(found: &[FoundSurface]) -> String {
             parts.push(format!("through ({x:.3}, {y:.3}, {z:.3}) mm"));
         }
         parts.extend(one.numbers.iter().map(number));
-        format!("  {} ({}) in the frame of the measurements: {}\n", one.name, one.shape, parts.join(", "))
+        let angle = |other: &FoundAngle| {
+            let sure = other
+                .se_deg
+                .map_or_else(|| " (not estimated)".to_owned(), |se| format!(" +- {}", figure(se)));
+            format!("  {} to {}: {:.4}{sure} deg\n", one.name, other.to, other.deg)
+        };
+        let angles: String = one.angles.iter().map(angle).collect();
+        format!(
+            "  {} ({}) in the frame of the measurements: {}\n{angles}",
+            one.name,
+            one.shape,
+            parts.join(", ")
+        )
     };
     found.iter().map(line).collect()
 }

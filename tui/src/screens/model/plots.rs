@@ -3,6 +3,7 @@
 //! noise floor.
 
 use plumb_diagnosis::laboratory::{EffectPlot, Series};
+use plumb_diagnosis::plot::reach_of;
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Color, Style};
@@ -225,6 +226,8 @@ fn own_chart(plot: &EffectPlot, sheet: &Sheet, theme: &Theme, hits: &Hits, frame
 fn against(series: &Series, sheet: &Sheet, theme: &Theme, hits: &Hits, frame: &mut Frame, area: Rect) {
     let Some((left, right)) = span(series.points.iter().map(|point| point.0)) else { return };
     let (y, floor) = match series.of_size {
+        // Degrees have a scale of their own, with its numbers at the axis.
+        _ if series.in_deg => ([0.0, reach_of(series.points.iter().map(|point| point.1), None)], None),
         true => ([0.0, sheet.half_of_a_point()], sheet.floor_of_a_point),
         false => ([-sheet.half, sheet.half], sheet.floor),
     };

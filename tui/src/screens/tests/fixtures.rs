@@ -438,6 +438,7 @@ fn residuals() -> Residuals {
         unit: unit.to_owned(),
         shows: shows.to_owned(),
         of_size: unit == "row",
+        in_deg: false,
         points,
     };
     let mut all: Vec<Series> = JOINTS
