@@ -107,6 +107,16 @@ fn the_shipped_cell_finds_sensor_plate_ball_and_rim_from_no_start_and_writes_the
     let verdict =
         json(&lab, &["model", "diagnose", "profile.model.yaml", "--data", "profiles.csv", "--json"]);
     assert_eq!(verdict["verdict"], "at_floor", "{verdict}");
+    let hidden = ["--effect", "joint_backlash(elbow)", "-o", "hidden"];
+    let refused = lab
+        .plumb(&[&["trial", "inject", "profile.model.yaml", "--data", "profiles.csv"], &hidden[..]].concat());
+    assert!(
+        refused.code() == 2
+            && refused.err().contains("line profiles (profile1_x_mm ...)")
+            && refused.err().contains("plumb trial new --cell"),
+        "{}",
+        refused.all()
+    );
     let next =
         lab.plumb(&["model", "next", "profile.model.yaml", "--data", "profiles.csv", "-n", "3", "--csv"]);
     assert!(next.code() == 0 && next.out().lines().count() >= 4, "{}", next.all());

@@ -16,6 +16,9 @@ pub(crate) fn figure(value: f64) -> String {
     }
 }
 
+/// Millionths of a radian in a degree.
+const URAD_PER_DEG: f64 = 1e6 * std::f64::consts::PI / 180.0;
+
 /// A size known no better than this, in any unit the lab shows, is not determined at all: 1 km, or 2,800 turns.
 const LARGEST_SHOWN: f64 = 1e6;
 
@@ -30,7 +33,18 @@ pub(crate) fn size_text(size: f64, error: f64, unit: &str) -> String {
         return "size not determined".to_owned();
     }
     let number = format!("{} +- {}", figure(size), figure(error));
-    if unit == Unit::RATIO.name { number } else { format!("{number} {unit}") }
+    match unit {
+        _ if unit == Unit::RATIO.name => number,
+        // Turns of a guideway are given in urad/m by those who measure machines (ISO 230-1).
+        _ if unit == Unit::DEG_PER_M.name => {
+            format!(
+                "{number} {unit} ({} +- {} urad/m)",
+                figure(size * URAD_PER_DEG),
+                figure(error * URAD_PER_DEG)
+            )
+        }
+        _ => format!("{number} {unit}"),
+    }
 }
 
 /// Words joined as in speech: `a, b and c`.

@@ -11,6 +11,7 @@ mod outcome;
 mod rehearsal;
 mod reveal;
 pub mod score;
+mod shown;
 pub mod wish;
 
 use std::io::{self, Write as _};

@@ -17,5 +17,6 @@ pub mod machine;
 pub mod posture;
 pub mod random;
 pub mod rigid;
+pub mod rotation_vector;
 pub mod shape;
 pub mod slow_change;

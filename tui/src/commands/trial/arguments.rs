@@ -72,6 +72,8 @@ enum FreeArgument {
 #[derive(Debug, Clone, Copy, clap::ValueEnum)]
 enum ReadingArgument {
     Position,
+    /// Position and orientation of a body with reflectors on it.
+    Pose,
     Height,
     Distance,
     Tilt,
@@ -112,6 +114,7 @@ impl CampaignArguments {
         };
         specification.reading = match self.reading {
             ReadingArgument::Position => Reading::Position,
+            ReadingArgument::Pose => Reading::Pose,
             ReadingArgument::Height => Reading::Height,
             ReadingArgument::Distance => Reading::Distance,
             ReadingArgument::Tilt => Reading::Tilt,

@@ -16,6 +16,7 @@ use super::error::TrialError;
 use super::files::{MODEL, TABLE, write};
 use super::injection::{Found, InjectionError, Measurements};
 use super::outcome::Outcome;
+use super::shown::shown_size;
 use super::wish::{Wish, WishError};
 use crate::commands::model::arguments::naming;
 use crate::progress::watched;
@@ -104,18 +105,14 @@ fn inject(
     let (size, shown, left) = (first.hidden.size, first.visible_mm, own.left_mm());
     let directory = arguments.output.display();
     let mut said = format!(
-        "{effect}({place}) of {size:.3e} {unit} is hidden in {directory}: {shown:.3} mm of it can be seen beside the {left:.3} mm that the model leaves.\n"
+        "{effect}({place}) of {} is hidden in {directory}: {shown:.3} mm of it can be seen beside the {left:.3} mm that the model leaves.\n",
+        shown_size(size, unit)
     );
     let mut tell = |one: &Tried| {
         let times = one.visible_mm / own.left_mm().max(f64::MIN_POSITIVE);
         // Writing to a text cannot fail.
-        let _ = writeln!(
-            said,
-            "  {times:5.2} times ({:.3e} {unit}): {}. {}",
-            one.hidden.size,
-            one.found.words(),
-            one.sentence
-        );
+        let (size, found) = (shown_size(one.hidden.size, unit), one.found.words());
+        let _ = writeln!(said, "  {times:5.2} times ({size}): {found}. {}", one.sentence);
     };
     tell(&first);
     let factor = if first.found == Found::Named { 0.5 } else { 2.0 };
@@ -132,11 +129,12 @@ fn inject(
             break;
         }
     }
-    let last = match least {
-        Some(size) => format!("The lab would name it from about {size:.2e} {unit} on.\n"),
-        None => format!("The lab would not name it in these measurements, up to {size:.2e} {unit}.\n"),
-    };
-    said.push_str(&last);
+    said.push_str(&match least {
+        Some(size) => format!("The lab would name it from about {} on.\n", shown_size(size, unit)),
+        None => {
+            format!("The lab would not name it in these measurements, up to {}.\n", shown_size(size, unit))
+        }
+    });
     let truth = serde_json::json!({
         "effect": effect, "where": place, "size": first.hidden.size, "unit": unit,
         "visible_mm": first.visible_mm, "left_mm": own.left_mm(), "named_from": least,

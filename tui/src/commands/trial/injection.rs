@@ -5,8 +5,9 @@ use nalgebra::{Matrix3, Point3, Rotation3, Vector3};
 use plumb_calibration::arm_model::{MeasuredFrom, Model, SurfaceShape};
 use plumb_calibration::effect::{self, Passport, Survey};
 use plumb_calibration::file::model_text;
+use plumb_calibration::forward::ForwardModel;
 use plumb_calibration::prediction::{self, Pose};
-use plumb_calibration::table::Table;
+use plumb_calibration::table::{Body, Table};
 use plumb_diagnosis::laboratory::{Laboratory, LaboratoryError, Options};
 use plumb_diagnosis::{Diagnosis, Verdict};
 use plumb_estimation::Progress;
@@ -19,11 +20,16 @@ use plumb_simulated::physics::random::Random;
 use plumb_simulated::physics::rigid::Vector;
 use thiserror::Error;
 
+use super::shown::shown_size;
+
 /// Time between two rows of a table that logs none, s.
 const USUAL_INTERVAL_S: f64 = 10.0;
 
 /// Temperature of a table that logs none, degrees Celsius.
 const USUAL_TEMPERATURE_C: f64 = 20.0;
+
+/// Ends of the flange's axes at which its turns are looked at, mm: far enough that rounding does not count.
+const LEVER: f64 = 100.0;
 
 /// Rounds in which a size is found that shows so much; the motion is nearly proportional to it.
 const ROUNDS: usize = 3;
@@ -48,9 +54,20 @@ pub enum InjectionError {
     Prediction(#[from] prediction::PredictionError),
     /// Nothing that could be moved was read.
     #[error(
-        "{0}: nothing can be added to these readings; what is hidden moves positions (p1_x_mm ...) and distances"
+        "{0}: nothing can be added to these readings; what is hidden moves positions (p1_x_mm ...), their orientations and distances"
     )]
     NoReadings(String),
+    /// Something was read that would move as well, and cannot be moved.
+    #[error(
+        "{table}: the table also has {what}, which something hidden would move as well: inject moves positions (p1_x_mm ...), their orientations and distances. Take those \
+         columns out, with rows that have nothing else, or hide something in a simulated cell (`plumb trial new --cell`)"
+    )]
+    Unmoved {
+        /// The table.
+        table: String,
+        /// What it has, with its columns.
+        what: &'static str,
+    },
     /// The effect does not show.
     #[error(
         "`{effect}` at `{place}`: of what it does to these rows the free parameters leave nothing to be seen; choose another effect or place, or free less"
@@ -63,7 +80,8 @@ pub enum InjectionError {
     },
     /// Its size would be beyond belief.
     #[error(
-        "`{effect}` at `{place}` would need {size:.2e} {unit} to show so much, more than any working machine has; give a smaller size, or another place"
+        "`{effect}` at `{place}` would need {} to show so much, more than any working machine has; give a smaller size, or another place",
+        shown_size(*size, unit)
     )]
     Unbelievable {
         /// The effect.
@@ -92,6 +110,8 @@ pub struct Measurements {
     to_readings: Matrix3<f64>,
     /// Where each target is believed to be in each row, mm.
     believed: Vec<Vec<Vector3<f64>>>,
+    /// How the flange is believed to be turned in each row, frame of the measurements.
+    hands: Vec<Rotation3<f64>>,
     /// What the model leaves of the measurements, mm.
     left_mm: f64,
 }
@@ -167,6 +187,9 @@ impl Measurements {
         options: Options,
         progress: &Progress,
     ) -> Result<Self, InjectionError> {
+        if let Some(what) = unmoved(&table) {
+            return Err(InjectionError::Unmoved { table: table.source, what });
+        }
         if table.positions.is_empty() && table.distance.is_none() {
             return Err(InjectionError::NoReadings(table.source));
         }
@@ -186,6 +209,7 @@ impl Measurements {
             .map(|name| prediction::points(&fitted, Some(name), &poses))
             .collect::<Result<Vec<_>, _>>()?;
         Ok(Self {
+            hands: hands(&fitted, &poses)?,
             known: known(&fitted),
             to_readings: (fitted.base.pose.rotation * upright.inverse()).into_inner(),
             left_mm: accepted.comparison.rms_mm.fit,
@@ -250,7 +274,38 @@ impl Measurements {
     pub fn with(&self, hidden: &Imperfection) -> Result<Table, InjectionError> {
         let mut table = self.table.clone();
         self.add_motion(&mut table, &self.motion(hidden)?);
+        self.add_turns(&mut table, hidden)?;
         Ok(table)
+    }
+
+    /// Turns measured orientations as an imperfection turns the flange.
+    fn add_turns(&self, table: &mut Table, hidden: &Imperfection) -> Result<(), InjectionError> {
+        if table.orientations.is_empty() {
+            return Ok(());
+        }
+        let ends =
+            [(LEVER, 0.0, 0.0), (0.0, LEVER, 0.0), (0.0, 0.0, LEVER)].map(|(x, y, z)| Vector::new(x, y, z));
+        let points = [&[Vector::ZERO][..], &ends].concat();
+        let moved = displacements(&self.arm, &points, &self.rows, &self.known, hidden)?;
+        for (row, moved) in self.order.iter().zip(moved) {
+            let in_readings = |one: &Vector| self.to_readings * Vector3::new(one.x, one.y, one.z);
+            let (Some(hand), Some((origin, ends))) = (self.hands.get(*row), moved.split_first()) else {
+                continue;
+            };
+            let origin = in_readings(origin);
+            // A small turn w moves the end of an axis e by w x e; the sum of e x (w x e) over the three axes is 2 w.
+            let turn: Vector3<f64> = (0..3)
+                .zip(ends)
+                .map(|(axis, end)| (hand * Vector3::ith(axis, 1.0)).cross(&(in_readings(end) - origin)))
+                .sum();
+            let turn = Rotation3::new(turn / (2.0 * LEVER));
+            for columns in &mut table.orientations {
+                if let Some(Some(measured)) = columns.turns.get_mut(*row) {
+                    *measured = turn * *measured;
+                }
+            }
+        }
+        Ok(())
     }
 
     fn add_motion(&self, table: &mut Table, motion: &[Vec<Vector3<f64>>]) {
@@ -308,6 +363,15 @@ impl Measurements {
             }
         }
         self.add_motion(&mut table, &self.motion(hidden)?);
+        for columns in &mut table.orientations {
+            let turn =
+                self.fitted.target_position(&columns.body.name()).and_then(|at| self.fitted.targets.get(at));
+            let Some(target) = turn else { continue };
+            for (measured, hand) in columns.turns.iter_mut().zip(&self.hands) {
+                *measured = measured.map(|_| hand * target.turn);
+            }
+        }
+        self.add_turns(&mut table, hidden)?;
         let mut options = self.options.clone();
         options.fit.robust = false;
         let lab = Laboratory::new(self.model.clone(), table, options)?;
@@ -361,6 +425,34 @@ impl Measurements {
         let lab = Laboratory::new(self.model.clone(), table, self.options.clone())?;
         Ok(lab.diagnose(progress)?)
     }
+}
+
+/// What a table has that something hidden would move, and that is not moved here.
+fn unmoved(table: &Table) -> Option<&'static str> {
+    [
+        (!table.profiles.is_empty(), "line profiles (profile1_x_mm ...)"),
+        (table.sees_a_board(), "a board that a camera sees (board_x_mm ...)"),
+        (table.height.is_some(), "heights (height_mm)"),
+        (table.tilt.is_some(), "tilts (tilt_x_deg ...)"),
+        (!table.touch.names.is_empty(), "touches (touch)"),
+        (!table.on.names.is_empty(), "places where a sensor triggered or a tip lay (on)"),
+        (table.is_of_stripes(), "light stripes"),
+        (
+            table.orientations.iter().any(|columns| columns.body == Body::Flange),
+            "poses of the flange (flange_x_mm ...)",
+        ),
+    ]
+    .into_iter()
+    .find_map(|(has, what)| has.then_some(what))
+}
+
+/// How the flange is turned at each pose, frame of the measurements.
+fn hands(fitted: &Model, poses: &[Pose]) -> Result<Vec<Rotation3<f64>>, InjectionError> {
+    let forward = ForwardModel::new(fitted.clone()).map_err(LaboratoryError::from)?;
+    Ok(poses
+        .iter()
+        .map(|pose| (fitted.base.pose * forward.flange(&pose.q, &pose.approach)).rotation)
+        .collect())
 }
 
 /// The fitted arm as the world reads it: nominal rows, and the base turned so that what is down lies along -z.

@@ -6,6 +6,7 @@ use plumb_document::{FileKind, read_text};
 use plumb_simulated::physics::campaign::Truth;
 
 use super::score::{Diagnosis, Score};
+use super::shown::shown_size;
 use crate::commands::trial::cell;
 use crate::commands::trial::error::TrialError;
 use crate::commands::trial::files::{SEALED, answer, open};
@@ -61,7 +62,7 @@ fn tell(truth: &Truth) -> String {
             hidden.details.iter().map(|(key, value)| format!("{key} {value}")).collect();
         let details = if details.is_empty() { String::new() } else { format!(" ({})", details.join(", ")) };
         let size = match hidden.size != 0.0 {
-            true => format!(", {:.4e} {}", hidden.size, hidden.unit),
+            true => format!(", {}", shown_size(hidden.size, &hidden.unit)),
             false => String::new(),
         };
         let moves = match hidden.over_noise > 0.0 {

@@ -18,7 +18,7 @@ pub enum WishError {
     Form(String),
     /// A size that is none.
     #[error(
-        "--effect {wish}: `{size}` is not a size; write 3x for three times the noise, or a number with deg, mrad, rad, um or mm, or alone"
+        "--effect {wish}: `{size}` is not a size; write 3x for three times the noise, or a number with deg, mrad, rad, um, mm, deg/m or urad/m, or alone"
     )]
     Size {
         /// The whole wish.
@@ -66,7 +66,7 @@ impl FromStr for Wish {
 
 fn read_size(wish: &str, size: &str) -> Result<Size, WishError> {
     let bad = || WishError::Size { wish: wish.to_owned(), size: size.to_owned() };
-    let units = ["mrad", "rad", "deg", "um", "mm", "x", ""];
+    let units = ["deg/m", "urad/m", "mrad", "rad", "deg", "um", "mm", "x", ""];
     let (digits, unit) =
         units.iter().find_map(|unit| Some((size.strip_suffix(unit)?, *unit))).ok_or_else(bad)?;
     let number: f64 = digits.trim().parse().map_err(|_| bad())?;
@@ -76,6 +76,8 @@ fn read_size(wish: &str, size: &str) -> Result<Size, WishError> {
     Ok(match unit {
         "x" => Size::OverNoise(number),
         "deg" => Size::Exact(number * PI / 180.0),
+        "deg/m" => Size::Exact(number * PI / 180e3),
+        "urad/m" => Size::Exact(number * 1e-9),
         "mrad" | "um" => Size::Exact(number * 1e-3),
         _ => Size::Exact(number),
     })
@@ -103,6 +105,8 @@ mod tests {
         );
         assert_eq!(read("joint_compliance(elbow)=1.5e-5").3, Size::Exact(1.5e-5));
         assert_eq!(read("joint_backlash(elbow)=180deg").3, Size::Exact(PI));
+        assert_eq!(read("axis_yaw(x)=180deg/m").3, Size::Exact(PI / 1000.0));
+        assert_eq!(read("axis_yaw(x)=350urad/m").3, Size::Exact(350.0 * 1e-9));
         assert_eq!("none".parse::<Wish>().unwrap(), Wish(None));
     }
 

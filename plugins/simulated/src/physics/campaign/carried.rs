@@ -11,7 +11,8 @@ use crate::physics::rigid::Vector;
 pub struct MeasuredRow {
     /// Commanded joint values, rad or mm.
     pub commanded: Vec<f64>,
-    /// Side from which each joint arrived, +1 moving up, -1 down, 0 not known; empty where that was not logged: straight from the row before.
+    /// The way in which each joint arrived, as `approach_q1 ...` of a table: +1 its coordinate grew, -1 it fell, 0 not known; empty where that was not logged: straight from the row
+    /// before.
     pub sides: Vec<f64>,
     /// Since the first row, s.
     pub time_s: f64,

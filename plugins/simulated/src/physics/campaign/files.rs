@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use crate::physics::description::{ArmDescription, Convention, Joint};
 
 use super::case::Case;
-use super::instrument::{DISTANCE_POINT, TABLE_HEIGHT};
+use super::instrument::{DISTANCE_POINT, TABLE_HEIGHT, turn_of};
 use super::nuisance::{frees_base, frees_target};
 use super::specification::{Free, Reading};
 use super::touch;
@@ -39,6 +39,13 @@ impl Case {
         cells.push(visit.repeat.map_or_else(String::new, |number| format!("r{number}")));
         match visit.touch {
             Some(socket) => cells.push(socket_name(socket)),
+            None if self.specification.reading == Reading::Pose => {
+                cells.extend(reading.iter().take(3).map(|value| format!("{value:.4}")));
+                let turn = turn_of(reading).map_or([f64::NAN; 3], <[f64; 3]>::from);
+                cells.extend(
+                    turn.map(|value| if value.is_finite() { format!("{value:.7}") } else { String::new() }),
+                );
+            }
             None => cells.extend(reading.iter().map(|value| format!("{value:.4}"))),
         }
         cells.extend(self.specification.reading.against().map(str::to_owned));
@@ -127,7 +134,7 @@ fn row_yaml(joint: &Joint) -> String {
 /// What a model file says of what is read, where that is not the target's place.
 fn reading_yaml(arm: &ArmDescription, reading: Reading) -> String {
     match reading {
-        Reading::Position | Reading::Touch => String::new(),
+        Reading::Position | Reading::Pose | Reading::Touch => String::new(),
         Reading::Height => format!(
             "surfaces:\n  table: {{plane: {{normal: [0, 0, 1], offset_mm: {}}}, free: false}}\n",
             plain(TABLE_HEIGHT)

@@ -3,6 +3,7 @@
 use crate::physics::imperfection::{Imperfection, Mechanism};
 use crate::physics::posture::Posture;
 use crate::physics::rigid::{Rotation, Vector};
+use crate::physics::rotation_vector::rotation_vector;
 
 use super::specification::Reading;
 
@@ -10,6 +11,20 @@ use super::specification::Reading;
 pub const TABLE_HEIGHT: f64 = -400.0;
 /// Point to which distances are read, mm in the world.
 pub const DISTANCE_POINT: Vector = Vector::new(900.0, -650.0, 200.0);
+
+/// How far from the target the reflectors of a body are, mm: its orientation is then known to the noise of a point over 141 mm.
+pub const REFLECTORS_MM: f64 = 100.0;
+
+/// How a body is turned whose reflectors were read: the target, then the ends of its x and of its y, mm. A rotation vector, rad.
+pub fn turn_of(reflectors: &[f64]) -> Option<Vector> {
+    let place = |number: usize| match reflectors.get(3 * number..3 * number + 3) {
+        Some([x, y, z]) => Some(Vector::new(*x, *y, *z)),
+        _ => None,
+    };
+    let x = (place(1)? - place(2)?).unit()?;
+    let y = (place(3)? - place(4)?).across(x).unit()?;
+    Some(rotation_vector(&Rotation { x, y, z: x.cross(y) }))
+}
 
 /// An instrument with its own errors.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,14 +53,29 @@ impl Instrument {
         instrument
     }
 
+    /// Where it sees a point, mm.
+    fn sees(&self, point: Vector) -> Vector {
+        let (seen, scale) = (self.lean.inverse().apply(point), self.scale);
+        Vector::new(seen.x * (1.0 + scale.x), seen.y * (1.0 + scale.y), seen.z * (1.0 + scale.z))
+    }
+
     /// What it shows of a standing arm, before noise.
     pub fn read(&self, posture: &Posture) -> Vec<f64> {
-        let seen = self.lean.inverse().apply(posture.target);
-        let scale = self.scale;
-        let seen = Vector::new(seen.x * (1.0 + scale.x), seen.y * (1.0 + scale.y), seen.z * (1.0 + scale.z));
+        let seen = self.sees(posture.target);
         match self.reading {
             // Where a touching target is, is not read; this is what the touching constrains.
             Reading::Position | Reading::Touch => vec![seen.x, seen.y, seen.z],
+            Reading::Pose => {
+                // Each reflector is read by itself: the target in the middle, and one at either end of two axes of the body.
+                let axes = posture.world_from_flange.rotation;
+                let ends =
+                    [axes.x, -axes.x, axes.y, -axes.y].map(|axis| posture.target + axis * REFLECTORS_MM);
+                [posture.target]
+                    .iter()
+                    .chain(&ends)
+                    .flat_map(|place| <[f64; 3]>::from(self.sees(*place)))
+                    .collect()
+            }
             Reading::Height => vec![seen.z - TABLE_HEIGHT],
             Reading::Distance => vec![(seen - DISTANCE_POINT).norm()],
             Reading::Tilt => {

@@ -60,7 +60,7 @@ fn touching(specification: &Specification, seed: u64, random: &mut Random) -> Ve
 pub struct Chosen {
     /// Commanded joint angles, degrees.
     pub commanded_deg: Vec<f64>,
-    /// Side from which each joint is to arrive; by lot where empty.
+    /// The way in which each joint is to arrive, as above; by lot where empty.
     pub sides: Vec<f64>,
     /// kg.
     pub payload_kg: f64,

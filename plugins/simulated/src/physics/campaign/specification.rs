@@ -46,6 +46,8 @@ pub enum Free {
 pub enum Reading {
     /// The target's position, three coordinates.
     Position,
+    /// The target's position and how it is turned, as an instrument gives both of a body with reflectors on it.
+    Pose,
     /// The target's height over a level table.
     Height,
     /// The target's distance to a fixed point.
@@ -66,6 +68,7 @@ impl Reading {
     pub fn columns(self) -> &'static [&'static str] {
         match self {
             Self::Position => &["p1_x_mm", "p1_y_mm", "p1_z_mm"],
+            Self::Pose => &["p1_x_mm", "p1_y_mm", "p1_z_mm", "p1_rx_rad", "p1_ry_rad", "p1_rz_rad"],
             Self::Height => &["height_mm", "on"],
             Self::Distance => &["distance_mm", "distance_to"],
             Self::Tilt => &["tilt_x_deg", "tilt_y_deg"],
@@ -78,7 +81,7 @@ impl Reading {
         match self {
             Self::Height => Some("table"),
             Self::Distance => Some("post"),
-            Self::Position | Self::Tilt | Self::Touch => None,
+            Self::Position | Self::Pose | Self::Tilt | Self::Touch => None,
         }
     }
 }

@@ -17,7 +17,7 @@ pub struct Visit {
     pub commanded: Vec<f64>,
     /// The same in degrees.
     pub commanded_deg: Vec<f64>,
-    /// Side from which each joint arrives, +1 moving up, -1 down, 0 not moved.
+    /// The way in which each joint arrives, as `approach_q1 ...` of a table: +1 its coordinate grows, -1 it falls, 0 not moved.
     pub sides: Vec<f64>,
     /// Since switching on, s.
     pub time_s: f64,

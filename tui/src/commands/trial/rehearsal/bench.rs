@@ -11,6 +11,7 @@ use super::arguments::RehearsalArguments;
 use crate::commands::trial::cell;
 use crate::commands::trial::error::TrialError;
 use crate::commands::trial::score::{Diagnosis, Score};
+use crate::commands::trial::shown::shown_size;
 
 /// One trial's directory, and the record of its runs.
 pub(super) struct Bench {
@@ -131,7 +132,9 @@ impl Bench {
         Ok(truth.hidden.first().map_or_else(
             || "nothing".to_owned(),
             |hidden| match hidden.size != 0.0 {
-                true => format!("{}({}) {:.3e} {}", hidden.effect, hidden.place, hidden.size, hidden.unit),
+                true => {
+                    format!("{}({}) {}", hidden.effect, hidden.place, shown_size(hidden.size, &hidden.unit))
+                }
                 false => format!("{}({})", hidden.effect, hidden.place),
             },
         ))
