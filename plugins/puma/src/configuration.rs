@@ -123,6 +123,7 @@ mod tests {
     fn a_port_is_enough_and_every_wrong_value_is_named() {
         let plain = Configuration::read(&json!({"port": "/dev/ttyUSB0"})).unwrap();
         assert_eq!((plain.baud, plain.typing, plain.calibrate), (9600, Typing::Careful, false));
+        assert_eq!(Configuration::read(&json!({"port": "p", "baud": 38400})).unwrap().baud, 38_400);
         for (config, text) in [
             (json!(null), "config: name the serial port of the controller's terminal"),
             (json!({"port": ""}), "config: port is empty; name the serial port, such as /dev/ttyUSB0"),

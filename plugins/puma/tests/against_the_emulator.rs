@@ -10,6 +10,7 @@
 mod terminal;
 
 use std::cell::RefCell;
+use std::time::{Duration, Instant};
 
 use plumb_plugin::recording::RecordingHost;
 use plumb_plugin::{JointVector, PluginError, Robot, conformance};
@@ -240,4 +241,51 @@ fn an_answer_to_aborts_question_that_does_not_come_back_as_typed_moves_nothing()
     assert!(cell.go(LEFTY).is_err());
     cell.arm.activate().unwrap();
     cell.go(LEFTY).unwrap();
+}
+
+/// Types a line as a person does, character by character, and gives what comes back up to the next prompt.
+fn typed(line: &mut SerialLine, text: &str) -> String {
+    let mut came = String::new();
+    let mut read = |line: &mut SerialLine, within: Duration| {
+        let bytes = line.read(within).unwrap();
+        came.push_str(&String::from_utf8_lossy(&bytes));
+        came.clone()
+    };
+    for byte in text.bytes().chain([b'\r']) {
+        line.write(&[byte], Duration::from_secs(1)).unwrap();
+        read(line, Duration::from_millis(200));
+    }
+    let deadline = Instant::now() + Duration::from_secs(20);
+    loop {
+        let came = read(line, Duration::from_millis(200));
+        if came.trim_end().ends_with("\n.") || Instant::now() > deadline {
+            return came;
+        }
+    }
+}
+
+#[test]
+fn a_point_set_by_its_angles_is_gone_to_as_clients_of_later_controllers_do() {
+    let mut world = World::start(Pace::Fast);
+    let options = EmulatorOptions { world: world.socket.clone(), ..EmulatorOptions::default() };
+    let emulator = Emulator::start(options).unwrap();
+    let port = emulator.standing().port.unwrap().display().to_string();
+    // Activating the arm brings the controller to its prompt.
+    let mut arm = Puma::create(&json!({"port": port}), RecordingHost::new().host()).unwrap();
+    arm.activate().unwrap();
+    arm.deactivate().unwrap();
+    drop(arm);
+    let mut line = SerialLine::open(&port, 9600).unwrap();
+    let wanted = [10.0, -80.0, 95.0, 5.0, -20.0, 30.0];
+    let told = typed(&mut line, "DO SET #X=#PPOINT(10,-80,95,5,-20,30)");
+    assert!(!told.contains('*'), "{told:?}");
+    let told = typed(&mut line, "DO MOVE #X");
+    assert!(!told.contains('*'), "{told:?}");
+    for (wanted, made) in wanted.iter().zip(world.joints()) {
+        assert!((wanted - made).abs() < 0.012, "{wanted} {made}");
+    }
+    let told = typed(&mut line, "DO MOVE #Y");
+    assert!(told.contains('*'), "nobody has set it: {told:?}");
+    let told = typed(&mut line, "DO SET #X=#PPOINT(10,-80");
+    assert!(told.contains('*'), "{told:?}");
 }
