@@ -27,7 +27,7 @@ impl ForwardModel {
         Ok(Self { model, effects })
     }
 
-    /// Where the flange is in the base's frame, mm. `q` are the joints as commanded, rad or mm; `approach` is the side each arrived from (-1, 0, 1), empty
+    /// Where the flange is in the base's frame, mm. `q` are the joints as commanded, rad or mm; `approach` is the way in which each arrived (`Table::approach`), empty
     /// where not known.
     pub fn flange(&self, q: &[f64], approach: &[i8]) -> IsometryMatrix3<f64> {
         let effects = self.effects.iter().map(|(effect, values)| (effect.as_ref(), values.as_slice()));

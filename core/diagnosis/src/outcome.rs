@@ -162,7 +162,7 @@ pub struct Remaining {
 pub struct NextPose {
     /// Commanded coordinates, degrees (mm for joints that slide).
     pub q_deg: Vec<f64>,
-    /// Side to arrive from, per joint.
+    /// The way to arrive in, per joint: 1 so that its coordinate grows, -1 so that it falls, 0 no matter.
     pub approach: Vec<i8>,
     /// Load to carry, kg.
     pub payload_kg: f64,

@@ -1,4 +1,4 @@
-//! A joint lags behind its motor by half its play, on the side it came from.
+//! A joint lags behind its motor by half its play, towards where it came from.
 
 use super::kind::{Family, Kind, Places, Search, Setting};
 use super::{Drive, Effect, Parameter, Situation, Unit};
@@ -36,11 +36,11 @@ pub(super) const KIND: Kind = Kind {
     depends_on_time: false,
     is_event: false,
     search: Search::Nothing,
-    sentence: "The joint has play: it stops short on the side it came from.",
-    how_to_see: "The same poses reached from both sides, with the side logged in `approach_q<n>`; without that column the way from the row before counts.",
+    sentence: "The joint has play: it stops short, towards where it came from.",
+    how_to_see: "The same poses reached from both sides, with `approach_q<n>` 1 where the coordinate grew on the way and -1 where it fell; without that column the way from the row before counts.",
     build: |setting: &Setting<'_>| {
         let joint = setting.joint()?;
-        // The sense is open: what `approach` calls +1 is the table's own business.
+        // A joint with play stays behind. A controller that takes out more play than there is makes it go too far, so the sign is open.
         let parameter = match setting.slides(joint) {
             false => Parameter::new("play_deg", Unit::DEG, (-0.1, 0.1)),
             true => Parameter::new("play_mm", Unit::MM, (-10.0, 10.0)),

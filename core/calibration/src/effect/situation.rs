@@ -15,7 +15,7 @@ pub struct Situation<'a> {
     pub q: &'a [f64],
     /// Commanded coordinates of the row before, in the order of time; nothing in the first.
     pub previous: Option<&'a [f64]>,
-    /// Side each joint arrived from; empty where not logged.
+    /// The way in which each joint arrived, as in [`Table::approach`](crate::table::Table::approach); empty where not logged.
     pub approach: &'a [i8],
     /// How fast each joint went, rad/s or mm/s; empty where not logged.
     pub speed: &'a [f64],
@@ -72,7 +72,7 @@ impl Situation<'_> {
         self.q.get(joint).copied().unwrap_or(0.0)
     }
 
-    /// The side a joint arrived from, as a number.
+    /// The way in which a joint arrived, as a number: +1 its coordinate grew, -1 it fell.
     pub fn side(&self, joint: usize) -> f64 {
         self.approach.get(joint).copied().map_or(0.0, f64::from)
     }
@@ -84,7 +84,7 @@ impl Situation<'_> {
         before.map_or(0.0, |before| self.coordinate(joint) - before)
     }
 
-    /// The side from which a joint arrived: as it was logged; where no sides were logged, by its way from the row before.
+    /// The way in which a joint arrived: as it was logged; where none were logged, its way from the row before.
     pub fn side_or_way(&self, joint: usize) -> f64 {
         // A logged side is known; a way is a guess by the row before, which says nothing of what happened between.
         match self.approach.is_empty() {

@@ -217,7 +217,7 @@ impl Arm {
         Ok(target)
     }
 
-    /// The side from which each joint of the drive will have arrived once it has gone from one place to another.
+    /// The way in which each joint of the drive will have arrived (1: it grew) once it has gone from one place to another.
     pub(crate) fn sides_at(&self, from: &JointVector, target: &JointVector) -> Vec<i8> {
         let side = |(joint, before): (JointIndex, &i8)| match (joint.value(from), joint.value(target)) {
             (Ok(from), Ok(target)) => {

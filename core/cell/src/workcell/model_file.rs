@@ -55,7 +55,7 @@ impl ModelFile {
         &self.model.chain
     }
 
-    /// From which side the model's joints arrived, for the sides from which the drive's did: that of the one joint of the drive that turns
+    /// The way in which the model's joints arrived (`Table::approach`), for the ways in which the drive's did: that of the one joint of the drive that turns
     /// it, or of `searched` where there are several; 0 where that is not known.
     pub fn model_sides(&self, drive: &[i8], searched: Option<usize>) -> Vec<i8> {
         let side = |row: &Vec<f64>| {

@@ -13,7 +13,7 @@ pub struct View {
     pub q: Vec<f64>,
     /// How fast they were at the exposure, rad/s or mm/s; empty at rest.
     pub speed: Vec<f64>,
-    /// Side each joint arrived from, -1, 0 or 1; empty where not known.
+    /// The way in which each joint arrived, as in `Table::approach`; empty where not known.
     pub approach: Vec<i8>,
     /// When the picture was exposed, s; nothing where not logged.
     pub time_s: Option<f64>,

@@ -74,8 +74,8 @@ pub(crate) fn tell(poses: &NextPoses, joints: &[&str]) -> String {
         text.push_str(&format!("{:>3}", index + 1));
         for (q, side) in pose.q_deg.iter().zip(&pose.approach) {
             let side = match side {
-                1 => " side +",
-                -1 => " side -",
+                1 => " up",
+                -1 => " down",
                 _ => "",
             };
             text.push_str(&format!(" {:>11}", format!("{q:.1}{side}")));
@@ -92,7 +92,7 @@ pub(crate) fn tell(poses: &NextPoses, joints: &[&str]) -> String {
         text.push('\n');
     }
     if poses.next.iter().any(|pose| pose.approach.iter().any(|side| *side != 0)) {
-        text.push_str("side +, side -: as 1 and -1 under `approach` in the table; in those of a cell, arriving upwards and downwards\n");
+        text.push_str("up, down: arrive so that the joint's coordinate grows, or falls: 1 and -1 under `approach_...` in the table\n");
     }
     format!("{text}\n{}\n", poses.sentence)
 }
