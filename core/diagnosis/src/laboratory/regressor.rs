@@ -186,7 +186,7 @@ mod tests {
             assert!((settling.values[row] - (elbow[row] - elbow[row - 1])).abs() < 1e-9);
         }
         let (backlash, elbow) = driven("joint_backlash");
-        assert_eq!(backlash.axis.title(), "side from which elbow arrived");
+        assert_eq!(backlash.axis.title(), "way in which elbow arrived (1: its coordinate grew)");
         assert_eq!(backlash.values[0], 0.0, "the first row arrived from nowhere that is known");
         assert!((1..12).all(|row| backlash.values[row] == (elbow[row] - elbow[row - 1]).signum()));
     }
