@@ -145,7 +145,7 @@ impl Laboratory {
         let searched = thin.as_ref().unwrap_or(self);
         let finding = searched.find(&floor, &candidates, progress)?;
         let mut diagnosis = Diagnosis {
-            candidates: finding.candidates(LISTED),
+            candidates: finding.candidates(LISTED, &floor),
             besides: finding.besides.iter().map(|id| self.model().label(id)).collect(),
             floor_ratio: finding.left_over.map(|lack_of_fit| lack_of_fit.ratio),
             left_ratio: finding.left_now.map(|lack_of_fit| lack_of_fit.ratio),
@@ -314,6 +314,8 @@ mod tests {
         assert!((named.size - 0.01).abs() < 4.0 * named.se && named.se < 0.001, "{named:?}");
         let best = &told.candidates[0];
         assert!(best.rejected.is_none() && best.delta_bic == 0.0 && best.plausible, "{best:?}");
+        // Its own 1.5 mm are no noise that hides it: five standard errors of what it leaves.
+        assert!((best.smallest / best.se / 5.0 - 1.0).abs() < 0.3, "{best:?}");
         let promised = best.cv_gain.unwrap();
         // 150 mm times a hundredth of an elbow angle of 58 degrees RMS about its mean is 1.5 mm.
         assert!((1.0..2.0).contains(&promised), "{promised}");

@@ -119,7 +119,7 @@ pub struct Candidate {
     /// By how much the root mean square error of a point falls if this effect alone is added, mm: [`cv_gain`](Self::cv_gain) where it was fitted, else what the
     /// score test expects of the rows that were fitted.
     pub explains_mm: f64,
-    /// Smallest size these poses would show four times in five.
+    /// Smallest size these poses would show four times in five, beside the scatter that is left with the candidate in, or the noise where that is larger.
     pub smallest: f64,
     /// Why it is not the name; nothing for the one that is named.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -518,7 +518,7 @@ impl Finding<'_> {
     }
 
     /// The likeliest candidates, with why each is not the name.
-    pub(crate) fn candidates(&self, count: usize) -> Vec<Candidate> {
+    pub(crate) fn candidates(&self, count: usize, floor: &Floor) -> Vec<Candidate> {
         let machine = &self.stage.fitted.machine;
         let best = self.stage.contenders.first().map_or(0.0, |contender| contender.bic);
         let points = points_in(machine, &self.stage.fitted.fit.rows).max(1) as f64;
@@ -531,9 +531,6 @@ impl Finding<'_> {
             .take(count)
             .map(|(index, contender)| {
                 let size = self.size(contender);
-                let noise = self.stage.fitted.fit.scale;
-                // What is left of it beyond the fitted parameters: the root, for strength is no square.
-                let visible = contender.score.strength * (1.0 - contender.score.absorbed).max(1e-12).sqrt();
                 Candidate {
                     effect: effect_place(machine, &contender.id),
                     label: machine.model.label(&contender.id),
@@ -557,12 +554,22 @@ impl Finding<'_> {
                         },
                         |promise| promise.before_mm - promise.after_mm,
                     ),
-                    smallest: if visible > 0.0 { DETECTABLE_ERRORS * noise / visible } else { f64::MAX },
+                    smallest: smallest(contender, floor),
                     rejected: self.rejected(contender),
                 }
             })
             .collect()
     }
+}
+
+/// The smallest size of a candidate that would be found four times in five, in its unit.
+fn smallest(contender: &Contender, floor: &Floor) -> f64 {
+    let (squares, freedom) = contender.left;
+    // What the candidate itself explains hides nothing: the noise is what is left with it in. A fit to few rows may leave less than the noise, by chance.
+    let noise = (squares / freedom).sqrt().max(floor.scale.unwrap_or(0.0));
+    // What is left of it beyond the fitted parameters: the root, for strength is no square.
+    let visible = contender.score.strength * (1.0 - contender.score.absorbed).max(1e-12).sqrt();
+    if visible > 0.0 { DETECTABLE_ERRORS * noise / visible } else { f64::MAX }
 }
 
 /// By how much the root mean square of so many points falls when so much of the sum of squares goes.
@@ -579,7 +586,8 @@ fn canonical(
     let [first, second] =
         [one, other].map(|own| products.view((own.start, own.start), (own.len(), own.len())).into_owned());
     let across = products.view((one.start, other.start), (one.len(), other.len())).into_owned();
-    // Each group made orthonormal by its own factor, the products across are the cosines of the angles between the two (Björck & Golub 1973).
+    // Of orthonormal columns the singular values of the products across are the cosines of the principal angles (Björck & Golub 1973, theorem 1). They take the
+    // bases from QR; here each group is made orthonormal by Cholesky's factor, for only products are at hand.
     let (first, second) = (first.cholesky()?, second.cholesky()?);
     let left = first.l().solve_lower_triangular(&across)?;
     let both = second.l().solve_lower_triangular(&left.transpose())?;

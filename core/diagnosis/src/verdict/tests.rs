@@ -204,6 +204,24 @@ fn canonical_correlation_of_collinear_and_of_orthogonal_columns() {
 }
 
 #[test]
+fn the_smallest_size_is_five_errors_of_what_is_left_with_the_candidate_in_and_never_of_less_than_the_noise() {
+    // 380 squares in 190 degrees of freedom: a scatter of the root of two. A strength of 4 a unit, of which three quarters are swallowed in squares: 2 are left.
+    let left = |squares: f64| {
+        let mut one = Contender { left: (squares, 190.0), ..contender("joint_gain", 1, 0.0) };
+        (one.score.strength, one.score.absorbed) = (4.0, 0.75);
+        one
+    };
+    let quiet = Floor { scale: Some(1.0), ..FLOOR };
+    assert!((smallest(&left(380.0), &quiet) - 2.5 * 2.0_f64.sqrt()).abs() < 1e-12);
+    assert!((smallest(&left(95.0), &quiet) - 2.5).abs() < 1e-12, "the noise is known to be larger");
+    let unknown = Floor { scale: None, ..FLOOR };
+    assert!((smallest(&left(95.0), &unknown) - 2.5 * 0.5_f64.sqrt()).abs() < 1e-12);
+    let mut unseen = left(380.0);
+    unseen.score.strength = 0.0;
+    assert_eq!(smallest(&unseen, &quiet), f64::MAX);
+}
+
+#[test]
 fn gravity_points_the_other_way_where_a_compliance_is_below_zero_beyond_doubt() {
     let at = |errors: f64| is_below_zero(&Size { value: -0.02 * errors, unit: "deg", error: 0.02 });
     assert!(at(1.01 * SIGN_ERRORS) && !at(0.99 * SIGN_ERRORS) && !at(-1.01 * SIGN_ERRORS));
