@@ -24,7 +24,7 @@ impl Fitted<'_> {
         let fitted = self.fit.rows.iter().filter_map(|row| distances.rows.get(*row));
         let losses = fitted.map(|(norm, equations)| {
             let edge = scale * huber_corner(*equations);
-            // Huber 1981, chapter 7: a square inside, a tangent outside.
+            // Huber's function (Huber 1964; of a regression, Huber 1981, section 7.3), here of a row's whole length: a square inside, its tangent outside.
             if *norm <= edge { norm * norm } else { 2.0 * edge * norm - edge * edge }
         });
         losses.sum()

@@ -170,7 +170,8 @@ impl Pool {
             let range = self.local(index);
             let own = left.view((range.start, range.start), (range.len(), range.len())).into_owned();
             let Some(inverse) = own.try_inverse() else { continue };
-            // The candidate is swept out of all others (Gauss-Jordan; Beaton 1964): what is left of each is then what it adds beside it.
+            // The candidate is swept out of all others (Beaton 1964, less the part of the pivot, which is not asked again): what is left of each is then what it
+            // adds beside it.
             let columns = left.columns(range.start, range.len()).into_owned();
             let carried = &columns * inverse;
             let own_gradient = gradient.rows(range.start, range.len()).into_owned();
