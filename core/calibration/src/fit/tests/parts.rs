@@ -95,6 +95,7 @@ joints: [{name: turn, a_mm: 100}]
 base: {xyz_mm: [1, 2, 3], rpy_deg: [0, 0, 90], free: true}
 targets: {p1: {xyz_mm: [4, 5, 6], rpy_deg: [0, 0, 90], free: true}}
 surfaces: {ball: {sphere: {centre_mm: [1, 1, 1], radius_mm: 5}, free: true}}
+board: {seen_by: p1}
 ";
     let model = Model::parse("m.yaml", text).unwrap();
     let start = State::nominal(&model, 1, vec![vec![0.5, 0.25]]);
@@ -134,7 +135,7 @@ surfaces: {ball: {sphere: {centre_mm: [1, 1, 1], radius_mm: 5}, free: true}}
 
 #[test]
 fn a_state_with_one_number_that_is_not_finite_is_not() {
-    let model = Model::parse("m.yaml", PLANAR).unwrap();
+    let model = Model::parse("m.yaml", &format!("{PLANAR}board: {{seen_by: p1}}\n")).unwrap();
     let start = State::nominal(&model, 1, vec![vec![0.5]]);
     assert!(start.is_finite());
     let breaks: [fn(&mut State); 7] = [
