@@ -154,11 +154,7 @@ impl Pool {
                 let freedom = values.len() as f64;
                 let after = (squares - gain).max(squares * LEAST_LEFT);
                 let worth = equations * (squares / after).ln() - freedom * equations.ln() - probe.search_cost;
-                let chance = f_tail(
-                    gain / freedom / (after / (equations - rank - freedom).max(1.0)),
-                    freedom,
-                    (equations - rank - freedom).max(1.0),
-                );
+                let chance = by_chance((gain, freedom), after, equations - rank - freedom);
                 // Bonferroni over the pool, and Schwarz's criterion beyond a tie: a batch names a hundred effects without a look at each.
                 let passes = worth > TIE_BIC && chance * (self.probes.len() as f64) < NAMING_LEVEL;
                 if passes && best.is_none_or(|(most, _, _)| worth > most) {
@@ -318,6 +314,13 @@ fn picked(normal: &NormalEquations, columns: &[usize]) -> (DMatrix<f64>, DVector
     (normal.matrix.select_rows(columns).select_columns(columns), normal.gradient.select_rows(columns))
 }
 
+/// Probability of such a gain of so many numbers by chance, where so many squares are `left` on the degrees of freedom of the `rest`.
+fn by_chance((gain, freedom): (f64, f64), left: f64, rest: f64) -> f64 {
+    // A family of as many numbers as equations leaves no rest; one degree of freedom keeps it from looking certain.
+    let rest = rest.max(1.0);
+    f_tail(gain / freedom / (left / rest), freedom, rest)
+}
+
 /// Whether the values could be those of a real machine.
 fn plausible(effect: &dyn Effect, values: &[f64]) -> bool {
     effect.plausible(values)
@@ -361,4 +364,64 @@ fn gather_cells(
         }
         normal
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::two_links;
+
+    #[test]
+    fn a_gain_is_held_against_what_it_leaves() {
+        // P(F with 2 and 10 degrees > f) = (1 + f / 5)^-5: 6 squares by two numbers, 10 left on 10 degrees, are F = 3.
+        assert!((by_chance((6.0, 2.0), 10.0, 10.0) - 1.6_f64.powi(-5)).abs() < 1e-9);
+        // Without a rest one degree is assumed: P(F with 2 and 1 > f) = (1 + 2 f)^-1/2.
+        assert!((by_chance((6.0, 2.0), 10.0, -3.0) - 1.6_f64.powf(-0.5)).abs() < 1e-9);
+    }
+
+    /// A pool of the small arm, whose elbow has a gain that is wrong, and the place of a candidate in it.
+    fn pool(lab: &Laboratory) -> Pool {
+        let fitted = lab.fit_with(&[], None, &Progress::unwatched()).unwrap();
+        Pool::gather(lab, &fitted, &Progress::unwatched()).unwrap()
+    }
+
+    #[test]
+    fn regions_and_folds_each_hold_every_equation_once() {
+        let lab = two_links(60, "joint_zero(*)", 0.02, 45, |q| [0.0, 0.01 * q[1]]);
+        let pool = pool(&lab);
+        for parts in [&pool.regions, &pool.folds] {
+            assert_eq!(parts.iter().map(|part| part.equations).sum::<usize>(), 180);
+            let squares: f64 = parts.iter().map(|part| part.squares).sum();
+            assert!((squares / pool.total.squares - 1.0).abs() < 1e-9);
+        }
+        // Fifteen poses a fold, as they are dealt.
+        assert!(pool.folds.len() == FOLDS && pool.folds.iter().all(|fold| fold.equations == 45));
+        assert!(pool.regions.len() > 1 && pool.regions.iter().all(|region| region.equations > 0));
+    }
+
+    #[test]
+    fn the_wrong_gain_alone_is_selected_with_its_size_and_is_enough() {
+        let lab = two_links(60, "joint_zero(*)", 0.02, 45, |q| [0.0, 0.01 * q[1]]);
+        let pool = pool(&lab);
+        let picks = pool.select(&[]);
+        let (effects, moved) = pool.effects(&picks);
+        assert_eq!((lab.model().label(&effects[0].id).as_str(), moved.len()), ("joint_gain(elbow)", 2));
+        assert!((effects[0].values[0] - 0.01).abs() < 2e-4, "{effects:?}");
+        assert!(pool.needed(picks.clone()).first() == picks.first());
+        // With it the rows that are left out are predicted to the noise, without it not.
+        let left = |picks: &[Pick]| pool.left_out(&pool.columns(picks), &pool.folds);
+        assert!(left(&picks[..1]) < 0.05 * left(&[]), "{} {}", left(&picks[..1]), left(&[]));
+        assert_eq!(pool.enough(&picks[..1]), 1);
+        assert_eq!(pool.enough(&[]), 0);
+        let closed = pool.select(&[picks[0].probe]);
+        assert!(!closed.contains(&picks[0]), "what is closed is not taken");
+    }
+
+    #[test]
+    fn of_noise_nothing_is_selected_and_what_is_not_needed_goes() {
+        let lab = two_links(60, "joint_zero(*)", 0.02, 46, |_| [0.0; 2]);
+        let pool = pool(&lab);
+        assert!(pool.select(&[]).is_empty());
+        assert!(pool.needed(vec![Pick { probe: 0 }, Pick { probe: 3 }]).is_empty());
+    }
 }

@@ -2,6 +2,8 @@
 
 use super::*;
 use crate::testing::two_links;
+use plumb_calibration::arm_model::AddedEffect;
+use plumb_calibration::effect::Spot;
 
 /// Joint (from 0), periods a turn, amplitude in rad.
 const WAVES: [(usize, f64, f64); 4] = [(0, 9.0, 8e-4), (0, 20.0, 5e-4), (1, 7.0, 1e-3), (1, 12.0, 7e-4)];
@@ -61,6 +63,68 @@ fn an_effect_with_a_name_of_its_own_comes_in_beside_the_family() {
     let gain = batch.steps.iter().find(|step| step.label == "joint_gain(elbow)");
     let gain = gain.unwrap_or_else(|| panic!("{:?}", batch.steps));
     assert!((gain.added.size - 0.003).abs() < 4.0 * gain.added.se, "{:?}", gain.added);
+}
+
+#[test]
+fn a_pick_is_rivalled_where_another_does_as_well_with_the_others_in() {
+    let lab = two_links(60, "joint_zero(*)", 0.02, 45, |q| [0.0, 0.01 * q[1]]);
+    let fitted = lab.fit_with(&[], None, &Progress::unwatched()).unwrap();
+    let pool = pool::Pool::gather(&lab, &fitted, &Progress::unwatched()).unwrap();
+    let gain_of = |joint: usize| {
+        let own =
+            pool.probes.iter().position(|probe| probe.id == EffectId::at("joint_gain", Spot::Joint(joint)));
+        pool::Pick { probe: own.unwrap() }
+    };
+    let (shoulder, elbow) = (gain_of(0), gain_of(1));
+    assert!(!pool.rivalled(&[elbow], 0), "nothing does what the elbow's gain does");
+    assert!(!pool.rivalled(&[shoulder, elbow], 1), "beside another as well");
+    assert!(pool.rivalled(&[elbow, shoulder], 1), "the shoulder's gain is nothing, and so is all else");
+    assert!(!pool.rivalled(&[elbow], 7), "there is no such pick");
+    assert!(!pool.is_high_order(&elbow));
+    let waves: Vec<bool> = [4.0, 5.0]
+        .map(|order| {
+            let own = pool.probes.iter().position(|probe| probe.id.order == Some(order));
+            own.is_some_and(|probe| pool.is_high_order(&pool::Pick { probe }))
+        })
+        .to_vec();
+    assert_eq!(waves, [false, true]);
+}
+
+#[test]
+fn an_effect_that_is_there_predicts_what_is_left_out_in_every_way_that_is_asked() {
+    let lab = two_links(60, "joint_zero(*)", 0.02, 46, |q| [0.0, 0.01 * q[1]]);
+    let at = |joint: usize| EffectId::at("joint_gain", Spot::Joint(joint));
+    let added = [at(0), at(1)].map(|id| AddedEffect { id, values: vec![0.0] });
+    let fitted = lab.fit_with(&added, None, &Progress::unwatched()).unwrap();
+    let (machine, fit) = (&fitted.machine, &fitted.fit);
+    let weights = vec![1.0; lab.table().len()];
+    let joints = std::collections::BTreeSet::from([1]);
+    let outlook =
+        outlook::Outlook::of(machine, &fit.state, (&fit.rows, &weights), &joints, &Progress::unwatched())
+            .unwrap();
+    // Effects that the model frees come first, in the order of the machine's parts.
+    let place = |joint: usize| machine.parts.iter().position(|part| part.id == at(joint)).unwrap();
+    let (nothing, real) = (outlook.gains(place(0)), outlook.gains(place(1)));
+    // The shoulder was not asked for: by regions alone; the elbow by regions and by ranges of its own.
+    assert_eq!((nothing.len(), real.len()), (1, 2));
+    assert!(real.iter().all(|gain| gain.counts() && gain.total > 0.0), "{real:?}");
+    assert!(!nothing[0].counts(), "{nothing:?}");
+    let noise = outlook.noise();
+    assert!((noise.variance.sqrt() / 0.02 - 1.0).abs() < 0.15, "{noise:?}");
+    // Three readings a row, less two zeros and two gains.
+    assert_eq!(noise.freedom, 176.0);
+    // Where every row counts a quarter the metric sees a quarter of the variance.
+    let quarter = vec![0.25; lab.table().len()];
+    let outlook =
+        outlook::Outlook::of(machine, &fit.state, (&fit.rows, &quarter), &joints, &Progress::unwatched())
+            .unwrap();
+    assert!((outlook.noise().variance / noise.variance - 0.25).abs() < 1e-6, "{:?}", outlook.noise());
+    // A gain is that of rows, whatever they count.
+    let same = outlook.gains(place(1));
+    assert!(
+        same.iter().zip(&real).all(|(one, other)| (one.total / other.total - 1.0).abs() < 1e-6),
+        "{same:?}"
+    );
 }
 
 #[test]
