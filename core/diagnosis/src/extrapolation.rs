@@ -73,3 +73,37 @@ impl Laboratory {
         Ok(known.collect())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::two_links;
+
+    #[test]
+    fn a_gain_that_is_added_helps_most_where_the_joint_was_not_measured() {
+        let lab = two_links(90, "joint_zero(*)", 0.05, 81, |q| [0.0, 0.01 * q[1]]);
+        let added = lab.model().clone();
+        let grown = Laboratory::new(
+            plumb_calibration::arm_model::Model {
+                free: [added.free.clone(), vec!["joint_gain(elbow)".to_owned()]].concat(),
+                ..added
+            },
+            lab.table().clone(),
+            lab.options().clone(),
+        )
+        .unwrap();
+        let new = grown.fit_with(&[], None, &Progress::unwatched()).unwrap();
+        let told = grown.extrapolation(&new, &lab, &Progress::unwatched()).unwrap();
+        let ways: Vec<&str> = told.iter().map(|one| one.left_out.as_str()).collect();
+        assert!(ways.ends_with(&["upper third of shoulder", "upper third of elbow"]), "{ways:?}");
+        let elbow = told.last().unwrap();
+        assert!(elbow.rms_mm < 0.15 && elbow.without_mm > 1.5 && !elbow.harmful(), "{elbow:?}");
+        assert!(Extrapolation { rms_mm: 0.2, without_mm: 0.1, ..elbow.clone() }.harmful());
+        assert!(!Extrapolation { rms_mm: 0.1, without_mm: 0.1, ..elbow.clone() }.harmful());
+        // A third of the rows: those with the greatest coordinates.
+        let mut rows: Vec<usize> = (0..90).collect();
+        rows.sort_by(|one, other| grown.table().q_of(*one)[1].total_cmp(&grown.table().q_of(*other)[1]));
+        assert_eq!(rms_without(&new, &rows[60..]), Some(elbow.rms_mm));
+        assert!(rms_without(&new, &[]).is_none() && rms_without(&new, &rows).is_none());
+    }
+}

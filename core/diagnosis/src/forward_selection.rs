@@ -200,11 +200,7 @@ impl Laboratory {
             let noise = Noise::of(&with.machine, &with.fit);
             // Both by the scale of the fit with it in: the smaller of the two, which is the harder one to pass.
             let gain = (robust.loss(with.fit.scale) - with.loss(with.fit.scale)).max(0.0);
-            let freedom = contender.score.freedom.max(1) as f64;
-            let p = f_tail(gain / freedom / noise.variance.max(1e-300), freedom, noise.freedom);
-            // What the search and the number of candidates cost is the same as on the chosen rows.
-            let charge = if contender.score.p > 0.0 { contender.holm_p / contender.score.p } else { 1.0 };
-            contender.outvoted = p * charge.max(1.0) >= NAMING_LEVEL;
+            contender.outvoted = is_outvoted(contender, gain, noise);
         }
         Ok(())
     }
@@ -296,5 +292,36 @@ impl Laboratory {
             stages.push(next);
         }
         Ok(stages)
+    }
+}
+
+/// Whether chance would do as much as a contender's gain with every row in, squared sigmas, beside this noise.
+fn is_outvoted(contender: &Contender, gain: f64, noise: Noise) -> bool {
+    let freedom = contender.score.freedom.max(1) as f64;
+    let p = f_tail(gain / freedom / noise.variance.max(1e-300), freedom, noise.freedom);
+    // What the search and the number of candidates cost is the same as on the chosen rows.
+    let charge = if contender.score.p > 0.0 { contender.holm_p / contender.score.p } else { 1.0 };
+    p * charge.max(1.0) >= NAMING_LEVEL
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::contender;
+
+    #[test]
+    fn a_gain_with_every_row_in_is_an_f_test_charged_as_on_the_chosen_rows() {
+        // P(F with 2 and 10 degrees > f) = (1 + f / 5)^-5.
+        let at = |p: f64| 5.0 * (p.powf(-0.2) - 1.0);
+        let noise = Noise { variance: 4.0, freedom: 10.0 };
+        let outvoted = |p: f64, charge: f64| {
+            let mut one = contender("joint_harmonic", 1, 0.0);
+            (one.score.freedom, one.score.p, one.holm_p) = (2, 1e-6, charge * 1e-6);
+            is_outvoted(&one, 2.0 * 4.0 * at(p), noise)
+        };
+        assert!(!outvoted(0.99 * NAMING_LEVEL, 1.0) && outvoted(1.01 * NAMING_LEVEL, 1.0));
+        // Chosen among fifty it must be fifty times as improbable.
+        assert!(!outvoted(0.99 * NAMING_LEVEL / 50.0, 50.0) && outvoted(1.01 * NAMING_LEVEL / 50.0, 50.0));
+        assert!(!outvoted(0.99 * NAMING_LEVEL, 0.1), "no charge makes it likelier");
     }
 }

@@ -170,3 +170,77 @@ fn is_rival(candidate: &Candidate, named: &EffectPlace) -> bool {
         && candidate.effect.place == named.place
         && candidate.effect != *named
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::noise_floor::FloorSource;
+    use crate::testing::two_links;
+
+    /// Two cells of four rows each beyond what is fitted; squares of the means 8, of all rows 20 on ten degrees.
+    const CELLS: Cells =
+        Cells { squares: 8.0, of_rows: 20.0, freedom: 2.0, freedom_of_rows: 10.0, rows: 4.0 };
+
+    #[test]
+    fn means_of_cells_are_held_against_rows_and_against_the_noise() {
+        assert!((CELLS.scatter_mm() - 1.0).abs() < 1e-12, "a mean of four rows: 8 / 2 / 4");
+        assert!((CELLS.over_rows() - 2.0).abs() < 1e-12, "4 over 2");
+        // P(F with 2 and 10 degrees > f) = (1 + f / 5)^-5.
+        let edge = 5.0 * (LACK_OF_FIT_LEVEL.powf(-0.2) - 1.0);
+        let at = |f: f64| {
+            let sigma_mm = Some((4.0 / f).sqrt());
+            let source = FloorSource::Repeats;
+            CELLS.is_significant(&Floor {
+                sigma_mm,
+                source,
+                dof: 10,
+                scale: sigma_mm,
+                allowed_for: Vec::new(),
+            })
+        };
+        assert!(at(1.01 * edge) && !at(0.99 * edge));
+        let unknown = Floor {
+            sigma_mm: None,
+            source: FloorSource::Unknown,
+            dof: 0,
+            scale: None,
+            allowed_for: Vec::new(),
+        };
+        assert!(!CELLS.is_significant(&unknown));
+    }
+
+    #[test]
+    fn a_cell_is_the_mean_of_its_rows_and_pays_for_what_was_fitted() {
+        let lab = two_links(6, "", 0.05, 77, |_| [0.0; 2]);
+        let fitted = lab.fit_with(&[], None, &Progress::unwatched()).unwrap();
+        let mut measured = [false; 3];
+        let points: Vec<Vector3<f64>> =
+            (0..6).map(|row| point_residual(&fitted, row, &mut measured)).collect();
+        assert_eq!(measured, [true; 3]);
+        let cells = Cells::of(&fitted, &[vec![0, 1], vec![2, 3, 4, 5]]).unwrap();
+        let mean =
+            |rows: &[Vector3<f64>]| rows.iter().sum::<Vector3<f64>>().norm_squared() / rows.len() as f64;
+        assert!((cells.squares - mean(&points[..2]) - mean(&points[2..])).abs() < 1e-12);
+        assert!((cells.of_rows - points.iter().map(Vector3::norm_squared).sum::<f64>()).abs() < 1e-12);
+        // Nothing is fitted: three numbers a cell, three a row.
+        assert_eq!((cells.freedom, cells.freedom_of_rows, cells.rows), (6.0, 18.0, 3.0));
+    }
+
+    #[test]
+    fn what_differs_is_named_with_the_error_of_its_poses_and_what_is_tied_is_not() {
+        let effect = EffectPlace {
+            effect: "joint_backlash".to_owned(),
+            place: "elbow".to_owned(),
+            with: None,
+            n: None,
+            of: None,
+            at: None,
+        };
+        let named = || Named { effect: effect.clone(), size: 0.1, unit: "deg".to_owned(), se: 0.01 };
+        assert_eq!(FromPoseToPose::Same.of(named()), (Some(named()), Vec::new()));
+        let (wider, tied) = FromPoseToPose::Differs { scatter_mm: 0.2, wider: 3.0 }.of(named());
+        assert!((wider.unwrap().se - 0.03).abs() < 1e-12 && tied.is_empty());
+        let (none, tied) = FromPoseToPose::Tied { scatter_mm: 0.2, tied: vec![effect.clone()] }.of(named());
+        assert_eq!((none, tied), (None, vec![effect]));
+    }
+}

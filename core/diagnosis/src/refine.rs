@@ -34,6 +34,23 @@ fn with_inner(id: &EffectId, inner: f64) -> EffectId {
     EffectId { inner: Some(inner), ..id.clone() }
 }
 
+/// How far the logarithm of what is searched for is to move from the middle of three places a `step` apart, where these squares are left: to the bottom of the
+/// parabola through them; where it opens downward, a long step downhill.
+fn to_the_bottom([low, middle, high]: [f64; 3], step: f64) -> f64 {
+    let bend = low + high - 2.0 * middle;
+    let slope = 0.5 * (high - low);
+    let farthest = if bend > 0.0 { -slope / bend * step } else { -slope.signum() * FARTHEST };
+    farthest.clamp(-FARTHEST, FARTHEST)
+}
+
+/// Variance of that logarithm, where the middle of the three leaves its squares on so many degrees of freedom.
+fn variance_of_logarithm([low, middle, high]: [f64; 3], step: f64, freedom: f64) -> f64 {
+    // Second derivative of the squares by the logarithm: twice the noise's variance over it is the variance of the logarithm.
+    let bend = (low + high - 2.0 * middle) / (step * step);
+    // Of what is searched for nothing is known beyond a factor of e when the squares do not bend.
+    (2.0 * middle / freedom / bend.max(1e-300)).clamp(0.0, 1.0)
+}
+
 impl Laboratory {
     /// Settles what the likeliest contender searched for.
     pub(super) fn refine(&self, stage: &mut Stage<'_>, progress: &Progress) -> Result<(), LaboratoryError> {
@@ -102,11 +119,7 @@ impl Laboratory {
         let mut best = self.tried(stage, &with_inner(&id, middle), start.clone(), progress)?;
         for step in STEPS {
             let (low, high) = self.either_side(stage, &with_inner(&id, middle), (&start, step), progress)?;
-            let bend = low.squares + high.squares - 2.0 * best.squares;
-            let slope = 0.5 * (high.squares - low.squares);
-            // The bottom of the parabola through three points; where it opens downward, a step downhill.
-            let farthest = if bend > 0.0 { -slope / bend * step } else { -slope.signum() * FARTHEST };
-            let moved = middle * farthest.clamp(-FARTHEST, FARTHEST).exp();
+            let moved = middle * to_the_bottom([low.squares, best.squares, high.squares], step).exp();
             let there = self.tried(stage, &with_inner(&id, moved), start.clone(), progress)?;
             // A parabola that fits badly may promise a place that is no better.
             if there.squares < best.squares {
@@ -115,11 +128,9 @@ impl Laboratory {
         }
         let step: f64 = 0.1;
         let (low, high) = self.either_side(stage, &with_inner(&id, middle), (&start, step), progress)?;
-        // Second derivative of the squares by the logarithm: twice the noise's variance over it is the variance of the logarithm.
-        let bend = (low.squares + high.squares - 2.0 * best.squares) / (step * step);
+        // What was searched for is one number more than the rank counts.
         let freedom = (stage.fitted.fit.normal.equations as f64 - best.rank - 1.0).max(1.0);
-        // Of what is searched for nothing is known beyond a factor of e when the squares do not bend.
-        let variance = (2.0 * best.squares / freedom / bend.max(1e-300)).clamp(0.0, 1.0);
+        let variance = variance_of_logarithm([low.squares, best.squares, high.squares], step, freedom);
         let slope = (high.values - low.values) / (2.0 * step);
         let equations = stage.fitted.fit.normal.equations as f64;
         let least = stage.fitted.machine.least_variance();
@@ -168,5 +179,77 @@ impl Laboratory {
             covariance: refit.fit.covariance.select_rows(&own).select_columns(&own),
             values: DVector::from_vec(values),
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Squares of a parabola that bends by 100 and has its bottom of 20 at a place, from a step below nought to a step above.
+    fn parabola(bottom: f64, step: f64) -> [f64; 3] {
+        [-step, 0.0, step].map(|at| 20.0 + 50.0 * (at - bottom).powi(2))
+    }
+
+    #[test]
+    fn one_step_leads_to_the_bottom_of_a_parabola_and_never_farther_than_a_factor_of_two() {
+        assert!((to_the_bottom(parabola(0.3, 0.2), 0.2) - 0.3).abs() < 1e-12);
+        assert!((to_the_bottom(parabola(-0.05, 0.35), 0.35) + 0.05).abs() < 1e-12);
+        assert_eq!(to_the_bottom(parabola(2.0, 0.2), 0.2), FARTHEST);
+        // Opening downward, and straight: downhill.
+        assert_eq!(to_the_bottom([3.0, 4.0, 2.0], 0.2), FARTHEST);
+        assert_eq!(to_the_bottom([1.0, 2.0, 3.0], 0.2), -FARTHEST);
+    }
+
+    #[test]
+    fn a_logarithm_is_known_the_better_the_more_the_squares_bend() {
+        // Noise of 20 / 10, second derivative 100: 2 * 2 / 100.
+        assert!((variance_of_logarithm(parabola(0.0, 0.1), 0.1, 10.0) - 0.04).abs() < 1e-12);
+        assert_eq!(variance_of_logarithm([5.0; 3], 0.1, 10.0), 1.0, "nothing is known beyond a factor of e");
+    }
+
+    #[test]
+    fn a_time_constant_between_those_of_the_grid_is_settled_with_its_error() {
+        // The elbow creeps: an error of 0.4 deg that decays by the hour, at rows a hundred seconds apart.
+        let clock = std::cell::Cell::new(0.0);
+        let model = plumb_calibration::arm_model::Model::parse(
+            "m.yaml",
+            &format!("{}free: [joint_zero(*)]\n", crate::testing::TWO_LINKS),
+        )
+        .unwrap();
+        let mut random = plumb_estimation::Random::seeded(5);
+        let mut text = "time_s,q1_deg,q2_deg,p1_x_mm,p1_y_mm,p1_z_mm\n".to_owned();
+        for _ in 0..80 {
+            let time = clock.replace(clock.get() + 100.0);
+            let q = [300.0 * random.uniform() - 150.0, 200.0 * random.uniform() - 100.0];
+            let warm = 0.4 * (1.0 - (-time / 2000.0_f64).exp());
+            let first = q[0].to_radians();
+            let second = first + (q[1] + warm).to_radians();
+            let x = 200.0 * first.cos() + 150.0 * second.cos() + 0.02 * random.normal();
+            let y = 200.0 * first.sin() + 150.0 * second.sin() + 0.02 * random.normal();
+            text.push_str(&format!(
+                "{time},{:.9},{:.9},{x:.9},{y:.9},{:.9}\n",
+                q[0],
+                q[1],
+                0.02 * random.normal()
+            ));
+        }
+        let table = plumb_calibration::table::Table::parse("t.csv", &text).unwrap();
+        let options = crate::laboratory::Options {
+            holdout: crate::split::Holdout::None,
+            ..crate::laboratory::Options::default()
+        };
+        let lab = Laboratory::new(model, table, options).unwrap();
+        let candidates =
+            crate::candidates::Candidates { listed: crate::candidates::probes(&lab), unlisted: Vec::new() };
+        let stage = lab.stage(Vec::new(), None, &candidates, &Progress::unwatched()).unwrap();
+        let first = &stage.contenders[0];
+        assert_eq!(first.id.name, "warm_up", "{:?}", first.id);
+        let constant = first.id.inner.unwrap();
+        assert!((constant / 2000.0 - 1.0).abs() < 0.05, "{constant}");
+        // What is not known of the constant widens the error of the size.
+        let error = first.covariance[(0, 0)].sqrt();
+        assert!((first.values[0] - 0.4_f64.to_radians()).abs() < 4.0 * error, "{:?} {error}", first.values);
+        assert!(error > first.score.covariance[(0, 0)].sqrt(), "{error}");
     }
 }

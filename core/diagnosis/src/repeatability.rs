@@ -297,6 +297,38 @@ mod tests {
         assert!(farthest(&columns, &deviations, &[0.0; 4]).is_none(), "nothing is kept");
     }
 
+    /// Two poses of five replicates, three equations each, that a base which stands in two places moves along its x.
+    fn rocking() -> Replicates {
+        let sides = [1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0];
+        let aside = [0.03, -0.02, 0.01, 0.04, -0.05, 0.02, -0.01, 0.03, -0.04, 0.01];
+        let residuals = sides
+            .iter()
+            .zip(aside)
+            .map(|(side, aside)| DVector::from_row_slice(&[3.0 * side, aside, -aside]));
+        Replicates {
+            members: (0..10).map(|member| (member, member / 5)).collect(),
+            residuals: residuals.collect(),
+            columns: vec![DMatrix::zeros(3, 0); 10],
+            motions: Vec::new(),
+            loose: vec![(EffectId::at("base_position", Spot::Base), vec![DMatrix::identity(3, 3); 10])],
+            candidates: Vec::new(),
+            groups: 2,
+        }
+    }
+
+    #[test]
+    fn a_loose_base_moves_in_the_direction_that_is_read_off_the_returns_and_pays_for_it() {
+        let returns = rocking();
+        let inquiry = Inquiry::of(&returns);
+        // Schwarz: half the logarithm of ten replicates a number.
+        assert!((inquiry.a_number - 0.5 * 10.0_f64.ln()).abs() < 1e-12);
+        let ways = inquiry.loose_ways();
+        assert_eq!((ways.len(), ways[0].spot, ways[0].turns), (1, Spot::Base, false));
+        assert!(ways[0].along.iter().all(|way| way[0].abs() > 0.99), "{:?}", ways[0].along);
+        // A direction in space has two numbers of its own.
+        assert!((ways[0].price - 10.0_f64.ln()).abs() < 1e-12, "{}", ways[0].price);
+    }
+
     #[test]
     fn a_split_is_told_with_its_distance_in_the_unit_of_its_motion() {
         let split = |turns: bool, apart: f64| Split { spot: Spot::Joint(0), turns, apart };

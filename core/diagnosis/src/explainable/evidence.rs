@@ -451,6 +451,24 @@ mod tests {
     }
 
     #[test]
+    fn a_perfect_fit_of_made_up_data_has_a_finite_likelihood() {
+        // A score of 2 at an information of 1 takes away 4 squares: all there are.
+        let one = |value: f64| DMatrix::from_element(1, 1, value);
+        let outlook = |squares: f64| Outlook {
+            information: one(1.0),
+            score: DVector::from_element(1, 2.0),
+            own: one(1.0),
+            squares,
+            freedom: 10.0,
+        };
+        assert!((outlook(4.0).deviance(&[0]).0 - 10.0 * 4e-12_f64.ln()).abs() < 1e-9);
+        assert!(
+            (outlook(5.0).deviance(&[0]).0 - 0.0).abs() < 1e-9,
+            "one square is left: its logarithm is nought"
+        );
+    }
+
+    #[test]
     fn rows_that_are_left_out_are_predicted_by_the_rest() {
         let (features, t) = smooth(7, |t| 2.0 * wave(t));
         let mixed = Mixed::new(&features, &column(&t, wave)).unwrap();

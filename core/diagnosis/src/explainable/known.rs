@@ -206,3 +206,58 @@ fn categories(table: &Table, rows: &[usize]) -> Vec<(String, Vec<Option<usize>>)
     }
     columns
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::two_links;
+
+    #[test]
+    fn of_a_joint_that_turned_far_sine_and_cosine_are_taken_of_another_its_place_in_its_range() {
+        let lab = two_links(6, "", 0.1, 1, |_| [0.0; 2]);
+        let machine = lab.machine(&[]).unwrap();
+        let of = |poses: &[[f64; 2]]| inputs(&machine, &poses.iter().map(|q| q.to_vec()).collect::<Vec<_>>());
+        // The shoulder turned by just over half a turn, the elbow by 0.5 rad.
+        let found = of(&[[-1.6, 0.25], [0.5, 0.75], [1.6, 0.375]]);
+        for (row, (q, place)) in found.iter().zip([(-1.6_f64, -1.0), (0.5, 1.0), (1.6, -0.5)]) {
+            assert_eq!(row.len(), 3);
+            let apart = [row[0] - q.sin(), row[1] - q.cos(), row[2] - place];
+            assert!(apart.iter().all(|one| one.abs() < 1e-12), "{row:?}");
+        }
+        // By just under half a turn: its place in its range. A joint that stood still says nothing.
+        assert_eq!(of(&[[-1.5, 0.2], [1.5, 0.2]]), [[-1.0], [1.0]]);
+    }
+
+    #[test]
+    fn two_rows_lie_apart_by_the_root_of_twice_their_variances() {
+        // 0 and 2 in one column: variance 1; 1 and 5 in the other: variance 4. The root of 2 (1 + 4).
+        assert!((extent(&[vec![0.0, 1.0], vec![2.0, 5.0]]) - 10.0_f64.sqrt()).abs() < 1e-12);
+        assert_eq!(extent(&[]), 0.0);
+    }
+
+    #[test]
+    fn a_move_is_from_the_row_before_in_time_and_a_joint_at_rest_came_from_neither_side() {
+        let text = "time_s,q1_deg,q2_deg,p1_x_mm\n20,30,10,1\n0,10,10,1\n10,15,10,1\n";
+        let table = Table::parse("t.csv", text).unwrap();
+        let moves = last_moves(&table, &[0, 1, 2]);
+        for (moved, expected) in moves.iter().zip([15.0_f64, 0.0, 5.0]) {
+            assert!((moved[0] - expected.to_radians()).abs() < 1e-12 && moved[1] == 0.0, "{moves:?}");
+        }
+    }
+
+    #[test]
+    fn conditions_act_with_the_pose_and_time_stands_for_the_order() {
+        let header = "time_s,temperature_c,payload_kg,q1_deg,q2_deg,p1_x_mm";
+        let text = format!("{header}\n0,20,1,0,0,1\n5,21,1,1,1,1\n");
+        let table = Table::parse("t.csv", &text).unwrap();
+        let columns = numbers(&table, &[0, 1]);
+        let told: Vec<(&str, bool, bool)> =
+            columns.iter().map(|one| (one.name.as_str(), one.with_pose, one.in_order)).collect();
+        // The load does not vary.
+        assert_eq!(told, [("time", false, true), ("temperature", true, false)]);
+        let plain = Table::parse("t.csv", "q1_deg,q2_deg,p1_x_mm\n0,0,1\n1,1,1\n2,2,1\n").unwrap();
+        let columns = numbers(&plain, &[2, 0]);
+        assert_eq!((columns[0].name.as_str(), columns[0].values.as_slice()), ("order", &[2.0, 0.0][..]));
+        assert!(numbers(&plain, &[1]).is_empty(), "of one row nothing varies");
+    }
+}

@@ -270,6 +270,47 @@ mod tests {
         assert!(flexible.rows(10, 10).norm() < 0.12, "{flexible}");
     }
 
+    /// Three orthogonal columns of length root 8 in eight equations, and readings of 2, -1 and 1/2 of them and one of a fourth.
+    fn orthogonal() -> Reduced {
+        let sign = |bit: usize, row: usize| if row >> bit & 1 == 1 { 1.0 } else { -1.0 };
+        let design = DMatrix::from_fn(8, 4, |row, column| match column {
+            3 => {
+                let known = 2.0 * sign(0, row) - sign(1, row) + 0.5 * sign(2, row);
+                known + sign(0, row) * sign(1, row)
+            }
+            bit => sign(bit, row),
+        });
+        Reduced::of(&Products::of(&design), 0).unwrap()
+    }
+
+    #[test]
+    fn of_orthogonal_columns_a_round_is_what_one_works_out_by_hand() {
+        let mut ratios = [4.0, 8.0];
+        let round = orthogonal().round(&[0..2, 2..3], &[0, 1], &mut ratios).unwrap();
+        // Each coefficient shrinks by 8 / (8 + ratio): 2 and -1 by two thirds, 1/2 by a half.
+        for (value, expected) in round.values.iter().zip([4.0 / 3.0, -2.0 / 3.0, 0.25]) {
+            assert!((value - expected).abs() < 1e-12, "{}", round.values);
+        }
+        // Effective degrees of freedom 2 * 2/3 and 1/2. Squares left, and what the penalty costs: 8 (4/9 + 1/9 + 1/16 + 1).
+        assert!((round.freedom - 11.0 / 6.0).abs() < 1e-12, "{}", round.freedom);
+        let noise = 8.0 * (4.0 / 9.0 + 1.0 / 9.0 + 1.0 / 16.0 + 1.0) / (8.0 - 11.0 / 6.0);
+        // Penalties weigh in besides: 4 (16/9 + 4/9) + 8 / 16 of them stand in neither.
+        assert!((ratios[0] - noise * (4.0 / 3.0) / (20.0 / 9.0)).abs() < 1e-12, "{ratios:?}");
+        assert!((ratios[1] - noise * 0.5 / (1.0 / 16.0)).abs() < 1e-12, "{ratios:?}");
+    }
+
+    #[test]
+    fn a_component_of_hardly_any_freedom_is_given_up() {
+        // One column of length root 8 has 8 / (8 + ratio) degrees of freedom.
+        let at = |freedom: f64| 8.0 / freedom - 8.0;
+        let given_up = |freedom: f64| {
+            let mut ratios = [at(freedom)];
+            orthogonal().round(std::slice::from_ref(&(0..1)), &[0], &mut ratios).unwrap();
+            ratios[0].is_infinite()
+        };
+        assert!(given_up(0.99 * EXPLAINABLE_FREEDOM) && !given_up(1.01 * EXPLAINABLE_FREEDOM));
+    }
+
     #[test]
     fn what_was_not_chosen_stays_zero_and_products_add_up() {
         let design = design(4);

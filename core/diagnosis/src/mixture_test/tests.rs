@@ -126,3 +126,40 @@ fn what_lies_across_is_told_from_what_lies_along() {
     let beside = Member::of(&deviation, &way, Some(&other));
     assert_eq!((beside.across, beside.freedom), (0.0, 1.0), "what another motion may have done says nothing");
 }
+
+#[test]
+fn members_are_measured_along_their_way_and_what_lies_across_is_noise_of_its_own() {
+    // Two groups of three replicates; the joint moves each reading 2 sigmas a unit along x.
+    let places = [[-2.0, 1.0, 0.0], [0.0, 0.0, 2.0], [2.0, -1.0, -2.0]];
+    let deviations: Vec<DVector<f64>> =
+        places.iter().chain(&places).map(|three| DVector::from_row_slice(three)).collect();
+    let path = vec![DVector::from_row_slice(&[2.0, 0.0, 0.0]); 6];
+    let returns = Replicates {
+        members: (0..6).map(|member| (member, member / 3)).collect(),
+        residuals: deviations.clone(),
+        columns: vec![nalgebra::DMatrix::zeros(3, 0); 6],
+        motions: Vec::new(),
+        loose: Vec::new(),
+        candidates: Vec::new(),
+        groups: 2,
+    };
+    let told = Lines::along(&returns, &deviations, &[1.0; 6], &path, None).unwrap();
+    assert_eq!(told.lines.len(), 2);
+    for line in &told.lines {
+        assert_eq!(line.places, [-1.0, 0.0, 1.0], "half a unit a sigma");
+        assert!((line.spread - 0.5).abs() < 1e-12);
+    }
+    // Squares across: 1 + 4 + 1 + 4 a group. Two directions across, less a mean in each group.
+    assert!((told.across - 20.0).abs() < 1e-12 && (told.freedom - 8.0).abs() < 1e-12);
+    assert!((told.typical - 2.0).abs() < 1e-12, "sigmas along the way: 2, 0, 2 twice");
+    // The likelihood of what lies across: -8 ln s - 20 / 2 s^2.
+    assert!((told.across(2.0) - (-8.0 * 2.0_f64.ln() - 2.5)).abs() < 1e-12);
+    // What moves beside it along y is left out of account, and costs a direction.
+    let beside = vec![DVector::from_row_slice(&[0.0, 3.0, 0.0]); 6];
+    let aside = Lines::along(&returns, &deviations, &[1.0; 6], &path, Some(&beside)).unwrap();
+    assert!((aside.across - 16.0).abs() < 1e-12 && (aside.freedom - 4.0).abs() < 1e-12);
+    // An outlier is left out; of five that are left two positions say nothing.
+    let mut kept = [1.0; 6];
+    kept[1] = 0.0;
+    assert!(Lines::along(&returns, &deviations, &kept, &path, None).is_none());
+}

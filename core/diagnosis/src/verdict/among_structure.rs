@@ -220,3 +220,16 @@ fn not_significant(holm_p: f64) -> String {
     let digits = if holm_p < 0.095 { 3 } else { 2 };
     format!("not significant (p = {holm_p:.digits$}, Holm-corrected)")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_small_probability_keeps_a_third_digit() {
+        assert_eq!(not_significant(0.0042), "not significant (p = 0.004, Holm-corrected)");
+        assert_eq!(not_significant(0.094), "not significant (p = 0.094, Holm-corrected)");
+        assert_eq!(not_significant(0.097), "not significant (p = 0.10, Holm-corrected)");
+        assert_eq!(not_significant(1.0), "not significant (p = 1.00, Holm-corrected)");
+    }
+}
