@@ -13,7 +13,7 @@ use plumb_calibration::table::Table;
 use plumb_estimation::Random;
 
 /// A planar arm of two links, 200 and 150 mm, its base and its point known.
-const TWO_LINKS: &str = "
+pub(crate) const TWO_LINKS: &str = "
 arm: two-links
 convention: distal
 joints:

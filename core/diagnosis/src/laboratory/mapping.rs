@@ -140,3 +140,69 @@ pub(crate) fn drop_map(model: &mut Model) {
         model.measured_region = None;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::two_links;
+    use plumb_calibration::arm_model::{AddedEffect, ResidualMap};
+    use plumb_calibration::effect::{EffectId, Spot};
+
+    const RMS: Rms = Rms { fit: 0.1, cv: None, check: None };
+
+    #[test]
+    fn rows_outside_the_region_that_was_measured_are_counted() {
+        let mut lab = two_links(30, "", 0.05, 61, |_| [0.0; 2]);
+        assert_eq!(lab.rows_outside(), 0, "without a region nothing is outside");
+        let mut region = lab.measured_region().unwrap();
+        lab.model.measured_region = Some(region.clone());
+        assert_eq!(lab.rows_outside(), 0);
+        let beyond = (0..30).filter(|row| lab.table.q_of(*row)[1] > 0.5).count();
+        region.joints[1].high = 0.5;
+        lab.model.measured_region = Some(region);
+        assert!(beyond > 3 && lab.rows_outside() == beyond, "{beyond}");
+        assert!(lab.map_note().is_none(), "a region is no map");
+    }
+
+    #[test]
+    fn a_region_stays_where_a_correction_needs_it() {
+        let lab = two_links(30, "", 0.05, 62, |_| [0.0; 2]);
+        let mut model = lab.model.clone();
+        model.measured_region = lab.measured_region();
+        drop_map(&mut model);
+        assert!(model.measured_region.is_none() && model.residual_map.is_none());
+    }
+
+    #[test]
+    fn the_better_of_two_fits_predicts_better_and_of_no_rows_neither_is_worse() {
+        let lab = two_links(40, "", 0.05, 63, |q| [0.0, 0.01 * q[1]]);
+        let added = AddedEffect { id: EffectId::at("joint_gain", Spot::Joint(1)), values: vec![0.0] };
+        let without = lab.fit_with(&[], None, &Progress::unwatched()).unwrap();
+        let with = lab.fit_with(&[added], None, &Progress::unwatched()).unwrap();
+        let rows: Vec<usize> = (0..40).collect();
+        assert!(predicts_better((&without, &with), &rows) && !predicts_better((&with, &without), &rows));
+        assert!(predicts_better((&without, &with), &[]));
+        // One row, far from the middle, has no standard error: its sign decides.
+        let far = rows.iter().copied().find(|row| lab.table.q_of(*row)[1] > 1.2).unwrap();
+        assert!(predicts_better((&without, &with), &[far]) && !predicts_better((&with, &without), &[far]));
+    }
+
+    #[test]
+    fn the_sentence_of_a_map_says_what_it_takes_and_what_nothing_checks() {
+        let fitted = |between_unknown: bool| FittedMap {
+            map: ResidualMap { not_understood: 0.62, ..ResidualMap::default() },
+            region: MeasuredRegion { joints: Vec::new(), poses: Vec::new(), reach: 0.1 },
+            without_mm: 0.2,
+            with_mm: 0.1234,
+            goes_by: vec!["pose".to_owned(), "side of approach".to_owned()],
+            between_unknown,
+        };
+        let told = MapStep::of(&fitted(false), RMS, [3, 4]);
+        assert_eq!(
+            told.sentence,
+            "A residual map of pose and side of approach takes 62 % of the variance that is left (0.200 -> 0.123 mm on rows left out): not understood, and good only where was measured."
+        );
+        assert_eq!((told.left_out_mm, told.locked_inside), ([0.2, 0.1234], [3, 4]));
+        assert!(MapStep::of(&fitted(true), RMS, [0, 0]).sentence.ends_with("which nothing here checks."));
+    }
+}

@@ -201,6 +201,8 @@ impl Designer<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::laboratory::Options;
+    use plumb_calibration::arm_model::Model;
 
     #[test]
     fn a_pose_near_another_differs_by_a_share_of_each_joints_range() {
@@ -216,6 +218,58 @@ mod tests {
             assert!((spread / (0.01 * (high - low)) - 1.0).abs() < 0.12, "{spread}");
         }
         assert!(!designer.has_two_directions(0), "no side of approach is logged");
+    }
+
+    /// The arm, of which only heights over a plane were measured.
+    fn of_heights() -> Laboratory {
+        let lines = "surfaces: {wall: {plane: {normal: [0, 1, 0], offset_mm: 0}}}";
+        let model = Model::parse("model.yaml", &format!("{}{lines}\n", crate::testing::TWO_LINKS)).unwrap();
+        let text = "time_s,temperature_c,payload_kg,q1_deg,q2_deg,height_mm,on\n5,20,1,10,20,109.7,wall\n7,21,1,30,40,240.9,wall\n";
+        Laboratory::new(model, Table::parse("t.csv", text).unwrap(), Options::default()).unwrap()
+    }
+
+    #[test]
+    fn poses_to_come_are_read_as_those_that_were_and_in_other_ways_by_whole_points() {
+        let lab = of_heights();
+        let designer = Designer { lab: &lab, surface: None, waits: false, both_directions: false };
+        let design = Design { q: vec![0.1, -0.2], approach: vec![0, 0], payload: 3.0, wait: 600.0 };
+        let before = designer.table(std::slice::from_ref(&design), Sensing::AsBefore);
+        assert!(before.positions.is_empty() && before.distance.is_none() && before.tilt.is_none());
+        assert_eq!(before.height.as_deref(), Some(&[0.0][..]));
+        assert_eq!(before.on.name(0), Some("wall"));
+        // After what was measured, at the last temperature.
+        assert_eq!(before.time.as_deref(), Some(&[607.0][..]));
+        assert_eq!(before.temperature.as_deref(), Some(&[21.0][..]));
+        assert_eq!(before.payload.as_deref(), Some(&[3.0][..]));
+        assert!(before.approach.is_none() && before.q_of(0) == [0.1, -0.2]);
+        let whole = designer.table(&[design], Sensing::WholePoints);
+        let targets: Vec<&str> = whole.positions.iter().map(|columns| columns.target.as_str()).collect();
+        assert_eq!(targets, ["p1"]);
+        assert_eq!(whole.positions[0].xyz.len(), 1);
+    }
+
+    #[test]
+    fn where_the_sensor_triggers_no_height_is_read_but_in_other_ways() {
+        let lab = of_heights();
+        let surface = Some("wall".to_owned());
+        let designer = Designer { lab: &lab, surface, waits: false, both_directions: false };
+        assert!(designer.columns(Sensing::AsBefore, true, false).height.is_none());
+        assert!(designer.columns(Sensing::WholePoints, true, false).height.is_some());
+        assert!(designer.columns(Sensing::AsBefore, false, true).distance.is_some());
+    }
+
+    #[test]
+    fn loads_are_those_given_else_those_of_the_table() {
+        let lab = of_heights();
+        let designer = Designer { lab: &lab, surface: None, waits: true, both_directions: true };
+        let mut rng = Random::seeded(4);
+        let wish = |payloads: &'static [f64]| Wish { count: 1, keep_out: &[], payloads };
+        let drawn: Vec<Design> = (0..40).map(|_| designer.anywhere(wish(&[2.0, 5.0]), &mut rng)).collect();
+        assert!(drawn.iter().all(|one| [2.0, 5.0].contains(&one.payload) && WAITS.contains(&one.wait)));
+        assert!(drawn.iter().any(|one| one.payload == 2.0) && drawn.iter().any(|one| one.payload == 5.0));
+        assert!(WAITS.iter().all(|wait| drawn.iter().any(|one| one.wait == *wait)));
+        assert!((0..5).all(|_| designer.anywhere(wish(&[]), &mut rng).payload == 1.0));
+        assert!(drawn.iter().all(|one| one.approach == [0, 0]), "no side is logged: none is asked for");
     }
 
     #[test]

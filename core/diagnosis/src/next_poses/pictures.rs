@@ -77,3 +77,34 @@ pub(super) fn falls_on_its_surfaces(observations: &Observations, row: usize, res
     let mut means = equations.filter(|(equation, _)| equation.measurand.component == 0);
     means.all(|(equation, residual)| (residual * equation.sigma).abs() <= FALLS_WITHIN)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_nearest_of_some_rows_is_nearest_in_all_joints_and_the_first_of_equals() {
+        let table = Table::parse("t.csv", "q1_deg,q2_deg,p1_x_mm\n0,0,1\n10,40,1\n30,10,1\n0,0,1\n").unwrap();
+        let to = |q: [f64; 2], rows: &[usize]| nearest(&table, &q.map(f64::to_radians), rows.iter()).copied();
+        assert_eq!(to([12.0, 2.0], &[0, 1, 2, 3]), Some(0));
+        assert_eq!(to([25.0, 20.0], &[0, 1, 2, 3]), Some(2), "5 and 10 deg are nearer than 15 and 20");
+        assert_eq!(to([25.0, 20.0], &[0, 1]), Some(1));
+        assert_eq!(to([0.0; 2], &[3, 0]), Some(3));
+        assert_eq!(to([0.0; 2], &[]), None);
+    }
+
+    #[test]
+    fn poses_are_drawn_beside_those_that_were_measured() {
+        let lab = crate::testing::two_links(5, "", 0.05, 3, |_| [0.0; 2]);
+        let mut rng = Random::seeded(8);
+        let mut squares = 0.0;
+        for _ in 0..200 {
+            let q = beside_a_picture(&lab, &mut rng).unwrap();
+            let row = nearest(lab.table(), &q, (0..5).collect::<Vec<_>>().iter()).copied().unwrap();
+            squares += lab.table().q_of(row).iter().zip(&q).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
+        }
+        // Two joints, each by a normal number of this spread.
+        let spread = (squares / 400.0).sqrt();
+        assert!((spread / BESIDE_A_BOARD - 1.0).abs() < 0.1, "{spread}");
+    }
+}

@@ -188,6 +188,50 @@ fn on_a_terminal_a_rising_row_of_errors_rises_from_left_to_right() {
     let steps: Vec<usize> = dots.windows(2).map(|pair| pair[1].0 - pair[0].0).collect();
     assert!(steps.iter().max().unwrap() - steps.iter().min().unwrap() <= 1, "evenly: {steps:?}");
     assert!(drawn.lines().all(|line| line.chars().count() <= 59), "{drawn}");
-    let wide = terminal(&Comparison { series: vec![comparison.series[0].clone(); 2], ..comparison }, 120);
-    assert!(wide.lines().any(|line| line.chars().count() > 60), "two panels side by side");
+    let two = Comparison { series: vec![comparison.series[0].clone(); 2], ..comparison };
+    // A panel has a title, eight lines of dots and an axis. Below 60 columns panels stand one under the other.
+    let height = |width: usize| terminal(&two, width).lines().count();
+    assert_eq!((height(59), height(60), height(120)), (20, 10, 10));
+    assert!(terminal(&two, 120).lines().any(|line| line.chars().count() > 60), "two panels side by side");
+}
+
+#[test]
+fn a_long_title_beside_a_panel_stands_in_two_lines_and_one_over_it_is_cut() {
+    let titled = |beside: &str, over: &str| {
+        let panel = Panel { up_title: beside.to_owned(), title: over.to_owned(), ..panel() };
+        grid(&[panel], &[], Links::Nowhere)
+    };
+    let (short, long) = ("residual along its way, of it a", "a");
+    let thirty: String = short.chars().take(30).collect();
+    assert!(titled(&thirty, long).contains(&format!(">{thirty}</text>")), "thirty letters fit");
+    let two = titled(short, long);
+    assert!(
+        two.contains(">residual along</tspan>") && two.contains(" dy=\"10\">its way, of it a</tspan>"),
+        "{two}"
+    );
+    let word = "x".repeat(31);
+    assert!(titled(&word, long).contains(&format!(">{word}</text>")), "one word is not broken");
+    let over = |count: usize| titled("mm", &"y".repeat(count));
+    assert!(over(48).contains(&format!(">{}</text>", "y".repeat(48))));
+    assert!(over(49).contains(&format!(">{}\u{2026}</text>", "y".repeat(47))));
+}
+
+#[test]
+fn each_line_of_a_heading_pushes_the_panels_down_by_its_height() {
+    let top = |heading: &[String]| {
+        let drawn = grid(&[panel()], heading, Links::Nowhere);
+        let lines = elements(&drawn, "text").into_iter().take(heading.len()).map(|one| number(one, "y"));
+        (
+            lines.collect::<Vec<_>>(),
+            number(elements(&drawn, "rect")[1], "y"),
+            number(elements(&drawn, "rect")[0], "height"),
+        )
+    };
+    let (_, bare, low) = top(&[]);
+    let (lines, two, high) = top(&["one".to_owned(), "two".to_owned()]);
+    assert_eq!(lines, [22.0, 40.0]);
+    assert!(
+        (two - bare - 36.0).abs() < 1e-9 && (high - low - 36.0).abs() < 1e-9,
+        "{bare} {two} {low} {high}"
+    );
 }
