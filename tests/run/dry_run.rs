@@ -19,7 +19,7 @@ fn the_plan_says_what_each_step_would_move_within_what_limits_and_starts_nothing
         ", prompts left out; nothing was started",
         "waist.find_a: Turn the waist until line A is found (search, about",
         "moves arm waist by at most -30 deg until eye is off, at 60 % of full speed, within -80 to 70.5 deg, and the robot's own",
-        "moves arm shoulder by 5 deg, at 50 % of full speed, within the robot's own",
+        "moves arm shoulder by 5 deg, at 50 % of full speed, within the robot's own, -35 to 144 deg",
         "only when cycle.turn <= cycles",
         "place: Bring the hand over the white quadrant (prompt, asks)",
         "its keep-out planes (the table) are not watched while this finds its zeros",
@@ -106,6 +106,62 @@ fn a_place_beyond_the_limits_is_found_before_anything_moves_written_out_or_by_a_
     // Just as far as it may go is not beyond.
     lab.edit("procedures/waist-initialization.yaml", "to_deg: {waist: 60}", "to_deg: {waist: 40}");
     assert_eq!(lab.plumb(&["check", "cell.yaml"]).code(), 0);
+}
+
+#[test]
+fn a_place_beyond_the_robots_own_limits_is_found_without_starting_it() {
+    // The world's arm; the driver's manifest; the joints in a driver's settings. A zero that is corrected may make up for a little.
+    for (folder, cell, procedure, joint, (from, within, beyond), told) in [
+        (
+            "teachmover",
+            "cell.yaml",
+            "waist-initialization.yaml",
+            "waist",
+            ("line_a_deg + offset_deg", "105", "115"),
+            "goes from -90 to 90 deg, and its zero is corrected by at most 20 deg",
+        ),
+        (
+            "teachmover",
+            "cell-serial.yaml",
+            "waist-initialization.yaml",
+            "waist",
+            ("line_a_deg + offset_deg", "105", "115"),
+            "goes from -90 to 90 deg, and its zero is corrected by at most 20 deg",
+        ),
+        (
+            "so101",
+            "cell.yaml",
+            "verify.yaml",
+            "shoulder_pan",
+            ("-12", "-110", "-110.5"),
+            "the robot itself goes from -110 to 110 deg: give a place there",
+        ),
+    ] {
+        let lab = Lab::of(folder);
+        let file = format!("procedures/{procedure}");
+        let written = |place: &str| format!("{joint}: {place}");
+        lab.edit(&file, &written(from), &written(within));
+        assert_eq!(lab.plumb(&["check", cell]).code(), 0, "{}", lab.plumb(&["check", cell]).all());
+        lab.edit(&file, &written(within), &written(beyond));
+        for checked in [cell, &file] {
+            let check = lab.plumb(&["check", checked]);
+            assert_eq!(check.code(), 2, "{checked}: {}", check.all());
+            let cannot = format!("{joint} cannot go to {beyond} deg");
+            assert!(
+                check.all().contains(&cannot) && check.all().contains(told),
+                "{checked}: {}",
+                check.all()
+            );
+        }
+        // What only the plan works out, the dry run finds.
+        lab.edit(&file, &written(beyond), &written(&format!("2 * {beyond} / 2")));
+        assert_eq!(lab.plumb(&["check", cell]).code(), 0);
+        let name = if folder == "so101" { "verify" } else { "initialize" };
+        let plan = lab.plumb(&["run", cell, name, "--dry-run"]);
+        assert_eq!(plan.code(), 2, "{}", plan.all());
+        let sent = format!("would send arm {joint} to {beyond} deg, beyond its limits: the robot itself");
+        assert!(plan.err().contains(&sent), "{}", plan.err());
+    }
 }
 
 /// A step kind's time in plan and run, s.
@@ -195,7 +251,11 @@ fn a_plan_whose_repetition_ends_nobody_knows_when_gives_the_least_time_and_the_m
     let (_, (_, taken)) = guessed_and_taken(&lab, "cell.yaml", "oscillating-initialization");
     assert!(least < taken && taken < most, "{least:.1} s to {most:.1} s guessed, {taken:.1} s taken");
     let told = lab.plumb(&["run", "cell.yaml", "oscillating-initialization", "--dry-run"]);
-    assert!(told.out().contains(", by how soon a repetition ends, prompts left out"), "{}", told.out());
+    let turns = &plan["repetitions"][0];
+    assert!(turns["turns"].as_u64().unwrap() > 1 && turns["turn_s"].as_f64().unwrap() > 1.0, "{turns}");
+    for words in [", by how soon a repetition ends (", ": 1 to ", " turns of about ", "), prompts left out"] {
+        assert!(told.out().contains(words), "{words}: {}", told.out());
+    }
     // Where every turn is known, there is one time.
     let told = lab.plumb(&["run", "cell.yaml", "--dry-run"]);
     assert!(told.out().contains("; about ") && !told.out().contains("by how soon"), "{}", told.out());

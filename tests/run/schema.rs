@@ -264,7 +264,7 @@ fn spoilt(value: &Value) -> Vec<Value> {
 fn is_taken(file: &Path, kind: &str, catalogue: &Catalogue) -> bool {
     let calculator = Calculator::new();
     let fits_plugins =
-        || load_workcell(file, &calculator).is_ok_and(|cell| check_cell(&cell, catalogue, &[]).is_ok());
+        || load_workcell(file, &calculator).is_ok_and(|cell| check_cell(&cell, catalogue, &[], &[]).is_ok());
     match kind {
         "world" => world_file::read(file).is_ok(),
         "rig" => read_rig(file).is_ok(),

@@ -4,14 +4,14 @@ use plumb_document::FileProblems;
 use plumb_host::Catalogue;
 
 use crate::cell_names::CellNames;
-use crate::device::{InputLines, check_plugins};
+use crate::device::{InputLines, JointRange, check_plugins, joint_ranges, own_limits};
 use crate::engine::scope::result_name;
 use crate::procedure::check_procedure;
 use crate::stream_fields::streams_of;
 use crate::workcell::{Workcell, cell_names};
 
 /// Checks what manifests know of a cell: plugins, settings, wiring, and what procedures name of readings. `lines` are the input lines of devices
-/// whose manifest leaves them open.
+/// whose manifest leaves them open, `ranges` how far the joints of robots go of which more is known than their manifests say.
 ///
 /// # Errors
 /// Every mistake of the cell's file and its procedures'.
@@ -19,9 +19,14 @@ pub fn check_cell(
     cell: &Workcell,
     catalogue: &Catalogue,
     lines: &[InputLines],
+    ranges: &[JointRange],
 ) -> Result<(), Vec<FileProblems>> {
     let mut wrong: Vec<FileProblems> = check_plugins(cell, catalogue, lines).err().into_iter().collect();
-    let names = names_of_devices(cell, catalogue, lines);
+    let mut names = names_of_devices(cell, catalogue, lines);
+    let ranges = joint_ranges(cell, catalogue, ranges);
+    for robot in &mut names.robots {
+        robot.own_limits = own_limits(cell, &robot.name, &ranges);
+    }
     for procedure in &cell.procedures {
         for problems in check_procedure(procedure, &names).err().into_iter().flatten() {
             // A procedure that two others call is told of once.

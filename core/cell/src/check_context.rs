@@ -24,6 +24,8 @@ pub(crate) struct RobotNames {
     pub(crate) joints: Vec<(String, DegOrMm)>,
     /// Limits that the cell gives joints: joint, least, most; rad or mm.
     pub(crate) limits: Vec<(String, f64, f64)>,
+    /// Limits of the robot's own, where they are known before it is started.
+    pub(crate) own_limits: Vec<OwnLimits>,
     /// Surfaces of its model file.
     pub(crate) surfaces: Vec<String>,
     /// Levels of its model file.
@@ -32,6 +34,19 @@ pub(crate) struct RobotNames {
     pub(crate) targets: Vec<String>,
     /// Boards of its model file that have names.
     pub(crate) boards: Vec<String>,
+}
+
+/// How far a joint goes by what its robot allows, rad or mm.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct OwnLimits {
+    /// The joint.
+    pub(crate) joint: String,
+    /// The lowest its drive goes.
+    pub(crate) least: f64,
+    /// The highest its drive goes.
+    pub(crate) most: f64,
+    /// How far the cell's procedures may correct its zero: a place beyond by no more may be within once that has been done.
+    pub(crate) zero_shift: f64,
 }
 
 impl CheckContext<'_> {

@@ -13,6 +13,7 @@ pub mod engine;
 pub mod event;
 pub mod expression;
 mod in_words;
+mod joint_range;
 pub mod measurement_table;
 mod named_value;
 mod parameter_name;

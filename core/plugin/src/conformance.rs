@@ -15,7 +15,7 @@ mod times;
 
 pub use in_process::{check_robot, check_sensor, manifest_is_good};
 pub use lesson::{Lesson, lesson};
-pub use lists::{LISTS, check_input_lines, check_quantities};
+pub use lists::{LISTS, check_quantities, check_robot_lists};
 pub use outcome::{CheckOutcome, CheckReport, row_in_words};
 pub use robot::{
     Interruption, ROBOT_CHECKS, RobotBench, RobotCheck, leaves_at_rest, not_run, run_robot_check,

@@ -32,7 +32,7 @@ pub use description::{
 pub use device_state::DeviceState;
 pub use error::PluginError;
 pub use host::{Host, HostInterface, LogLevel};
-pub use manifest::{ContractVersion, DeviceKind, Manifest, ManifestError};
+pub use manifest::{ContractVersion, DeviceKind, Manifest, ManifestError, ManifestJoint};
 pub use message::{
     DigitalInputs, FrameHeader, Health, JogState, JointState, JointVector, MAX_JOINTS, Message, MessageError,
     Motion, ProximityEdge, StripeFault, StripeHeader, StripePoint,

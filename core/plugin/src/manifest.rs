@@ -10,6 +10,11 @@ use plumb_document::{
 };
 use serde::{Deserialize, Serialize};
 
+mod joint;
+
+pub use joint::ManifestJoint;
+use joint::check_joints;
+
 use crate::message::Layout;
 use crate::{InputDescription, QuantityDescription, StreamDescription, Value};
 
@@ -50,6 +55,9 @@ pub struct Manifest {
     /// out, they are known only from its description.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub input_lines: Option<u32>,
+    /// How far a robot's joints go, so that a place beyond is found before anything is started. Left out, that is known only from its description.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub joints: Option<Vec<ManifestJoint>>,
     /// How fast a robot is, for the time of a run that is only planned. Left out, a slow arm is reckoned with.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub typical: Option<TypicalPace>,
@@ -149,6 +157,15 @@ const WORDS: &[(&str, &str)] = &[
     ),
     ("input_lines", "How many digital input lines the device has, as bits from 0."),
     (
+        "joints",
+        "How far each joint of a robot goes: a place beyond is then found before anything is started.",
+    ),
+    ("joints.name", "As the robot describes it."),
+    ("joints.from_deg", "The lowest a joint that turns may go."),
+    ("joints.to_deg", "The highest a joint that turns may go."),
+    ("joints.from_mm", "The lowest a joint that slides may go."),
+    ("joints.to_mm", "The highest a joint that slides may go."),
+    (
         "typical",
         "How fast a robot is with the settings it has when a cell gives none: for the time of a run that is only planned.",
     ),
@@ -160,7 +177,7 @@ const WORDS: &[(&str, &str)] = &[
     ),
     (
         "config",
-        "A JSON Schema of what a cell file may give under `config`. `needs_input: INPUT` marks a setting of no use without that input, `input_line_of: INPUT` the number of an input line of the device that is wired there, `is_full_speed: deg_per_s` the full speed of a robot's joints.",
+        "A JSON Schema of what a cell file may give under `config`. `needs_input: INPUT` marks a setting of no use without that input, `input_line_of: INPUT` the number of an input line of the device that is wired there, `is_full_speed: deg_per_s` the full speed of a robot's joints, `are_joints: true` the list of its joints, each with `name`, `from_deg` and `to_deg`.",
     ),
 ];
 
@@ -298,6 +315,12 @@ impl Manifest {
                 problems.add(node.span_at(&["name"]), message, help);
             }
         }
+        if self.joints.is_some() && self.kind != DeviceKind::Robot {
+            let help = "only a robot has joints: take it away";
+            problems.add(root.span_at(&["joints"]), "a sensor lists `joints`", help);
+        }
+        let joints = root.get("joints").map(Node::items).unwrap_or_default();
+        check_joints(self.joints.as_deref().unwrap_or_default(), joints, problems);
         if let Some(lines) = self.input_lines.filter(|lines| *lines > MOST_INPUT_LINES) {
             let help = format!("give at most {MOST_INPUT_LINES}");
             problems.add(root.span_at(&["input_lines"]), format!("`input_lines` is {lines}"), help);

@@ -224,10 +224,26 @@ fn a_robot_without_flaw_passes_every_check() {
 }
 
 #[test]
-fn a_manifest_that_lists_other_lines_or_quantities_than_are_described_fails() {
+fn a_manifest_that_lists_other_lines_joints_or_quantities_than_are_described_fails() {
     let manifest = format!("{ROBOT_MANIFEST}input_lines: 40\n");
     let report = check_robot(&manifest, |host| Ok(TestRobot::new(host, Flaw::None)));
     assert_eq!(failures(&report), [LISTS], "{report}");
+    // Two radians either way, and two millimetres.
+    let turns = |name: &str, to_deg: f64| {
+        format!("{{name: {name}, from_deg: -{0}, to_deg: {to_deg}}}", 2.0_f64.to_degrees())
+    };
+    let listed = |joints: &[String]| format!("{ROBOT_MANIFEST}joints: [{}]\n", joints.join(", "));
+    let gripper = "{name: gripper, from_mm: -2, to_mm: 2}".to_owned();
+    for (shoulder_to, names, is_good) in [
+        (2.0_f64.to_degrees(), 3, true),
+        (2.0_f64.to_degrees() + 0.01, 3, false),
+        (2.0_f64.to_degrees(), 2, false),
+    ] {
+        let joints = [turns("waist", 2.0_f64.to_degrees()), turns("shoulder", shoulder_to), gripper.clone()];
+        let manifest = listed(&joints[..names]);
+        let report = check_robot(&manifest, |host| Ok(TestRobot::new(host, Flaw::None)));
+        assert_eq!(failures(&report).is_empty(), is_good, "{manifest}{report}");
+    }
     let manifest = format!("{SENSOR_MANIFEST}quantities: [{{name: height, unit: mm}}]\n");
     let report = check_sensor(&manifest, |host| Ok(TestSensor { host, flawed: false }));
     assert_eq!(failures(&report), [LISTS], "{report}");

@@ -1,11 +1,12 @@
 //! A cell held against its plugins and its simulated world, before anything is started.
 
 use plumb_cell::check_cell;
-use plumb_cell::device::InputLines;
+use plumb_cell::device::{InputLines, JointRange};
 use plumb_cell::workcell::{DeviceSetting, Workcell};
 use plumb_document::{FileProblems, Problems, did_you_mean};
 use plumb_host::Catalogue;
-use plumb_simulated::world_file::{self, WorldFileError};
+use plumb_simulated::protocol::JointFacts;
+use plumb_simulated::world_file::{self, Described, WorldFileError};
 
 /// The plugin that serves the arm of a simulated world; which arm that is, the world says, not its manifest.
 pub(crate) const SIMULATED: &str = "simulated";
@@ -17,6 +18,7 @@ pub(crate) const SIMULATED: &str = "simulated";
 pub(crate) fn check_with_world(cell: &Workcell, catalogue: &Catalogue) -> Result<(), Vec<FileProblems>> {
     let mut wrong = Vec::new();
     let mut lines = Vec::new();
+    let mut ranges = Vec::new();
     if let Some(setting) = &cell.world {
         match world_file::read(&setting.file) {
             Ok(world) => {
@@ -24,13 +26,25 @@ pub(crate) fn check_with_world(cell: &Workcell, catalogue: &Catalogue) -> Result
                 let devices = || cell.devices.iter().filter(|device| device.plugin == SIMULATED);
                 wrong.extend(check_arm(cell, devices(), name).err());
                 lines.extend(devices().map(|device| InputLines { device: device.name.clone(), count }));
+                ranges.extend(devices().flat_map(|device| ranges_in(&world, device)));
             }
             Err(WorldFileError::Wrong(problems)) => wrong.push(*problems),
             Err(_) => {}
         }
     }
-    wrong.extend(check_cell(cell, catalogue, &lines).err().into_iter().flatten());
+    wrong.extend(check_cell(cell, catalogue, &lines, &ranges).err().into_iter().flatten());
     if wrong.is_empty() { Ok(()) } else { Err(wrong) }
+}
+
+/// How far the joints of a device go that is the arm of this world.
+pub(crate) fn ranges_in(world: &Described, device: &DeviceSetting) -> Vec<JointRange> {
+    let range = |joint: JointFacts| JointRange {
+        device: device.name.clone(),
+        joint: joint.name,
+        least: joint.lower,
+        most: joint.upper,
+    };
+    world.joints().into_iter().map(range).collect()
 }
 
 /// Checks that devices ask for the arm that stands in the world.

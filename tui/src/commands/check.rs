@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use plumb_calibration::table::Table;
 use plumb_cell::expression::Calculator;
 use plumb_cell::workcell::load_workcell;
-use plumb_cell::{cells_that_name, check_cell, check_file, kind_of_file};
+use plumb_cell::{cells_that_name, check_file, kind_of_file};
 use plumb_diagnosis::stripe::read_scene;
 use plumb_document::{DocumentKind, FileProblems};
 use plumb_light_stripe::geometry::read_rig;
@@ -63,15 +63,19 @@ fn check(
     }
     let kind = kind_of_file(file).map_err(|problems| problems.to_string())?;
     read_whole(file, kind)?;
-    let checked = check_file(file, kind, calculator).map_err(|problems| in_words(&problems))?;
-    if kind == DocumentKind::Cell {
-        let workcell = load_workcell(file, calculator).map_err(|problems| in_words(&problems))?;
-        check_with_world(&workcell, &plugins_of(&workcell, &arguments.plugins))
-            .map_err(|problems| in_words(&problems))?;
-        if let Some(world) = &workcell.world {
+    let mut wrong = Vec::new();
+    let checked = check_file(file, kind, calculator).map_err(|problems| wrong.extend(problems)).ok();
+    // What a cell is made of is looked at whatever is wrong with its answers.
+    if kind == DocumentKind::Cell
+        && let Ok(workcell) = load_workcell(file, calculator)
+    {
+        let plugins = plugins_of(&workcell, &arguments.plugins);
+        wrong.extend(check_with_world(&workcell, &plugins).err().into_iter().flatten());
+        if let Some(world) = workcell.world.as_ref().filter(|_| wrong.is_empty()) {
             read_whole(&world.file, DocumentKind::World)?;
         }
     }
+    let Some(checked) = checked.filter(|_| wrong.is_empty()) else { return Err(in_words(&wrong)) };
     if kind == DocumentKind::Procedure {
         check_readings(file, arguments, calculator).map_err(|problems| in_words(&problems))?;
     }
@@ -89,7 +93,7 @@ fn check_readings(
         // A cell with mistakes of its own is named among the notes.
         let Ok(workcell) = load_workcell(&cell, calculator) else { continue };
         let plugins = plugins_of(&workcell, &arguments.plugins);
-        let wrong = check_cell(&workcell, &plugins, &[]).err().into_iter().flatten();
+        let wrong = check_with_world(&workcell, &plugins).err().into_iter().flatten();
         let about_this: Vec<FileProblems> = wrong.filter(|problems| is_this(&problems.file)).collect();
         if !about_this.is_empty() {
             return Err(about_this);

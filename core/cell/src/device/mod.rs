@@ -4,6 +4,7 @@ mod cell_place;
 pub(crate) mod configuration;
 mod hosted;
 mod input_lines;
+mod joint_ranges;
 mod kept;
 mod stream_link;
 mod watcher;
@@ -15,6 +16,8 @@ pub use cell_place::{CellPlace, PlaceState, Remains};
 pub use configuration::config_mistakes;
 pub use hosted::{HostedDevices, World, hashed, plugin_files};
 pub use input_lines::InputLines;
+pub use joint_ranges::joint_ranges;
+pub(crate) use joint_ranges::own_limits;
 pub use kept::KeptDevices;
 pub use plumb_host::{DeviceError, StartError};
 pub use stream_link::StreamLink;
@@ -27,6 +30,7 @@ use plumb_plugin::{
 };
 
 use crate::event::LogLevel;
+pub use crate::joint_range::JointRange;
 use crate::run_handle::StopAction;
 use crate::workcell::DeviceSetting;
 

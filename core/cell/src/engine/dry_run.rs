@@ -6,8 +6,10 @@ use serde_json::{Map, Value};
 use super::estimate::{Estimator, ForeseenStep, Unknown};
 use super::plan::make_plan;
 use super::start::{check_unattended, model_values, parameters_of};
-use super::{RunRequest, StartError};
+use super::{RobotFacts, RunRequest, StartError};
+use crate::check_context::OwnLimits;
 use crate::deg_or_mm::DegOrMm;
+use crate::device::own_limits;
 use crate::expression::Calculator;
 use crate::step::{MotionContext, PlannedMotion, rounded};
 use crate::workcell::{RobotSetting, Workcell};
@@ -32,10 +34,24 @@ pub struct DryRun {
     /// turns, this with the first alone and without the steps of which only the run will tell whether they are needed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub least_s: Option<f64>,
+    /// The repetitions between these two times, with what a turn of each takes.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub repetitions: Vec<OpenRepetition>,
     /// What watches over the robots' ways, in words.
     pub safety: Vec<String>,
     /// Why it would not start without somebody there; none when it would.
     pub needs_operator: Option<String>,
+}
+
+/// A repetition that ends when something is so, nobody knows in which turn.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct OpenRepetition {
+    /// Its path.
+    pub step: String,
+    /// How many turns it has at most.
+    pub turns: u32,
+    /// About how long a turn takes, prompts left out, seconds.
+    pub turn_s: f64,
 }
 
 /// One step of it.
@@ -77,6 +93,7 @@ pub fn dry_run(request: &RunRequest) -> Result<DryRun, StartError> {
         models,
         facts: request.robots.clone(),
     };
+    let own = own_limits_of(request);
     let mut steps = Vec::new();
     estimator.foresee(Unknown::Holds, |foreseen| {
         let planned = foreseen.planned();
@@ -89,10 +106,11 @@ pub fn dry_run(request: &RunRequest) -> Result<DryRun, StartError> {
             when: foreseen.entry.step.when.as_ref().map(|when| when.text().to_owned()),
             is_left_out: foreseen.is_left_out,
             estimate_s: planned.estimate_s,
-            moves: motions(foreseen, &request.cell),
+            moves: motions(foreseen, &request.cell, &own),
         });
     });
     let estimate_s = steps.iter().filter_map(|step| step.estimate_s).sum();
+    let repetitions = open_repetitions(&estimator, &steps);
     let needs_operator = match check_unattended(request) {
         Err(StartError::NeedsOperator(reason)) if request.unattended => Some(reason),
         _ => None,
@@ -105,18 +123,48 @@ pub fn dry_run(request: &RunRequest) -> Result<DryRun, StartError> {
         steps,
         estimate_s,
         least_s: estimator.least_s(),
+        repetitions,
         safety: safety(request),
         needs_operator,
     })
 }
 
-fn motions(foreseen: &ForeseenStep<'_>, cell: &Workcell) -> Vec<PlannedMotion> {
-    let limits = |robot: &str, joint: &str| limits(cell, robot, joint);
+/// The repetitions whose last turn nobody knows, with the time of a turn as the steps inside have it.
+fn open_repetitions(estimator: &Estimator<'_>, steps: &[DryStep]) -> Vec<OpenRepetition> {
+    let timed = |(step, turns): (String, u32)| {
+        let inside = format!("{step}[");
+        let all_s: f64 = steps
+            .iter()
+            .filter(|known| known.step.starts_with(&inside))
+            .filter_map(|known| known.estimate_s)
+            .sum();
+        OpenRepetition { turn_s: all_s / f64::from(turns.max(1)), step, turns }
+    };
+    estimator.open_repetitions().into_iter().map(timed).collect()
+}
+
+/// The limits of the robots' own, each with its robot.
+fn own_limits_of(request: &RunRequest) -> Vec<(String, OwnLimits)> {
+    let of_robot = |facts: &RobotFacts| {
+        let limits = own_limits(&request.cell, &facts.robot, &facts.ranges).into_iter();
+        limits.map(|limits| (facts.robot.clone(), limits)).collect::<Vec<_>>()
+    };
+    request.robots.iter().flat_map(of_robot).collect()
+}
+
+fn motions(foreseen: &ForeseenStep<'_>, cell: &Workcell, own: &[(String, OwnLimits)]) -> Vec<PlannedMotion> {
+    let limits = |robot: &str, joint: &str| limits(cell, own, robot, joint);
     let range = |robot: &str, joint: &str| {
         let limits = cell.robot(robot)?.limits.iter().find(|(name, ..)| name == joint);
         limits.map(|(_, least, most)| (*least, *most))
     };
-    let context = MotionContext { time: foreseen.context, limits: &limits, range: &range };
+    let own_limits = |robot: &str, joint: &str| {
+        own.iter()
+            .find(|(known, limits)| known == robot && limits.joint == joint)
+            .map(|(_, limits)| limits.clone())
+    };
+    let context =
+        MotionContext { time: foreseen.context, limits: &limits, range: &range, own_limits: &own_limits };
     let mut moves = foreseen.entry.step.action.planned_motions(&context);
     if foreseen.is_left_out {
         moves.iter_mut().for_each(|motion| motion.beyond = None);
@@ -124,16 +172,17 @@ fn motions(foreseen: &ForeseenStep<'_>, cell: &Workcell) -> Vec<PlannedMotion> {
     moves
 }
 
-fn limits(cell: &Workcell, robot: &str, joint: &str) -> String {
+fn limits(cell: &Workcell, own: &[(String, OwnLimits)], robot: &str, joint: &str) -> String {
     let setting = cell.robot(robot);
     let of_cell = setting.and_then(|setting| setting.limits.iter().find(|(name, ..)| name == joint));
-    match of_cell {
-        Some((_, least, most)) => {
-            let unit = setting.and_then(|setting| setting.unit(joint)).unwrap_or(DegOrMm::Deg);
-            let number = |internal: f64| rounded(unit.from_internal(internal));
-            format!("{} to {} {}, and the robot's own", number(*least), number(*most), unit.symbol())
-        }
-        None => "the robot's own".to_owned(),
+    let own = own.iter().find(|(known, limits)| known == robot && limits.joint == joint);
+    let unit = setting.and_then(|setting| setting.unit(joint)).unwrap_or(DegOrMm::Deg);
+    let number = |internal: f64| rounded(unit.from_internal(internal));
+    let in_words = |least, most| format!("{} to {} {}", number(least), number(most), unit.symbol());
+    match (of_cell, own) {
+        (Some((_, least, most)), _) => format!("{}, and the robot's own", in_words(*least, *most)),
+        (None, Some((_, own))) => format!("the robot's own, {}", in_words(own.least, own.most)),
+        (None, None) => "the robot's own".to_owned(),
     }
 }
 

@@ -95,6 +95,17 @@ impl Estimator<'_> {
         Some(least_s)
     }
 
+    /// The repetitions that may end before their last turn, nobody knows when, each with its most turns.
+    pub(crate) fn open_repetitions(&self) -> Vec<(String, u32)> {
+        let open = |entry: &Entry| match (&entry.work, entry.step.action.inside()) {
+            (Work::Turn { turn: 1, turns }, Inside::Repeated { until: Some(_), .. }) => {
+                Some((entry.path.0.clone(), *turns))
+            }
+            _ => None,
+        };
+        self.plan.entries.iter().filter_map(open).collect()
+    }
+
     /// Goes through the plan as a run would, and tells of each step that is shown.
     pub(crate) fn foresee(&self, unknown: Unknown, mut tell: impl FnMut(&ForeseenStep<'_>)) {
         let known = |setting| self.known_robot(setting);

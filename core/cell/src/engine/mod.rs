@@ -54,7 +54,7 @@ use serde_json::{Map, Value};
 pub use sensor_corrections::sensor_corrections;
 
 pub use crate::step::{JointFacts, PlannedMotion, RobotFacts};
-pub use dry_run::{DryRun, DryStep, dry_run};
+pub use dry_run::{DryRun, DryStep, OpenRepetition, dry_run};
 pub use event_sender::EventSender;
 pub use plan::PlanError;
 pub use start::{Connected, RunRequest, RunningRun, StartError, start_run};

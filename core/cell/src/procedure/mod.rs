@@ -69,6 +69,12 @@ impl Procedure {
         own.chain(self.called.iter().flat_map(|(_, called)| called.finds_zeros_of())).collect()
     }
 
+    /// How far at most this procedure, or one it calls, corrects the zero of a robot's joint, rad or mm; 0 where none does.
+    pub(crate) fn zero_shift(&self, robot: &str, joint: &str) -> f64 {
+        let called = self.called.iter().map(|(_, called)| called.zero_shift(robot, joint));
+        called.fold(greatest_zero_shift(&self.steps, robot, joint), f64::max)
+    }
+
     /// The parameters of a sensor that this procedure, or one it calls, corrects.
     pub(crate) fn corrections_of(&self, sensor: &str) -> Vec<&str> {
         let mut keys = Vec::new();
@@ -89,6 +95,14 @@ impl Procedure {
         }
         files
     }
+}
+
+fn greatest_zero_shift(steps: &[Step], robot: &str, joint: &str) -> f64 {
+    let of_step = |step: &Step| match step.action.inside() {
+        Inside::Repeated { steps, .. } => greatest_zero_shift(steps, robot, joint),
+        Inside::Called { .. } | Inside::Nothing => step.action.zero_shift(robot, joint),
+    };
+    steps.iter().map(of_step).fold(0.0, f64::max)
 }
 
 fn collect_corrections<'a>(steps: &'a [Step], sensor: &str, keys: &mut Vec<&'a str>) {

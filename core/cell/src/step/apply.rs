@@ -156,6 +156,11 @@ impl Action for ApplyStep {
     fn question(&self) -> Option<StepQuestion<'_>> {
         self.ask.then_some(StepQuestion::Acceptance)
     }
+
+    fn zero_shift(&self, robot: &str, joint: &str) -> f64 {
+        let own = self.shifts.iter().filter(|shift| self.robot == robot && shift.joint == joint);
+        own.map(|shift| shift.unit.to_internal(shift.plausible)).fold(0.0, f64::max)
+    }
 }
 
 pub(super) const KIND: Kind = Kind::entry::<ApplyStep>();

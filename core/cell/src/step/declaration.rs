@@ -99,6 +99,11 @@ pub(crate) trait Action: Any + Debug + Send + Sync {
         Vec::new()
     }
 
+    /// How far at most it corrects the zero of a robot's joint, rad or mm.
+    fn zero_shift(&self, _robot: &str, _joint: &str) -> f64 {
+        0.0
+    }
+
     /// The steps inside it.
     fn inside(&self) -> Inside<'_> {
         Inside::Nothing

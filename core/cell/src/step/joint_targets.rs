@@ -1,7 +1,7 @@
 //! Joints with a number each: where to go, or by how much.
 
 use super::motions::rounded;
-use crate::check_context::{CheckContext, RobotNames};
+use crate::check_context::{CheckContext, OwnLimits, RobotNames};
 use crate::deg_or_mm::DegOrMm;
 use crate::expression::Expression;
 use crate::read_context::ReadContext;
@@ -56,19 +56,49 @@ pub(super) fn beyond_limits(place: f64, (least, most): (f64, f64), unit: DegOrMm
     (!within).then(|| format!("{} to {} {}", number(least), number(most), unit.symbol()))
 }
 
+impl OwnLimits {
+    /// Where a place (rad or mm) lies beyond them wherever the zero may be, in words.
+    pub(super) fn beyond(&self, place: f64, unit: DegOrMm) -> Option<String> {
+        let (least, most) = (self.least - self.zero_shift, self.most + self.zero_shift);
+        beyond_limits(place, (least, most), unit)?;
+        let number = |internal: f64| rounded(unit.from_internal(internal));
+        let limits = format!(
+            "the robot itself goes from {} to {} {}",
+            number(self.least),
+            number(self.most),
+            unit.symbol()
+        );
+        Some(match self.zero_shift {
+            0.0 => limits,
+            shift => {
+                format!("{limits}, and its zero is corrected by at most {} {}", number(shift), unit.symbol())
+            }
+        })
+    }
+}
+
 impl JointTarget {
-    /// Checks a place that is written as a number against the limits that the cell gives the joint.
+    /// Checks a place that is written as a number against the limits of the joint: those that the cell gives it, and the robot's own.
     pub(super) fn check_limits(&self, robot: Option<&RobotNames>, context: &CheckContext<'_>) {
         let Ok(place) = self.value.text().trim().parse::<f64>() else { return };
-        let limits = robot.and_then(|robot| robot.limits.iter().find(|(joint, ..)| *joint == self.joint));
-        let Some((_, least, most)) = limits else { return };
-        if let Some(limits) = beyond_limits(self.unit.to_internal(place), (*least, *most), self.unit) {
-            let message = format!("{} cannot go to {place} {}", self.joint, self.unit.symbol());
-            let help = format!(
-                "the cell keeps it within {limits}: give a place there, or widen its limits in the cell file"
-            );
-            context.problems.add(self.place, message, help);
-        }
+        let Some(robot) = robot else { return };
+        let internal = self.unit.to_internal(place);
+        let of_cell = robot.limits.iter().find(|(joint, ..)| *joint == self.joint);
+        let of_cell =
+            of_cell.and_then(|(_, least, most)| beyond_limits(internal, (*least, *most), self.unit));
+        let own = robot.own_limits.iter().find(|limits| limits.joint == self.joint);
+        let own = own.and_then(|limits| limits.beyond(internal, self.unit));
+        let help = match (of_cell, own) {
+            (Some(limits), _) => {
+                format!(
+                    "the cell keeps it within {limits}: give a place there, or widen its limits in the cell file"
+                )
+            }
+            (None, Some(limits)) => format!("{limits}: give a place there"),
+            (None, None) => return,
+        };
+        let message = format!("{} cannot go to {place} {}", self.joint, self.unit.symbol());
+        context.problems.add(self.place, message, help);
     }
 
     /// Checks that the robot has the joint, that the unit fits it, and the names in the number.

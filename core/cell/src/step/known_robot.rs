@@ -6,6 +6,7 @@ use plumb_kinematics::inverse;
 use super::geometry::Geometry;
 use super::known_point::{WantedTip, joints_for_tip};
 use crate::deg_or_mm::DegOrMm;
+use crate::joint_range::JointRange;
 
 /// How long a robot takes to be told a move and to answer, where nobody knows, s.
 const TYPICAL_COMMAND_S: f64 = 0.02;
@@ -34,6 +35,8 @@ pub struct RobotFacts {
     pub robot: String,
     /// Its joints.
     pub joints: Vec<JointFacts>,
+    /// How far its joints go, by what it allows itself, where that is known.
+    pub ranges: Vec<JointRange>,
     /// Full speed of joints that turn and are not listed, rad/s.
     pub turning_speed: Option<f64>,
     /// Full speed of joints that slide and are not listed, mm/s.

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::time::TimeContext;
+use crate::check_context::OwnLimits;
 use crate::deg_or_mm::DegOrMm;
 use crate::expression::Expression;
 
@@ -19,12 +20,15 @@ pub struct PlannedMotion {
     pub speed: f64,
     /// Within what, in words.
     pub limits: String,
-    /// It would go beyond the limits that the cell gives the joint: which these are. The run would end there.
+    /// It would go beyond the limits that the cell gives the joint, or the robot's own: which these are. The run would end there.
     pub beyond: Option<String>,
 }
 
 /// Gives the least and the greatest place of a robot's joint, rad or mm; none where the cell does not say.
 pub(crate) type RangeOf<'a> = &'a dyn Fn(&str, &str) -> Option<(f64, f64)>;
+
+/// Gives the limits of a robot's own of its joint, where they are known before it is started.
+pub(crate) type OwnLimitsOf<'a> = &'a dyn Fn(&str, &str) -> Option<OwnLimits>;
 
 /// What the motions of a step are worked out from.
 pub(crate) struct MotionContext<'a> {
@@ -33,6 +37,7 @@ pub(crate) struct MotionContext<'a> {
     pub(crate) limits: &'a dyn Fn(&str, &str) -> String,
     /// The limits that the cell gives a robot's joint, rad or mm.
     pub(crate) range: RangeOf<'a>,
+    pub(crate) own_limits: OwnLimitsOf<'a>,
 }
 
 impl MotionContext<'_> {

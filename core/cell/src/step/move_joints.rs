@@ -192,8 +192,11 @@ impl MoveStep {
     /// The limits that a place known before the run lies beyond, in words.
     fn beyond(&self, target: &JointTarget, context: &MotionContext<'_>) -> Option<String> {
         let place = context.time.known(&target.value).filter(|_| !self.relative)?;
-        let range = (context.range)(&self.robot, &target.joint)?;
-        beyond_limits(target.unit.to_internal(place), range, target.unit)
+        let place = target.unit.to_internal(place);
+        let of_cell = (context.range)(&self.robot, &target.joint);
+        let of_cell = of_cell.and_then(|range| beyond_limits(place, range, target.unit));
+        let own = || (context.own_limits)(&self.robot, &target.joint)?.beyond(place, target.unit);
+        of_cell.or_else(own)
     }
 }
 

@@ -31,6 +31,7 @@ impl RobotSetting {
             name: self.device.clone(),
             joints: self.joints.clone(),
             limits: self.limits.clone(),
+            own_limits: Vec::new(),
             surfaces,
             levels,
             targets,

@@ -9,7 +9,7 @@ use super::outcome::caught;
 use super::times::{CALL_WITHIN, within};
 use super::{
     CheckOutcome, CheckReport, Interruption, LISTS, ROBOT_CHECKS, RobotBench, SENSOR_CHECKS, SensorBench,
-    check_input_lines, check_quantities, not_run, run_robot_check,
+    check_quantities, check_robot_lists, not_run, run_robot_check,
 };
 use crate::message::Layout;
 use crate::recording::RecordingHost;
@@ -58,7 +58,7 @@ pub fn check_robot<R: Robot>(manifest: &str, create: impl Fn(Host) -> Result<R, 
         lists(
             manifest,
             || create(RecordingHost::new().host()),
-            |manifest, robot: &R| check_input_lines(manifest, &robot.describe()),
+            |manifest, robot: &R| check_robot_lists(manifest, &robot.describe()),
         ),
     ));
     report

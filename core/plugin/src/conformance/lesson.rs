@@ -40,9 +40,9 @@ const LESSONS: &[(&str, Lesson)] = &[
         },
     ),
     (
-        "its manifest lists the quantities and input lines it describes",
+        "its manifest lists the quantities, input lines and joints it describes",
         Lesson {
-            contract: "a manifest that lists `quantities` (names and units) or `input_lines` (their count, bits from 0) lists those of the description: `plumb check` believes it",
+            contract: "a manifest that lists `quantities` (names and units), `input_lines` (their count, bits from 0) or `joints` (their ranges) lists those of the description: `plumb check` believes it",
             change: "make the manifest say what `describe` says, or leave the key out",
         },
     ),

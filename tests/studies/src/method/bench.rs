@@ -86,7 +86,7 @@ impl<'a> Bench<'a> {
         };
         let mut cell = load_workcell(&file, &Calculator::new()).map_err(in_words)?;
         let catalogue = Catalogue::search(plugins);
-        check_cell(&cell, &catalogue, &[]).map_err(in_words)?;
+        check_cell(&cell, &catalogue, &[], &[]).map_err(in_words)?;
         let procedure = procedure_of(&cell, with.procedure.as_deref())?;
         let answers = answers_of(&cell).map_err(|problems| in_words(vec![problems]))?;
         let world_file = place.0.join("world.yaml");

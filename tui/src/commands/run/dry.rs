@@ -3,7 +3,7 @@
 use std::io;
 use std::process::ExitCode;
 
-use plumb_cell::engine::{DryRun, DryStep, PlannedMotion, dry_run};
+use plumb_cell::engine::{DryRun, DryStep, OpenRepetition, PlannedMotion, dry_run};
 use plumb_cell::event::RunOutcome;
 
 use super::Arguments;
@@ -59,9 +59,10 @@ fn print(plan: &DryRun) -> io::Result<()> {
         step_count(&depths),
         match plan.least_s {
             Some(least) => format!(
-                "about {} to {}, by how soon a repetition ends",
+                "about {} to {}, by how soon a repetition ends ({})",
                 duration(least),
-                duration(plan.estimate_s)
+                duration(plan.estimate_s),
+                turns_in_words(&plan.repetitions)
             ),
             None => format!("about {}", duration(plan.estimate_s)),
         }
@@ -75,6 +76,18 @@ fn print(plan: &DryRun) -> io::Result<()> {
         say!("{sentence}")?;
     }
     Ok(())
+}
+
+/// Repetitions named at most: one inside another is there in each of its turns.
+const MOST_REPETITIONS: usize = 3;
+
+/// How many turns repetitions have, and how long a turn takes.
+fn turns_in_words(repetitions: &[OpenRepetition]) -> String {
+    let shown = repetitions.iter().take(MOST_REPETITIONS).map(|OpenRepetition { step, turns, turn_s }| {
+        format!("{step}: 1 to {turns} turns of about {}", duration(*turn_s))
+    });
+    let more = (repetitions.len() > MOST_REPETITIONS).then(|| "and others".to_owned());
+    shown.chain(more).collect::<Vec<_>>().join("; ")
 }
 
 fn print_step(number: Option<usize>, all: usize, step: &DryStep) -> io::Result<()> {

@@ -1,11 +1,12 @@
 //! What is known of a cell's robots without asking them, for the time a plan takes.
 
+use plumb_cell::device::joint_ranges;
 use plumb_cell::engine::{JointFacts, RobotFacts};
 use plumb_cell::workcell::{DeviceSetting, Workcell};
 use plumb_host::Catalogue;
 use plumb_simulated::world_file::{self, Described};
 
-use crate::commands::cell_check::SIMULATED;
+use crate::commands::cell_check::{SIMULATED, ranges_in};
 
 /// How long an arm of a simulated world takes to be told a move and to answer, beside the motion, s: a message there and back within one computer.
 const SIMULATED_COMMAND_S: f64 = 0.005;
@@ -17,7 +18,7 @@ pub(super) fn robot_facts(cell: &Workcell, catalogue: &Catalogue) -> Vec<RobotFa
     let is_robot = |device: &&DeviceSetting| cell.robot(&device.name).is_some();
     let facts = |device: &DeviceSetting| match world.as_ref().filter(|_| device.plugin == SIMULATED) {
         Some(world) => of_world(device, world),
-        None => of_manifest(device, catalogue),
+        None => of_manifest(device, cell, catalogue),
     };
     cell.devices.iter().filter(is_robot).map(facts).collect()
 }
@@ -31,12 +32,13 @@ fn of_world(device: &DeviceSetting, world: &Described) -> RobotFacts {
     RobotFacts {
         robot: device.name.clone(),
         joints: joints.collect(),
+        ranges: ranges_in(world, device),
         command_s: Some(SIMULATED_COMMAND_S),
         ..RobotFacts::default()
     }
 }
 
-fn of_manifest(device: &DeviceSetting, catalogue: &Catalogue) -> RobotFacts {
+fn of_manifest(device: &DeviceSetting, cell: &Workcell, catalogue: &Catalogue) -> RobotFacts {
     let plugin = catalogue.find(&device.plugin).ok();
     let typical = plugin.and_then(|plugin| plugin.manifest.typical).unwrap_or_default();
     // A setting that its schema marks `is_full_speed: deg_per_s` says more than what is typical.
@@ -49,6 +51,7 @@ fn of_manifest(device: &DeviceSetting, catalogue: &Catalogue) -> RobotFacts {
     RobotFacts {
         robot: device.name.clone(),
         joints: Vec::new(),
+        ranges: joint_ranges(cell, catalogue, &[]),
         turning_speed: given.or(typical.deg_per_s).map(f64::to_radians),
         sliding_speed: typical.mm_per_s,
         command_s: typical.command_s,
