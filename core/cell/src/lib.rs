@@ -1,5 +1,6 @@
 //! The orchestrator: workcell files, devices, procedures, safety and corrections.
 
+mod answer_bounds;
 pub mod answers;
 mod cell_names;
 mod check_cell;

@@ -467,7 +467,7 @@ steps:
     let mut decided = request(&cell, &place);
     let procedures: Vec<_> = cell.procedures.iter().map(AsRef::as_ref).collect();
     decided.answers =
-        Some(load_answers(&place.path().join("answers.yaml"), &procedures).expect("good answers"));
+        Some(load_answers(&place.path().join("answers.yaml"), &procedures, &[]).expect("good answers"));
     assert_eq!(watch(start(decided, &world), |_, _| {}).0, RunOutcome::Passed);
 }
 

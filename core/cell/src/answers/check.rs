@@ -1,9 +1,13 @@
 //! Whether answers fit a procedure, and which are missing.
 
-use super::{AnswerEntry, Answers, Given, WrittenAnswer};
+use super::{AnswerEntry, AnswerPlace, Answers, Given, WrittenAnswer, level_readings};
+use crate::answer_bounds::{check_level, check_number, check_text};
+use crate::expression::Expression;
+use crate::named_value::NamedValue;
 use crate::procedure::Procedure;
 use crate::step::{Inside, PromptQuestion, Step, StepQuestion};
-use plumb_document::{Problems, did_you_mean};
+use crate::workcell::RobotSetting;
+use plumb_document::{Problems, Span, did_you_mean};
 
 /// A prompt a procedure may ask.
 struct Asked<'a> {
@@ -14,19 +18,24 @@ struct Asked<'a> {
     optional: bool,
 }
 
-/// Checks that every answer belongs to a prompt of one of the procedures and is of its kind.
-pub(super) fn check_answers(answers: &Answers, procedures: &[&Procedure], problems: &Problems) {
+/// Checks that every answer belongs to a prompt of one of the procedures and is one that it takes. `robots` are those of the procedures' cell.
+pub(super) fn check_answers(
+    answers: &Answers,
+    procedures: &[&Procedure],
+    robots: &[RobotSetting],
+    problems: &Problems,
+) {
     let asked: Vec<Asked<'_>> = procedures.iter().flat_map(|procedure| asked_by(procedure)).collect();
     for entry in &answers.entries {
         let prompts = asked.iter().filter(|asked| asked.name == entry.step);
-        match prompts.map(|asked| check_entry(entry, asked)).min_by_key(Result::is_err) {
-            Some(Ok(())) => {}
-            Some(Err(help)) => {
-                let message = format!("this is no answer to the prompt of step `{}`", entry.step);
-                problems.add(entry.place, message, help);
+        // Two procedures may ask for different things in steps of one name: the one that is meant is that which the answers fit best.
+        match prompts.map(|asked| mistakes(entry, asked, robots)).min_by_key(Vec::len) {
+            Some(found) => {
+                found.into_iter().for_each(|(place, message, help)| problems.add(place, message, help))
             }
             None => {
-                let help = did_you_mean(&entry.step, asked.iter().map(|asked| asked.name.as_str()));
+                let help =
+                    did_you_mean(&entry.step, each_once(asked.iter().map(|asked| asked.name.as_str())));
                 problems.add(entry.place, format!("nothing is asked in a step `{}`", entry.step), help);
             }
         }
@@ -34,10 +43,21 @@ pub(super) fn check_answers(answers: &Answers, procedures: &[&Procedure], proble
     let steps: Vec<String> = procedures.iter().flat_map(|procedure| all_steps(procedure)).collect();
     for (step, _, place) in &answers.on_error {
         if !steps.contains(step) {
-            let help = did_you_mean(step, steps.iter().map(String::as_str));
+            let help = did_you_mean(step, each_once(steps.iter().map(String::as_str)));
             problems.add(*place, format!("there is no step `{step}`"), help);
         }
     }
+}
+
+/// Names in their order, none twice: procedures of a cell often have steps of the same name.
+fn each_once<'a>(names: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
+    let mut once: Vec<&str> = Vec::new();
+    for name in names {
+        if !once.contains(&name) {
+            once.push(name);
+        }
+    }
+    once
 }
 
 /// The steps whose prompts have no answer and are sure to be asked.
@@ -51,12 +71,49 @@ pub fn missing_answers(answers: Option<&Answers>, procedure: &Procedure) -> Vec<
         .collect()
 }
 
-fn check_entry(entry: &AnswerEntry, asked: &Asked<'_>) -> Result<(), String> {
+/// A mistake: where it stands, what it is, and what would be right.
+type Mistake = (Span, String, String);
+
+/// What is wrong with the answers to one prompt, each where it stands.
+fn mistakes(entry: &AnswerEntry, asked: &Asked<'_>, robots: &[RobotSetting]) -> Vec<Mistake> {
     let given: &[WrittenAnswer] = match &entry.given {
         Given::Always(answer) => std::slice::from_ref(answer),
         Given::InTurn(answers) => answers,
     };
-    given.iter().try_for_each(|answer| fits(answer, &asked.kind))
+    let of_answer = |(answer, place): (&WrittenAnswer, &AnswerPlace)| match fits(answer, &asked.kind) {
+        Err(help) => {
+            vec![(place.whole, format!("this is no answer to the prompt of step `{}`", entry.step), help)]
+        }
+        Ok(()) => wrong_joints(answer, place, &asked.kind, robots),
+    };
+    given.iter().zip(&entry.places).flat_map(of_answer).collect()
+}
+
+/// The joints of a pose that the robot has not, or not in that unit.
+fn wrong_joints(
+    answer: &WrittenAnswer,
+    place: &AnswerPlace,
+    kind: &StepQuestion<'_>,
+    robots: &[RobotSetting],
+) -> Vec<Mistake> {
+    let StepQuestion::Prompt(PromptQuestion::JogTo { robot, .. }) = kind else { return Vec::new() };
+    let (Some(robot), WrittenAnswer::Pose(joints)) =
+        (robots.iter().find(|known| known.device == *robot), answer)
+    else {
+        return Vec::new();
+    };
+    let wrong = |(joint, place): (&NamedValue, &Span)| match robot.unit(&joint.name) {
+        None => {
+            let help = did_you_mean(&joint.name, robot.joints.iter().map(|(name, _)| name.as_str()));
+            Some((*place, format!("robot `{}` has no joint `{}`", robot.device, joint.name), help))
+        }
+        Some(unit) if unit.symbol() != joint.unit => {
+            let message = format!("joint `{}` goes by {}", joint.name, unit.symbol());
+            Some((*place, message, format!("write it under `pose_{}`", unit.symbol())))
+        }
+        Some(_) => None,
+    };
+    joints.iter().zip(&place.joints).filter_map(wrong).collect()
 }
 
 fn fits(answer: &WrittenAnswer, kind: &StepQuestion<'_>) -> Result<(), String> {
@@ -75,17 +132,20 @@ fn fits(answer: &WrittenAnswer, kind: &StepQuestion<'_>) -> Result<(), String> {
                 word_of(word, &keys)
             }
             (PromptQuestion::Choice { .. }, _) => Err("write the key of one of its options".to_owned()),
-            (PromptQuestion::Number { .. }, WrittenAnswer::Number(_)) => Ok(()),
+            (PromptQuestion::Number { unit, minimum, maximum, .. }, WrittenAnswer::Number(value)) => {
+                check_number(*value, unit, written_bound(minimum.as_ref()), written_bound(maximum.as_ref()))
+            }
             (PromptQuestion::Number { .. }, WrittenAnswer::Word(word)) if word == "offered" => Ok(()),
             (PromptQuestion::Number { .. }, _) => {
                 Err("write a number, or `offered` for the one the prompt offers".to_owned())
             }
-            (PromptQuestion::Text { .. }, WrittenAnswer::Word(_) | WrittenAnswer::Number(_)) => Ok(()),
+            (PromptQuestion::Text { longest }, WrittenAnswer::Word(text)) => check_text(text, *longest),
+            (PromptQuestion::Text { .. }, WrittenAnswer::Number(_)) => Ok(()),
             (PromptQuestion::Text { .. }, _) => Err("write a line of text".to_owned()),
-            (PromptQuestion::Level { .. }, WrittenAnswer::Word(readings)) => {
-                super::level_readings(readings).map(drop)
+            (PromptQuestion::Level { most }, WrittenAnswer::Word(readings)) => {
+                level_readings(readings).and_then(|(x, y)| check_level(x, y, *most))
             }
-            (PromptQuestion::Level { .. }, _) => super::level_readings("").map(drop),
+            (PromptQuestion::Level { .. }, _) => level_readings("").map(drop),
             (PromptQuestion::Photo, WrittenAnswer::Word(_)) => Ok(()),
             (PromptQuestion::Photo, _) => Err("write the path of a PNG or JPEG file".to_owned()),
             (PromptQuestion::JogTo { .. }, WrittenAnswer::Pose(_)) => Ok(()),
@@ -95,6 +155,11 @@ fn fits(answer: &WrittenAnswer, kind: &StepQuestion<'_>) -> Result<(), String> {
             }
         },
     }
+}
+
+/// A bound that is written as a number; others are known in the run.
+fn written_bound(bound: Option<&Expression>) -> Option<f64> {
+    bound?.text().trim().parse().ok()
 }
 
 fn asked_by(procedure: &Procedure) -> Vec<Asked<'_>> {

@@ -3,25 +3,31 @@
 use std::path::Path;
 
 use super::check::check_answers;
-use super::{AnswerEntry, Answers, Given, WrittenAnswer};
+use super::{AnswerEntry, AnswerPlace, Answers, Given, WrittenAnswer};
 use crate::event::NamedValue;
 use crate::procedure::Procedure;
 use crate::prompt::Decision;
+use crate::workcell::RobotSetting;
 use plumb_document::{
-    DocumentKind, FileKind, FileProblems, Key, MapReader, Node, NodeValue, Problems, parse_as, read_document,
+    DocumentKind, FileKind, FileProblems, Key, MapReader, Node, NodeValue, Problems, Span, parse_as,
+    read_document,
 };
 
-/// Reads an answers file and checks it against the procedures it may be used for; with none, only its form is checked.
+/// Reads an answers file and checks it against the procedures it may be used for and the robots of their cell; with no procedures, only its form is checked.
 ///
 /// # Errors
 /// Every mistake in it.
-pub fn load_answers(file: &Path, procedures: &[&Procedure]) -> Result<Answers, FileProblems> {
+pub fn load_answers(
+    file: &Path,
+    procedures: &[&Procedure],
+    robots: &[RobotSetting],
+) -> Result<Answers, FileProblems> {
     let text = read_document(file, FileKind::CELL)?;
     let problems = Problems::default();
     let root = parse_as(DocumentKind::Answers, file, &text, &problems)?;
     let answers = read(&root, file, &text, &problems);
     if let Some(answers) = answers.as_ref().filter(|_| !procedures.is_empty()) {
-        check_answers(answers, procedures, &problems);
+        check_answers(answers, procedures, robots, &problems);
     }
     problems.into_result(file, &text)?;
     answers.ok_or_else(|| FileProblems::whole_file(file, "this is no answers file", ""))
@@ -52,38 +58,31 @@ fn read(root: &Node, file: &Path, text: &str, problems: &Problems) -> Option<Ans
 }
 
 fn read_entry(step: &Key, node: &Node, problems: &Problems) -> Option<AnswerEntry> {
-    let given = match &node.value {
+    let (given, places) = match &node.value {
         NodeValue::List(items) => {
-            Given::InTurn(items.iter().filter_map(|item| read_answer(item, problems)).collect())
+            let read = items.iter().filter_map(|item| read_answer(item, problems));
+            let (answers, places): (Vec<WrittenAnswer>, Vec<AnswerPlace>) = read.unzip();
+            (Given::InTurn(answers), places)
         }
-        _ => Given::Always(read_answer(node, problems)?),
+        _ => {
+            let (answer, place) = read_answer(node, problems)?;
+            (Given::Always(answer), vec![place])
+        }
     };
-    Some(AnswerEntry { step: step.name.clone(), place: step.span, given })
+    Some(AnswerEntry { step: step.name.clone(), place: step.span, given, places })
 }
 
-fn read_answer(node: &Node, problems: &Problems) -> Option<WrittenAnswer> {
-    match &node.value {
-        NodeValue::Text(word) => Some(WrittenAnswer::Word(word.clone())),
-        NodeValue::Bool(word) => Some(WrittenAnswer::Word(word.to_string())),
-        NodeValue::Number(_) => node.number("an answer", problems).map(WrittenAnswer::Number),
+/// An answer and where it stands. Of a pose, what could not be read has been told of and is left out.
+fn read_answer(node: &Node, problems: &Problems) -> Option<(WrittenAnswer, AnswerPlace)> {
+    let mut place = AnswerPlace { whole: node.span, joints: Vec::new() };
+    let answer = match &node.value {
+        NodeValue::Text(word) => WrittenAnswer::Word(word.clone()),
+        NodeValue::Bool(word) => WrittenAnswer::Word(word.to_string()),
+        NodeValue::Number(_) => WrittenAnswer::Number(node.number("an answer", problems)?),
         NodeValue::Map(_) => {
-            let mut map = MapReader::new(node, "a pose", problems)?;
-            let mut joints = Vec::new();
-            for (key, unit) in [("pose_deg", "deg"), ("pose_mm", "mm")] {
-                let entries =
-                    map.optional(key).and_then(|node| node.entries("a pose", problems)).unwrap_or_default();
-                for (joint, node) in entries {
-                    let value = node.number("a joint's place", problems)?;
-                    joints.push(NamedValue {
-                        name: joint.name.clone(),
-                        value,
-                        unit: unit.to_owned(),
-                        uncertainty: None,
-                    });
-                }
-            }
-            map.finish();
-            Some(WrittenAnswer::Pose(joints))
+            let (joints, places) = read_pose(node, problems)?.into_iter().unzip();
+            place.joints = places;
+            WrittenAnswer::Pose(joints)
         }
         other => {
             let message = format!("an answer is a word, a number or a pose; this is {}", other.kind());
@@ -92,7 +91,24 @@ fn read_answer(node: &Node, problems: &Problems) -> Option<WrittenAnswer> {
                 message,
                 "write `done`, the key of a choice, a number, or `{pose_deg: {shoulder: 45}}`",
             );
-            None
+            return None;
+        }
+    };
+    Some((answer, place))
+}
+
+/// Joints and where they are to go, each with the place of its name.
+fn read_pose(node: &Node, problems: &Problems) -> Option<Vec<(NamedValue, Span)>> {
+    let mut map = MapReader::new(node, "a pose", problems)?;
+    let mut joints = Vec::new();
+    for (key, unit) in [("pose_deg", "deg"), ("pose_mm", "mm")] {
+        let entries = map.optional(key).and_then(|node| node.entries("a pose", problems)).unwrap_or_default();
+        for (joint, node) in entries {
+            let Some(value) = node.number("a joint's place", problems) else { continue };
+            let (name, unit) = (joint.name.clone(), unit.to_owned());
+            joints.push((NamedValue { name, value, unit, uncertainty: None }, joint.span));
         }
     }
+    map.finish();
+    Some(joints)
 }

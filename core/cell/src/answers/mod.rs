@@ -52,6 +52,17 @@ pub struct AnswerEntry {
     pub place: Span,
     /// One answer for all, or one for each time it is asked.
     pub given: Given,
+    /// Where each of these answers stands.
+    pub places: Vec<AnswerPlace>,
+}
+
+/// Where an answer stands.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct AnswerPlace {
+    /// The whole of it.
+    pub whole: Span,
+    /// The names of the joints of a pose, in their order.
+    pub joints: Vec<Span>,
 }
 
 /// One answer or several.

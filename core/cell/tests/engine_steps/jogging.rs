@@ -178,7 +178,7 @@ fn a_pose_in_the_answers_that_leads_through_the_table_needs_an_operator() {
     std::fs::write(&answers, "answers:\n  place: {pose_deg: {shoulder: 10}}\n").expect("written");
     let procedures: Vec<_> = cell.procedures.iter().map(AsRef::as_ref).collect();
     let mut run = request(&cell, &place);
-    run.answers = Some(load_answers(&answers, &procedures).expect("good answers"));
+    run.answers = Some(load_answers(&answers, &procedures, &[]).expect("good answers"));
     let (outcome, events) = watch(start(run, &world), |_, _| {});
     assert_eq!(outcome, RunOutcome::NeedsOperator);
     assert!(

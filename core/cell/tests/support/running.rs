@@ -38,7 +38,10 @@ fn load(path: &Path) -> Arc<Workcell> {
 pub fn request(cell: &Arc<Workcell>, record: &TempDir) -> RunRequest {
     let procedure = cell.procedures.first().cloned().expect("a procedure");
     let procedures: Vec<_> = cell.procedures.iter().map(AsRef::as_ref).collect();
-    let answers = cell.answers.as_ref().map(|file| load_answers(file, &procedures).expect("good answers"));
+    let answers = cell
+        .answers
+        .as_ref()
+        .map(|file| load_answers(file, &procedures, &cell.robots).expect("good answers"));
     RunRequest {
         notes: Vec::new(),
         cell: Arc::clone(cell),

@@ -179,7 +179,7 @@ fn procedure_of(cell: &Workcell, wanted: Option<&str>) -> Result<Arc<Procedure>,
 
 fn answers_of(cell: &Workcell) -> Result<Option<Answers>, plumb_document::FileProblems> {
     let procedures: Vec<&Procedure> = cell.procedures.iter().map(AsRef::as_ref).collect();
-    cell.answers.as_ref().map(|file| load_answers(file, &procedures)).transpose()
+    cell.answers.as_ref().map(|file| load_answers(file, &procedures, &cell.robots)).transpose()
 }
 
 /// The text of the cell's world with a patch laid over it and, where it has none, an operator's tolerance.

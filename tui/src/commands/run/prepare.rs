@@ -268,7 +268,9 @@ fn answers_of(
         return Ok(None);
     };
     let procedures: Vec<&Procedure> = cell.procedures.iter().map(AsRef::as_ref).collect();
-    load_answers(&file, &procedures).map(Some).map_err(|problems| Refused::Files(vec![problems]))
+    load_answers(&file, &procedures, &cell.robots)
+        .map(Some)
+        .map_err(|problems| Refused::Files(vec![problems]))
 }
 
 /// Who sits there: as given, or the login name; in a service or a container, where no variable tells it, the name of the user in the password file.
