@@ -356,3 +356,20 @@ fn a_wrong_answer_is_refused_in_words_and_the_right_one_taken() {
     assert!(page.contains("8.02 by ada"), "the record keeps what was answered:\n{page}");
     assert!(page.contains("pqrs 80 g, quite hea by ada"), "the record keeps what was written:\n{page}");
 }
+
+#[test]
+fn one_key_leaves_all_readings_of_simulated_instruments_to_the_program() {
+    let bench = Bench::of("ur5");
+    let mut session = bench.run(&["--pace", "fast"], 80, 24);
+    let page = session.wait_for("What does the tracker show for x");
+    assert!(page.contains("Simulated: read already, Enter takes it."), "{page}");
+    session.press("s");
+    // 180 readings of 60 poses.
+    session.wait_for("\u{2713} passed");
+    session.press("q");
+    assert_eq!(session.wait_for_end().exit_code(), 0);
+    let record = bench.path("record").display().to_string();
+    let shown = Command::new(plumb()).args(["show", "1", "--record", &record]).output().expect("it starts");
+    let shown = String::from_utf8_lossy(&shown.stdout).into_owned();
+    assert_eq!(shown.matches("simulated operator, for ada").count(), 180, "{shown}");
+}

@@ -25,6 +25,9 @@ pub struct Prompt {
     pub help: Option<String>,
     /// What is asked for.
     pub kind: PromptKind,
+    /// The world of a simulated cell does or reads what is asked, so that nobody's hands or eyes are needed.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub simulated: bool,
 }
 
 /// What a prompt asks for.

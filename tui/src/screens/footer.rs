@@ -114,6 +114,7 @@ fn applies(state: &State, command: Command) -> bool {
     let phase = state.run.as_ref().map(|run| &run.phase).filter(|_| !state.only_watches());
     match command {
         Command::Answer
+        | Command::LeaveToWorld
         | Command::Retry
         | Command::MoveArm
         | Command::GoBack

@@ -63,6 +63,7 @@ fn page_of(binding: &Binding) -> Option<Screen> {
             | Context::Prompt
             | Context::Jog
             | Context::Decision
+            | Context::Simulated
             | Context::Aborting,
             _,
         ) => Some(Screen::Run),

@@ -133,7 +133,7 @@ pub(crate) fn operate(
         record_option: plumb_record::record_option(record),
         ..State::of_cell(operator, ArmShape::of_cell(cell), Theme::from_environment())
     };
-    (state.cell.target, state.cell.simulated) = (cell.target, cell.world.is_some());
+    state.cell.target = cell.target;
     let state = Runtime::new()?.block_on(event_loop::show(state, sources))?;
     let aborts = state.leaving.is_some_and(|leaving| leaving.aborts);
     Ok(if state.has_open_run() && !aborts { Left::Kept } else { Left::Ended })

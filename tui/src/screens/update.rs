@@ -186,6 +186,7 @@ fn obey_in_run(state: &mut State, command: Command) -> Vec<Action> {
     let paused = state.run.as_ref().is_some_and(|run| matches!(run.phase, Phase::Paused { .. }));
     match command {
         Command::Answer => return answer(state, |prompt| prompt.answer()),
+        Command::LeaveToWorld => return leave_to_world(state),
         Command::Retry => return answer(state, |prompt| decided(prompt, Decision::Retry)),
         Command::MoveArm => return answer(state, |prompt| decided(prompt, Decision::Move)),
         Command::GoBack => return answer(state, |prompt| decided(prompt, Decision::Back)),
@@ -245,6 +246,15 @@ fn answer(state: &mut State, make: impl Fn(&mut OpenPrompt) -> Result<Answer, St
             vec![Action::Bell]
         }
     }
+}
+
+/// Leaves the open prompt, and all later ones it can answer, to the simulated world.
+fn leave_to_world(state: &mut State) -> Vec<Action> {
+    let by = state.operator.clone();
+    let Some(prompt) = prompt(state).filter(|prompt| !prompt.answered) else { return Vec::new() };
+    prompt.answered = true;
+    prompt.refused = None;
+    vec![Action::Tell(Tell::LeaveToWorld { prompt: prompt.prompt.id, by })]
 }
 
 fn decided(prompt: &mut OpenPrompt, decision: Decision) -> Result<Answer, String> {
@@ -371,8 +381,6 @@ fn engine(state: &mut State, stamped: &StampedEvent) -> Vec<Action> {
     scan::take(state, &stamped.event);
     let now = state.now;
     let needed = state.run.as_mut().is_some_and(|run| run.take(&stamped.event, now));
-    let simulated = state.cell.simulated;
-    prompt(state).into_iter().for_each(|prompt| prompt.simulated = simulated);
     tell_news(state, &stamped.event);
     let mut actions = leave_when_at_rest(state);
     if needed {

@@ -40,6 +40,7 @@ impl Engine {
                     text: lines.join("\n"),
                     help: None,
                     kind: PromptKind::Decision { error: error.to_owned(), options, labels },
+                    simulated: false,
                 };
                 let prompt = self.journal.ask(question)?;
                 let patient = StepContext { limit: None, ..at.clone() };

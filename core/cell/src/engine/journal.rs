@@ -42,6 +42,8 @@ pub(crate) struct Question<'a> {
     pub(crate) text: String,
     pub(crate) help: Option<String>,
     pub(crate) kind: PromptKind,
+    /// The world of a simulated cell does or reads what is asked.
+    pub(crate) simulated: bool,
 }
 
 type Written = Result<(), RecordError>;
@@ -123,6 +125,7 @@ impl Journal {
             text: question.text,
             help: question.help,
             kind: question.kind,
+            simulated: question.simulated,
         };
         let id = self.record.ask_prompt(self.run, &question.step.0, |id| {
             prompt.id = PromptId(id);

@@ -104,6 +104,8 @@ pub(crate) struct Engine {
     pub(crate) clock: Arc<StepClock>,
     pub(crate) answers: Option<Answers>,
     pub(crate) unattended: bool,
+    /// Who has left to the simulated world what it can do and read by itself, for the rest of the run.
+    pub(crate) left_to_world_by: Option<String>,
     pub(crate) plan: Plan,
     /// The prompt and the number of an answer from elsewhere that is being looked at.
     pub(crate) offered: Option<(PromptId, i64)>,

@@ -8,6 +8,7 @@ use super::interrupted;
 use super::journal::Question;
 use super::step_context::StepContext;
 use super::step_error::StepError;
+use crate::answer_bounds::{check_level, check_number, check_text};
 use crate::command::Command;
 use crate::event::{Event, NamedValue};
 use crate::prompt::{Answer, Prompt, PromptKind};
@@ -34,8 +35,7 @@ impl Engine {
             return Ok(answer);
         }
         let prompt = self.journal.ask(question)?;
-        if self.unattended {
-            let (answer, by) = self.answer_from_file(&prompt, at)?;
+        if let Some((answer, by)) = self.answer_of_nobody(&prompt, at)? {
             self.journal.answered(&prompt, &answer, &by)?;
             return Ok(answer);
         }
@@ -91,6 +91,13 @@ impl Engine {
                     Err(reason) => self.refuse(prompt, &reason),
                 }
             }
+            Some(Command::LeaveToWorld { prompt: id, by }) if id == prompt.id => {
+                self.left_to_world_by = Some(by);
+                match self.answer_of_world(prompt) {
+                    Some((answer, by)) => return Ok(Received::Answer(answer, by)),
+                    None => self.refuse(prompt, "nothing here is simulated: it needs an answer"),
+                }
+            }
             Some(Command::Jog { prompt: id, joint, by }) if id == prompt.id => {
                 return Ok(Received::Jog { joint, by });
             }
@@ -133,6 +140,35 @@ impl Engine {
             tracing::error!("a refusal cannot be written down: {error}");
         }
         self.journal.show(Event::AnswerRefused { prompt: prompt.id, reason: reason.to_owned() });
+    }
+
+    /// The answer that is there without anybody being asked, and who is said to have given it: of the answers file in an unattended run, of the world where
+    /// it was left to that.
+    pub(crate) fn answer_of_nobody(
+        &mut self,
+        prompt: &Prompt,
+        at: &StepContext,
+    ) -> Result<Option<(Answer, String)>, StepError> {
+        if self.unattended {
+            return self.answer_from_file(prompt, at).map(Some);
+        }
+        let Some(answer) = self.answer_of_world(prompt) else { return Ok(None) };
+        if let Some(interrupt) = self.inbox.interrupt() {
+            self.journal.withdrawn(prompt)?;
+            return Err(interrupted(interrupt));
+        }
+        Ok(Some(answer))
+    }
+
+    /// What the simulated world has done or read for a prompt that was left to it.
+    fn answer_of_world(&self, prompt: &Prompt) -> Option<(Answer, String)> {
+        let by = self.left_to_world_by.as_ref().filter(|_| prompt.simulated)?;
+        let answer = match &prompt.kind {
+            PromptKind::Acknowledge { .. } | PromptKind::JogTo { .. } => Answer::Done,
+            PromptKind::Number { default: Some(value), .. } => Answer::Number { value: *value },
+            _ => return None,
+        };
+        Some((answer, format!("simulated operator, for {by}")))
     }
 
     /// The answer of the answers file, and who is said to have given it.
@@ -239,46 +275,6 @@ fn check_pose(target: &[NamedValue], joints: &[NamedValue]) -> Result<(), String
     Err(format!("there is no joint {} in {}; there are {}", joint.name, joint.unit, names.join(", ")))
 }
 
-/// Whether a number is finite and in its range, both ends included.
-fn check_number(value: f64, unit: &str, minimum: Option<f64>, maximum: Option<f64>) -> Result<(), String> {
-    let least = minimum.unwrap_or(f64::NEG_INFINITY);
-    let most = maximum.unwrap_or(f64::INFINITY);
-    if value.is_finite() && (least..=most).contains(&value) {
-        return Ok(());
-    }
-    let range = match (minimum, maximum) {
-        (Some(least), Some(most)) => format!("lies between {least} and {most}"),
-        (Some(least), None) => format!("is at least {least}"),
-        (None, Some(most)) => format!("is at most {most}"),
-        (None, None) => "is a finite number".to_owned(),
-    };
-    Err(format!("{value} {unit} is out of range: it {range} {unit}").trim_end().to_owned())
-}
-
-/// Whether a level can show this along both axes, deg.
-fn check_level(x: f64, y: f64, most: f64) -> Result<(), String> {
-    match [("x", x), ("y", y)].into_iter().find(|(_, value)| !(-most..=most).contains(value)) {
-        None => Ok(()),
-        Some((axis, value)) => Err(format!(
-            "{axis} = {value} deg is out of range: this level shows {most} deg at most, to either side"
-        )),
-    }
-}
-
-fn check_text(text: &str, longest: usize) -> Result<(), String> {
-    let long = text.chars().count();
-    if text.trim().is_empty() {
-        return Err("nothing is written: write a line".to_owned());
-    }
-    if long > longest {
-        return Err(format!("{long} characters are too many: {longest} at most"));
-    }
-    match text.chars().find(|character| character.is_control()) {
-        Some(_) => Err("a line of text holds no line breaks and no other control characters".to_owned()),
-        None => Ok(()),
-    }
-}
-
 /// An interruption that means: go on asking afterwards.
 pub(crate) fn is_pause(interrupt: Interrupt) -> bool {
     matches!(interrupt, Interrupt::Pause | Interrupt::Stop)
@@ -291,35 +287,6 @@ mod tests {
 
     fn refused(answer: Answer, kind: &PromptKind) -> String {
         check_answer(&answer, kind).unwrap_err()
-    }
-
-    #[test]
-    fn a_number_lies_in_its_range_both_ends_included() {
-        let check = |value, minimum, maximum| check_number(value, "mm", minimum, maximum);
-        assert_eq!(check(1.0, Some(1.0), Some(2.0)), Ok(()));
-        assert_eq!(check(2.0, Some(1.0), Some(2.0)), Ok(()));
-        assert_eq!(check(-1e9, None, None), Ok(()));
-        let range = |value, minimum, maximum| check(value, minimum, maximum).unwrap_err();
-        assert_eq!(range(2.5, Some(1.0), Some(2.0)), "2.5 mm is out of range: it lies between 1 and 2 mm");
-        assert_eq!(range(0.5, Some(1.0), None), "0.5 mm is out of range: it is at least 1 mm");
-        assert_eq!(range(2.5, None, Some(2.0)), "2.5 mm is out of range: it is at most 2 mm");
-        assert_eq!(range(f64::NAN, None, None), "NaN mm is out of range: it is a finite number mm");
-        assert!(check(f64::INFINITY, Some(1.0), None).is_err());
-    }
-
-    #[test]
-    fn a_level_shows_so_much_to_either_side() {
-        assert_eq!(check_level(2.0, -2.0, 2.0), Ok(()));
-        assert!(check_level(2.1, 0.0, 2.0).unwrap_err().starts_with("x = 2.1 deg"));
-        assert!(check_level(0.0, -2.1, 2.0).unwrap_err().starts_with("y = -2.1 deg"));
-        assert!(check_level(f64::NAN, 0.0, 2.0).is_err());
-    }
-
-    #[test]
-    fn a_line_of_text_is_written_and_not_too_long() {
-        assert_eq!(check_text("12345", 5), Ok(()));
-        assert_eq!(check_text("123456", 5), Err("6 characters are too many: 5 at most".to_owned()));
-        assert!(check_text("  ", 5).is_err() && check_text("a\nb", 5).is_err());
     }
 
     #[test]

@@ -180,6 +180,7 @@ impl Engine {
             ),
             help: None,
             kind: PromptKind::Acknowledge { label: "Run with it".to_owned() },
+            simulated: false,
         };
         let prompt = self.journal.ask(question)?;
         let at = StepContext::outside(&path, "plugins");
@@ -213,6 +214,7 @@ impl Engine {
                 recorded: named(recorded),
                 reported: named(reported),
             },
+            simulated: false,
         };
         let prompt = self.journal.ask(question)?;
         let at = StepContext::outside(&path, "resume");

@@ -201,6 +201,7 @@ impl Engine {
             clock: Arc::default(),
             answers: request.answers.clone(),
             unattended: request.unattended,
+            left_to_world_by: None,
             plan,
             offered: None,
             outputs,

@@ -142,6 +142,7 @@ impl Engine {
             text: format!("Move the arm to where \u{201c}{}\u{201d} can be done, then confirm.", at.title),
             help: None,
             kind,
+            simulated: false,
         };
         self.jog_to(&declared, None, question, &at)?;
         Ok(self.note_poses()?)

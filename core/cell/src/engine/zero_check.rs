@@ -208,6 +208,7 @@ impl Engine {
                 ],
                 default: Some("lost".to_owned()),
             },
+            simulated: false,
         };
         let prompt = self.journal.ask(question)?;
         let at = StepContext {

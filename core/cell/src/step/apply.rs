@@ -313,6 +313,7 @@ impl Engine {
                 options: vec![option("accept", "Apply"), option("reject", "Discard (keep the old values)")],
                 default: Some("accept".to_owned()),
             },
+            simulated: false,
         };
         let answer = self.ask(question, at)?;
         Ok(answer == Answer::Choice { key: "accept".to_owned() })

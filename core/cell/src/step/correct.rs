@@ -291,6 +291,7 @@ impl Engine {
                 options: vec![option("accept", "Apply"), option("reject", "Discard")],
                 default: Some("accept".to_owned()),
             },
+            simulated: false,
         };
         let answer = self.ask(question, at)?;
         Ok(answer == Answer::Choice { key: "accept".to_owned() })

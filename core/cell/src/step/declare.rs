@@ -233,6 +233,7 @@ impl Engine {
                 ],
                 default: Some("accept".to_owned()),
             },
+            simulated: false,
         };
         Ok(self.ask(question, at)? == Answer::Choice { key: "accept".to_owned() })
     }

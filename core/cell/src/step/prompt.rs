@@ -265,12 +265,19 @@ impl Engine {
         }
         let help = step.help.as_ref().map(|help| help.fill(&self.calculator, &values)).transpose()?;
         let mut kind = self.prompt_kind(&step.question, at)?;
+        // Hands need not confirm what the world does for them; it may be asked to drive the arm, and has read its instruments.
+        let mut simulated = match &kind {
+            PromptKind::Acknowledge { .. } => self.cell.world.is_some(),
+            PromptKind::JogTo { .. } => self.cell.world.is_some() && step.simulated.is_some(),
+            _ => false,
+        };
         if let PromptKind::Number { default, .. } = &mut kind
             && let Some(read) = self.simulate(step.simulated.as_ref(), at)?
         {
             *default = Some(read);
+            simulated = true;
         }
-        let question = Asked { step: &at.path, title: &at.title, text, help, kind };
+        let question = Asked { step: &at.path, title: &at.title, text, help, kind, simulated };
         if matches!(step.question, PromptQuestion::JogTo { .. }) {
             return self.jog_to(&step.question, step.simulated.as_ref(), question, at);
         }

@@ -1,12 +1,19 @@
 //! Prompts in a simulated cell: what people do with their hands there, the world does when they say it is done.
 
+use std::sync::Arc;
+
 use plumb_cell::RunHandle;
 use plumb_cell::command::Command;
 use plumb_cell::event::{Event, RunOutcome};
 use plumb_cell::prompt::{Answer, Decision, PromptKind};
+use plumb_cell::workcell::{Pace, WorldSetting};
+use plumb_record::{Record, RunId};
 
-use super::run_attended;
-use super::support::running::{Patient, message_of, operator};
+use super::support::World;
+use super::support::running::{
+    Patient, ZERO_ERROR_DEG, cell_with_steps, message_of, operator, request, start, watch,
+};
+use super::{place, run_attended};
 
 const STEPS: &str = "
 parameters: {h_mm: 8}
@@ -94,4 +101,74 @@ steps:
     let acts = world.acts.lock().expect("no test panicked").clone();
     let words = [("at".to_owned(), "hand".to_owned()), ("turned".to_owned(), "true".to_owned())];
     assert!(acts.iter().all(|act| act.name == "read_level" && act.words == words), "{acts:?}");
+}
+
+const READINGS: &str = "
+steps:
+  - {id: each, do: {repeat: {times: 3, steps: [
+      {id: block, do: {prompt: {text: Lay the block., simulated: {rest_on_gauge: {height_mm: 9}}}}},
+      {id: level, do: {prompt: {text: How far?, number: {unit: deg}, simulated: {read_level: {at: hand}}}}},
+      {id: over, do: {prompt: {text: Drive there., jog_to: {robot: arm}, simulated: {place_hand: {}}}}},
+    ]}}}
+  - {id: paper, do: {prompt: {text: Which paper?, choice: {accept: light, dark: dark}}}}
+  - {id: ruler, do: {prompt: {text: What do you read?, number: {unit: mm}}}}
+";
+
+#[test]
+fn what_is_left_to_the_simulated_world_once_is_not_asked_again_and_everything_else_is() {
+    let place = place();
+    let mut cell = cell_with_steps(&place, READINGS);
+    Arc::make_mut(&mut cell).world =
+        Some(WorldSetting { file: place.path().join("cell.yaml"), pace: Pace::Fast });
+    let mut run = request(&cell, &place);
+    run.unattended = false;
+    let world = World::new(ZERO_ERROR_DEG);
+    let mut answers = operator(Decision::Abort);
+    let (mut left, mut asked) = (0, Vec::new());
+    let (outcome, events) = watch(start(run, &world), |event, handle| {
+        let Event::PromptAsked { prompt } = event else { return };
+        if !prompt.simulated {
+            asked.push(prompt.step.0.clone());
+            return answers(event, handle);
+        }
+        if left == 0 {
+            handle.send(Command::LeaveToWorld { prompt: prompt.id, by: "ada".to_owned() });
+        }
+        left += 1;
+    });
+    assert_eq!((outcome, message_of(&events)), (RunOutcome::Passed, "all steps passed"));
+    assert_eq!((left, asked), (9, vec!["paper".to_owned(), "ruler".to_owned()]));
+    let prompts = Record::open(place.path()).unwrap().prompts(RunId(1)).unwrap();
+    let by: Vec<String> =
+        prompts.iter().filter_map(|prompt| Some(prompt.answer.as_ref()?.by.clone())).collect();
+    assert!(by[..9].iter().all(|by| by == "simulated operator, for ada"), "{by:?}");
+    assert_eq!(by[9..], ["ada", "ada"]);
+    let read = prompts.iter().filter(|prompt| prompt.step.ends_with("level"));
+    assert!(
+        read.clone().count() == 3
+            && read.clone().all(|one| one.answer.as_ref().unwrap().answer["value"] == 0.25)
+    );
+    // What hands do is done there each time.
+    let acts = world.acts.lock().expect("no test panicked").clone();
+    let done = |name: &str| acts.iter().filter(|act| act.name == name).count();
+    assert_eq!(["rest_on_gauge", "read_level", "place_hand"].map(done), [3, 3, 3]);
+}
+
+#[test]
+fn what_no_world_does_cannot_be_left_to_it() {
+    let (mut refused, mut answers) = (None, operator(Decision::Abort));
+    let steps = "
+steps:
+  - {id: ruler, do: {prompt: {text: What do you read?, number: {unit: mm}}}}
+";
+    let (outcome, _, _, _) = run_attended(steps, |event, handle| match event {
+        Event::PromptAsked { prompt } => {
+            handle.send(Command::LeaveToWorld { prompt: prompt.id, by: "ada".to_owned() });
+            answers(event, handle);
+        }
+        Event::AnswerRefused { reason, .. } => refused = Some(reason.clone()),
+        _ => {}
+    });
+    assert_eq!(outcome, RunOutcome::Passed);
+    assert_eq!(refused.as_deref(), Some("nothing here is simulated: it needs an answer"));
 }

@@ -28,8 +28,6 @@ pub(crate) struct CellState {
     pub shape: Option<ArmShape>,
     /// The target on the table, where the cell describes one.
     pub target: Option<TTarget>,
-    /// The cell stands in a simulated world: what hands do is done there.
-    pub simulated: bool,
     /// Clock of the cell at the newest reading, nanoseconds.
     pub now_ns: u64,
 }

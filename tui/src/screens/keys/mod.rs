@@ -40,6 +40,8 @@ pub(crate) enum Context {
     Jog,
     /// On the Run screen while a step that went wrong waits for a decision.
     Decision,
+    /// On the Run screen while a prompt asks for what the simulated world does or reads.
+    Simulated,
     /// On the Model screen.
     Model,
     /// On the Model screen while the name of an effect is being written.
@@ -74,6 +76,7 @@ impl Context {
             Self::Prompt => "Run, prompt",
             Self::Jog => "Run, jogging",
             Self::Decision => "Run, failed step",
+            Self::Simulated => "Run, simulated cell",
             Self::Model => "Model",
             Self::Naming => "Model, naming an effect",
             Self::History => "History",
@@ -118,6 +121,8 @@ pub(crate) enum Command {
     PageDown,
     /// Give the answer that stands in the prompt.
     Answer,
+    /// Leave this prompt and all like it to the simulated world.
+    LeaveToWorld,
     /// Pause after the motion under way.
     Pause,
     /// Go on with a paused run.

@@ -43,8 +43,6 @@ pub(crate) struct OpenPrompt {
     pub level: Option<Option<f64>>,
     /// What the ruler beside a simulated arm shows, mm over the table.
     pub ruler: Option<f64>,
-    /// The cell is simulated: what hands do is done there.
-    pub simulated: bool,
     /// How far the robot of a jog is clear of its keep-out planes, mm; negative beyond one.
     pub clearances: Vec<PlaneClearance>,
 }
@@ -79,7 +77,6 @@ impl OpenPrompt {
             refused: None,
             answered: false,
             fired: None,
-            simulated: false,
             level: None,
             ruler: None,
             clearances: Vec::new(),

@@ -130,8 +130,9 @@ pub(crate) fn note_hits(
     hits: &Hits,
     area: Rect,
 ) {
+    let simulated_rows = simulated(prompt, usize::from(area.width)).len();
     let button = match &prompt.prompt.kind {
-        PromptKind::Acknowledge { .. } => Some(usize::from(prompt.simulated)),
+        PromptKind::Acknowledge { .. } => Some(simulated_rows),
         PromptKind::Choice { .. }
         | PromptKind::Decision { .. }
         | PromptKind::Number { .. }
@@ -143,6 +144,7 @@ pub(crate) fn note_hits(
                 + goals.len()
                 + prompt.clearances.len()
                 + about_hand
+                + simulated_rows
                 + usize::from(prompt.fired.is_some())
                 + usize::from(prompt.level.is_some())
                 + usize::from(prompt.ruler.is_some());
@@ -198,7 +200,7 @@ pub(crate) fn controls(
     shown: Labels,
 ) -> Vec<Line<'static>> {
     let mut lines = match &prompt.prompt.kind {
-        PromptKind::Acknowledge { label } => acknowledge(label, prompt.simulated, theme, width),
+        PromptKind::Acknowledge { label } => acknowledge(prompt, label, theme, width),
         PromptKind::Choice { options, .. } => {
             let labels = options.iter().map(|option| option.label.clone());
             choices(labels, prompt.chosen, theme, width, shown)
@@ -215,7 +217,8 @@ pub(crate) fn controls(
         }
         PromptKind::JogTo { goals, joints, sensor, .. } => {
             let hand = hand.map_or_else(Vec::new, |hand| hand_lines(hand, theme, width));
-            jog(prompt, goals, joints, sensor.as_deref(), hand, theme)
+            let told = [hand, simulated_lines(prompt, theme, width)].concat();
+            jog(prompt, goals, joints, sensor.as_deref(), told, theme)
         }
         PromptKind::ConfirmPose { recorded, reported, .. } => poses(recorded, reported, theme),
         PromptKind::Decision { options, labels, .. } => {
@@ -231,15 +234,31 @@ pub(crate) fn controls(
     lines
 }
 
-fn acknowledge(label: &str, simulated: bool, theme: &Theme, width: usize) -> Vec<Line<'static>> {
-    let done_already = "Simulated: done already, Enter goes on.";
-    let told = simulated.then(|| Line::styled(done_already, theme.good));
+fn acknowledge(prompt: &OpenPrompt, label: &str, theme: &Theme, width: usize) -> Vec<Line<'static>> {
     // What is agreed to is read whole: " Enter  " and the blank behind it take nine columns.
     let lines = wrapped(label, width.saturating_sub(9)).into_iter().enumerate().map(|(row, line)| {
         let key = if row == 0 { "Enter" } else { "" };
         Line::styled(format!(" {key:<5}  {line} "), theme.chosen)
     });
-    told.into_iter().chain(lines).collect()
+    simulated_lines(prompt, theme, width).into_iter().chain(lines).collect()
+}
+
+/// In a simulated cell, what needs nobody's hands or eyes; nothing where a person is needed.
+fn simulated(prompt: &OpenPrompt, width: usize) -> Vec<String> {
+    let told = match &prompt.prompt.kind {
+        _ if !prompt.prompt.simulated => return Vec::new(),
+        PromptKind::JogTo { .. } => "Simulated: Enter drives it there where you do not jog it.",
+        PromptKind::Number { .. } => "Simulated: read already, Enter takes it.",
+        _ => "Simulated: done already, Enter goes on.",
+    };
+    [told, "s leaves this and all like it to the program."]
+        .into_iter()
+        .flat_map(|sentence| wrapped(sentence, width))
+        .collect()
+}
+
+fn simulated_lines(prompt: &OpenPrompt, theme: &Theme, width: usize) -> Vec<Line<'static>> {
+    simulated(prompt, width).into_iter().map(|line| Line::styled(line, theme.good)).collect()
 }
 
 /// Where the hand is over the target, and where it has to go.
@@ -310,14 +329,15 @@ fn field(
         (Span::styled(text.clone(), theme.heading), Span::styled("\u{2588}", theme.focus))
     };
     let frame = |sign: &'static str| Span::styled(sign, theme.focus);
-    let mut lines = vec![Line::from(vec![
+    let mut lines = simulated_lines(prompt, theme, width);
+    lines.push(Line::from(vec![
         frame("\u{2590} "),
         text,
         cursor,
         Span::raw(gap),
         frame("\u{258c}"),
         Span::styled(format!(" {unit}"), theme.heading),
-    ])];
+    ]));
     let bounds = bounds(minimum, maximum, unit);
     if prompt.refused.is_none() {
         let hint = if prompt.offered { "Enter takes it, or type another number" } else { "Enter answers" };

@@ -345,6 +345,9 @@ impl RunState {
             Some(_) => places.push(Context::Prompt),
             None => {}
         }
+        if self.prompt.as_ref().is_some_and(|open| open.prompt.simulated) {
+            places.push(Context::Simulated);
+        }
         places.push(Context::RunPage);
         places
     }

@@ -9,3 +9,4 @@ mod pages;
 mod panicking;
 mod reading;
 mod scanning;
+mod simulating;

@@ -93,8 +93,7 @@ impl Engine {
             _ => (Vec::new(), None),
         };
         let prompt = self.journal.ask(question.clone())?;
-        if self.unattended {
-            let (answer, by) = self.answer_from_file(&prompt, at)?;
+        if let Some((answer, by)) = self.answer_of_nobody(&prompt, at)? {
             self.simulate_unless_moved(robot, simulated, &before, &answer, at)?;
             self.refuse_unattended_trespass(robot, &answer)?;
             let here = self.bring_to(robot, &answer, at)?;
@@ -329,6 +328,7 @@ impl Engine {
                 ],
                 default: Some("stay".to_owned()),
             },
+            simulated: false,
         };
         let prompt = self.journal.ask(question)?;
         loop {

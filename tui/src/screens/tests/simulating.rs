@@ -1,0 +1,45 @@
+//! What the screens offer in a simulated cell, where nobody's hands or eyes are needed.
+
+use plumb_cell::command::Command as Tell;
+use plumb_cell::event::Event;
+use plumb_cell::prompt::PromptKind;
+use ratatui::crossterm::event::KeyCode;
+
+use super::fixtures::{begun, jog_asked, number_asked, page, press, tell};
+use crate::screens::message::Action;
+
+#[test]
+fn in_a_simulated_cell_a_prompt_says_that_nothing_is_to_be_done_by_hand() {
+    let acknowledge = PromptKind::Acknowledge { label: "It lies there".to_owned() };
+    for (kind, said) in [
+        (Some(acknowledge), "Simulated: done already, Enter goes on."),
+        (None, "Simulated: Enter drives it there where you do not jog it."),
+    ] {
+        for simulated in [true, false] {
+            let mut state = begun();
+            let Event::PromptAsked { mut prompt } = jog_asked() else { panic!("a prompt") };
+            prompt.simulated = simulated;
+            prompt.kind = kind.clone().unwrap_or(prompt.kind);
+            tell(&mut state, Event::PromptAsked { prompt });
+            let shown = page(&state, 120, 40);
+            assert_eq!(shown.contains(said), simulated, "{shown}");
+            assert_eq!(shown.contains("s leaves this and all like it to the program."), simulated);
+        }
+    }
+}
+
+#[test]
+fn readings_of_simulated_instruments_are_left_to_the_program_by_one_key() {
+    for simulated in [true, false] {
+        let mut state = begun();
+        let Event::PromptAsked { mut prompt } = number_asked() else { panic!("a prompt") };
+        (prompt.simulated, prompt.help) = (simulated, None);
+        tell(&mut state, Event::PromptAsked { prompt: prompt.clone() });
+        let shown = page(&state, 80, 24);
+        assert_eq!(shown.contains("Simulated: read already, Enter takes it."), simulated, "{shown}");
+        assert_eq!(shown.contains("s simulate the rest"), simulated, "{shown}");
+        let left = Tell::LeaveToWorld { prompt: prompt.id, by: "ada".to_owned() };
+        let told = press(&mut state, KeyCode::Char('s'));
+        assert_eq!(told == [Action::Tell(left)], simulated, "{told:?}");
+    }
+}
