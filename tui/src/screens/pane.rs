@@ -13,11 +13,15 @@ pub(crate) fn open(frame: &mut Frame, area: Rect, theme: &Theme, title: &str, fo
     if area.height < 3 || area.width < 6 {
         return area;
     }
+    // Between the corners, with a blank before it, and one behind it where there is room.
+    let room = usize::from(area.width).saturating_sub(3);
+    let title =
+        if columns(title) < room { format!(" {title} ") } else { format!(" {}", fitted(title, room)) };
     let (border, heading) = if focus { (theme.focus, theme.focus) } else { (theme.faint, theme.heading) };
     let block = Block::bordered()
         .border_type(if focus { BorderType::Thick } else { BorderType::Rounded })
         .border_style(border)
-        .title(Line::from(Span::styled(format!(" {title} "), heading)));
+        .title(Line::from(Span::styled(title, heading)));
     let inner = block.inner(area);
     frame.render_widget(block, area);
     inner

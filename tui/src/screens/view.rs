@@ -136,8 +136,19 @@ fn title(state: &State, area: Rect) -> String {
         (Some(_), _) => state.cell.name.as_str(),
         (None, Some(model)) => model.arm.as_str(),
         (None, None) if state.scan.is_some() => "a cloud",
-        (None, None) => "the record",
+        (None, None) => return of_record(state, area),
     };
+    titled(name, state, area)
+}
+
+/// The same where nothing but the record is open: whose it is.
+fn of_record(state: &State, area: Rect) -> String {
+    let whose = state.history.as_ref().and_then(history::HistoryState::whose);
+    let name = whose.map_or_else(|| "the record".to_owned(), |whose| format!("the record of {whose}"));
+    titled(&name, state, area)
+}
+
+fn titled(name: &str, state: &State, area: Rect) -> String {
     let tabs: u16 = state.screens().iter().map(|screen| tab_width(*screen)).sum();
     let standing = if state.run.is_some() { STANDING } else { 0 };
     let room = area.width.saturating_sub(tabs.saturating_add(standing).saturating_add(2));

@@ -70,6 +70,23 @@ pub(crate) struct OpenedRun {
 }
 
 impl HistoryState {
+    /// The cells of which the record holds runs.
+    pub(crate) fn cells(&self) -> Vec<&str> {
+        let mut cells: Vec<&str> = self.runs.iter().flatten().map(|run| run.cell.as_str()).collect();
+        cells.sort_unstable();
+        cells.dedup();
+        cells
+    }
+
+    /// Whose runs these are: the cell, or how many cells; nothing before there are any.
+    pub(crate) fn whose(&self) -> Option<String> {
+        match self.cells().as_slice() {
+            [] => None,
+            [cell] => Some((*cell).to_owned()),
+            more => Some(format!("{} cells", more.len())),
+        }
+    }
+
     /// The runs that hold every word of the filter.
     pub(crate) fn shown(&self) -> Vec<&RunSummary> {
         let words: Vec<String> = self.filter.split_whitespace().map(str::to_lowercase).collect();

@@ -42,10 +42,13 @@ fn list(state: &State, history: &HistoryState, frame: &mut Frame, area: Rect) {
     let theme = &state.theme;
     let shown = history.shown();
     let all = history.runs.as_ref().map_or(0, Vec::len);
-    let title = if history.filter.is_empty() {
-        format!("Runs ({all}), times in UTC")
-    } else {
-        format!("Runs ({} of {all}), times in UTC", shown.len())
+    let count = match history.filter.is_empty() {
+        true => all.to_string(),
+        false => format!("{} of {all}", shown.len()),
+    };
+    let title = match history.whose() {
+        Some(whose) => format!("Runs ({count}) of {whose}, UTC"),
+        None => format!("Runs ({count}), times in UTC"),
     };
     let inner = pane::open(frame, area, theme, &title, true);
     let writes = history.filtering || !history.filter.is_empty();
@@ -72,20 +75,29 @@ fn list(state: &State, history: &HistoryState, frame: &mut Frame, area: Rect) {
     }
     let room = usize::from(rows.height);
     let first = history.chosen.saturating_sub(room / 2).min(shown.len().saturating_sub(room));
+    let names_cells = history.cells().len() > 1;
     for ((place, run), row) in shown.iter().enumerate().skip(first).zip(rows.rows()) {
-        frame.render_widget(run_line(run, place == history.chosen, theme, usize::from(rows.width)), row);
+        frame.render_widget(
+            run_line(run, names_cells, place == history.chosen, theme, usize::from(rows.width)),
+            row,
+        );
         state.hits.note(row, Hit::Run(place));
     }
 }
 
-fn run_line(run: &RunSummary, chosen: bool, theme: &Theme, width: usize) -> Line<'static> {
+/// A run in one row, with its cell where the record holds those of several.
+fn run_line(run: &RunSummary, names_cell: bool, chosen: bool, theme: &Theme, width: usize) -> Line<'static> {
     let (sign, style) = look(run.state, theme);
+    let name = match names_cell {
+        true => format!("{} {}", run.cell, run.procedure),
+        false => run.procedure.clone(),
+    };
     let text = format!(
         "{:>4} {} {} {}",
         run.run.0,
         day(&run.started),
         clock(&run.started),
-        fitted(&run.procedure, width.saturating_sub(19))
+        fitted(&name, width.saturating_sub(19))
     );
     let text = format!("{:<width$}", fitted(&text, width.saturating_sub(2)), width = width.saturating_sub(2));
     Line::from(vec![

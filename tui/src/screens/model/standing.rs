@@ -7,7 +7,7 @@ use plumb_diagnosis::report::StepKind;
 use plumb_diagnosis::{Candidate, Claim, Diagnosis, EffectPlace, NextPose, Verdict, is_determined, percent};
 
 use super::residuals::Residuals;
-use super::state::{Card, CardStanding, FallStep, Standing};
+use super::state::{Card, CardStanding, FallStep, Standing, StripLine};
 use crate::shown_unit::shown_unit;
 
 /// The model held against its table, before the candidates are judged.
@@ -79,34 +79,48 @@ fn sentence(diagnosis: &Diagnosis) -> String {
 }
 
 /// The error of a measured point.
-fn how_large(comparison: &Comparison) -> String {
+fn how_large(comparison: &Comparison) -> StripLine {
     let fit = comparison.error_mm.fit;
-    let held_out =
-        comparison.error_mm.check.map_or_else(String::new, |check| format!("; held out {:.3}", check.rms));
+    let held_out = comparison.error_mm.check.map(|check| format!("held out {:.3}", check.rms));
     let noise = comparison
         .floor_of_a_point_mm
         .map_or_else(|| "noise unknown".to_owned(), |noise| format!("noise {noise:.3}"));
-    format!(
-        "RMS {:.3}, mean {:.3}, 95 % {:.3}, max {:.3} mm{held_out}; {noise}",
-        fit.rms, fit.mean, fit.percentile_95, fit.max
-    )
+    let after = held_out.as_ref().map_or_else(String::new, |held_out| format!("; {held_out}"));
+    let inside = held_out.as_ref().map_or_else(String::new, |held_out| format!(" ({held_out})"));
+    StripLine {
+        full: format!(
+            "RMS {:.3}, mean {:.3}, 95 % {:.3}, max {:.3} mm{after}; {noise}",
+            fit.rms, fit.mean, fit.percentile_95, fit.max
+        ),
+        short: format!(
+            "RMS {:.3}{inside}, 95 % {:.3}, max {:.3} mm; {noise}",
+            fit.rms, fit.percentile_95, fit.max
+        ),
+    }
 }
 
 /// How much of the error could be explained, and by what kind of knowledge.
-fn how_much(comparison: &Comparison) -> String {
+fn how_much(comparison: &Comparison) -> StripLine {
     let mapped =
         comparison.residual_map.map_or_else(String::new, |map| format!("; besides, {}", map.sentence()));
-    let Some(known) = &comparison.explainable else { return format!("not asked: too few poses{mapped}") };
+    let same = |text: String| StripLine { full: text.clone(), short: text };
+    let Some(known) = &comparison.explainable else {
+        return same(format!("not asked: too few poses{mapped}"));
+    };
     if !known.is_structured() {
-        return format!("nothing of it is predictable (0.000 \u{b1} {:.3} mm){mapped}", known.scatter_mm);
+        return same(format!(
+            "nothing of it is predictable (0.000 \u{b1} {:.3} mm){mapped}",
+            known.scatter_mm
+        ));
     }
-    format!(
-        "{:.3} \u{b1} {:.3} mm, from {}; {:.3} mm is not predictable{mapped}",
-        known.to_name_mm,
-        known.scatter_mm,
-        known.kinds().join(" + "),
-        known.not_predictable_mm
-    )
+    let (to_name, scatter, rest) = (known.to_name_mm, known.scatter_mm, known.not_predictable_mm);
+    let kinds = known.kinds().join(" + ");
+    StripLine {
+        full: format!(
+            "{to_name:.3} \u{b1} {scatter:.3} mm, from {kinds}; {rest:.3} mm is not predictable{mapped}"
+        ),
+        short: format!("{to_name:.3} \u{b1} {scatter:.3} mm: {kinds}; {rest:.3} not predictable{mapped}"),
+    }
 }
 
 /// Joints named at most: the rest are in the plots.
@@ -116,7 +130,7 @@ const JOINTS_NAMED: usize = 3;
 const ROWS_NAMED: usize = 3;
 
 /// Along which joints most is left, and in which rows.
-fn where_it_is(comparison: &Comparison) -> String {
+fn where_it_is(comparison: &Comparison) -> StripLine {
     let mut joints: Vec<_> = comparison.along_joints.iter().collect();
     joints.sort_by(|one, other| other.rms_mm.total_cmp(&one.rms_mm));
     let along: Vec<String> = joints
@@ -132,10 +146,13 @@ fn where_it_is(comparison: &Comparison) -> String {
         .filter_map(|row| comparison.rows.get(row))
         .map(|row| row.line.to_string())
         .collect();
-    let lines = format!("worst lines {}", lines.join(", "));
+    let (lines, along) = (lines.join(", "), along.join(", "));
     match along.is_empty() {
-        true => lines,
-        false => format!("{lines}; along {} mm RMS", along.join(", ")),
+        true => StripLine { full: format!("worst lines {lines}"), short: format!("worst {lines}") },
+        false => StripLine {
+            full: format!("worst lines {lines}; along {along} mm RMS"),
+            short: format!("worst {lines}; {along} mm RMS"),
+        },
     }
 }
 

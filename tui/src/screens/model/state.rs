@@ -95,6 +95,13 @@ pub(crate) struct Preview {
     pub residuals: Residuals,
 }
 
+/// A line over the page: in full, and in short for where that does not fit into one row. Both say all that one has to know.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct StripLine {
+    pub full: String,
+    pub short: String,
+}
+
 /// A model held against its table.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Standing {
@@ -113,11 +120,11 @@ pub(crate) struct Standing {
     /// Error of a point that no function of what is known of a row predicts, mm; nothing where that is not known, or nothing is predictable.
     pub not_predictable_mm: Option<f64>,
     /// How large the error of a point is, in words.
-    pub how_large: String,
+    pub how_large: StripLine,
     /// How much of it could be explained, and by what kind of knowledge, in words.
-    pub how_much: String,
+    pub how_much: StripLine,
     /// Where it is: along which joints, in which rows, in words.
-    pub where_it_is: String,
+    pub where_it_is: StripLine,
     /// What the number of a row is called: a line of a table, or a stripe.
     pub row_name: &'static str,
     /// The joints.

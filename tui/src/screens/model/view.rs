@@ -18,12 +18,15 @@ use crate::screens::theme::Theme;
 /// Rows of the page from which the strip is shown.
 const ROOM_FOR_A_STRIP: u16 = 16;
 
+/// Rows that the sentence at the foot may take; what is still left then is cut, and marked.
+const MOST_ROWS_OF_SENTENCE: usize = 4;
+
 /// Draws the page.
 pub(crate) fn view(state: &State, frame: &mut Frame, area: Rect) {
     let Some(model) = &state.model else { return };
     let sentence = sentence(model);
     let inside = usize::from(area.width.saturating_sub(4));
-    let rows = wrapped(&sentence, inside).len().clamp(1, 4);
+    let rows = wrapped(&sentence, inside).len().clamp(1, MOST_ROWS_OF_SENTENCE);
     let foot = if area.height >= 14 { u16::try_from(rows + 2).unwrap_or(3) } else { 1 };
     let theme = &state.theme;
     let lines = if area.height >= ROOM_FOR_A_STRIP {
@@ -147,10 +150,14 @@ fn foot_pane(state: &State, model: &ModelState, sentence: &str, frame: &mut Fram
         .as_ref()
         .map(|busy| state.now.saturating_sub(busy.since).as_secs())
         .filter(|waited| *waited > 0);
-    let mut lines: Vec<Line> = wrapped(sentence, usize::from(inner.width))
-        .into_iter()
-        .map(|line| Line::styled(line, style))
-        .collect();
+    let mut rows = wrapped(sentence, usize::from(inner.width));
+    if rows.len() > usize::from(inner.height) {
+        rows.truncate(usize::from(inner.height));
+        if let Some(last) = rows.last_mut() {
+            *last = pane::fitted(&format!("{last}\u{2026}"), usize::from(inner.width));
+        }
+    }
+    let mut lines: Vec<Line> = rows.into_iter().map(|line| Line::styled(line, style)).collect();
     if let (Some(waited), Some(last)) = (waited, lines.last_mut()) {
         last.push_span(Span::styled(format!(" {waited} s"), theme.faint));
     }

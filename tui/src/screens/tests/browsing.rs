@@ -64,6 +64,20 @@ fn a_filter_shows_only_runs_that_hold_all_its_words() {
 }
 
 #[test]
+fn the_record_says_whose_it_is() {
+    let mut state = recorded();
+    let first_line = |state: &State| page(state, 80, 24).lines().next().unwrap().to_owned();
+    assert!(first_line(&state).contains("the record of teachmover"), "{}", first_line(&state));
+    assert!(page(&state, 80, 24).contains("Runs (3) of teachmover, UTC"));
+    if let Some(run) = state.history.as_mut().and_then(|history| history.runs.as_mut()?.first_mut()) {
+        run.cell = "puma".to_owned();
+    }
+    assert!(first_line(&state).contains("the record of 2 cells"), "{}", first_line(&state));
+    let listed = page(&state, 80, 24);
+    assert!(listed.contains("puma initialize") && listed.contains("teachmover wais"), "{listed}");
+}
+
+#[test]
 fn corrected_quantities_are_stepped_through() {
     let mut state = recorded();
     assert!(page(&state, 80, 24).contains("waist zero of arm, deg"));

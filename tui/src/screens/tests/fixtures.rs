@@ -18,7 +18,7 @@ use crate::screens::cell::ArmShape;
 use crate::screens::history::ArchiveAnswer;
 use crate::screens::history::testing::{Trend, TrendPoint};
 use crate::screens::message::{Action, Message};
-use crate::screens::model::testing::{Card, CardStanding, FallStep, Residuals, Standing};
+use crate::screens::model::testing::{Card, CardStanding, FallStep, Residuals, Standing, StripLine};
 use crate::screens::model::{LabAnswer, ModelState};
 use crate::screens::state::State;
 use crate::screens::theme::Theme;
@@ -108,6 +108,7 @@ pub(super) fn asked(step: &str, title: &str, text: &str, kind: PromptKind) -> Ev
         text: text.to_owned(),
         help: None,
         kind,
+        simulated: false,
     };
     Event::PromptAsked { prompt }
 }
@@ -371,9 +372,18 @@ fn standing() -> Standing {
         at_floor: false,
         row_name: "Line",
         not_predictable_mm: Some(0.14),
-        how_large: "RMS 0.312, mean 0.204, 95 % 0.410, max 12.728 mm; noise 0.087".to_owned(),
-        how_much: "0.17 \u{b1} 0.02 mm, from pose + last move; 0.140 mm is not predictable".to_owned(),
-        where_it_is: "worst lines 79, 134, 73; along lift 0.191, pan 0.110 mm RMS".to_owned(),
+        how_large: StripLine {
+            full: "RMS 0.312, mean 0.204, 95 % 0.410, max 12.728 mm; noise 0.087".to_owned(),
+            short: "RMS 0.312, 95 % 0.410, max 12.728 mm; noise 0.087".to_owned(),
+        },
+        how_much: StripLine {
+            full: "0.17 \u{b1} 0.02 mm, from pose + last move; 0.140 mm is not predictable".to_owned(),
+            short: "0.17 \u{b1} 0.02 mm: pose + last move; 0.140 not predictable".to_owned(),
+        },
+        where_it_is: StripLine {
+            full: "worst lines 79, 134, 73; along lift 0.191, pan 0.110 mm RMS".to_owned(),
+            short: "worst 79, 134, 73; lift 0.191, pan 0.110 mm RMS".to_owned(),
+        },
         joints: JOINTS.map(|name| JointAxis { name: name.to_owned(), unit: "deg" }).into(),
         plots: vec![own_plot()],
         cards,

@@ -343,18 +343,6 @@ fn who_jogs_a_simulated_arm_to_a_level_sees_its_bubble() {
 }
 
 #[test]
-fn in_a_simulated_cell_a_prompt_says_that_nothing_is_to_be_done_by_hand() {
-    for simulated in [true, false] {
-        let mut state = begun();
-        state.cell.simulated = simulated;
-        let Event::PromptAsked { mut prompt } = jog_asked() else { panic!("a prompt") };
-        prompt.kind = PromptKind::Acknowledge { label: "It lies there".to_owned() };
-        tell(&mut state, Event::PromptAsked { prompt });
-        assert_eq!(page(&state, 80, 24).contains("Simulated: done already, Enter goes on."), simulated);
-    }
-}
-
-#[test]
 fn the_stop_key_works_in_prompts_overlays_and_on_every_page() {
     let mut prompted = begun();
     tell(&mut prompted, number_asked());
