@@ -74,7 +74,13 @@ fn an_answer_out_of_range_ends_with_two_and_says_the_range() {
     lab.write("gauge-answers.yaml", "answers: {gauge: 25}\n");
     let run = lab.plumb(&["run", "cell.yaml", "gauge", "--answers", "gauge-answers.yaml"]);
     assert_eq!(run.code(), 2, "{}", run.all());
-    assert!(run.out().contains("25 mm is out of range: it lies between 2 and 20 mm"), "{}", run.out());
+    let said = "25 mm is out of range: it lies between 2 and 20 mm";
+    assert!(run.err().contains("gauge-answers.yaml:1:18: ") && run.err().contains(said), "{}", run.err());
+    // A range that is worked out is known in the run.
+    lab.edit("procedures/gauge.yaml", "maximum: 20", "maximum: 4 * 5");
+    let run = lab.plumb(&["run", "cell.yaml", "gauge", "--answers", "gauge-answers.yaml"]);
+    assert_eq!(run.code(), 2, "{}", run.all());
+    assert!(run.out().contains(said), "{}", run.out());
 }
 
 #[test]
