@@ -40,11 +40,19 @@ pub(crate) fn read_action(
     match kind(&key.name) {
         Some(kind) => Some((kind.name, (kind.read)(body, context)?)),
         None => {
-            let help = did_you_mean(&key.name, KINDS.iter().map(|kind| kind.name));
-            context.problems.add(key.span, format!("there is no kind of step `{}`", key.name), help);
+            context.problems.add(
+                key.span,
+                format!("there is no kind of step `{}`", key.name),
+                meant(&key.name),
+            );
             None
         }
     }
+}
+
+/// What a name that is no kind's may have been meant for.
+fn meant(name: &str) -> String {
+    did_you_mean(name, KINDS.iter().map(|kind| kind.name))
 }
 
 #[cfg(test)]
@@ -61,5 +69,12 @@ mod tests {
         }
         assert_eq!(kind("search").map(|kind| kind.name), Some("search"));
         assert!(kind("serach").is_none());
+    }
+
+    #[test]
+    fn a_name_that_is_no_kinds_is_told_the_nearest_or_all_there_are() {
+        assert_eq!(meant("serach"), "did you mean `search`?");
+        let all = meant("pirouette");
+        assert!(KINDS.iter().all(|kind| all.contains(&format!("`{}`", kind.name))), "{all}");
     }
 }
