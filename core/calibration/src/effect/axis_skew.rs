@@ -3,7 +3,7 @@
 
 use plumb_kinematics::Knob;
 
-use super::kind::{Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
 use super::row_error::RowError;
 use super::{Parameter, Unit};
 
@@ -17,8 +17,10 @@ pub(super) const KIND: Kind = Kind {
     depends_on_time: false,
     is_event: false,
     search: Search::Nothing,
+    driven_by: DrivenBy::Several,
     sentence: "The joint's axis leans in the plane of the link before it, so that nominally parallel axes are not.",
     how_to_see: "Wide turns of the joint, at several angles of the one before.",
+    sketch: ["    ╎ ╱ the axis leans", "    ╎╱", "  ━━◯━━━━"],
     build: |setting: &Setting<'_>| {
         let parameter = Parameter::new("skew_deg", Unit::DEG, (-0.1, 0.1));
         Ok(Box::new(RowError::new(setting, Knob::Beta, parameter)?))

@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use super::kind::{Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
 use super::tool_offset::length_of;
 use super::{Drive, Effect, EffectId, Handle, Parameter, Situation, Size, Spot, Unit};
 
@@ -39,8 +39,10 @@ pub(super) const KIND: Kind = Kind {
     depends_on_time: false,
     is_event: false,
     search: Search::Nothing,
+    driven_by: DrivenBy::Several,
     sentence: "The base stands elsewhere than the model says.",
     how_to_see: "Any poses; turns of the first joint tell it from a displaced target.",
+    sketch: ["    ╎     ┃", "    ╎     ┃", "  ╌╌┴╌╌ →━┻━━ stands here"],
     build: |_: &Setting<'_>| {
         let parameters =
             // A metre: beyond that the base was measured in another frame.

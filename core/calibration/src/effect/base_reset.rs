@@ -1,7 +1,7 @@
 //! Base or instrument was set up anew between two stretches of rows.
 
 use super::epoch_steps::{EpochSteps, Step};
-use super::kind::{Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
 use super::{EffectId, Handle, Spot, Unit};
 
 /// Farthest an instrument is taken from one place to the next, mm.
@@ -17,8 +17,10 @@ pub(super) const KIND: Kind = Kind {
     depends_on_time: true,
     is_event: true,
     search: Search::Nothing,
+    driven_by: DrivenBy::RowOrder,
     sentence: "The base, or the instrument, was set up anew at some row: shifted and turned as one.",
     how_to_see: "Three fixed points of the cell read after every pause.",
+    sketch: ["    △ →    ◁ set up", "   before   anew", "  ━━━━━━━━━━━━━"],
     build: |setting: &Setting<'_>| {
         let shifts = ["x_mm", "y_mm", "z_mm"].into_iter().enumerate().map(|(axis, name)| Step {
             handle: Handle::BaseShift(axis),

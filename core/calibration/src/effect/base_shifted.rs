@@ -1,7 +1,7 @@
 //! Base or instrument was shifted along one axis between two stretches of rows.
 
 use super::epoch_steps::{EpochSteps, Step};
-use super::kind::{Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
 use super::{EffectId, Handle, Spot, Unit};
 
 /// Greatest plausible shift of what is not taken away and set up anew, mm.
@@ -17,8 +17,10 @@ pub(super) const KIND: Kind = Kind {
     depends_on_time: true,
     is_event: true,
     search: Search::Nothing,
+    driven_by: DrivenBy::RowOrder,
     sentence: "The base was shifted against the instrument along one axis at some row: its foot, or the anchor of a wire.",
     how_to_see: "A fixed point of the cell read after every pause.",
+    sketch: ["  ╌╌◯   ◯ ← anchor", "    ╎ → ┃   or foot", "  before after"],
     build: |setting: &Setting<'_>| {
         let Spot::Axis(axis) = setting.id.spot else {
             return Err(setting.unusable("needs an axis: x, y or z"));

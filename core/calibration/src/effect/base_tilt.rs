@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, Vector3};
 use plumb_kinematics::{Motion, Posture};
 
-use super::kind::{Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
 use super::tool_offset::length_of;
 use super::{Drive, Effect, EffectId, Handle, Parameter, Situation, Size, Spot, Unit};
 use crate::arm_model::Model;
@@ -58,8 +58,10 @@ pub(super) const KIND: Kind = Kind {
     depends_on_time: false,
     is_event: false,
     search: Search::Nothing,
+    driven_by: DrivenBy::Several,
     sentence: "The base stands tilted in the frame of the measurements (a wrong heading is the first joint's zero).",
     how_to_see: "Poses all around the arm.",
+    sketch: ["        ┃  ╱", "     ╱━━┻━━", "  ╌╌╱╌╌╌╌╌╌╌ level"],
     build: |setting: &Setting<'_>| {
         // A heading that is the first joint's zero would be one freedom under two names.
         let count = if first_joint_is_heading(setting.model) { 2 } else { 3 };

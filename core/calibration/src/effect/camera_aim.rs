@@ -12,6 +12,7 @@ pub(super) const KIND: Kind = kind(
     "camera_aim",
     "The camera of the light stripe looks aside of where its file says: it is turned about its own x or y.",
     "Stripes on surfaces at several heights, seen from many sides.",
+    ["   ▭ camera", "   ╎╲ looks aside", "   ╎ ╲"],
     |setting| build(setting, &NUMBERS),
     |survey| candidates("camera_aim", survey),
 );

@@ -11,6 +11,7 @@ pub(super) const KIND: Kind = kind(
     "camera_roll",
     "The camera of the light stripe is turned about the ray through the middle of its picture.",
     "Stripes that run across the whole picture, seen from many sides.",
+    ["   ┌────┐", "   │ ↻  │ the picture", "   └────┘ is turned"],
     |setting| build(setting, &NUMBERS),
     |survey| candidates("camera_roll", survey),
 );

@@ -14,6 +14,7 @@ pub(super) const KIND: Kind = kind(
     "camera_scale",
     "The camera's focal lengths, in pixels, are other than its file says.",
     "Stripes on a body of known size, near and far, and in all corners of the picture.",
+    ["      ▭", "    ╱╱ ╲╲ wider or", "   ╱╱   ╲╲ narrower"],
     |setting| build(setting, &NUMBERS),
     |survey| candidates("camera_scale", survey),
 );

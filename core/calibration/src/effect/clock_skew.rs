@@ -25,6 +25,7 @@ pub(super) const KIND: Kind = kind(
     "clock_skew",
     "The pictures are exposed later (or earlier) than their times say, so that an arm in motion was elsewhere.",
     "Scans in motion, fast and slow, and to and fro.",
+    ["  ◯──→◯ moved on", "  •     the picture", "        came late"],
     |setting: &Setting<'_>| {
         needs_rig(setting)?;
         // A fifth of a second: a picture that is later belongs to the next one.

@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use super::kind::{Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
 use super::tool_offset::length_of;
 use super::{Drive, Effect, EffectId, Handle, Parameter, Situation, Size, Spot, Unit};
 
@@ -41,8 +41,10 @@ pub(super) const KIND: Kind = Kind {
     depends_on_time: true,
     is_event: false,
     search: Search::Nothing,
+    driven_by: DrivenBy::Time,
     sentence: "The base (or the instrument) creeps steadily in time.",
     how_to_see: "One pose again and again through the day, with the time logged.",
+    sketch: ["            ╱╱", "      ╱╱╱╱╱", "  ╱╱╱╱  with time"],
     build: |_: &Setting<'_>| {
         // 50 mm an hour is a clamp that slips.
         let parameters = ["x_mm_per_h", "y_mm_per_h", "z_mm_per_h"]

@@ -5,7 +5,7 @@
 
 use nalgebra::{DMatrix, Vector3};
 
-use super::kind::{Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
 use super::{Drive, Effect, LooksAt, Parameter, Situation, Size, Unit, standard_error};
 
 /// Links looked at, from the joint on: those beyond are short and light, and their moments are nearly those of the last of these.
@@ -72,8 +72,10 @@ pub(super) const KIND: Kind = Kind {
     depends_on_time: false,
     is_event: false,
     search: Search::Nothing,
+    driven_by: DrivenBy::Several,
     sentence: "The joint gives under the weight it carries, of which nothing is known: any sum of what its outboard links can make.",
     how_to_see: "Poses all over the range of the joint and of those beyond it; masses under `links:` make one number of it (joint_compliance).",
+    sketch: ["  ◯╌╌╌╌╌╌╌ without weight", "   ╲ turns in the joint", "    ╲━━━━━▼ how heavy?"],
     build: |setting: &Setting<'_>| {
         let joint = setting.joint()?;
         if setting.slides(joint) {

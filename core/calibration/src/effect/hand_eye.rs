@@ -15,6 +15,7 @@ pub(super) const KIND: Kind = kind(
     "hand_eye",
     "The whole rig of the light stripe sits elsewhere on the flange than its file says.",
     "One body seen with the hand turned into many directions.",
+    ["  ━━━┓ flange", "     ╎ ←→", "     ╵  ▭ camera, light"],
     |setting| build(setting, &NUMBERS),
     |survey| candidates("hand_eye", survey),
 );

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, Vector3};
 
-use super::kind::{Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
 use super::tool_offset::length_of;
 use super::{Drive, Effect, EffectId, Handle, LooksAt, Parameter, Situation, Size, Spot, Unit};
 use crate::arm_model::MeasuredFrom;
@@ -53,8 +53,10 @@ pub(super) const KIND: Kind = Kind {
     depends_on_time: false,
     is_event: false,
     search: Search::Nothing,
+    driven_by: DrivenBy::Several,
     sentence: "The instrument stands out of level.",
     how_to_see: "A spirit level on the instrument; with the base fixed, poses all around the arm.",
+    sketch: ["     ╱▔╲ the instrument", "    ╱  ╱ leans", "  ━┻━━┻━━━"],
     build: |_: &Setting<'_>| {
         // 6 degrees: no instrument is set up that far out of level.
         let parameters = ["x_deg", "y_deg"].map(|name| Parameter::new(name, Unit::DEG, (-0.1, 0.1)));

@@ -1,6 +1,6 @@
 //! A joint lags behind its motor by half its play, towards where it came from.
 
-use super::kind::{Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
 use super::{Drive, Effect, Parameter, Situation, Unit};
 
 #[derive(Debug)]
@@ -36,8 +36,10 @@ pub(super) const KIND: Kind = Kind {
     depends_on_time: false,
     is_event: false,
     search: Search::Nothing,
+    driven_by: DrivenBy::WayOfArrival,
     sentence: "The joint has play: it stops short, towards where it came from.",
     how_to_see: "The same poses reached from both sides, with `approach_q<n>` 1 where the coordinate grew on the way and -1 where it fell; without that column the way from the row before counts.",
+    sketch: ["   ┃╲ ╱┃   the tooth", "   ┃ ▼ ┃   lies left or", "   → ← gap  right"],
     build: |setting: &Setting<'_>| {
         let joint = setting.joint()?;
         // A joint with play stays behind. A controller that takes out more play than there is makes it go too far, so the sign is open.

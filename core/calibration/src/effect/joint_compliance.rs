@@ -1,6 +1,6 @@
 //! A joint gives under the moment of gravity: a soft gear, shaft or belt.
 
-use super::kind::{Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
 use super::{Drive, Effect, LooksAt, Parameter, Situation, Unit};
 
 #[derive(Debug)]
@@ -34,8 +34,10 @@ pub(super) const KIND: Kind = Kind {
     depends_on_time: false,
     is_event: false,
     search: Search::Nothing,
+    driven_by: DrivenBy::Moment,
     sentence: "The joint gives under the weight it carries, in proportion to the moment about its axis.",
     how_to_see: "Poses with the arm stretched out and folded, with and without a load.",
+    sketch: ["  ◯╌╌╌╌╌╌╌ unloaded", "   ╲ turns in the joint", "    ╲━━━━━▼ weight"],
     build: |setting: &Setting<'_>| {
         // 0.05 rad for a N m is a loose belt. A joint that turns against its load does not exist: the range begins at nothing.
         let parameters = [Parameter::new("compliance", Unit::COMPLIANCE, (0.0, 0.05))];

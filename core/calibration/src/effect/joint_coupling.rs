@@ -1,6 +1,6 @@
 //! Turning one joint drags another: a drive that runs through it, a belt around it.
 
-use super::kind::{Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
 use super::{Drive, Effect, EffectId, EffectNameError, Parameter, Situation, Unit};
 
 #[derive(Debug)]
@@ -36,8 +36,10 @@ pub(super) const KIND: Kind = Kind {
     depends_on_time: false,
     is_event: false,
     search: Search::Nothing,
+    driven_by: DrivenBy::OtherJoint,
     sentence: "Turning another joint drags this one along by a small share.",
     how_to_see: "Poses that turn the other joint far while this one stays.",
+    sketch: ["  ↻ ◯━━━━◯ ↻", "  one joint turns,", "  the other turns along"],
     build: |setting: &Setting<'_>| {
         let joint = setting.joint()?;
         let driver = setting.id.with.filter(|driver| *driver != joint && *driver < setting.model.chain.len());

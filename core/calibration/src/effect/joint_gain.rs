@@ -1,6 +1,6 @@
 //! A joint turns a little more or less than it is told: a wrong gear ratio, a slipping drive, a stretched scale.
 
-use super::kind::{Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
 use super::{Drive, Effect, Parameter, Situation, Unit};
 
 #[derive(Debug)]
@@ -35,8 +35,10 @@ pub(super) const KIND: Kind = Kind {
     depends_on_time: false,
     is_event: false,
     search: Search::Nothing,
+    driven_by: DrivenBy::Coordinate,
     sentence: "The joint turns in proportion more or less than it is told.",
     how_to_see: "Poses from one end of the joint's travel to the other.",
+    sketch: ["says 0   30   60   90", "     ┼────┼────┼────┤", "is   0    31    62    93"],
     build: |setting: &Setting<'_>| {
         // 5 %: a wrong gear ratio is further off, and its row says so at once.
         let parameters = [Parameter::new("gain", Unit::RATIO, (-0.05, 0.05))];

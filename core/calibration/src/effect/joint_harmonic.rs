@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use super::kind::{Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
 use super::{Drive, Effect, EffectId, EffectNameError, Parameter, Situation, Size, Spot, Unit, amplitude};
 
 /// The highest number of periods a turn that is looked for, besides the gear ratios.
@@ -53,8 +53,10 @@ pub(super) const KIND: Kind = Kind {
     depends_on_time: false,
     is_event: false,
     search: Search::Nothing,
+    driven_by: DrivenBy::Waves,
     sentence: "A wheel of the joint runs out of true: the error comes back the same number of times in every turn.",
     how_to_see: "Many poses spread over the joint's travel, not on a regular grid.",
+    sketch: ["   ╭╮  ╭╮  ╭╮", "  ╱  ╲╱  ╲╱  ╲ error", "  ── turns of a wheel ──"],
     build: |setting: &Setting<'_>| {
         let joint = setting.joint()?;
         let order =

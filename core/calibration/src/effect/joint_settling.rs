@@ -1,6 +1,6 @@
 //! A joint creeps into place: it stops short by a share of its last move.
 
-use super::kind::{Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
 use super::{Drive, Effect, Parameter, Situation, Unit};
 
 #[derive(Debug)]
@@ -35,8 +35,10 @@ pub(super) const KIND: Kind = Kind {
     depends_on_time: false,
     is_event: false,
     search: Search::Nothing,
+    driven_by: DrivenBy::LastMove,
     sentence: "The joint stops short by a share of its last move, as if it had not yet come to rest.",
     how_to_see: "The same poses after short and after long moves; a wait before reading.",
+    sketch: ["  ──╮ asked", "     ╲", "      ╰─── creeps in"],
     build: |setting: &Setting<'_>| {
         // A twentieth of the way is seen by eye.
         let parameters = [Parameter::new("share", Unit::RATIO, (-0.05, 0.05))];

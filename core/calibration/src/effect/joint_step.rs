@@ -1,6 +1,6 @@
 //! A joint jumps at some moment and stays off: lost steps, a slipped coupling, a knock.
 
-use super::kind::{Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
 use super::{Drive, Effect, EffectId, EffectNameError, Parameter, Situation, Unit};
 
 /// Moments that are tried at most.
@@ -42,8 +42,10 @@ pub(super) const KIND: Kind = Kind {
     is_event: true,
     // Moments are unlike each other: each that is tried is a trial of its own.
     search: Search::Jumps,
+    driven_by: DrivenBy::Time,
     sentence: "The joint jumps at one moment and stays off: lost steps, or a coupling that slipped.",
     how_to_see: "The same few poses again and again through the day, with the time logged.",
+    sketch: ["         ┌──── after", "  ───────┘", "  before   it slipped"],
     build: |setting: &Setting<'_>| {
         let joint = setting.joint()?;
         let at = setting.id.inner.ok_or_else(|| EffectNameError::Unusable {

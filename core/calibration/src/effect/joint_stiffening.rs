@@ -1,6 +1,6 @@
 //! A joint that gives easily at first and stiffens under load: the soft wind-up of harmonic drives, belts and cables.
 
-use super::kind::{Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
 use super::{Drive, Effect, EffectId, EffectNameError, LooksAt, Parameter, Situation, Unit};
 
 /// Knees that are tried, as shares of the greatest moment in the table. A higher knee would be no other than a plain
@@ -51,8 +51,10 @@ pub(super) const KIND: Kind = Kind {
     depends_on_time: false,
     is_event: false,
     search: Search::Smooth,
+    driven_by: DrivenBy::Moment,
     sentence: "The joint gives easily under a small moment and less and less under a larger one.",
     how_to_see: "Many different moments about the joint, small ones above all; a load that is changed.",
+    sketch: ["  turn  ╭──── stiffens", "      ╭─╯", "   ───╯   moment"],
     build: |setting: &Setting<'_>| {
         let knee = setting.id.inner.filter(|knee| *knee > 0.0).ok_or_else(|| EffectNameError::Unusable {
             effect: setting.model.label(setting.id),

@@ -1,6 +1,6 @@
 //! A joint's zero is not where its encoder says.
 
-use super::kind::{Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
 use super::{Drive, Effect, Parameter, Situation, Unit};
 
 #[derive(Debug)]
@@ -30,8 +30,10 @@ pub(super) const KIND: Kind = Kind {
     depends_on_time: false,
     is_event: false,
     search: Search::Nothing,
+    driven_by: DrivenBy::Coordinate,
     sentence: "The joint stands off by a constant angle: its zero is not where the controller believes.",
     how_to_see: "Any poses that turn the joints before and after it.",
+    sketch: ["     ╱ where it stands", "    ╱ ↕", "   ◯╌╌╌╌ where it says"],
     build: |setting: &Setting<'_>| {
         let joint = setting.joint()?;
         let parameter = match setting.slides(joint) {

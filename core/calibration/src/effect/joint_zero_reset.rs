@@ -3,7 +3,7 @@
 use plumb_kinematics::Knob;
 
 use super::epoch_steps::{EpochSteps, Step};
-use super::kind::{Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
 use super::{Handle, Unit};
 use crate::arm_model::Epochs;
 
@@ -21,8 +21,10 @@ pub(super) const KIND: Kind = Kind {
     depends_on_time: true,
     is_event: true,
     search: Search::Nothing,
+    driven_by: DrivenBy::RowOrder,
     sentence: "The joint's zero changed at some row: it was found anew, or a coupling slipped.",
     how_to_see: "The same few poses again after every pause.",
+    sketch: ["      ╭──╮   ╭── zero", "  ────╯  ╰───╯", "  found anew each time"],
     build: |setting: &Setting<'_>| {
         let joint = setting.joint()?;
         let row = setting.model.chain.joints.get(joint);

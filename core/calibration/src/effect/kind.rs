@@ -75,6 +75,51 @@ impl Search {
     }
 }
 
+/// The quantity that drives an effect, against which its own plot is drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum DrivenBy {
+    /// The coordinate of the joint it acts on.
+    Coordinate,
+    /// The same, in waves of so many periods a turn.
+    Waves,
+    /// Where within a turn of its screw the joint it acts on stands, in waves: over the whole travel they would have more periods than a plot
+    /// has columns.
+    ScrewTurn,
+    /// The moment of gravity about the joint it acts on.
+    Moment,
+    /// The weights of declared masses along a link: more than one axis would show.
+    Weights,
+    /// The coordinate of the other of its two joints.
+    OtherJoint,
+    /// The way in which the joint it acts on arrived.
+    WayOfArrival,
+    /// How far the joint it acts on moved from the row before.
+    LastMove,
+    /// The temperature.
+    Temperature,
+    /// The time, or the order of the rows where that is not logged.
+    Time,
+    /// The order of the rows: a step shows where it happened, however long the rows before it took.
+    RowOrder,
+    /// The coordinate of the point along the axis of the instrument it acts on.
+    InstrumentAxis,
+    /// Several quantities, or the whole pose: no single axis would show it.
+    Several,
+}
+
+impl DrivenBy {
+    /// Whether the weight of declared masses drives it, so that it changes nothing in a model without any.
+    pub fn is_weight(self) -> bool {
+        matches!(self, Self::Moment | Self::Weights)
+    }
+}
+
+/// A drawing of three lines: what is drawn is dashed or thin, what is built is heavy. A line has at most [`SKETCH_COLUMNS`] columns.
+pub type Sketch = [&'static str; 3];
+
+/// Columns of the widest sketch: those of a card on a screen of 80 columns.
+pub const SKETCH_COLUMNS: usize = 26;
+
 /// A kind of effect.
 pub struct Kind {
     /// Its name.
@@ -97,10 +142,14 @@ pub struct Kind {
     pub is_event: bool,
     /// What inside it is searched for rather than fitted.
     pub search: Search,
+    /// What its own plot is drawn against.
+    pub driven_by: DrivenBy,
     /// What it is, in one plain sentence.
     pub sentence: &'static str,
     /// What to measure to see it.
     pub how_to_see: &'static str,
+    /// What it looks like.
+    pub sketch: Sketch,
     /// Makes it at a place.
     pub build: fn(&Setting<'_>) -> Result<Box<dyn Effect>, EffectNameError>,
     /// Everywhere a table could show it.

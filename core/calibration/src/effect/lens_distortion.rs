@@ -11,6 +11,7 @@ pub(super) const KIND: Kind = kind(
     "lens_distortion",
     "The camera's lens bends straight lines more or less than its file says.",
     "Stripes in the corners of the picture as well as in its middle.",
+    ["   ╭────╮ straight", "   │    │ lines bend", "   ╰────╯"],
     |setting| build(setting, &NUMBERS),
     |survey| candidates("lens_distortion", survey),
 );

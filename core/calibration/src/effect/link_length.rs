@@ -2,7 +2,7 @@
 
 use plumb_kinematics::Knob;
 
-use super::kind::{Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
 use super::row_error::RowError;
 use super::{Parameter, Unit};
 
@@ -16,8 +16,10 @@ pub(super) const KIND: Kind = Kind {
     depends_on_time: false,
     is_event: false,
     search: Search::Nothing,
+    driven_by: DrivenBy::Coordinate,
     sentence: "The link between this joint's axis and the next is longer or shorter than the model says.",
     how_to_see: "Poses that turn the joints before and after the link through wide angles.",
+    sketch: ["  ◯━━━━━━━━━━━◯ built", "  ◯╌╌╌╌╌╌╌╌◯ drawn", "            ←→"],
     build: |setting: &Setting<'_>| {
         let parameter = Parameter::new("length_mm", Unit::MM, (-20.0, 20.0));
         Ok(Box::new(RowError::new(setting, Knob::A, parameter)?))

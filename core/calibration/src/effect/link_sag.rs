@@ -1,6 +1,6 @@
 //! A link bends under its load, as a beam clamped at its joint.
 
-use super::kind::{Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
 use super::{Drive, Effect, Handle, LooksAt, Parameter, Situation, Unit};
 
 #[derive(Debug)]
@@ -38,8 +38,10 @@ pub(super) const KIND: Kind = Kind {
     depends_on_time: false,
     is_event: false,
     search: Search::Nothing,
+    driven_by: DrivenBy::Weights,
     sentence: "The link after the joint bends under its load like a beam.",
     how_to_see: "The arm stretched out in several directions, with and without a load.",
+    sketch: ["  ┃━━━╸╌╌╌╌╌ straight", "      ╲━━╸", "         ╲━━▼ weight"],
     build: |setting: &Setting<'_>| {
         // The reciprocal of E I: 0.1 for a N m2 is a ruler; a bar that bends upwards under its load does not exist.
         let parameters = [Parameter::new("flexibility", Unit::FLEXIBILITY, (0.0, 0.1))];

@@ -2,7 +2,7 @@
 
 use plumb_kinematics::Knob;
 
-use super::kind::{Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
 use super::row_error::RowError;
 use super::{Parameter, Unit};
 
@@ -16,8 +16,10 @@ pub(super) const KIND: Kind = Kind {
     depends_on_time: false,
     is_event: false,
     search: Search::Nothing,
+    driven_by: DrivenBy::Coordinate,
     sentence: "The next axis is twisted about the link's own length; of two slides: they are not square (ISO 230-1).",
     how_to_see: "Wide turns of the next joint, at several angles of this one.",
+    sketch: ["  ╎ drawn   ╱ built", "  ◯━━━━━━━━◯", "           ╱"],
     build: |setting: &Setting<'_>| {
         let parameter = Parameter::new("twist_deg", Unit::DEG, (-0.1, 0.1));
         Ok(Box::new(RowError::new(setting, Knob::Alpha, parameter)?))

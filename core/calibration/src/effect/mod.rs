@@ -70,7 +70,7 @@ mod warm_up;
 pub use defined::{Addend, Definition, DefinitionError, FormulaError, Place as DefinedPlace};
 pub use epoch_steps::acts_by_epoch;
 pub use identity::{Channel, EffectId, EffectNameError, Quantity, Spot};
-pub use kind::{Family, Kind, Places, Search, Setting, Survey};
+pub use kind::{DrivenBy, Family, Kind, Places, SKETCH_COLUMNS, Search, Setting, Sketch, Survey};
 pub use library::{build, expand, kind, kinds, parse};
 pub use passport::Passport;
 pub use pose_error::POSE_ERROR;

@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use super::kind::{Family, Kind, Places, Search, Setting, Survey};
+use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting, Survey};
 use super::{Drive, Effect, EffectId, EffectNameError, Parameter, Situation, Size, Unit, standard_error};
 
 /// Most pieces: those between the 256 lines that a compensation table of LinuxCNC has at most.
@@ -82,8 +82,10 @@ pub(super) const KIND: Kind = Kind {
     depends_on_time: false,
     is_event: false,
     search: Search::Nothing,
+    driven_by: DrivenBy::Coordinate,
     sentence: "A slide's error over its travel (ISO 230-1: EXX), in so many straight pieces between its limits.",
     how_to_see: "Positions in every piece of the travel, from both sides, as ISO 230-2 has it.",
+    sketch: ["      ╱╲___", "  ───╱     ╲ error", "  ├──┼──┼──┼─ travel"],
     build: |setting: &Setting<'_>| {
         let joint = setting.joint()?;
         if !setting.slides(joint) {

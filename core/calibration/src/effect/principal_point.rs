@@ -14,6 +14,7 @@ pub(super) const KIND: Kind = kind(
     "principal_point",
     "The ray through the middle of the lens falls on another pixel than the file says.",
     "Stripes near and far, and in all corners of the picture.",
+    ["   ┌────┐", "   │ +• │ its middle", "   └────┘ lies beside"],
     |setting| build(setting, &NUMBERS),
     |survey| candidates("principal_point", survey),
 );

@@ -1,7 +1,7 @@
 //! The scale of a reading changed between two stretches of rows.
 
 use super::epoch_steps::{EpochSteps, Step};
-use super::kind::{Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
 use super::{EffectId, Handle, Spot, Unit};
 
 /// Greatest plausible change of a scale: more would be another unit.
@@ -17,8 +17,10 @@ pub(super) const KIND: Kind = Kind {
     depends_on_time: true,
     is_event: true,
     search: Search::Nothing,
+    driven_by: DrivenBy::RowOrder,
     sentence: "The scale of one reading changed at some row: another setting, another instrument.",
     how_to_see: "Two fixed points far apart read again after every pause.",
+    sketch: ["  reads ├──┼──┼──┤", "  later ├───┼───┼───┤", "  another scale"],
     build: |setting: &Setting<'_>| {
         let Spot::Reading(channel) = setting.id.spot else {
             return Err(setting.unusable("needs a reading, such as distance"));

@@ -1,7 +1,7 @@
 //! The zero of a reading was set anew between two stretches of rows.
 
 use super::epoch_steps::{EpochSteps, Step};
-use super::kind::{Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
 use super::{EffectId, Handle, Spot, Unit};
 
 /// Greatest plausible change of a zero: the travel of a gauge, mm; what a level may be turned by, rad.
@@ -18,8 +18,10 @@ pub(super) const KIND: Kind = Kind {
     depends_on_time: true,
     is_event: true,
     search: Search::Nothing,
+    driven_by: DrivenBy::RowOrder,
     sentence: "The zero of one reading changed at some row: the instrument was switched off, re-zeroed or knocked.",
     how_to_see: "A fixed point read again after every pause, whatever the arm does.",
+    sketch: ["  reads ──╮  ╭── 0 moved", "          ╰──╯", "  rows  1   2   3"],
     build: |setting: &Setting<'_>| {
         let Spot::Reading(channel) = setting.id.spot else {
             return Err(setting.unusable("needs a reading, such as distance"));

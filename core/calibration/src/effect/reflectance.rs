@@ -1,7 +1,7 @@
 //! A surface is lighter or darker than the one the sensor was trimmed on: it switches higher or lower over it.
 
 use super::EffectNameError;
-use super::kind::{Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
 use super::{Drive, Effect, EffectId, Handle, LooksAt, Parameter, Situation, Spot, Unit};
 use crate::arm_model::SurfaceShape;
 use crate::arm_model::{Model, Sensor};
@@ -47,8 +47,10 @@ pub(super) const KIND: Kind = Kind {
     depends_on_time: false,
     is_event: false,
     search: Search::Nothing,
+    driven_by: DrivenBy::Several,
     sentence: "The surface is lighter or darker than the white the sensor was trimmed on: it triggers higher or lower over it.",
     how_to_see: "Trigger over this surface and over another of known height from the same poses of the hand; over one surface alone it is the sensor's trigger height.",
+    sketch: ["     ▽", "    ╱ ╲ less comes back", "  ▒▒▒▒▒▒▒▒"],
     build: |setting: &Setting<'_>| {
         let sensor = setting.sensor()?;
         match setting.id.spot {

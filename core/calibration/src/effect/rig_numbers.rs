@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use super::kind::{Family, Kind, Places, Search, Setting, Survey};
+use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting, Sketch, Survey};
 use super::tool_offset::length_of;
 use super::{
     Drive, Effect, EffectId, EffectNameError, Handle, Parameter, Situation, Size, Spot, Unit, standard_error,
@@ -84,6 +84,7 @@ pub(super) const fn kind(
     name: &'static str,
     sentence: &'static str,
     how_to_see: &'static str,
+    sketch: Sketch,
     build: fn(&Setting<'_>) -> Result<Box<dyn Effect>, EffectNameError>,
     candidates: fn(&Survey<'_>) -> Vec<EffectId>,
 ) -> Kind {
@@ -97,8 +98,10 @@ pub(super) const fn kind(
         depends_on_time: false,
         is_event: false,
         search: Search::Nothing,
+        driven_by: DrivenBy::Several,
         sentence,
         how_to_see,
+        sketch,
         build,
         candidates,
     }

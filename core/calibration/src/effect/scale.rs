@@ -1,6 +1,6 @@
 //! The instrument's unit of length is off along one of its axes.
 
-use super::kind::{Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
 use super::{Drive, Effect, EffectId, EffectNameError, Handle, LooksAt, Parameter, Situation, Spot, Unit};
 
 #[derive(Debug)]
@@ -35,8 +35,10 @@ pub(super) const KIND: Kind = Kind {
     depends_on_time: false,
     is_event: false,
     search: Search::Nothing,
+    driven_by: DrivenBy::InstrumentAxis,
     sentence: "The instrument reads lengths along one of its axes too long or too short.",
     how_to_see: "Points far apart along that axis, or a bar of known length.",
+    sketch: ["  reads ├──┼──┼──┤", "  true  ├───┼───┼───┤", "  the ruler is short"],
     build: |setting: &Setting<'_>| match setting.id.spot {
         // 2 %: a wrong unit is further off, and told when the table is read.
         Spot::Axis(axis) if axis < 3 => {

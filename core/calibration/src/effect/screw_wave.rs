@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use nalgebra::DMatrix;
 
-use super::kind::{Family, Kind, Places, Search, Setting, Survey};
+use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting, Survey};
 use super::sampling::{Sampling, sampling};
 use super::{Drive, Effect, EffectId, EffectNameError, Parameter, Situation, Size, Spot, Unit, amplitude};
 use crate::arm_model::Model;
@@ -83,8 +83,10 @@ pub(super) const KIND: Kind = Kind {
     depends_on_time: false,
     is_event: false,
     search: Search::Nothing,
+    driven_by: DrivenBy::ScrewTurn,
     sentence: "The screw of a slide runs out of true: the error comes back with every turn of the screw.",
     how_to_see: "Positions at random within a pitch, or a run of them a quarter of a pitch apart over two pitches; none at whole pitches.",
+    sketch: ["   ╭╮  ╭╮  ╭╮", "  ╱  ╲╱  ╲╱  ╲ error", "  ├───┤ turn of the screw"],
     build: |setting: &Setting<'_>| {
         let rate = TAU / period(setting)?;
         let range = (-GREATEST, GREATEST);

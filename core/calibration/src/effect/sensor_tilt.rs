@@ -1,6 +1,6 @@
 //! The arm's own sensor sits askew in the hand: it looks aside, the further the higher it is.
 
-use super::kind::{Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
 use super::{Drive, Effect, EffectId, Handle, LooksAt, Parameter, Situation, Spot, Unit};
 
 #[derive(Debug)]
@@ -40,8 +40,10 @@ pub(super) const KIND: Kind = Kind {
     depends_on_time: false,
     is_event: false,
     search: Search::Nothing,
+    driven_by: DrivenBy::Several,
     sentence: "The sensor sits askew in the hand: it looks aside by so much of its distance.",
     how_to_see: "Meet edges at several heights of the hand, and trigger over the table with the hand tilted: at one height it is the same as a sensor that sits elsewhere.",
+    sketch: ["      ▷ leans", "     ╱", "  ━━━━━━━━"],
     build: |setting: &Setting<'_>| {
         setting.sensor()?;
         // 20 degrees: further aside it does not see what is below the hand.

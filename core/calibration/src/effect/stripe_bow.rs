@@ -11,6 +11,7 @@ pub(super) const KIND: Kind = kind(
     "stripe_bow",
     "The sheet of light is no plane: it bends out of it by the square of its extent.",
     "Long stripes on a plane, in the middle of the picture and at its edges.",
+    ["    ╎ ╲", "    ╎  │ the sheet bends", "    ╎ ╱"],
     |setting| build(setting, &NUMBERS),
     |survey| candidates("stripe_bow", survey),
 );

@@ -15,6 +15,7 @@ pub(super) const KIND: Kind = kind(
     "stripe_plane",
     "The sheet of light leans or lies elsewhere than the file says.",
     "Stripes on surfaces at several heights, seen from many sides.",
+    ["    ╎ ╱ the sheet of", "    ╎╱  light leans", "  ━━━━━━━━"],
     |setting| build(setting, &NUMBERS),
     |survey| candidates("stripe_plane", survey),
 );

@@ -1,7 +1,7 @@
 //! A target was taken off and put back between two stretches of rows.
 
 use super::epoch_steps::{EpochSteps, Step};
-use super::kind::{Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
 use super::{EffectId, Handle, Spot, Unit};
 
 /// Greatest plausible shift of a target that is put back where it was, mm.
@@ -17,8 +17,10 @@ pub(super) const KIND: Kind = Kind {
     depends_on_time: true,
     is_event: true,
     search: Search::Nothing,
+    driven_by: DrivenBy::RowOrder,
     sentence: "The target sat elsewhere on the flange from some row on: it was re-seated.",
     how_to_see: "Poses that turn the wrist into many directions, before and after.",
+    sketch: ["  ━━━━┓ before", "      ╵○ → • put back", "           elsewhere"],
     build: |setting: &Setting<'_>| {
         let target = setting.target()?;
         let steps = ["x_mm", "y_mm", "z_mm"].into_iter().enumerate().map(|(axis, name)| Step {

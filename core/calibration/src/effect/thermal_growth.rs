@@ -2,7 +2,7 @@
 
 use plumb_kinematics::Knob;
 
-use super::kind::{Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
 use super::{Drive, Effect, Handle, Parameter, Situation, Unit};
 
 /// Temperature at which lengths are what the drawing says, deg C (ISO 1).
@@ -43,8 +43,10 @@ pub(super) const KIND: Kind = Kind {
     depends_on_time: true,
     is_event: false,
     search: Search::Nothing,
+    driven_by: DrivenBy::Temperature,
     sentence: "The link grows as it gets warmer.",
     how_to_see: "The same poses cold and warm, with the temperature logged.",
+    sketch: ["  ◯━━━━━━━━━◯ cool", "  ◯━━━━━━━━━━━◯ warm", "             ←→"],
     build: |setting: &Setting<'_>| {
         let joint = setting.joint()?;
         let row = setting.model.chain.joints.get(joint);

@@ -1,6 +1,6 @@
 //! The measured point sits elsewhere on the flange than the model says.
 
-use super::kind::{Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
 use super::{Drive, Effect, EffectId, Handle, Parameter, Situation, Size, Spot, Unit, standard_error};
 use nalgebra::DMatrix;
 
@@ -59,8 +59,10 @@ pub(super) const KIND: Kind = Kind {
     depends_on_time: false,
     is_event: false,
     search: Search::Nothing,
+    driven_by: DrivenBy::Several,
     sentence: "The measured point sits elsewhere on the flange than the model says.",
     how_to_see: "Poses that turn the wrist into many directions.",
+    sketch: ["  ━━━━┓", "      ┃ ←→", "      ╵  • the tip"],
     build: |setting: &Setting<'_>| {
         // 20 cm: a probe is not longer, and a tracker's ball not further from its magnet.
         let parameters = ["x_mm", "y_mm", "z_mm"].map(|name| Parameter::new(name, Unit::MM, (-200.0, 200.0)));

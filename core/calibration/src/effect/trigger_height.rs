@@ -1,6 +1,6 @@
 //! The arm's own sensor triggers higher or lower over a surface than the model says.
 
-use super::kind::{Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
 use super::{Drive, Effect, EffectId, Handle, Parameter, Situation, Spot, Unit};
 
 #[derive(Debug)]
@@ -29,8 +29,10 @@ pub(super) const KIND: Kind = Kind {
     depends_on_time: false,
     is_event: false,
     search: Search::Nothing,
+    driven_by: DrivenBy::Several,
     sentence: "The sensor on the arm triggers higher or lower over a surface than the model says.",
     how_to_see: "Trigger over the surface in many poses, and lower the arm onto it in some with a gauge under the tip.",
+    sketch: ["     ▽  sensor", "     ↕  fires too high", "  ━━━━━━━━ or too low"],
     build: |_: &Setting<'_>| {
         // 20 mm, more than the working distance of most such sensors.
         Ok(Box::new(TriggerHeight { parameters: [Parameter::new("above_mm", Unit::MM, (-20.0, 20.0))] }))

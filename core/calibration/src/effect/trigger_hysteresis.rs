@@ -1,6 +1,6 @@
 //! The arm's own sensor lets go at another light than the model says.
 
-use super::kind::{Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
 use super::{Drive, Effect, EffectId, Handle, LooksAt, Parameter, Situation, Spot, Unit};
 use crate::arm_model::Sensor;
 
@@ -53,8 +53,10 @@ pub(super) const KIND: Kind = Kind {
     depends_on_time: false,
     is_event: false,
     search: Search::Nothing,
+    driven_by: DrivenBy::Several,
     sentence: "The sensor holds on longer, or lets go earlier, than the model says.",
     how_to_see: "Let it come on and go off over one place, with `signal` logged, each time with every joint arriving from the same side as before: play looks the same.",
+    sketch: ["  on   ┌────", "     ↑ │↓", "  off ─┘  not the same"],
     build: |setting: &Setting<'_>| {
         // Half of the light in addition to what the data sheet says.
         let parameters = [Parameter::new("more_by", Unit::RATIO, (-0.5, 0.5))];

@@ -1,6 +1,6 @@
 //! The arm's own sensor sees a spot, not a point: at an edge it switches before its middle is there.
 
-use super::kind::{Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
 use super::{Drive, Effect, EffectId, Handle, LooksAt, Parameter, Situation, Spot, Unit};
 use crate::arm_model::Sensor;
 
@@ -38,8 +38,10 @@ pub(super) const KIND: Kind = Kind {
     depends_on_time: false,
     is_event: false,
     search: Search::Nothing,
+    driven_by: DrivenBy::Several,
     sentence: "The sensor sees a wider spot than the model says: it meets an edge when part of the spot has gone dark, before its middle is there.",
     how_to_see: "Meet the same edge at several heights of the hand, and from the dark side as well: at one height it is the same as an edge that lies elsewhere.",
+    sketch: ["     ▽", "    ( ) half the spot", "  ████━━━━ over the edge"],
     build: |setting: &Setting<'_>| {
         // 12 mm: a wider spot would not resolve an edge at all.
         let parameters = [Parameter::new("wider_by_mm", Unit::MM, (-12.0, 12.0))];

@@ -2,7 +2,7 @@
 
 use plumb_kinematics::Knob;
 
-use super::kind::{Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
 use super::{Drive, Effect, EffectId, EffectNameError, Handle, Parameter, Quantity, Situation, Unit};
 
 /// Time constants that are tried, as shares of the time the table spans.
@@ -45,8 +45,10 @@ pub(super) const KIND: Kind = Kind {
     is_event: false,
     // Neighbouring time constants fit nearly as well: the search costs as much as one more parameter.
     search: Search::Smooth,
+    driven_by: DrivenBy::Time,
     sentence: "Something of the joint moves while the machine warms up: fast at first, then ever slower.",
     how_to_see: "The same poses from a cold start on, with the time logged.",
+    sketch: ["         ╭────── warm", "      ╭──╯", "  ────╯ since it started"],
     build: |setting: &Setting<'_>| {
         let joint = setting.joint()?;
         let of = setting.id.of.ok_or_else(|| EffectNameError::Malformed {

@@ -402,7 +402,11 @@ impl Laboratory {
         part: &Part,
         slots: &[usize],
     ) -> Option<String> {
-        let needs_masses = part.effect.looks_at() == LooksAt::Gravity && part.id.name != "gravity_flexure";
+        let needs_masses = match effect::kind(&part.id.name) {
+            Some(kind) => kind.driven_by.is_weight(),
+            // One that the model file defines may reckon with moments.
+            None => part.effect.looks_at() == LooksAt::Gravity,
+        };
         if needs_masses && !self.survey().has_weight() {
             return Some(
                 "no masses are declared, so gravity moves nothing: declare `links:` or a payload, or add gravity_flexure(j)"

@@ -16,7 +16,7 @@ use crate::candidates::{best_variants, probes};
 use crate::fitted::Fitted;
 use crate::score_test::{Probe, Score, score};
 use plumb_calibration::effect::{
-    self, Drive, Effect, EffectId, Handle, Parameter, Situation, Spot, Unit, acts_by_epoch,
+    self, Drive, DrivenBy, Effect, EffectId, Handle, Parameter, Situation, Spot, Unit, acts_by_epoch,
 };
 use plumb_estimation::Progress;
 
@@ -342,9 +342,9 @@ fn against_driver(
 /// How far the angle of a wave goes (rad) for a unit of its driver as it is shown, degrees of a joint or mm of a slide; nothing of what is no wave.
 fn wave_rate(fitted: &Fitted<'_>, id: &EffectId) -> Option<f64> {
     let row = fitted.machine.model.chain.joints.get(id.joint()?)?;
-    match id.name.as_str() {
-        "joint_harmonic" => Some(id.order?.to_radians()),
-        "screw_wave" => Some(TAU * id.order? / row.screw_pitch?),
+    match effect::kind(&id.name)?.driven_by {
+        DrivenBy::Waves => Some(id.order?.to_radians()),
+        DrivenBy::ScrewTurn => Some(TAU * id.order? / row.screw_pitch?),
         _ => None,
     }
 }

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use plumb_calibration::effect::{EffectId, Family, Spot, kind};
+use plumb_calibration::effect::{DrivenBy, EffectId, Spot, kind};
 use plumb_calibration::fit::{ResidualModel, State};
 
 /// What one axis of a plot shows.
@@ -37,25 +37,19 @@ pub(super) struct Regressor {
 impl Regressor {
     /// What drives an effect in the rows of a table; nothing where it is more than one number.
     pub(super) fn of(machine: &ResidualModel<'_>, state: &State, id: &EffectId) -> Option<Self> {
-        let kind = kind(&id.name)?;
         let joint = id.joint();
-        match (id.name.as_str(), joint) {
-            ("joint_compliance" | "joint_stiffening", Some(joint)) => Some(moment(machine, state, joint)),
-            ("joint_coupling", Some(_)) => id.with.map(|driving| coordinate(machine, driving)),
-            ("joint_backlash", Some(joint)) => Some(side(machine, joint)),
-            ("joint_settling", Some(joint)) => Some(last_move(machine, joint)),
-            ("screw_wave", Some(joint)) => turn_of_screw(machine, joint),
-            // Driven by several moments or by the whole pose: no single axis would show it.
-            ("gravity_flexure" | "link_sag" | "axis_skew" | "axis_roll" | "axis_pitch" | "axis_yaw", _) => {
-                None
-            }
-            ("thermal_growth", _) => temperature(machine),
-            // A step shows where it happened, however long the rows before it took.
-            _ if kind.family == Family::Epoch => Some(order(machine)),
-            _ if kind.depends_on_time => Some(time(machine)),
-            ("scale", _) => Some(axis_of_instrument(machine, state, id)?),
-            (_, Some(joint)) => Some(coordinate(machine, joint)),
-            _ => None,
+        match kind(&id.name)?.driven_by {
+            DrivenBy::Moment => Some(moment(machine, state, joint?)),
+            DrivenBy::Coordinate | DrivenBy::Waves => Some(coordinate(machine, joint?)),
+            DrivenBy::OtherJoint => Some(coordinate(machine, id.with?)),
+            DrivenBy::WayOfArrival => Some(side(machine, joint?)),
+            DrivenBy::LastMove => Some(last_move(machine, joint?)),
+            DrivenBy::ScrewTurn => turn_of_screw(machine, joint?),
+            DrivenBy::Temperature => temperature(machine),
+            DrivenBy::Time => Some(time(machine)),
+            DrivenBy::RowOrder => Some(order(machine)),
+            DrivenBy::InstrumentAxis => axis_of_instrument(machine, state, id),
+            DrivenBy::Weights | DrivenBy::Several => None,
         }
     }
 
@@ -83,7 +77,7 @@ fn coordinate(machine: &ResidualModel<'_>, joint: usize) -> Regressor {
     Regressor::over_rows(machine, axis, |row| commanded(machine, row, joint) * factor)
 }
 
-/// Where within a turn of its screw a slide stands: over its whole travel a wave would have more periods than a plot has columns.
+/// Where within a turn of its screw a slide stands.
 fn turn_of_screw(machine: &ResidualModel<'_>, joint: usize) -> Option<Regressor> {
     let pitch = machine.model.chain.joints.get(joint)?.screw_pitch?;
     let axis = PlotAxis::new(format!("{} within a turn of its screw", name_of(machine, joint)), "mm");

@@ -8,7 +8,6 @@ use plumb_calibration::effect::{self, EffectId, EffectNameError, Family, Kind, P
 
 use super::arguments::EffectsArguments;
 use super::text::figure;
-use crate::effect_sketch;
 use crate::shown_unit::shown_unit;
 
 /// An arm at which every effect of the library can act: where sites have names, parameters have units.
@@ -130,7 +129,7 @@ fn details(kind: &Kind) -> Result<String, Box<dyn Error>> {
     model.stripe_rig = Some(example_rig());
     let effect = effect::build(&id, &model)?;
     let mut text = format!("{}\n\n", signature(kind));
-    for line in effect_sketch::of(kind.name).into_iter().flatten() {
+    for line in kind.sketch {
         text.push_str(&format!("    {line}\n"));
     }
     text.push_str(&format!("\n{}\n", kind.sentence));
@@ -206,8 +205,7 @@ mod tests {
             let details = details(kind).unwrap();
             assert!(details.contains(kind.how_to_see), "{details}");
             assert!(details.contains("plausible from"), "{details}");
-            let sketch = effect_sketch::of(kind.name).unwrap();
-            assert!(sketch.iter().all(|line| details.contains(line)), "the sketch is drawn: {details}");
+            assert!(kind.sketch.iter().all(|line| details.contains(line)), "the sketch is drawn: {details}");
         }
     }
 

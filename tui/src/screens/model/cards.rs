@@ -9,7 +9,6 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Paragraph, Wrap};
 
 use super::state::{Card, CardStanding, ModelState};
-use crate::effect_sketch;
 use crate::screens::hits::{Hit, Hits};
 use crate::screens::pane::{self, columns, fitted, wrapped};
 use crate::screens::theme::Theme;
@@ -86,10 +85,8 @@ fn card_lines(
         lines.extend(indented(format!("at {}", card.place), theme.heading));
     }
     if roomy {
-        if let Some(sketch) = effect_sketch::of(&card.effect) {
-            lines.extend(sketch.map(|line| Line::styled(format!("     {line}"), theme.machine)));
-        }
         if let Some(kind) = plumb_calibration::effect::kind(&card.effect) {
+            lines.extend(kind.sketch.map(|line| Line::styled(format!("     {line}"), theme.machine)));
             lines.extend(indented(kind.sentence.to_owned(), theme.faint));
         }
     }

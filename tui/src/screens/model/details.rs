@@ -10,7 +10,6 @@ use ratatui::widgets::{Clear, Paragraph};
 use super::cards::{chance, look, verdict};
 use super::plots;
 use super::state::{Card, ModelState};
-use crate::effect_sketch;
 use crate::screens::pane::{self, wrapped};
 use crate::screens::state::State;
 use crate::screens::theme::Theme;
@@ -80,10 +79,8 @@ fn lines(model: &ModelState, card: &Card, theme: &Theme, width: usize) -> Vec<Li
         say(" ", theme.text);
         say(kind.sentence, theme.text);
         say(&format!("To see it: {}", kind.how_to_see), theme.faint);
-    }
-    if let Some(sketch) = effect_sketch::of(&card.effect) {
         lines.push(Line::default());
-        lines.extend(sketch.map(|line| Line::styled(format!("  {line}"), theme.machine)));
+        lines.extend(kind.sketch.map(|line| Line::styled(format!("  {line}"), theme.machine)));
     }
     lines
 }

@@ -2,7 +2,8 @@
 
 use crate::arm_model::{Epochs, Model};
 use crate::effect::{
-    Channel, EffectId, Passport, Quantity, Search, Spot, Survey, build, expand, kind, kinds,
+    Channel, DrivenBy, EffectId, Family, Passport, Places, Quantity, SKETCH_COLUMNS, Search, Spot, Survey,
+    build, expand, kind, kinds,
 };
 use crate::effect::{acts_by_epoch, parse};
 use crate::table::Table;
@@ -95,6 +96,52 @@ fn every_kind_is_found_by_its_name_and_by_no_other() {
     }
     assert!(kind("joint_zer").is_none() && kind("").is_none());
     assert!(acts_by_epoch("base_reset") && !acts_by_epoch("joint_step") && !acts_by_epoch("nothing"));
+}
+
+#[test]
+fn every_kind_has_a_sketch_that_fits_a_card_and_is_its_own() {
+    for (index, known) in kinds().iter().enumerate() {
+        for line in known.sketch {
+            let columns = line.chars().count();
+            assert!(columns <= SKETCH_COLUMNS, "{}: {line} takes {columns} columns", known.name);
+        }
+        assert!(kinds().iter().skip(index + 1).all(|other| other.sketch != known.sketch), "{}", known.name);
+    }
+}
+
+/// An effect that is drawn against something of a joint acts on joints, and one by epoch against the order of the rows.
+#[test]
+fn what_drives_a_kind_is_there_where_it_acts() {
+    for known in kinds() {
+        let of_a_joint = match known.driven_by {
+            DrivenBy::Coordinate
+            | DrivenBy::Waves
+            | DrivenBy::ScrewTurn
+            | DrivenBy::Moment
+            | DrivenBy::OtherJoint
+            | DrivenBy::WayOfArrival
+            | DrivenBy::LastMove => true,
+            DrivenBy::Weights
+            | DrivenBy::Temperature
+            | DrivenBy::Time
+            | DrivenBy::RowOrder
+            | DrivenBy::InstrumentAxis
+            | DrivenBy::Several => false,
+        };
+        let on_joints = [Places::Joints, Places::JointsAndOrder, Places::JointsAndPieces, Places::JointPairs];
+        assert!(!of_a_joint || on_joints.contains(&known.places), "{}", known.name);
+        assert_eq!(
+            known.driven_by == DrivenBy::OtherJoint,
+            known.places == Places::JointPairs,
+            "{}",
+            known.name
+        );
+        assert_eq!(known.driven_by == DrivenBy::RowOrder, known.family == Family::Epoch, "{}", known.name);
+        assert_eq!(
+            known.driven_by.is_weight(),
+            ["joint_compliance", "joint_stiffening", "link_sag"].contains(&known.name)
+        );
+    }
 }
 
 #[test]
