@@ -43,7 +43,7 @@ impl Surface {
     /// Of a table in which the sensor triggered over a plane and nothing else was read; nothing of any other.
     pub(super) fn of(lab: &Laboratory, state: &State, effects: &[AddedEffect]) -> Option<Self> {
         let table = lab.table();
-        let mut lengths = [&table.height, &table.distance].into_iter().flatten().flatten();
+        let mut lengths = table.scalars.iter().flat_map(|column| &column.values);
         let reads_else = !table.positions.is_empty()
             || lengths.any(|value| value.is_finite())
             || table.tilt.is_some()

@@ -1,6 +1,7 @@
 //! A run along one axis: targets, each approached several times from one side or both, as ISO 230-2 asks; read off a measurement table.
 
 use plumb_calibration::table::Table;
+use plumb_calibration::table::scalar::ScalarUnit;
 use serde::Serialize;
 use thiserror::Error;
 
@@ -430,10 +431,8 @@ fn readings(table: &Table, unit: Unit) -> Vec<(String, Vec<f64>)> {
                     found.push((format!("{}_{name}", columns.target), values));
                 }
             }
-            let plain = [("distance", &table.distance), ("height", &table.height)];
-            found.extend(
-                plain.into_iter().filter_map(|(name, column)| Some((name.to_owned(), column.clone()?))),
-            );
+            let lengths = table.scalars.iter().filter(|column| column.scalar.unit == ScalarUnit::Length);
+            found.extend(lengths.map(|column| (column.scalar.name.to_owned(), column.values.clone())));
         }
         Unit::Deg => {
             for (axis, name) in ["tilt_x", "tilt_y"].into_iter().enumerate() {

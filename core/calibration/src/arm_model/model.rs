@@ -12,6 +12,7 @@ use super::sensor::Sensor;
 use super::stripe_rig::StripeRig;
 use super::surface::SurfaceShape;
 use crate::effect::{Definition, EffectId, Spot};
+use crate::table::scalar::Scalar;
 
 /// A named point fixed in the flange's frame, mm; with axes of its own where it is a body or a camera.
 #[derive(Debug, Clone, PartialEq)]
@@ -126,12 +127,11 @@ pub struct Noise {
     pub board_turn: Option<f64>,
     /// Of a point of a laser line sensor across what it lies on, mm.
     pub profile: Option<f64>,
-    /// Of heights and of lying on a surface, mm.
-    pub height: Option<f64>,
+    /// Of what columns of one number hold (heights, distances), mm or rad, by the column's name; that of heights is also that of lying on a
+    /// surface.
+    pub scalars: Vec<(&'static str, f64)>,
     /// Of tilts, rad.
     pub tilt: Option<f64>,
-    /// Of distances, mm.
-    pub distance: Option<f64>,
     /// Of touching, mm.
     pub touch: Option<f64>,
     /// What a fit showed of readings whose noise nobody declared, mm or rad, by their keys of `noise:`; never written to a file.
@@ -139,6 +139,17 @@ pub struct Noise {
 }
 
 impl Noise {
+    /// Of what a column of one number holds, mm or rad, if declared.
+    pub fn of(&self, scalar: &Scalar) -> Option<f64> {
+        self.scalars.iter().find(|(name, _)| *name == scalar.name).map(|(_, sigma)| *sigma)
+    }
+
+    /// Declares it.
+    pub(crate) fn set(&mut self, scalar: &'static Scalar, sigma: f64) {
+        self.scalars.retain(|(name, _)| *name != scalar.name);
+        self.scalars.push((scalar.name, sigma));
+    }
+
     /// Of a target's position, mm, if declared.
     pub(crate) fn of_position(&self, target: &str) -> Option<f64> {
         self.positions.iter().find(|(name, _)| name == target).map(|(_, sigma)| *sigma)

@@ -7,6 +7,7 @@ use super::sampling::distinct;
 use super::situation::way;
 use crate::arm_model::{Model, SurfaceShape};
 use crate::table::Table;
+use crate::table::scalar::{DISTANCE, HEIGHT};
 
 /// What a table logs, and what of it varies: the passport of the data.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -75,7 +76,7 @@ fn came_from_both_sides(table: &Table, joint: usize) -> bool {
 
 /// Whether a row holds no height: what it lies on, if anything, is then what the arm's own sensor triggered over.
 fn has_no_height(table: &Table, row: usize) -> bool {
-    let height = table.height.as_ref().and_then(|height| height.get(row));
+    let height = table.scalar(&HEIGHT).and_then(|height| height.get(row));
     height.is_none_or(|height| !height.is_finite())
 }
 
@@ -172,15 +173,15 @@ fn is_read(table: &Table, channel: Channel) -> bool {
         Channel::X => has_position(table, 0),
         Channel::Y => has_position(table, 1),
         Channel::Z => has_position(table, 2),
-        Channel::Distance => has_number(&table.distance),
-        Channel::Height => has_number(&table.height),
+        Channel::Distance => has_number(table.scalar(&DISTANCE)),
+        Channel::Height => has_number(table.scalar(&HEIGHT)),
         Channel::TiltX => has_tilt(table, 0),
         Channel::TiltY => has_tilt(table, 1),
     }
 }
 
-fn has_number(column: &Option<Vec<f64>>) -> bool {
-    column.iter().flatten().any(|value| value.is_finite())
+fn has_number(column: Option<&[f64]>) -> bool {
+    column.into_iter().flatten().any(|value| value.is_finite())
 }
 
 fn has_position(table: &Table, axis: usize) -> bool {

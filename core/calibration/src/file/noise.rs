@@ -5,6 +5,15 @@ use plumb_document::did_you_mean;
 use super::raw::RawModel;
 use super::validate::Checker;
 use crate::arm_model::Noise;
+use crate::table::scalar::{HEIGHT, SCALARS, Scalar};
+
+/// The keys of readings that are more than one number a row.
+const KNOWN: [&str; 7] = ["p1_mm", "p1_deg", "tilt_deg", "touch_mm", "board_mm", "board_deg", "profile_mm"];
+
+/// The column of one number whose noise a key declares.
+fn of_scalar(key: &str) -> Option<&'static Scalar> {
+    SCALARS.iter().find(|scalar| scalar.header() == key).copied()
+}
 
 impl Checker<'_> {
     pub(super) fn noise(&self, raw: &RawModel) -> Noise {
@@ -16,10 +25,14 @@ impl Checker<'_> {
                 let message = format!("a noise of {sigma} cannot be");
                 self.problems.add(value.span, message, "leave it out if unknown");
             }
+            if let Some(scalar) = of_scalar(&key.value) {
+                noise.set(scalar, scalar.inner(sigma));
+                continue;
+            }
             match key.value.as_str() {
-                "height_mm" | "on_mm" => noise.height = Some(sigma),
+                // Lying on a surface is a height of zero over it.
+                "on_mm" => noise.set(&HEIGHT, sigma),
                 "tilt_deg" => noise.tilt = Some(sigma.to_radians()),
-                "distance_mm" => noise.distance = Some(sigma),
                 "touch_mm" => noise.touch = Some(sigma),
                 "board_mm" => noise.board = Some(sigma),
                 "profile_mm" => noise.profile = Some(sigma),
@@ -32,18 +45,9 @@ impl Checker<'_> {
                         noise.positions.push((target.to_owned(), sigma));
                     }
                     _ => {
-                        let known = [
-                            "p1_mm",
-                            "p1_deg",
-                            "height_mm",
-                            "tilt_deg",
-                            "distance_mm",
-                            "touch_mm",
-                            "board_mm",
-                            "board_deg",
-                            "profile_mm",
-                        ];
                         let message = format!("no noise `{name}` is known");
+                        let scalars: Vec<String> = SCALARS.iter().map(|scalar| scalar.header()).collect();
+                        let known = KNOWN.into_iter().chain(scalars.iter().map(String::as_str));
                         self.problems.add(key.span, message, did_you_mean(name, known));
                     }
                 },

@@ -10,6 +10,7 @@ use super::yaml_text::{number, text};
 use crate::arm_model::SurfaceShape;
 use crate::arm_model::{AddedEffect, Epochs, Frame, MeasuredFrom, Model, Noise, Revision, Surface, Target};
 use crate::effect::{self, DefinedPlace, EffectId, Parameter};
+use crate::table::scalar::SCALARS;
 
 fn triple(vector: &Vector3<f64>) -> String {
     format!("[{}, {}, {}]", number(vector.x), number(vector.y), number(vector.z))
@@ -322,15 +323,17 @@ fn noise(out: &mut String, noise: &Noise) -> std::fmt::Result {
     let positions = noise.positions.iter().map(|(name, sigma)| (format!("{name}_mm"), *sigma));
     let turns = noise.orientations.iter().map(|(name, sigma)| (format!("{name}_deg"), sigma.to_degrees()));
     let others = [
-        ("height_mm", noise.height),
-        ("distance_mm", noise.distance),
         ("touch_mm", noise.touch),
         ("tilt_deg", noise.tilt.map(f64::to_degrees)),
         ("board_mm", noise.board),
         ("profile_mm", noise.profile),
         ("board_deg", noise.board_turn.map(f64::to_degrees)),
     ];
+    let scalars = SCALARS
+        .iter()
+        .filter_map(|scalar| noise.of(scalar).map(|sigma| (scalar.header(), scalar.shown(sigma))));
     let others = others.into_iter().filter_map(|(key, sigma)| sigma.map(|sigma| (key.to_owned(), sigma)));
+    let others = scalars.chain(others);
     let entries =
         positions.chain(turns).chain(others).map(|(key, sigma)| format!("{key}: {}", number(sigma)));
     let entries: Vec<String> = entries.collect();

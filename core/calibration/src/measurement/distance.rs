@@ -11,6 +11,7 @@ use super::row::{Named, RowReader};
 use crate::arm_model::SurfaceShape;
 use crate::effect::Channel;
 use crate::fit::Slot;
+use crate::table::scalar::DISTANCE;
 
 /// Distances: column `distance_mm`, to the point named in `distance_to`.
 #[derive(Debug)]
@@ -30,7 +31,7 @@ impl MeasurementKind for Distance {
     }
 
     fn read(&self, row: &RowReader<'_>, equations: &mut Vec<Equation>) -> Result<(), ObservationsError> {
-        let distance = row.cell(row.table.distance.as_ref());
+        let distance = row.scalar(&DISTANCE);
         if !distance.is_finite() {
             return Ok(());
         }
@@ -41,7 +42,7 @@ impl MeasurementKind for Distance {
             );
         };
         let what = Measurand { kind: &Self, index: point as u32, component: 0 };
-        equations.push(Equation::new(what, distance, row.model.noise.distance));
+        equations.push(Equation::new(what, distance, row.model.noise.of(&DISTANCE)));
         Ok(())
     }
 

@@ -17,6 +17,7 @@ use super::trigger::{is_edge, triggered_over};
 use crate::arm_model::Model;
 use crate::effect::Handle;
 use crate::fit::{Slot, ViewOfTable};
+use crate::table::scalar::HEIGHT;
 
 /// Triggers at an edge: column `on` without a height, where it names a line.
 #[derive(Debug)]
@@ -46,7 +47,7 @@ impl MeasurementKind for Edge {
     fn read(&self, row: &RowReader<'_>, equations: &mut Vec<Equation>) -> Result<(), ObservationsError> {
         if let Some(surface) = triggered_over(row)?.filter(|surface| is_edge(row.model, *surface)) {
             let what = Measurand { kind: &Self, index: surface as u32, component: 0 };
-            equations.push(Equation::new(what, 0.0, row.model.noise.height));
+            equations.push(Equation::new(what, 0.0, row.model.noise.of(&HEIGHT)));
         }
         Ok(())
     }

@@ -10,6 +10,7 @@ use crate::arm_model::Model;
 use crate::arm_model::SurfaceShape;
 use crate::effect::Channel;
 use crate::fit::Slot;
+use crate::table::scalar::HEIGHT;
 
 /// Heights: column `height_mm`, over the surface in column `on`, else over the model's first plane.
 #[derive(Debug)]
@@ -29,7 +30,7 @@ impl MeasurementKind for Height {
     }
 
     fn read(&self, row: &RowReader<'_>, equations: &mut Vec<Equation>) -> Result<(), ObservationsError> {
-        let height = row.cell(row.table.height.as_ref());
+        let height = row.scalar(&HEIGHT);
         if !height.is_finite() {
             return Ok(());
         }
@@ -42,7 +43,7 @@ impl MeasurementKind for Height {
             })?,
         };
         let what = Measurand { kind: &Self, index: surface as u32, component: 0 };
-        equations.push(Equation::new(what, height, row.model.noise.height));
+        equations.push(Equation::new(what, height, row.model.noise.of(&HEIGHT)));
         Ok(())
     }
 

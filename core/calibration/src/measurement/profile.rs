@@ -16,6 +16,7 @@ use super::row::{Named, RowReader};
 use crate::arm_model::{Model, SurfaceShape};
 use crate::fit::Slot;
 use crate::table::Table;
+use crate::table::scalar::HEIGHT;
 
 /// Points of profiles: columns `profile_x_mm`, `profile_z_mm`, or `profile1_x_mm` ... for several in a row.
 #[derive(Debug)]
@@ -129,7 +130,7 @@ impl MeasurementKind for Profile {
         }
         let (points, line) = (points(row)?, row.line());
         let surface = row.surface(Named::On)?;
-        let reads_height = row.cell(row.table.height.as_ref()).is_finite();
+        let reads_height = row.scalar(&HEIGHT).is_finite();
         let surface = match (surface, points.is_empty()) {
             (None, true) => return Ok(()),
             // `on` serves the height of the same row.

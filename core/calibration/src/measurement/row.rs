@@ -3,6 +3,7 @@
 use super::error::ObservationsError;
 use crate::arm_model::Model;
 use crate::table::Table;
+use crate::table::scalar::Scalar;
 
 /// A column that names a surface or a point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -34,9 +35,9 @@ pub struct RowReader<'a> {
 }
 
 impl RowReader<'_> {
-    /// The row's number in a column; not a number where the column or the cell is missing.
-    pub fn cell(&self, column: Option<&Vec<f64>>) -> f64 {
-        column.and_then(|column| column.get(self.row)).copied().unwrap_or(f64::NAN)
+    /// The row's number in a column that a kind of measurement declares, mm or rad; not a number where the column or the cell is missing.
+    pub fn scalar(&self, scalar: &Scalar) -> f64 {
+        self.table.scalar(scalar).and_then(|column| column.get(self.row)).copied().unwrap_or(f64::NAN)
     }
 
     /// The row's line in the table's file; 0 for a table that was made in memory.

@@ -11,6 +11,7 @@ use crate::arm_model::Model;
 use crate::arm_model::SurfaceShape;
 use crate::effect::Handle;
 use crate::fit::Slot;
+use crate::table::scalar::HEIGHT;
 
 /// Triggers over a surface: column `on` without a height.
 #[derive(Debug)]
@@ -36,7 +37,7 @@ impl MeasurementKind for Trigger {
     fn read(&self, row: &RowReader<'_>, equations: &mut Vec<Equation>) -> Result<(), ObservationsError> {
         if let Some(surface) = triggered_over(row)?.filter(|surface| !is_edge(row.model, *surface)) {
             let what = Measurand { kind: &Self, index: surface as u32, component: 0 };
-            equations.push(Equation::new(what, 0.0, row.model.noise.height));
+            equations.push(Equation::new(what, 0.0, row.model.noise.of(&HEIGHT)));
         }
         Ok(())
     }
@@ -66,7 +67,7 @@ impl MeasurementKind for Trigger {
 /// The surface a sensor triggered over or at in a row that holds no height.
 pub(super) fn triggered_over(row: &RowReader<'_>) -> Result<Option<usize>, ObservationsError> {
     // In a table of profiles `on` says what a profile lies on.
-    match row.cell(row.table.height.as_ref()).is_finite() || !row.table.profiles.is_empty() {
+    match row.scalar(&HEIGHT).is_finite() || !row.table.profiles.is_empty() {
         // A height over the surface was read, or a profile: that row is no trigger.
         true => Ok(None),
         false => row.surface(Named::On),

@@ -4,6 +4,7 @@ use nalgebra::Rotation3;
 
 use super::orientation::{Body, OrientationColumns};
 use super::profile::ProfileColumns;
+use super::scalar::{Scalar, ScalarColumn};
 use super::stretch::Stretch;
 
 /// Names met in a text column, each given a number in the order of first appearance.
@@ -178,8 +179,8 @@ pub struct Table {
     pub profiles: Vec<ProfileColumns>,
     /// Declared sigma of a position per row, mm, where the table has `std_*`.
     pub std: Option<Vec<[f64; 3]>>,
-    /// Height of p1 over the surface named in `on`, mm.
-    pub height: Option<Vec<f64>>,
+    /// Columns of one number a row that kinds of measurement read: heights, distances.
+    pub scalars: Vec<ScalarColumn>,
     /// Surfaces named in `on`.
     pub on: Names,
     /// What the arm's own sensor did in a row: it came on, or went off; nothing where that was not logged.
@@ -188,8 +189,6 @@ pub struct Table {
     pub tilt: Option<Vec<[f64; 2]>>,
     /// Levels named in `level`: where the level lay.
     pub level: Names,
-    /// Distance of p1 to the point named in `distance_to`, mm.
-    pub distance: Option<Vec<f64>>,
     /// Points named in `distance_to`.
     pub distance_to: Names,
     /// Places named in `touch`.
@@ -226,6 +225,16 @@ impl Table {
     /// True when there is no row.
     pub fn is_empty(&self) -> bool {
         self.lines.is_empty()
+    }
+
+    /// The values of a column of one number, mm or rad, if the table has it.
+    pub fn scalar(&self, scalar: &Scalar) -> Option<&[f64]> {
+        self.scalars.iter().find(|column| column.scalar == scalar).map(|column| column.values.as_slice())
+    }
+
+    /// The same, to be changed.
+    pub fn scalar_mut(&mut self, scalar: &Scalar) -> Option<&mut Vec<f64>> {
+        self.scalars.iter_mut().find(|column| column.scalar == scalar).map(|column| &mut column.values)
     }
 
     /// The commanded coordinates of a row (empty if there is no such row).

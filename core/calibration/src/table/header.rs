@@ -4,6 +4,7 @@ use plumb_document::nearest;
 
 use super::orientation::{Body, OrientationForm};
 use super::profile;
+use super::scalar::{SCALARS, Scalar, ScalarUnit};
 
 /// What one column holds.
 #[derive(Debug, Clone, PartialEq)]
@@ -15,13 +16,12 @@ pub(super) enum Meaning {
     Flange { axis: usize, scale: f64 },
     Profile { number: usize, part: usize, scale: f64 },
     Std { axis: usize, scale: f64 },
-    Height { scale: f64 },
+    Scalar { scalar: &'static Scalar, scale: f64 },
     On,
     Signal,
     Tilt { axis: usize, scale: f64 },
     Level,
     BoardSeen,
-    Distance { scale: f64 },
     DistanceTo,
     Touch,
     Time,
@@ -40,10 +40,9 @@ impl Meaning {
             Self::Coordinate { joint, .. } => (0, *joint, 0),
             Self::Position { target, axis, .. } => (1, *target, *axis),
             Self::Std { axis, .. } => (2, *axis, 0),
-            Self::Height { .. } => (3, 0, 0),
+            Self::Scalar { scalar, .. } => (3, SCALARS.iter().position(|known| known == scalar)?, 0),
             Self::On => (4, 0, 0),
             Self::Tilt { axis, .. } => (5, *axis, 0),
-            Self::Distance { .. } => (6, 0, 0),
             Self::DistanceTo => (7, 0, 0),
             Self::Touch => (8, 0, 0),
             Self::Time => (9, 0, 0),
@@ -124,6 +123,9 @@ pub(super) fn parse(name: &str) -> Result<Meaning, String> {
     if let Some(meaning) = simple {
         return Ok(meaning);
     }
+    if let Some(found) = SCALARS.iter().find_map(|scalar| of_scalar(name, scalar)) {
+        return found;
+    }
     let parts: Vec<&str> = name.split('_').collect();
     match parts.as_slice() {
         [joint, rest @ ..] if numbered(joint, 'q').is_some() => {
@@ -153,9 +155,6 @@ pub(super) fn parse(name: &str) -> Result<Meaning, String> {
         ["approach", joint] if numbered(joint, 'q').is_some() => {
             Ok(Meaning::Approach { joint: numbered(joint, 'q').unwrap_or(0) })
         }
-        ["height", unit] => scaled(name, length(unit), &LENGTHS, |scale| Meaning::Height { scale }),
-        ["height"] | ["distance"] => Err(needs_unit(name, &LENGTHS)),
-        ["distance", unit] => scaled(name, length(unit), &LENGTHS, |scale| Meaning::Distance { scale }),
         ["tilt", name_of_axis @ ("x" | "y"), angle] => scaled(name, unit(angle, &ANGLES), &ANGLES, |scale| {
             Meaning::Tilt { axis: axis(name_of_axis).unwrap_or(0), scale }
         }),
@@ -165,6 +164,20 @@ pub(super) fn parse(name: &str) -> Result<Meaning, String> {
         ["payload"] => Err("the unit is missing: write payload_kg".to_owned()),
         _ => Ok(Meaning::Covariate),
     }
+}
+
+/// A column of one number, its name with its unit; nothing where another is meant.
+fn of_scalar(name: &str, scalar: &'static Scalar) -> Option<Result<Meaning, String>> {
+    let units: &[(&str, f64)] = match scalar.unit {
+        ScalarUnit::Length => &LENGTHS,
+        ScalarUnit::Angle => &ANGLES,
+    };
+    let rest = name.strip_prefix(scalar.name)?;
+    if rest.is_empty() {
+        return Some(Err(needs_unit(name, units)));
+    }
+    let given = rest.strip_prefix('_').filter(|given| !given.contains('_'))?;
+    Some(scaled(name, unit(given, units), units, |scale| Meaning::Scalar { scalar, scale }))
 }
 
 fn scaled(
@@ -301,8 +314,6 @@ pub(super) fn near_miss(name: &str, joints: usize) -> Option<String> {
         "payload_kg",
         "session",
         "repeat",
-        "height_mm",
-        "distance_mm",
         "tilt_x_deg",
         "tilt_y_deg",
         "p1_x_mm",
@@ -321,6 +332,7 @@ pub(super) fn near_miss(name: &str, joints: usize) -> Option<String> {
     ]
     .map(str::to_owned)
     .to_vec();
+    known.extend(SCALARS.iter().map(|scalar| scalar.header()));
     known.extend((1..=joints).map(|joint| format!("approach_q{joint}")));
     // Spreadsheets begin every cell with a capital.
     let lower = name.to_lowercase();

@@ -9,6 +9,7 @@ mod number;
 mod orientation;
 mod profile;
 mod read;
+pub mod scalar;
 mod stretch;
 mod text;
 mod write;

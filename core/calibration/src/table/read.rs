@@ -13,6 +13,7 @@ use super::naming::{self, Naming};
 use super::number::{self, DecimalMark};
 use super::orientation::{self, Body, TurnPart};
 use super::profile::ProfileColumns;
+use super::scalar::ScalarColumn;
 use super::text::decoded;
 
 /// A line that begins with this is no row: it says something about the file.
@@ -276,9 +277,8 @@ fn empty_table(path: &str, columns: &[Column]) -> Result<Table, TableError> {
                 table.profiles.push(ProfileColumns { number: *number, xz: Vec::new() });
             }
             Meaning::Std { .. } => table.std = Some(Vec::new()),
-            Meaning::Height { .. } => table.height = Some(Vec::new()),
+            Meaning::Scalar { scalar, .. } => table.scalars.push(ScalarColumn::empty(scalar)),
             Meaning::Tilt { .. } => table.tilt = Some(Vec::new()),
-            Meaning::Distance { .. } => table.distance = Some(Vec::new()),
             Meaning::Signal => table.signal = Some(Vec::new()),
             Meaning::Time => table.time = Some(Vec::new()),
             Meaning::Temperature => table.temperature = Some(Vec::new()),
@@ -493,8 +493,10 @@ fn start_row(table: &mut Table) {
     if let Some(tilt) = &mut table.tilt {
         tilt.push([f64::NAN; 2]);
     }
-    let plain =
-        [&mut table.height, &mut table.distance, &mut table.time, &mut table.temperature, &mut table.payload];
+    for column in &mut table.scalars {
+        column.values.push(f64::NAN);
+    }
+    let plain = [&mut table.time, &mut table.temperature, &mut table.payload];
     for column in plain.into_iter().flatten() {
         column.push(f64::NAN);
     }
@@ -513,7 +515,9 @@ fn check(meaning: &Meaning, value: f64) -> Result<(), String> {
             Err(format!("a sigma of {value} cannot be; it must be above zero"))
         }
         Meaning::Payload if value < 0.0 => Err(format!("a load of {value} kg cannot be")),
-        Meaning::Distance { .. } if value < 0.0 => Err(format!("a distance of {value} cannot be")),
+        Meaning::Scalar { scalar, .. } if value < 0.0 && !scalar.is_signed => {
+            Err(format!("a {} of {value} cannot be", scalar.name))
+        }
         Meaning::Coordinate { .. }
         | Meaning::Position { .. }
         | Meaning::Board { .. }
@@ -561,9 +565,8 @@ fn store(table: &mut Table, row: usize, meaning: &Meaning, value: f64) {
             }
         }
         Meaning::Std { axis, scale } => set_part(table.std.as_mut(), row, *axis, value * scale),
-        Meaning::Height { scale } => set(table.height.as_mut(), row, value * scale),
+        Meaning::Scalar { scalar, scale } => set(table.scalar_mut(scalar), row, value * scale),
         Meaning::Tilt { axis, scale } => set_part(table.tilt.as_mut(), row, *axis, value * scale),
-        Meaning::Distance { scale } => set(table.distance.as_mut(), row, value * scale),
         Meaning::Time => set(table.time.as_mut(), row, value),
         Meaning::Temperature => set(table.temperature.as_mut(), row, value),
         Meaning::Payload => set(table.payload.as_mut(), row, value),

@@ -2,6 +2,7 @@
 
 mod columns;
 
+use super::scalar::{DISTANCE, HEIGHT};
 use super::*;
 
 fn read(text: &str) -> Table {
@@ -21,7 +22,7 @@ fn headers_say_the_units_and_inside_are_radians_and_millimetres() {
     assert_eq!(table.q_of(0)[1..], [0.5, 7.0]);
     assert_eq!(table.positions[0].xyz[0], [100.0, 50.8, 3.0]);
     assert!((table.tilt.as_ref().unwrap()[0][0] + std::f64::consts::FRAC_PI_2).abs() < 1e-15);
-    assert_eq!((table.height.unwrap()[0], table.distance.unwrap()[0]), (25.4, 250.0));
+    assert_eq!((table.scalar(&HEIGHT).unwrap()[0], table.scalar(&DISTANCE).unwrap()[0]), (25.4, 250.0));
     let in_length: Vec<bool> = table.coordinate_columns.iter().map(|(_, length)| *length).collect();
     assert_eq!(in_length, [false, false, true]);
 }

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use super::orientation::quaternion;
+use super::scalar::SCALARS;
 use super::{Covariate, CovariateValues, Names, Table};
 
 /// One column: its header, and its cells.
@@ -137,19 +138,20 @@ fn profiles(table: &Table) -> Vec<Column<'_>> {
 
 /// Other numbers, and what the arm's own sensor did.
 fn numbers(table: &Table) -> Vec<Column<'_>> {
-    let known = [
-        ("height_mm", &table.height),
-        ("distance_mm", &table.distance),
-        ("time_s", &table.time),
-        ("temperature_c", &table.temperature),
-        ("payload_kg", &table.payload),
-    ];
-    let there = known.into_iter().filter_map(|(header, values)| Some((header, values.as_ref()?)));
-    let mut columns: Vec<Column<'_>> = there
-        .map(|(header, values)| {
-            Column::new(header, move |row| number(values.get(row).copied().unwrap_or(f64::NAN)))
+    let read = SCALARS.iter().filter_map(|scalar| Some((*scalar, table.scalar(scalar)?)));
+    let mut columns: Vec<Column<'_>> = read
+        .map(|(scalar, values)| {
+            Column::new(scalar.header(), move |row| {
+                number(scalar.shown(values.get(row).copied().unwrap_or(f64::NAN)))
+            })
         })
         .collect();
+    let known =
+        [("time_s", &table.time), ("temperature_c", &table.temperature), ("payload_kg", &table.payload)];
+    let there = known.into_iter().filter_map(|(header, values)| Some((header, values.as_ref()?)));
+    columns.extend(there.map(|(header, values)| {
+        Column::new(header, move |row| number(values.get(row).copied().unwrap_or(f64::NAN)))
+    }));
     if let Some(signal) = &table.signal {
         columns.push(Column::new("signal", move |row| match signal.get(row).copied().flatten() {
             Some(true) => "on".to_owned(),

@@ -140,8 +140,7 @@ fn hold_unseen_base(model: &mut Model, table: &Table) {
     // What nothing but the board, or the profiles, sees moves with them: base and board would slide together.
     let reads_else = !table.positions.is_empty()
         || !table.orientations.iter().all(|columns| columns.body == Body::Board)
-        || table.height.is_some()
-        || table.distance.is_some()
+        || !table.scalars.is_empty()
         || table.tilt.is_some()
         || table.is_of_stripes()
         || !table.touch.names.is_empty()

@@ -9,6 +9,7 @@ use crate::thresholds::{UNITS_AGREE, UNITS_FOREIGN};
 use plumb_calibration::arm_model::Model;
 use plumb_calibration::arm_model::SurfaceShape;
 use plumb_calibration::fit::{Sight, base_and_targets};
+use plumb_calibration::table::scalar::DISTANCE;
 use plumb_calibration::table::{Covariate, MOST_LEVELS, Table};
 
 /// Numbers that cannot be meant.
@@ -453,9 +454,9 @@ fn distance_to_known<'t>(
 
 /// Distances from one pose to two known points must be able to meet.
 fn distances(model: &Model, table: &Table) -> Result<(), ImplausibleError> {
-    let Some(column) = &table.distance else { return Ok(()) };
+    let Some(column) = table.scalar(&DISTANCE) else { return Ok(()) };
     // A millimetre for points that are known as well as a ruler tells, and ten sigmas of the instrument.
-    let slack = 1.0 + 10.0 * model.noise.distance.unwrap_or(0.0);
+    let slack = 1.0 + 10.0 * model.noise.of(&DISTANCE).unwrap_or(0.0);
     let mut by_pose: std::collections::HashMap<Vec<u64>, Vec<usize>> = std::collections::HashMap::new();
     for row in 0..table.len() {
         by_pose.entry(table.q_of(row).iter().map(|q| q.to_bits()).collect()).or_default().push(row);

@@ -6,6 +6,7 @@ use super::pictures;
 use crate::joint_range::{JointRange, joint_range};
 use crate::laboratory::Laboratory;
 use crate::thresholds::CLEAR_OF_LIMITS;
+use plumb_calibration::table::scalar::{DISTANCE, HEIGHT, ScalarColumn};
 use plumb_calibration::table::{Names, OrientationColumns, PositionColumns, ProfileColumns, Table};
 use plumb_estimation::Random;
 
@@ -141,8 +142,7 @@ impl Designer<'_> {
             table.lines.push(index as u32 + 1);
             table.positions.iter_mut().for_each(|columns| columns.xyz.push([0.0; 3]));
             table.board.iter_mut().for_each(|column| column.push([0.0; 3]));
-            table.height.iter_mut().for_each(|column| column.push(0.0));
-            table.distance.iter_mut().for_each(|column| column.push(0.0));
+            table.scalars.iter_mut().for_each(|column| column.values.push(0.0));
             table.tilt.iter_mut().for_each(|column| column.push([0.0; 2]));
             // What will be measured comes after what was.
             table.time.iter_mut().for_each(|column| column.push(last + design.wait));
@@ -183,11 +183,19 @@ impl Designer<'_> {
             table.positions.push(PositionColumns { number: 0, target, xyz: Vec::new() });
         }
         let triggers = self.surface.is_some() && sensing == Sensing::AsBefore;
-        table.height = (on_a_surface && !triggers && known.profiles.is_empty()).then(Vec::new);
-        table.distance = to_a_point.then(Vec::new);
+        if on_a_surface && !triggers && known.profiles.is_empty() {
+            table.scalars.push(ScalarColumn::empty(&HEIGHT));
+        }
+        if to_a_point {
+            table.scalars.push(ScalarColumn::empty(&DISTANCE));
+        }
+        // What else was read of one number a row is read again.
+        let others = known.scalars.iter().map(|column| column.scalar);
+        let others = others.filter(|scalar| ![&HEIGHT, &DISTANCE].contains(scalar));
+        table.scalars.extend(others.map(ScalarColumn::empty));
         // A level with a name is a spirit level: its bubble is at its end in most poses, so tilts are counted on only where
         // nothing else is read.
-        let reads_else = !table.positions.is_empty() || table.height.is_some() || table.distance.is_some();
+        let reads_else = !table.positions.is_empty() || !table.scalars.is_empty();
         let bubble = !known.level.names.is_empty() && reads_else;
         table.tilt = known.tilt.as_ref().filter(|_| !bubble).map(|_| Vec::new());
         table.time = known.time.as_ref().map(|_| Vec::new());

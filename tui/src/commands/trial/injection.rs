@@ -7,6 +7,7 @@ use plumb_calibration::effect::{self, Passport, Survey};
 use plumb_calibration::file::model_text;
 use plumb_calibration::forward::ForwardModel;
 use plumb_calibration::prediction::{self, Pose};
+use plumb_calibration::table::scalar::{DISTANCE, HEIGHT};
 use plumb_calibration::table::{Body, Table};
 use plumb_diagnosis::laboratory::{Laboratory, LaboratoryError, Options};
 use plumb_diagnosis::{Diagnosis, Verdict};
@@ -190,7 +191,7 @@ impl Measurements {
         if let Some(what) = unmoved(&table) {
             return Err(InjectionError::Unmoved { table: table.source, what });
         }
-        if table.positions.is_empty() && table.distance.is_none() {
+        if table.positions.is_empty() && table.scalar(&DISTANCE).is_none() {
             return Err(InjectionError::NoReadings(table.source));
         }
         let lab = Laboratory::new(model.clone(), table.clone(), options.clone())?;
@@ -319,7 +320,7 @@ impl Measurements {
             }
         }
         let names = table.distance_to.clone();
-        let Some(distances) = &mut table.distance else { return };
+        let Some(distances) = table.scalar_mut(&DISTANCE) else { return };
         for (row, distance) in distances.iter_mut().enumerate() {
             let at = self.believed.first().and_then(|points| points.get(row));
             let moved = motion.get(row).and_then(|targets| targets.first());
@@ -354,7 +355,7 @@ impl Measurements {
             }
         }
         let names = table.distance_to.clone();
-        for (row, distance) in table.distance.iter_mut().flatten().enumerate() {
+        for (row, distance) in table.scalar_mut(&DISTANCE).into_iter().flatten().enumerate() {
             let at = self.believed.first().and_then(|points| points.get(row));
             if let (Some(at), Some(anchor)) = (at, self.anchor(names.name(row)))
                 && distance.is_finite()
@@ -432,7 +433,11 @@ fn unmoved(table: &Table) -> Option<&'static str> {
     [
         (!table.profiles.is_empty(), "line profiles (profile1_x_mm ...)"),
         (table.sees_a_board(), "a board that a camera sees (board_x_mm ...)"),
-        (table.height.is_some(), "heights (height_mm)"),
+        (table.scalar(&HEIGHT).is_some(), "heights (height_mm)"),
+        (
+            table.scalars.iter().any(|column| ![&HEIGHT, &DISTANCE].contains(&column.scalar)),
+            "readings of one number a row other than distances",
+        ),
         (table.tilt.is_some(), "tilts (tilt_x_deg ...)"),
         (!table.touch.names.is_empty(), "touches (touch)"),
         (!table.on.names.is_empty(), "places where a sensor triggered or a tip lay (on)"),

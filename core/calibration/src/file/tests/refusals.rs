@@ -5,6 +5,7 @@ use nalgebra::Vector3;
 use crate::arm_model::{Frame, MeasuredFrom, Model, SurfaceShape, Touch, TouchDistance};
 use crate::file::contradiction::contradiction;
 use crate::file::model_text;
+use crate::table::scalar::HEIGHT;
 
 const ARM: &str = "arm: two
 convention: distal
@@ -193,7 +194,7 @@ links: [{after: turn, mass_kg: 0}]",
     );
     let quarter = std::f64::consts::FRAC_PI_2;
     assert_eq!(
-        (model.noise.board, model.noise.board_turn, model.noise.height),
+        (model.noise.board, model.noise.board_turn, model.noise.of(&HEIGHT)),
         (Some(0.5), Some(quarter), Some(0.25))
     );
     assert_eq!(model.noise.orientations, [("p1".to_owned(), std::f64::consts::PI)]);

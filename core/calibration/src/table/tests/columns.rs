@@ -3,6 +3,7 @@
 use crate::table::header::{Meaning, is_in_length, near_miss, parse};
 use crate::table::number::{self, DecimalMark};
 use crate::table::orientation::{Body, OrientationForm};
+use crate::table::scalar::{DISTANCE, HEIGHT};
 use crate::table::{CovariateValues, Stretch, Table, table_text};
 
 fn read(text: &str) -> Table {
@@ -35,8 +36,8 @@ fn every_header_means_its_quantity_in_inner_units() {
         ("tvec_z_mm", Meaning::Board { axis: 2, scale: 1.0 }),
         ("flange_x_in", Meaning::Flange { axis: 0, scale: 25.4 }),
         ("std_x_mm", Meaning::Std { axis: 0, scale: 1.0 }),
-        ("height_m", Meaning::Height { scale: 1000.0 }),
-        ("distance_in", Meaning::Distance { scale: 25.4 }),
+        ("height_m", Meaning::Scalar { scalar: &HEIGHT, scale: 1000.0 }),
+        ("distance_in", Meaning::Scalar { scalar: &DISTANCE, scale: 25.4 }),
         ("tilt_x_deg", Meaning::Tilt { axis: 0, scale: DEGREE }),
         ("approach_q3", Meaning::Approach { joint: 2 }),
         ("on", Meaning::On),
@@ -172,7 +173,7 @@ fn every_kind_of_column_is_stored_in_its_place() {
     assert_eq!(nan(table.std.as_ref().unwrap()[0]), [-1.0, 0.1, -1.0]);
     assert_eq!(nan(table.board.as_ref().unwrap()[0]), [-1.0, 7.0, -1.0]);
     assert!((table.tilt.as_ref().unwrap()[0][1] - 4.0 * DEGREE).abs() < 1e-15);
-    assert_eq!((table.height.as_ref().unwrap()[0], table.distance.as_ref().unwrap()[0]), (3.0, 6.0));
+    assert_eq!((table.scalar(&HEIGHT).unwrap()[0], table.scalar(&DISTANCE).unwrap()[0]), (3.0, 6.0));
     assert_eq!(
         (table.on.name(0), table.level.name(0), table.distance_to.name(0)),
         (Some("table"), Some("foot"), Some("nail"))
@@ -180,7 +181,7 @@ fn every_kind_of_column_is_stored_in_its_place() {
     assert_eq!([0, 1].map(|joint| table.approach_of(0, joint)), [-1, 1]);
     assert_eq!(table.payload.as_ref().unwrap()[0], 0.5);
     // The second row measured nothing.
-    assert!(nan(table.positions[0].xyz[1]) == [-1.0; 3] && table.height.as_ref().unwrap()[1].is_nan());
+    assert!(nan(table.positions[0].xyz[1]) == [-1.0; 3] && table.scalar(&HEIGHT).unwrap()[1].is_nan());
     assert_eq!((table.on.name(1), table.approach_of(1, 0), table.q_of(2).len()), (None, 0, 0));
     let again = read(&table_text(&table));
     assert_eq!(table_text(&again), table_text(&table), "written and read it is the same");
