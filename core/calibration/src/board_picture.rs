@@ -314,6 +314,24 @@ mod tests {
         Isometry3::from_parts(Translation3::new(-30.0, 20.0, far), turn)
     }
 
+    #[test]
+    fn the_mirrored_pose_leans_as_much_to_the_other_side_of_the_line_of_sight() {
+        // Whether its normal points away from the camera or at it: the board turned by less and by more than a right angle.
+        for (roll, pitch) in [(0.3, -0.4), (2.7, 0.2), (-0.5, 0.9)] {
+            let pose = truth(roll, pitch, 600.0);
+            let other = mirrored(&pose);
+            let sight = pose.translation.vector.normalize();
+            let (normal, turned) = (pose.rotation * Vector3::z(), other.rotation * Vector3::z());
+            // The reflection of a direction about an axis: 2 (n . s) s - n.
+            assert!((turned - (2.0 * normal.dot(&sight) * sight - normal)).norm() < 1e-9, "{roll} {pitch}");
+            assert_eq!(other.translation, pose.translation);
+            assert!((mirrored(&other).rotation.angle_to(&pose.rotation)) < 1e-9);
+        }
+        // Straight before the camera there is no other.
+        let straight = Isometry3::from_parts(Translation3::new(0.0, 0.0, 500.0), UnitQuaternion::identity());
+        assert_eq!(mirrored(&straight), straight);
+    }
+
     fn corners(pose: &Isometry3<f64>, sigma: f64, random: &mut Random) -> Vec<Corner> {
         let seen = |number: usize| {
             let at = CAMERA.pixel(&(pose * BOARD.place(number))).unwrap();

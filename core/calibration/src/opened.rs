@@ -11,3 +11,17 @@ pub(crate) fn why(error: &Error) -> String {
         _ => error.to_string(),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_user_can_act_on_is_said_in_words() {
+        let of = |kind: ErrorKind| why(&Error::from(kind));
+        assert_eq!(of(ErrorKind::NotFound), "there is no such file");
+        assert_eq!(of(ErrorKind::IsADirectory), "this is a folder; name a file in it");
+        assert_eq!(of(ErrorKind::PermissionDenied), "it may not be read; see who owns it");
+        assert_eq!(why(&Error::other("the disk is full")), "the disk is full");
+    }
+}

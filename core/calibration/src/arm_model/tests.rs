@@ -2,6 +2,7 @@
 
 use nalgebra::{Isometry3, Rotation3, Vector3};
 
+use super::measured_region::JointRange;
 use super::rig_number::RigNumber;
 use super::{Along, MapCarrier, MeasuredFrom, MeasuredRegion, Model, ResidualMap, Side, StripeRig, Wave};
 use crate::effect::{Channel, EffectId, Quantity, Spot};
@@ -294,4 +295,40 @@ fn noise_is_of_its_own_target_and_levels_go_by_name_or_alone() {
         (None, Some(1)),
         "of two one has to be named"
     );
+}
+
+#[test]
+fn a_pose_is_scaled_over_the_ranges_wherever_they_begin() {
+    let joints = vec![
+        JointRange { low: 1.0, high: 3.0, wide: false },
+        JointRange { low: -4.0, high: 4.0, wide: true },
+    ];
+    let region = MeasuredRegion { joints, poses: Vec::new(), reach: 1.0 };
+    for (q, expected) in [(1.0, -1.0), (2.0, 0.0), (3.0, 1.0)] {
+        let inputs = region.inputs(&[q, 0.5]);
+        assert!((inputs[0] - expected).abs() < 1e-12, "{inputs:?}");
+        assert!((inputs[1] - 0.5_f64.sin()).abs() < 1e-12 && (inputs[2] - 0.5_f64.cos()).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn the_weights_of_a_side_stand_before_it_and_before_its_cosines() {
+    // A sixth of the turn's range, the joint came from above: -1, and minus cos(30 deg).
+    let columns = map().columns(&region(), &[std::f64::consts::FRAC_PI_2 / 6.0, 25.0], &[-1, 1]);
+    let sides: Vec<f64> = columns.iter().rev().take(2).map(|(_, value)| *value).collect();
+    assert!((sides[1] + 1.0).abs() < 1e-12 && (sides[0] + 0.75_f64.sqrt()).abs() < 1e-12, "{sides:?}");
+}
+
+#[test]
+fn boards_go_by_name_and_one_without_a_name_by_any() {
+    let with = |boards: &str| Model::parse("b.yaml", &format!("{ARM}{boards}\n")).unwrap();
+    let nameless = with("board: {seen_by: p1}");
+    assert_eq!((nameless.board_position(None), nameless.board_position(Some("floor"))), (Some(0), Some(0)));
+    assert_eq!((nameless.board_name(0), nameless.board_name(7)), ("board", "board"));
+    let one = with("boards: {floor: {seen_by: p1}}");
+    assert_eq!((one.board_position(None), one.board_position(Some("floor"))), (Some(0), Some(0)));
+    assert_eq!(one.board_position(Some("wall")), None, "one that has a name goes by it alone");
+    let two = with("boards: {floor: {seen_by: p1}, wall: {seen_by: p2}}");
+    assert_eq!((two.board_position(None), two.board_position(Some("wall"))), (None, Some(1)));
+    assert_eq!((two.boards[1].camera, two.board_name(1)), (1, "wall"));
 }

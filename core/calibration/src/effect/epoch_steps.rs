@@ -96,7 +96,7 @@ impl Effect for EpochSteps {
             let change: Vec<f64> =
                 own.iter().zip(before).take(self.counted).map(|(now, before)| now - before).collect();
             let length = change.iter().map(|part| part * part).sum::<f64>().sqrt();
-            // The first of equal changes is told.
+            // Of equal changes the last is told; a change of no length still has an error.
             if length < greatest.0 {
                 continue;
             }
@@ -159,5 +159,18 @@ mod tests {
             "one part is undetermined"
         );
         assert_eq!(size([0.0, 0.0, 0.01, 0.01]).error, f64::INFINITY);
+    }
+
+    #[test]
+    fn a_change_of_nothing_is_known_as_well_as_both_of_its_epochs() {
+        // From zeros to zeros: two numbers of either epoch, each known to 0.1.
+        let none = steps().size(&[0.0; 4], &DMatrix::from_diagonal_element(4, 4, 0.01));
+        assert!(none.value == 0.0 && (none.error - 0.2).abs() < 1e-12, "{none:?}");
+        // The second epoch moved by more than the first: 5 against 1, and by the errors of both.
+        let second = steps().size(&[1.0, 0.0, 4.0, 4.0], &DMatrix::from_diagonal_element(4, 4, 0.01));
+        assert!(
+            (second.value - 5.0).abs() < 1e-12 && (second.error - 0.02_f64.sqrt()).abs() < 1e-12,
+            "{second:?}"
+        );
     }
 }

@@ -226,3 +226,18 @@ fn an_empty_file_and_a_table_are_told_from_a_model() {
     assert!(said(" \n").contains("the file is empty") && said("").contains("plumb model template"));
     assert!(said("q1_deg,p1_x_mm\n1,2\n").contains("this is a table of measurements, no model"));
 }
+
+#[test]
+fn a_definition_is_written_at_the_place_it_acts_on() {
+    for (on, unit) in
+        [("length: wrist", "mm"), ("offset: wrist", "mm"), ("twist: wrist", "deg"), ("skew: wrist", "deg")]
+    {
+        let adds = format!("adds: {{{on}, {unit}: \"a*sin(3*q1)\"}}");
+        let whole = WHOLE
+            .replace("adds: {joint: wrist, deg: \"a*sin(3*q1)\"}", &adds)
+            .replace("{unit: deg, range: [-1, 1]}", &format!("{{unit: {unit}, range: [-1, 1]}}"));
+        let text = model_text(&read(&whole));
+        assert!(text.contains(&adds), "{on}: {text}");
+        assert_eq!(model_text(&read(&text)), text);
+    }
+}

@@ -15,3 +15,24 @@ pub(super) fn text(value: &str) -> String {
             .contains(&value.to_lowercase().as_str());
     if bare { value.to_owned() } else { format!("{value:?}") }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_number_is_written_with_the_digits_that_it_has() {
+        assert_eq!([0.1 + 0.2, -0.0, 1e-7, 123_456.789].map(number), ["0.3", "0", "0.0000001", "123456.789"]);
+        assert_eq!(number(1.0 / 3.0), "0.3333333333");
+    }
+
+    #[test]
+    fn a_text_is_bare_only_where_yaml_takes_it_for_a_text() {
+        for bare in ["elbow", "joint_zero(elbow)", "two words", "a-b.c/d*", "Yesterday"] {
+            assert_eq!(text(bare), bare);
+        }
+        for quoted in ["true", "No", "y", "1st", "-x", "", "a: b", "a#b", "[a]"] {
+            assert_eq!(text(quoted), format!("{quoted:?}"));
+        }
+    }
+}

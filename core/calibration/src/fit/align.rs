@@ -111,7 +111,7 @@ pub fn base_and_targets(
 }
 
 /// The whole points among some rows, with the flange as the machine at `start` has it.
-fn sights(machine: &ResidualModel<'_>, start: &State, rows: &[usize]) -> Vec<Sight> {
+pub(super) fn sights(machine: &ResidualModel<'_>, start: &State, rows: &[usize]) -> Vec<Sight> {
     let mut scratch = super::scratch::Scratch::default();
     let mut found = Vec::new();
     for row in rows {

@@ -191,6 +191,13 @@ mod tests {
         assert!(apart(&base_rotation(&poses, &body.rotation).unwrap(), &base.rotation) < 1e-9);
         let (held, _) = places(&poses, &found.base, start, (false, true));
         assert_eq!(held, Vector3::zeros());
+        // From a start that is known in part the other part is found, and what is held stays.
+        let near = (base.translation.vector, Vector3::new(5.0, -7.0, 11.0));
+        let (held, place) = places(&poses, &found.base, near, (false, true));
+        assert!(held == near.0 && (place - body.translation.vector).norm() < 1e-6, "{place}");
+        let near = (Vector3::new(100.0, 20.0, -30.0), body.translation.vector);
+        let (origin, held) = places(&poses, &found.base, near, (true, false));
+        assert!(held == near.1 && (origin - base.translation.vector).norm() < 1e-6, "{origin}");
     }
 
     #[test]

@@ -84,3 +84,23 @@ pub(crate) struct Scratch {
     /// The points of the light stripe that is looked at.
     pub(super) seen: Seen,
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_several_drives_change_of_a_reading_adds_up() {
+        let channel = Channel::Distance;
+        let mut motion = SubjectMotion::default();
+        motion.begin(2);
+        motion.add_reading(1, Handle::ReadingZero(channel), 2.0);
+        motion.add_reading(1, Handle::ReadingScale(channel), 3.0);
+        motion.add_reading(1, Handle::ReadingZero(channel), 5.0);
+        motion.add_reading(1, Handle::ReadingScale(channel), -1.0);
+        assert!(motion.reading[1].is_some_and(|(_, zero, scale)| (zero, scale) == (7.0, 2.0)));
+        motion.add_reading(0, Handle::BaseShift(0), 4.0);
+        assert!(motion.reading[0].is_none(), "a shift of the base is no number that is read");
+        assert_eq!((motion.extend(1), motion.extend(3), motion.extend(1)), (0, 1, 4));
+    }
+}

@@ -198,6 +198,34 @@ mod tests {
     use super::*;
     use plumb_estimation::Random;
 
+    #[test]
+    fn a_sigma_moves_by_the_root_of_its_variance_over_that_of_what_is_declared() {
+        let group = |key: &str, is_declared: bool| NoiseGroup {
+            key: key.to_owned(),
+            is_declared,
+            is_length: true,
+            equations: Vec::new(),
+        };
+        let groups = [group("p1_mm", true), group("p2_mm", false)];
+        let settled = |declared: f64, own: f64, redundancy: f64| {
+            let mut sigmas = vec![("p2_mm".to_owned(), 0.5)];
+            let parts = [(declared, 40.0), (own, redundancy)]
+                .map(|(variance, redundancy)| Component { variance, redundancy });
+            let moved = settle(&mut sigmas, &groups, &parts);
+            (sigmas[0].1, moved)
+        };
+        // The declared are as far out as they should be, the others twice as far.
+        let (sigma, moved) = settled(1.0, 4.0, 40.0);
+        assert!((sigma - 1.0).abs() < 1e-12 && (moved - 1.0).abs() < 1e-12, "{sigma} {moved}");
+        // Both are too far out by the same factor: that is the model's.
+        let (sigma, moved) = settled(2.25, 2.25, 40.0);
+        assert!((sigma - 0.5).abs() < 1e-12 && moved < 1e-12, "{sigma} {moved}");
+        let (sigma, moved) = settled(1.0, 4.0, 0.9 * LEAST_REDUNDANCY);
+        assert_eq!((sigma, moved), (0.5, 0.0), "too few readings say nothing");
+        let (sigma, _) = settled(1.0, 1e6, 40.0);
+        assert!((sigma - 0.5 * STRIDE).abs() < 1e-12, "one stride at a time");
+    }
+
     const MODEL: &str = "
 arm: column
 convention: distal

@@ -444,3 +444,32 @@ fn an_effect_is_the_same_whatever_was_searched_for_inside() {
         assert_eq!(Quantity::by_name(&quantity.to_string()), Some(quantity));
     }
 }
+
+#[test]
+fn what_changes_a_coordinate_names_its_own_joint() {
+    let model = model();
+    for joint in [0, 2] {
+        let name = &model.chain.joints[joint].name;
+        for text in [
+            "joint_gain(JOINT)",
+            "joint_backlash(JOINT)",
+            "joint_settling(JOINT)",
+            "joint_harmonic(JOINT, 2)",
+            "joint_coupling(JOINT, lift)",
+        ] {
+            let id = parse(&text.replace("JOINT", name), &model).unwrap();
+            assert_eq!(build(&id, &model).unwrap().changes_coordinate(), Some(joint), "{text} of {name}");
+        }
+    }
+    let wave = parse("screw_wave(lift, 1)", &model).unwrap();
+    assert_eq!(build(&wave, &model).unwrap().changes_coordinate(), Some(1));
+    let tilt = parse("base_tilt", &model).unwrap();
+    assert_eq!(build(&tilt, &model).unwrap().changes_coordinate(), None);
+}
+
+#[test]
+fn what_goes_by_time_is_gradual_unless_it_happens_at_one_moment() {
+    let gradual = |name: &str| kind(name).unwrap().changes_gradually();
+    assert!(gradual("warm_up") && gradual("drift"));
+    assert!(!gradual("joint_step") && !gradual("joint_gain"));
+}

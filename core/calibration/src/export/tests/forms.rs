@@ -228,3 +228,49 @@ fn targets_of_another_arm_in_another_unit_or_beyond_a_limit_are_refused() {
             .contains("the model has no target")
     );
 }
+
+#[test]
+fn a_flange_that_lies_off_the_last_axis_is_told_with_how_far() {
+    let arm = |more: &str| {
+        let text =
+            format!("arm: one\nconvention: distal\njoints: [{{name: turn{more}}}]\ntargets: {{p1: {{}}}}\n");
+        RigidArm::of(&Model::parse("one.yaml", &text).unwrap()).unwrap()
+    };
+    assert_eq!(arm("").behind_last_joint(), None);
+    // What lies along the axis is part of the joint's own frame.
+    assert_eq!(arm(", d_mm: 40").behind_last_joint(), None);
+    let (off_mm, off_deg) = arm(", a_mm: 30, d_mm: 40").behind_last_joint().unwrap();
+    assert!((off_mm - 30.0).abs() < 1e-9 && off_deg.abs() < 1e-9, "{off_mm} {off_deg}");
+    let (off_mm, off_deg) = arm(", alpha_deg: 25").behind_last_joint().unwrap();
+    assert!(off_mm.abs() < 1e-9 && (off_deg - 25.0).abs() < 1e-9, "{off_mm} {off_deg}");
+}
+
+#[test]
+fn a_target_that_sits_elsewhere_is_written_where_it_sits() {
+    let more = "effects: [{effect: tool_offset, where: p1, values: {x_mm: 2, y_mm: -3, z_mm: 5}}]\n";
+    let arm = RigidArm::of(&axis(more)).unwrap();
+    assert_eq!(arm.targets, [("p1".to_owned(), Vector3::new(2.0, -3.0, 5.0))]);
+    assert!(arm.left_out.is_empty() && arm.not_the_robot.is_empty(), "{arm:?}");
+}
+
+#[test]
+fn what_is_curved_between_the_lines_is_told_by_its_greatest_part() {
+    // A wave of 10 mm and lines 10 mm apart would be refused; lines 1 mm apart leave the sagitta of a tenth of a wave.
+    let more = "effects: [{effect: screw_wave, where: x, n: 1, values: {sine_mm: 0.1, cosine_mm: 0}}]\n";
+    let table = compensation(&axis(more), 0, 101).unwrap();
+    assert!(table.left_out.is_empty(), "{:?}", table.left_out);
+    // At a crest: 0.1 (1 - cos(pi / 10)) at most, between lines on either side of it.
+    let sagitta = 0.1 * (1.0 - (std::f64::consts::PI / 10.0).cos());
+    assert!(table.between <= sagitta + 1e-12 && table.between > 0.9 * sagitta, "{} {sagitta}", table.between);
+}
+
+#[test]
+fn an_event_and_what_comes_to_nothing_are_no_errors_of_the_position() {
+    let more = "effects:
+  - {effect: joint_step, where: x, searched: 5, values: {step_mm: 0.3}}
+  - {effect: joint_settling, where: x, values: {share: 0}}
+";
+    let table = compensation(&axis(more), 0, 3).unwrap();
+    assert!(table.left_out.is_empty(), "{:?}", table.left_out);
+    assert_eq!(table.lines[1], [50.0; 3]);
+}

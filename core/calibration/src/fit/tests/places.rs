@@ -353,3 +353,52 @@ residual_map: {not_understood: 0.5, sides: [{joint: turn, weights: [1.5]}, {join
     assert!((at(1) - expected).norm() < 1e-9, "{} {expected}", at(1));
     assert!((at(2) - Vector3::new(0.0, 102.0, 25.25)).norm() < 1e-9, "{}", at(2));
 }
+
+#[test]
+fn whole_points_are_seen_and_points_of_which_an_axis_is_missing_are_not() {
+    let model =
+        Model::parse("m.yaml", &super::PLANAR.replace("free: false}\ntargets", "free: true}\ntargets"))
+            .unwrap();
+    let text =
+        "q1_deg,q2_deg,p1_x_mm,p1_y_mm,p1_z_mm\n0,0,700,0,0\n90,0,0,,0\n0,90,400,300,0\n90,0,0,700,1\n";
+    let table = Table::parse("t.csv", text).unwrap();
+    let observations = Observations::new(&model, &table).unwrap();
+    let machine = ResidualModel::new(&model, &table, &observations, &[]).unwrap();
+    let found = crate::fit::align::sights(&machine, &machine.start(), &[0, 1, 2, 3]);
+    let measured: Vec<[f64; 3]> = found.iter().map(|sight| sight.measured.into()).collect();
+    assert_eq!(measured, [[700.0, 0.0, 0.0], [400.0, 300.0, 0.0], [0.0, 700.0, 1.0]]);
+    assert!(found.iter().all(|sight| sight.target == 0));
+    assert!((found[1].flange.translation.vector - Vector3::new(400.0, 300.0, 0.0)).norm() < 1e-9);
+}
+
+#[test]
+fn a_base_that_stands_far_from_where_the_model_has_it_is_found_from_no_start() {
+    let model =
+        Model::parse("m.yaml", &super::PLANAR.replace("free: false}\ntargets", "free: true}\ntargets"))
+            .unwrap();
+    // The arm turned by 120 degrees and a metre away.
+    let base = Rotation3::from_euler_angles(0.0, 0.0, 120.0_f64.to_radians());
+    let mut text = "q1_deg,q2_deg,p1_x_mm,p1_y_mm,p1_z_mm\n".to_owned();
+    for step in 0..12 {
+        let (one, other) = (f64::from(step) * 20.0 - 110.0, f64::from(step * 37 % 150) - 70.0);
+        let (first, second) = (one.to_radians(), (one + other).to_radians());
+        let tip = Vector3::new(
+            400.0 * first.cos() + 300.0 * second.cos(),
+            400.0 * first.sin() + 300.0 * second.sin(),
+            0.0,
+        );
+        let seen = base * tip + Vector3::new(1000.0, -200.0, 50.0);
+        text.push_str(&format!("{one},{other},{},{},{}\n", seen.x, seen.y, seen.z));
+    }
+    let table = Table::parse("t.csv", &text).unwrap();
+    let observations = Observations::new(&model, &table).unwrap();
+    let machine = ResidualModel::new(&model, &table, &observations, &[]).unwrap();
+    let rows: Vec<usize> = (0..12).collect();
+    let found = crate::fit::align::align(&machine, &machine.start(), &rows, &Progress::default()).unwrap();
+    assert!(
+        (found.base.translation.vector - Vector3::new(1000.0, -200.0, 50.0)).norm() < 1e-6,
+        "{}",
+        found.base
+    );
+    assert!((found.base.rotation.matrix() - base.matrix()).norm() < 1e-9);
+}

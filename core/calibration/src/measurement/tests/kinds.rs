@@ -2,7 +2,7 @@
 
 use crate::arm_model::Model;
 use crate::fit::ResidualModel;
-use crate::measurement::{NoiseSource, Observations, ReadingUnit, kinds};
+use crate::measurement::{Measurand, NoiseSource, Observations, ReadingUnit, kinds};
 use crate::table::Table;
 
 /// Two links in the plane, 400 and 300 mm, x ahead and y to the left.
@@ -307,4 +307,19 @@ measured_from: world
     // A level that is itself turned by a quarter about x reads as much more.
     let over = read(&text.replace("level: {after: base}", "level: {after: base, rpy_deg: [90, 0, 0]}"));
     assert!((over[0] - 100.0).abs() < 1e-9, "{over:?}");
+}
+
+#[test]
+fn a_measurand_is_the_same_as_one_of_its_kind_thing_and_component() {
+    let kind = |name: &str| *kinds().iter().find(|kind| kind.name() == name).unwrap();
+    let one = Measurand { kind: kind("position"), index: 1, component: 2 };
+    assert_eq!(one, one);
+    for other in [
+        Measurand { kind: kind("height"), ..one },
+        Measurand { index: 2, ..one },
+        Measurand { component: 0, ..one },
+    ] {
+        assert_ne!(one, other);
+    }
+    assert_eq!(kind("profile").name(), "profile");
 }

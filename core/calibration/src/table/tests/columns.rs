@@ -299,3 +299,22 @@ fn a_row_that_is_noted_has_what_it_lies_on_and_nothing_else() {
             && table.repeat.of_row == [None, None]
     );
 }
+
+#[test]
+fn speeds_are_those_of_the_row_and_none_where_none_were_logged() {
+    let table = Table { joints: 2, speed: Some(vec![1.0, 2.0, 3.0, 4.0]), ..Table::default() };
+    assert_eq!((table.speed_of(0), table.speed_of(1)), (&[1.0, 2.0][..], &[3.0, 4.0][..]));
+    assert!(table.speed_of(2).is_empty() && Table::default().speed_of(0).is_empty());
+}
+
+#[test]
+fn a_board_is_seen_in_rows_with_a_place_or_an_orientation_of_it() {
+    let table =
+        Table::parse("t.csv", "q1_deg,board_x_mm,board_y_mm,board_z_mm\n0,1,2,3\n1,,,\n2,,5,\n").unwrap();
+    assert_eq!([0, 1, 2, 3].map(|row| table.sees_a_board_in(row)), [true, false, true, false]);
+    let turned =
+        Table::parse("t.csv", "q1_deg,board_rx_rad,board_ry_rad,board_rz_rad\n0,0.1,0,0\n1,,,\n").unwrap();
+    assert_eq!([0, 1].map(|row| turned.sees_a_board_in(row)), [true, false]);
+    let none = Table::parse("t.csv", "q1_deg,p1_x_mm\n0,1\n").unwrap();
+    assert!(!none.sees_a_board_in(0) && !none.sees_a_board());
+}
