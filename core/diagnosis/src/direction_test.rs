@@ -562,6 +562,13 @@ mod tests {
     }
 
     #[test]
+    fn a_site_with_more_degrees_of_freedom_may_leave_more() {
+        // A normal likelihood: squares over the variance, less a degree of freedom each.
+        let test = DirectionTest { across: (40.0, 15.0), ..site(Spot::Joint(0), 100.0) };
+        assert!((unlikeliness(&test, 2.0) - 5.0).abs() < 1e-12);
+    }
+
+    #[test]
     fn a_much_less_likely_site_is_ruled_out_by_a_likelier_one() {
         let near = [site(Spot::Joint(0), 100.0), site(Spot::Joint(3), 100.0 + 0.9 * SITE_LIKELIHOOD)];
         assert_eq!(possible_sites(&near, &FLOOR), [Spot::Joint(0), Spot::Joint(3)]);

@@ -179,3 +179,54 @@ impl Laboratory {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{two_links, two_links_with};
+    use plumb_calibration::effect::{EffectId, Spot};
+
+    #[test]
+    fn a_row_counts_by_its_square_up_to_the_corner_and_along_a_tangent_beyond() {
+        let lab = two_links_with("free: []\nnoise: {p1_mm: 0.05}", 12, 0.05, 91, |_| [0.0; 2]);
+        let fitted = lab.fit_with(&[], None, &Progress::unwatched()).unwrap();
+        let squares = fitted.row_squares();
+        let plain: f64 = squares.iter().sum();
+        assert!((fitted.loss(1e6) - plain).abs() < 1e-9 * plain, "a wide scatter has no corner");
+        // Far beyond every corner: 2 k |r| - k^2 a row.
+        let edge = 1e-3 * huber_corner(3);
+        let along: f64 = squares.iter().map(|square| 2.0 * edge * square.sqrt() - edge * edge).sum();
+        assert!((fitted.loss(1e-3) - along).abs() < 1e-9, "{} {along}", fitted.loss(1e-3));
+    }
+
+    #[test]
+    fn a_row_is_tame_up_to_its_quantile_of_the_scatter() {
+        let lab = two_links_with("free: []\nnoise: {p1_mm: 0.05}", 30, 0.05, 92, |_| [0.0; 2]);
+        let mut fitted = lab.fit_with(&[], None, &Progress::unwatched()).unwrap();
+        assert_eq!(fitted.tame().len(), 30);
+        // The scatter at which just the farthest row is wild.
+        let farthest = fitted.row_squares().into_iter().fold(0.0, f64::max).sqrt();
+        let edge = farthest / chi_squared_quantile(INLIER_QUANTILE, 3.0).sqrt();
+        fitted.fit.scale = 1.001 * edge;
+        assert_eq!(fitted.tame().len(), 30);
+        fitted.fit.scale = 0.999 * edge;
+        assert_eq!(fitted.tame().len(), 29);
+    }
+
+    #[test]
+    fn squares_fall_pose_by_pose_by_what_an_effect_takes_away() {
+        let lab = two_links(20, "", 0.01, 93, |q| [0.0, 0.01 * q[1]]);
+        let gain = AddedEffect { id: EffectId::at("joint_gain", Spot::Joint(1)), values: vec![0.0] };
+        let before = lab.fit_with(&[], None, &Progress::unwatched()).unwrap();
+        let after = lab.fit_with(&[gain], None, &Progress::unwatched()).unwrap();
+        let rows = [3, 7, 11];
+        let falls = falls_by_pose((&before, &after), &rows);
+        assert_eq!(falls.len(), 3);
+        for (fall, row) in falls.iter().zip(rows) {
+            // The elbow is off by a hundredth of its angle, at 150 mm.
+            let error = 1.5 * lab.table().q_of(row)[1];
+            assert!((fall - error * error).abs() < 0.1 * error * error + 0.1, "{fall} {error}");
+        }
+        assert_eq!(before.row_squares().len(), 20);
+    }
+}

@@ -113,8 +113,15 @@ fn probe((joint, spot, shape): (usize, Spot, Shape), family: usize) -> Probe {
 
 /// Probes for everything that has no name, at every place.
 pub(super) fn probes(lab: &Laboratory) -> Vec<Probe> {
+    let numbered = families(lab).into_iter().zip(1..);
+    let probes =
+        numbered.flat_map(|(variants, family)| variants.into_iter().map(move |one| probe(one, family)));
+    probes.collect()
+}
+
+/// Everything that has no name, by joint, place and shape; those that differ in a searched number together.
+fn families(lab: &Laboratory) -> Vec<Vec<(usize, Spot, Shape)>> {
     let (model, passport) = (lab.model(), lab.passport());
-    // Those that differ in a searched number together.
     let mut families: Vec<Vec<(usize, Spot, Shape)>> = Vec::new();
     for joint in (0..model.chain.len()).filter(|joint| lab.survey().turns(*joint)) {
         let spot = Spot::Joint(joint);
@@ -141,8 +148,37 @@ pub(super) fn probes(lab: &Laboratory) -> Vec<Probe> {
         let limits = STOPS.map(|share| (0, Spot::Base, Shape::RockingBase { limit: Some(share * greatest) }));
         families.push(limits.into_iter().filter(|_| greatest > 0.0).collect());
     }
-    let numbered = families.into_iter().zip(1..);
-    let probes =
-        numbered.flat_map(|(variants, family)| variants.into_iter().map(move |one| probe(one, family)));
-    probes.collect()
+    families
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::two_links;
+
+    #[test]
+    fn hinges_are_tried_within_what_each_joint_and_each_sum_of_neighbours_reaches() {
+        let lab = two_links(40, "", 0.05, 83, |_| [0.0; 2]);
+        let ends = |joint: usize| {
+            let q = (0..40).map(|row| lab.table().q_of(row)[joint]);
+            q.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), q| (low.min(q), high.max(q)))
+        };
+        let (shoulder, elbow) = (ends(0), ends(1));
+        let reach = |(low, high): (f64, f64)| low.abs().max(high.abs());
+        let both = reach((shoulder.0 + elbow.0, shoulder.1 + elbow.1));
+        // Without sides of approach and without masses there is neither play nor a foot that rocks.
+        let found = families(&lab);
+        let expected =
+            [(0, None, reach(shoulder)), (0, Some(1), both), (1, None, reach(elbow)), (1, Some(0), both)];
+        assert_eq!(found.len(), expected.len());
+        for (family, (joint, other, farthest)) in found.iter().zip(expected) {
+            for ((at_joint, spot, shape), share) in family.iter().zip(HINGES) {
+                assert_eq!((*at_joint, *spot), (joint, Spot::Joint(joint)));
+                let Shape::Hinge { other: beside, at } = shape else { panic!("{shape:?}") };
+                assert!(*beside == other && (at - share * farthest).abs() < 1e-12, "{shape:?}");
+            }
+        }
+        let probes = probes(&lab);
+        assert_eq!((probes.len(), probes[0].family, probes[15].family), (16, 1, 4));
+    }
 }

@@ -155,6 +155,22 @@ mod tests {
     }
 
     #[test]
+    fn the_tip_is_off_by_what_an_effect_does_less_what_the_fitted_numbers_answer() {
+        // Two poses of three coordinates. A fitted number moves x; the effect moves x by 3 and y by 2 in either pose.
+        let columns =
+            DMatrix::from_row_slice(2, 6, &[1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 3.0, 2.0, 0.0, 3.0, 2.0, 0.0]);
+        let derivatives = Derivatives { columns, slots: 1 };
+        let answer = DMatrix::from_element(1, 1, 3.0);
+        let off = |moves: bool| derivatives.off(1..2, &answer, moves)[(0, 0)];
+        assert!(
+            (off(true) - 4.0).abs() < 1e-12,
+            "x is answered, y is left: 2 squared, the mean of two poses"
+        );
+        // What only the instrument reads is answered by the arm, which then stands off by the answer.
+        assert!((off(false) - 9.0).abs() < 1e-12, "{}", off(false));
+    }
+
+    #[test]
     fn poses_are_drawn_from_the_volume_alone() {
         let (lab, state) = volume("surfaces: {wall: {plane: {normal: [0, 1, 0], offset_mm: 0}}}");
         let drawn = Volume::of(&lab, lab.model(), &state).unwrap();

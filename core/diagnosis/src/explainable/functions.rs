@@ -76,6 +76,17 @@ mod tests {
     }
 
     #[test]
+    fn numbers_are_centred_on_their_mean_over_their_spread_and_multiplied_row_by_row() {
+        // Mean 3, variance (4 + 0 + 4) / 3.
+        let spread = (8.0_f64 / 3.0).sqrt();
+        let found = centred(&[1.0, 3.0, f64::NAN, 5.0]);
+        for (one, expected) in found.iter().zip([-2.0 / spread, 0.0, 0.0, 2.0 / spread]) {
+            assert!((one - expected).abs() < 1e-12, "{found:?}");
+        }
+        assert_eq!(times(&[2.0, 3.0], &[4.0, -5.0]), [8.0, -15.0]);
+    }
+
+    #[test]
     fn products_of_fourier_features_approach_the_gaussian_kernel() {
         let inputs = vec![vec![0.0, 0.0], vec![0.6, -0.3]];
         let functions = fourier_features(&inputs, 0.7, 4000, &mut Random::seeded(5));

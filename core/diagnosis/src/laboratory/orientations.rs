@@ -393,6 +393,83 @@ fn one_axis(machine: &ResidualModel<'_>, poses: &[SeenPose], body: SeenBody) -> 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use plumb_calibration::fit::hand_eye::rigid_of;
+    use plumb_estimation::Random;
+
+    /// Poses of a known base and body, a third of a radian and more apart about all axes; each place off by `off` mm.
+    fn poses(off: f64) -> (Vec<SeenPose>, TwoRotations) {
+        let mut random = Random::seeded(7);
+        let mut any = |reach: f64| {
+            let mut three = |scale: f64| Vector3::from_fn(|_, _| scale * random.normal());
+            rigid_of(Rotation3::new(three(1.0)), three(reach))
+        };
+        let (base, body) = (any(900.0), any(60.0));
+        let poses = (0..12).map(|row| {
+            let flange = any(400.0);
+            let mut seen = base * flange * body;
+            seen.translation.vector.z += if row % 2 == 0 { off } else { -off };
+            SeenPose { flange, seen }
+        });
+        (poses.collect(), TwoRotations { base: base.rotation, body: body.rotation })
+    }
+
+    #[test]
+    fn places_leave_what_base_and_body_do_not_explain_as_a_share_of_their_spread() {
+        let (right, found) = poses(0.0);
+        assert!(places_left(&right, &found) < 1e-9);
+        let spread = |poses: &[SeenPose]| {
+            let seen: Vec<Vector3<f64>> = poses.iter().map(|pose| pose.seen.translation.vector).collect();
+            let middle = seen.iter().sum::<Vector3<f64>>() / seen.len() as f64;
+            seen.iter().map(|place| (place - middle).norm_squared()).sum::<f64>()
+        };
+        let (wrong, found) = poses(50.0);
+        let left = places_left(&wrong, &found);
+        // Six of thirty-six numbers are fitted: most of twelve times 50 squared is left.
+        let all = (12.0 * 2500.0 / spread(&wrong)).sqrt();
+        assert!(left < all && left > 0.7 * all, "{left} {all}");
+        let mut none = right.clone();
+        none.iter_mut().for_each(|pose| pose.seen.translation.vector.fill(f64::NAN));
+        assert_eq!(places_left(&none, &found), 0.0, "no place was measured");
+        // Places that were not measured are left out, and those that were still tell.
+        let mut some = wrong.clone();
+        some[3].seen.translation.vector.fill(f64::NAN);
+        assert!((places_left(&some, &found) / left - 1.0).abs() < 0.3);
+    }
+
+    #[test]
+    fn what_does_not_go_together_is_told_by_what_is_foreign() {
+        let told = |angle: f64, places: f64| off_in_words(Left { angle, places });
+        assert_eq!(told(0.5, 0.0), "29 deg of them are left wherever base and body sit");
+        assert!(told(0.99 * FOREIGN, 0.31).ends_with("31 % of the places' spread is left"));
+        assert_eq!(off_in_words(Left::STILL), "they do not turn as the flange does");
+        // The worse of the two, 1 where it is foreign.
+        let size =
+            |angle: f64, places: f64| Left { angle: angle * FOREIGN, places: places * FOREIGN_PLACES }.size();
+        assert!((size(0.5, 2.0) - 2.0).abs() < 1e-12 && (size(3.0, 0.0) - 3.0).abs() < 1e-12);
+        assert_eq!(rpy(&Rotation3::from_euler_angles(0.1, -0.2, 0.3)), "[5.7, -11.5, 17.2]");
+    }
+
+    #[test]
+    fn the_reading_that_was_slipped_is_the_best_of_all() {
+        let (right, _) = poses(0.0);
+        assert!(Left::of(&right).unwrap().size() < 1e-6);
+        let body = SeenBody::Target(0);
+        let slipped = read_as(&right, body, inverted);
+        assert!(Left::of(&slipped).unwrap().size() > 1.0);
+        let found = others(&slipped, body, VECTOR);
+        assert!(
+            found[0].0.size() < 1e-6 && found[0].1.what.starts_with("inverted, as the turn"),
+            "{}",
+            found[0].1.what
+        );
+        assert!(found.iter().all(|(_, reading)| reading.form.is_none() || reading.form == VECTOR));
+        assert!(found.windows(2).all(|pair| pair[0].0.size() <= pair[1].0.size()));
+        // A camera's orientations are those of what it sees: the slip is undone in what was written down.
+        let board = read_as(&right, SeenBody::Board(0), w_last);
+        let measured = right[2].seen.inverse();
+        let expected = rigid_of(w_last(&measured.rotation), measured.translation.vector).inverse();
+        assert!((board[2].seen.to_homogeneous() - expected.to_homogeneous()).norm() < 1e-9);
+    }
 
     #[test]
     fn every_reading_undoes_the_slip_it_is_named_for() {

@@ -121,7 +121,10 @@ mod tests {
     fn the_scale_of_residuals_does_not_feel_a_few_wild_ones() {
         let mut residuals: Vec<f64> = (1..100).map(|one| f64::from(one - 50) * 0.06).collect();
         let sound = robust_scale(&residuals);
+        // Amounts of 0 to 2.94, evenly: their median is 1.5, a sigma 1.5 / 0.6745.
+        assert!((sound - 1.5 / 0.6745).abs() < 0.05, "{sound}");
         residuals.extend([1e6; 4]);
         assert!((robust_scale(&residuals) / sound - 1.0).abs() < 0.1);
+        assert_eq!(robust_scale(&[]), 1.0);
     }
 }

@@ -111,6 +111,18 @@ fn a_few_slips_make_no_second_position() {
 }
 
 #[test]
+fn a_group_counts_by_how_likely_it_would_show_both_positions() {
+    // By 1 - 2 / 2^n: five replicates make 0.94 of a group, four 0.875; 0.9 are asked for.
+    assert!(in_earnest(&[line(&[-9.0, 9.0, -9.0, 9.0, -9.0])], 9.0, 1.0));
+    assert!(!in_earnest(&[line(&[-9.0, 9.0, -9.0, 9.0])], 9.0, 1.0));
+    // Of nine groups of two, a half each, 4.5 are expected to show both: three are more than 0.55 of them, two are not.
+    let pairs = |split: usize| -> Vec<Line> {
+        (0..9).map(|group| if group < split { line(&[-9.0, 9.0]) } else { line(&[0.1, -0.1]) }).collect()
+    };
+    assert!(in_earnest(&pairs(3), 9.0, 1.0) && !in_earnest(&pairs(2), 9.0, 1.0));
+}
+
+#[test]
 fn positions_nearer_than_the_noise_show_are_not_counted() {
     let near = lines(groups(8, 4.0, 3));
     assert!(in_earnest(&near.lines, 4.0, 8.0 / (1.01 * SPLIT_VISIBLE)));

@@ -188,6 +188,11 @@ fn on_a_terminal_a_rising_row_of_errors_rises_from_left_to_right() {
     let steps: Vec<usize> = dots.windows(2).map(|pair| pair[1].0 - pair[0].0).collect();
     assert!(steps.iter().max().unwrap() - steps.iter().min().unwrap() <= 1, "evenly: {steps:?}");
     assert!(drawn.lines().all(|line| line.chars().count() <= 59), "{drawn}");
+    // The greatest error is written at the top, nought in the middle, the least at the bottom.
+    let label = |line: usize| drawn.lines().nth(line).unwrap().chars().take(7).collect::<String>();
+    let [top, zero, bottom] = [1, 5, 8].map(|line| label(line).trim().parse::<f64>().unwrap());
+    assert!(top > 0.0 && zero == 0.0 && bottom == -top, "{drawn}");
+    assert!([2, 3, 4, 6, 7].iter().all(|line| label(*line).trim().is_empty()), "{drawn}");
     let two = Comparison { series: vec![comparison.series[0].clone(); 2], ..comparison };
     // A panel has a title, eight lines of dots and an axis. Below 60 columns panels stand one under the other.
     let height = |width: usize| terminal(&two, width).lines().count();

@@ -152,3 +152,71 @@ pub(super) fn stretches(members: &[Member]) -> Vec<Stretch> {
     });
     all.filter(|stretch| stretch.readings() > 0).collect()
 }
+
+#[cfg(test)]
+mod assign_tests {
+    use super::*;
+
+    /// Points of one stripe on one surface, so far outside it, each known to 0.1 mm.
+    fn stripe(view: usize, part: usize, distances: &[f64]) -> Vec<Member> {
+        let members = (0..).zip(distances).map(|(place, distance)| Member {
+            view,
+            pixel: [f64::from(place), 7.0],
+            part,
+            distance: *distance,
+            sigma_mm: 0.1,
+        });
+        members.collect()
+    }
+
+    #[test]
+    fn a_point_far_off_the_median_of_its_neighbours_is_left_out_and_a_slope_is_not() {
+        let kept = |distances: &[f64]| -> Vec<f64> {
+            without_strays(&stripe(0, 0, distances)).iter().map(|member| member.distance).collect()
+        };
+        let slope = [0.0, 0.2, 0.4, 0.6, 0.8, 1.0];
+        assert_eq!(kept(&slope), slope);
+        let edge = STRAY * 0.1;
+        assert_eq!(kept(&[0.0, 0.0, 1.01 * edge, 0.0, 0.0]), [0.0; 4]);
+        assert_eq!(kept(&[0.0, 0.0, 0.99 * edge, 0.0, 0.0]).len(), 5);
+        assert_eq!(kept(&[0.0, 0.0, -1.01 * edge, 0.0, 0.0]), [0.0; 4], "on either side");
+        // Points of another surface, or of another picture, are no neighbours.
+        let two = [stripe(0, 0, &[0.0; 3]), stripe(0, 1, &[5.0; 3]), stripe(1, 1, &[9.0; 3])].concat();
+        assert_eq!(without_strays(&two).len(), 9);
+    }
+
+    #[test]
+    fn the_scatter_of_neighbours_feels_neither_place_nor_slope() {
+        // Second differences of 0, 1, 0, 1, 0 are -2, 2, -2: root of 4 / 6. A slope adds nothing.
+        let zigzag = |slope: f64| -> Vec<f64> {
+            (0..5).map(|place| f64::from(place % 2) + slope * f64::from(place)).collect()
+        };
+        for slope in [0.0, 3.0] {
+            assert!((noise_mm(&stripe(0, 0, &zigzag(slope))) - (4.0_f64 / 6.0).sqrt()).abs() < 1e-12);
+        }
+        assert_eq!(noise_mm(&stripe(0, 0, &[0.0, 9.0])), 0.0, "two points do not bend");
+        // Three points of which the last lies on another surface do not either.
+        let mixed = [stripe(0, 0, &[0.0, 4.0]), stripe(0, 1, &[0.0])].concat();
+        assert_eq!(noise_mm(&mixed), 0.0);
+        assert!((rms_mm(&stripe(0, 0, &[3.0, -4.0])) - 12.5_f64.sqrt()).abs() < 1e-12);
+        assert!((floor_mm(&stripe(0, 0, &[3.0, -4.0])) - 0.1).abs() < 1e-12);
+        assert_eq!(rms_mm(&[]), 0.0);
+    }
+
+    #[test]
+    fn a_stretch_is_as_uncertain_as_the_mean_of_its_points_and_what_they_err_alike() {
+        // Points known to 0.1 mm that scatter by s: each counts s, their mean s / root n, and 0.66 s besides.
+        let zigzag: Vec<f64> = (0..9).map(|place| f64::from(place % 2)).collect();
+        let all = [stripe(0, 2, &zigzag), stripe(1, 2, &[0.0, 1.0, 0.0])].concat();
+        let scatter = noise_mm(&all);
+        let made = stretches(&all);
+        assert_eq!(
+            made.iter().map(|one| (one.row, one.surface, one.pixels.len())).collect::<Vec<_>>(),
+            [(0, 2, 9), (1, 2, 3)]
+        );
+        for (stretch, count) in made.iter().zip([9.0_f64, 3.0]) {
+            let expected = scatter * (1.0 / count + STRETCH_SCATTER * STRETCH_SCATTER).sqrt();
+            assert!((stretch.sigma - expected).abs() < 1e-9, "{} {expected}", stretch.sigma);
+        }
+    }
+}

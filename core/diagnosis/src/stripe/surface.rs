@@ -85,6 +85,21 @@ mod surface_tests {
     use super::*;
 
     #[test]
+    fn of_a_convex_body_the_part_farthest_below_a_point_is_nearest_and_leads_by_what_the_next_lies_behind() {
+        let planes = [(Vector3::z(), 10.0), (Vector3::x(), 4.0), (Vector3::y(), 5.0)];
+        let shapes = planes.map(|(normal, offset)| SurfaceShape::Plane { normal, offset });
+        // 2 mm over the first, 1 mm within the second, 5 mm within the third.
+        let point = Vector3::new(3.0, 0.0, 12.0);
+        assert_eq!(away(&shapes, &(0..3), &point), Some(Away { part: 0, distance: 2.0, lead: 3.0 }));
+        assert_eq!(away(&shapes, &(1..3), &point), Some(Away { part: 1, distance: -1.0, lead: 4.0 }));
+        assert_eq!(
+            away(&shapes, &(2..3), &point),
+            Some(Away { part: 2, distance: -5.0, lead: f64::INFINITY })
+        );
+        assert_eq!(away(&shapes, &(3..3), &point), None);
+    }
+
+    #[test]
     fn the_parts_of_a_body_are_numbered_and_a_single_one_has_the_bodys_name() {
         let names = |surface: Surface| -> Vec<String> {
             surface.parts("thing").into_iter().map(|part| part.name).collect()

@@ -224,6 +224,90 @@ fn not_significant(holm_p: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::laboratory::Laboratory;
+    use crate::testing::{contender, gain, two_links_with};
+    use crate::{candidates, unlisted};
+
+    const DECLARED: &str = "free: [joint_zero(*)]\nnoise: {p1_mm: 0.05}";
+
+    /// What is found of the small arm, whose elbow has a gain that is wrong.
+    fn with_finding(ask: impl Fn(&mut Finding<'_>, &Floor)) {
+        let lab: Laboratory = two_links_with(DECLARED, 40, 0.05, 22, |q| [0.0, 0.01 * q[1]]);
+        let floor = Floor::among(&lab.machine(&[]).unwrap(), None);
+        let asked = Candidates { listed: candidates::probes(&lab), unlisted: unlisted::probes(&lab) };
+        let mut finding = lab.find(&floor, &asked, &Progress::unwatched()).unwrap();
+        ask(&mut finding, &floor);
+    }
+
+    #[test]
+    fn what_is_left_with_an_effect_in_is_told_beyond_the_noise() {
+        with_finding(|finding, floor| {
+            // 305 squares on 105 degrees of freedom: 200 beyond a noise of 1, in 40 points, sigmas of 0.05 mm.
+            let one = Contender { left: (305.0, 105.0), ..contender("joint_gain", 1, 0.0) };
+            assert!((finding.left_mm(&one, floor) - 5.0_f64.sqrt() * 0.05).abs() < 1e-12);
+            let unknown = Floor { scale: None, ..floor.clone() };
+            assert!((finding.left_mm(&one, &unknown) - (305.0_f64 / 40.0).sqrt() * 0.05).abs() < 1e-12);
+            let clean = Contender { left: (100.0, 105.0), ..contender("joint_gain", 1, 0.0) };
+            assert_eq!(finding.left_mm(&clean, floor), 0.0);
+        });
+    }
+
+    #[test]
+    fn the_named_effect_is_as_probable_as_it_is_likelier_than_the_others_and_than_none() {
+        with_finding(|finding, _| {
+            assert_eq!(finding.verdict, Verdict::Named);
+            let probable = finding.probability().unwrap();
+            let criteria: Vec<f64> = finding
+                .stage
+                .contenders
+                .iter()
+                .filter(|one| one.is_plausible())
+                .map(|one| one.bic)
+                .chain([finding.stage.bic])
+                .collect();
+            let best = criteria[0];
+            let likely = 1.0 / criteria.iter().map(|one| (-0.5 * (one - best)).exp()).sum::<f64>();
+            assert!(probable > 0.99 && (probable - likely).abs() < 1e-9, "{probable} {likely}");
+            // Where more is left than noise nothing is said without weighing.
+            finding.dirty = true;
+            assert!(finding.probability().is_none() && finding.probabilities().is_empty());
+        });
+    }
+
+    #[test]
+    fn a_candidate_is_told_the_first_reason_why_it_is_no_name() {
+        with_finding(|finding, _| {
+            let named = finding.best().unwrap().id.clone();
+            let own = finding.stage.contenders[0].id.clone();
+            assert!(named == own && finding.rejected(&finding.stage.contenders[0]).is_none());
+            let other = || contender("joint_zero", 0, 50.0);
+            let why = |one: Contender| finding.rejected(&one).unwrap();
+            assert_eq!(why(Contender { holm_p: NAMING_LEVEL, ..other() }), not_significant(NAMING_LEVEL));
+            let mut implausible = other();
+            implausible.score.plausible = false;
+            assert_eq!(why(implausible), "implausible size or sign for a real machine");
+            let outvoted = Contender { outvoted: true, ..other() };
+            assert_eq!(why(outvoted), "it stands only when some rows are called wild");
+            assert_eq!(why(Contender { gains: vec![gain(0.5)], ..other() }), NOT_PREDICTED);
+            // What was not refitted was not asked to predict.
+            let expected = Contender { gains: vec![gain(0.5)], refitted: false, ..other() };
+            assert_eq!(why(expected), "worse than joint_gain(elbow)");
+            assert_eq!(why(other()), "worse than joint_gain(elbow)");
+        });
+        with_finding(|finding, _| {
+            (finding.verdict, finding.free_first) = (Verdict::Tied, Some(GEOMETRY));
+            let told = finding.rejected(&finding.stage.contenders[0]).unwrap();
+            assert!(told.starts_with("errors of the geometry that is not free"), "{told}");
+        });
+        with_finding(|finding, _| {
+            finding.verdict = Verdict::Tied;
+            finding.close.push(1);
+            finding.stage.contenders[1].holm_p = 1e-9;
+            finding.stage.contenders[1].score.plausible = true;
+            let told = finding.rejected(&finding.stage.contenders[1]).unwrap();
+            assert_eq!(told, format!("{AS_WELL} joint_gain(elbow)"));
+        });
+    }
 
     #[test]
     fn a_small_probability_keeps_a_third_digit() {
