@@ -110,7 +110,7 @@ impl Laboratory {
             diagnosis.sentence.push_str(&self.curve_of_the_axis().unwrap_or_default());
             return Ok((diagnosis, found));
         };
-        let spread = beside.from_pose_to_pose(
+        let spread = beside.judged_from_pose_to_pose(
             &groups,
             (&effect, &sized),
             (&asked.floor, &asked.candidates),

@@ -126,7 +126,7 @@ impl Laboratory {
     }
 
     /// Whether an effect that was found beside an error of each pose's own (`self` has those) is the same at every pose, and what else does as well where it is not.
-    pub(crate) fn from_pose_to_pose(
+    pub(crate) fn judged_from_pose_to_pose(
         &self,
         poses: &[Vec<usize>],
         (effect, named): (&AddedEffect, &Named),
