@@ -315,6 +315,17 @@ mod tests {
     }
 
     #[test]
+    fn a_pose_is_moved_in_the_cameras_axes() {
+        let pose = truth(0.3, -0.4, 600.0);
+        let step = Vector6::new(1.0, -2.0, 3.0, 0.0, 0.0, std::f64::consts::FRAC_PI_2);
+        let found = moved(&pose, &step);
+        assert!((found.translation.vector - Vector3::new(-29.0, 18.0, 603.0)).norm() < 1e-12);
+        // A quarter turn about the camera's z takes its x to its y.
+        let (before, after) = (pose.rotation * Vector3::x(), found.rotation * Vector3::x());
+        assert!((after - Vector3::new(-before.y, before.x, before.z)).norm() < 1e-12);
+    }
+
+    #[test]
     fn the_mirrored_pose_leans_as_much_to_the_other_side_of_the_line_of_sight() {
         // Whether its normal points away from the camera or at it: the board turned by less and by more than a right angle.
         for (roll, pitch) in [(0.3, -0.4), (2.7, 0.2), (-0.5, 0.9)] {

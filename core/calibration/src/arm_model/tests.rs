@@ -332,3 +332,19 @@ fn boards_go_by_name_and_one_without_a_name_by_any() {
     assert_eq!((two.board_position(None), two.board_position(Some("wall"))), (None, Some(1)));
     assert_eq!((two.boards[1].camera, two.board_name(1)), (1, "wall"));
 }
+
+#[test]
+fn the_cosines_of_a_map_run_over_the_range_wherever_it_begins() {
+    let joints = vec![JointRange { low: 2.0, high: 6.0, wide: false }];
+    let region = MeasuredRegion { joints, poses: Vec::new(), reach: 1.0 };
+    let along = vec![Along { joint: 0, weights: vec![1.0, 1.0] }];
+    let map = ResidualMap { along, ..ResidualMap::default() };
+    // At the lower end, a quarter on, and at the upper end: half a wave, and a whole one of half the height.
+    for (q, expected) in [(2.0, [1.0, 0.5]), (3.0, [0.5_f64.sqrt(), 0.0]), (6.0, [-1.0, 0.5])] {
+        let columns = map.columns(&region, &[q], &[0]);
+        assert!(
+            columns.iter().zip(expected).all(|((_, value), one)| (value - one).abs() < 1e-12),
+            "{columns:?}"
+        );
+    }
+}

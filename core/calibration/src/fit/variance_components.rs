@@ -199,6 +199,17 @@ mod tests {
     use plumb_estimation::Random;
 
     #[test]
+    fn a_search_begins_at_the_root_mean_square_of_what_is_declared_in_the_same_unit() {
+        let model = Model::parse("m.yaml", &MODEL.replace("NOISE", "{p1_mm: 0.3, p2_mm: 0.4}")).unwrap();
+        let header = ["p1", "p2", "p3"].map(|name| format!("{name}_x_mm,{name}_y_mm,{name}_z_mm")).join(",");
+        let text = format!("q1_deg,q2_deg,q3_deg,{header}\n0,0,0,1,2,3,4,5,6,7,8,9\n");
+        let table = Table::parse("t.csv", &text).unwrap();
+        let observations = Observations::new(&model, &table).unwrap();
+        assert!((declared_sigma(&observations, true).unwrap() - 0.125_f64.sqrt()).abs() < 1e-12);
+        assert_eq!(declared_sigma(&observations, false), None);
+    }
+
+    #[test]
     fn a_sigma_moves_by_the_root_of_its_variance_over_that_of_what_is_declared() {
         let group = |key: &str, is_declared: bool| NoiseGroup {
             key: key.to_owned(),

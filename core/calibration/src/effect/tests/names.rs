@@ -461,8 +461,12 @@ fn what_changes_a_coordinate_names_its_own_joint() {
             assert_eq!(build(&id, &model).unwrap().changes_coordinate(), Some(joint), "{text} of {name}");
         }
     }
-    let wave = parse("screw_wave(lift, 1)", &model).unwrap();
-    assert_eq!(build(&wave, &model).unwrap().changes_coordinate(), Some(1));
+    let slides = "arm: axes\nconvention: distal\njoints:\n  - {name: x, slides: true, limits_mm: [0, 90], screw_pitch_mm: 5}\n  - {name: y, slides: true, limits_mm: [0, 90], screw_pitch_mm: 5}\ntargets: {p1: {}}\n";
+    let slides = Model::parse("axes.yaml", slides).unwrap();
+    for (joint, name) in ["x", "y"].into_iter().enumerate() {
+        let wave = parse(&format!("screw_wave({name}, 1)"), &slides).unwrap();
+        assert_eq!(build(&wave, &slides).unwrap().changes_coordinate(), Some(joint));
+    }
     let tilt = parse("base_tilt", &model).unwrap();
     assert_eq!(build(&tilt, &model).unwrap().changes_coordinate(), None);
 }

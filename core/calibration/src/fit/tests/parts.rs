@@ -7,6 +7,7 @@ use crate::arm_model::{AddedEffect, Epochs, Model, SurfaceShape};
 use crate::effect::{EffectId, Spot, build, parse};
 use crate::fit::arm_pose::ArmPose;
 use crate::fit::doubt::{Prior, out_of_range, range_doubts, undetermined};
+use crate::fit::tangent::Tangent;
 use crate::fit::{Distances, FitDoubt, FitError, FitOptions, ResidualModel, Slot, State, ViewOfTable};
 use crate::measurement::Observations;
 use crate::table::Table;
@@ -165,6 +166,8 @@ fn normal_equations_sum_weighted_squares_and_agree_with_residuals() {
         assert!(near(machine.squares(&state, &[1, 2], &weights), expected));
         let normal = machine.normal(&state, &[1, 2], &weights, &[]);
         assert!(near(normal.squares, expected) && normal.equations == 6);
+        let tangent = Tangent::at(machine, &state, &[1, 2], None).unwrap();
+        assert!(near(tangent.squares(&weights), expected));
         let alone = machine.normal_of_rows(&state, &[1, 2], &weights);
         assert!(near(alone.squares, expected) && near(alone.gradient[0], normal.gradient[0]));
         // The gradient is half the slope of the squares, downhill.
@@ -470,6 +473,50 @@ fn only_what_the_table_shows_of_bodies_and_boards_is_free() {
     assert_eq!(of_board[..3], [0, 1, 2].map(|axis| Slot::TargetTurn(1, axis)));
     assert_eq!(of_board[3..6], [0, 1, 2].map(|axis| Slot::BoardShift(0, axis)));
     assert_eq!(of_board[6..], [0, 1, 2].map(|axis| Slot::BoardTurn(0, axis)));
+}
+
+#[test]
+fn a_turn_is_free_for_a_camera_where_a_board_is_seen_and_for_no_other_target() {
+    let target = "targets: {p1: {xyz_mm: [0, 0, 0], free: false}}";
+    let targets = "targets: {p1: {free: false, free_rpy: true}, p2: {free: false, free_rpy: true}, p3: {free: false, free_rpy: true}}";
+    let model = format!("{}board: {{seen_by: p1}}\n", PLANAR.replace(target, targets));
+    with(&model, "q1_deg,q2_deg,board_x_mm\n0,0,5\n", &[], |machine| {
+        let turns = machine.slots().iter().filter(|slot| matches!(slot, Slot::TargetTurn(..)));
+        assert_eq!(turns.copied().collect::<Vec<_>>(), [0, 1, 2].map(|axis| Slot::TargetTurn(0, axis)));
+    });
+}
+
+#[test]
+fn a_camera_is_believed_to_see_its_board_from_where_the_hand_has_it() {
+    let target = "targets: {p1: {xyz_mm: [0, 0, 0], free: false}}";
+    let targets = "targets: {p1: {xyz_mm: [0, 0, 40], rpy_deg: [180, 0, 0], free: false}}";
+    let board = "board: {seen_by: p1, xyz_mm: [700, 30, -260], rpy_deg: [0, 0, 0]}";
+    let model = format!("{}{board}\n", PLANAR.replace(target, targets));
+    with(&model, "q1_deg,q2_deg,board_x_mm\n0,0,5\n", &[], |machine| {
+        // Stretched out the camera is at (700, 0, 40) and looks down: its y and z are turned over.
+        let seen = machine.believed_board(&machine.start(), 0).unwrap();
+        assert!((seen.translation.vector - Vector3::new(0.0, -30.0, 300.0)).norm() < 1e-9, "{seen}");
+        let over = Rotation3::from_euler_angles(std::f64::consts::PI, 0.0, 0.0);
+        assert!((seen.rotation.matrix() - over.matrix()).norm() < 1e-9);
+    });
+}
+
+#[test]
+fn a_reading_that_is_too_large_by_a_share_is_predicted_so() {
+    // An instrument whose x reads a thousandth too long and 2 mm too far: 700 becomes 702.7.
+    let effects = ["scale(x)", "reading_reset(x)"];
+    let scaled = |value: f64| {
+        let mut left = 0.0;
+        with(PLANAR, "q1_deg,q2_deg,p1_x_mm,p1_y_mm,p1_z_mm\n0,0,702.7,0,0\n", &effects[..1], |machine| {
+            let mut state = machine.start();
+            state.effects[0] = vec![value; state.effects[0].len()];
+            left = machine.block(&state, &[0], &[], &[]).residuals[0];
+        });
+        left
+    };
+    let (none, some) = (scaled(0.0), scaled(0.001));
+    assert!((none - 2.7).abs() < 1e-9, "{none}");
+    assert!((none - some - 0.7).abs() < 1e-9, "{some}");
 }
 
 #[test]

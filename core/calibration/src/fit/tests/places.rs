@@ -402,3 +402,25 @@ fn a_base_that_stands_far_from_where_the_model_has_it_is_found_from_no_start() {
     );
     assert!((found.base.rotation.matrix() - base.matrix()).norm() < 1e-9);
 }
+
+#[test]
+fn boards_that_a_table_speaks_of_are_those_it_names_and_the_one_that_most_rows_see_comes_first() {
+    let targets = "targets: {p1: {}, p2: {}}\n";
+    let boards = "boards: {floor: {seen_by: p2}, wall: {seen_by: p2}, door: {seen_by: p2}}\n";
+    let arm = super::PLANAR.replace("targets: {p1: {xyz_mm: [0, 0, 0], free: false}}\n", targets);
+    let model = Model::parse("m.yaml", &format!("{arm}{boards}")).unwrap();
+    let header = "q1_deg,q2_deg,board,board_x_mm,board_y_mm,board_z_mm";
+    let rows = "0,0,floor,1,2,300\n5,5,wall,1,2,300\n6,9,wall,3,1,310\n7,7,floor,,,\n";
+    let table = Table::parse("t.csv", &format!("{header}\n{rows}")).unwrap();
+    let observations = Observations::new(&model, &table).unwrap();
+    let machine = ResidualModel::new(&model, &table, &observations, &[]).unwrap();
+    assert_eq!(machine.boards_named(), [0, 1], "nobody speaks of the door");
+    assert_eq!(machine.boards_seen(), [1, 0]);
+    // Each row's equations are of the board that it names.
+    let of_rows: Vec<u32> = (0..3).map(|row| observations.of_row(row)[0].measurand.index).collect();
+    assert_eq!(of_rows, [0, 1, 1]);
+    let plain = Table::parse("t.csv", "q1_deg,q2_deg,p1_x_mm\n0,0,700\n").unwrap();
+    let observations = Observations::new(&model, &plain).unwrap();
+    let machine = ResidualModel::new(&model, &plain, &observations, &[]).unwrap();
+    assert!(machine.boards_named().is_empty() && machine.boards_seen().is_empty());
+}

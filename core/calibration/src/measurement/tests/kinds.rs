@@ -93,6 +93,7 @@ fn every_kind_names_the_columns_it_reads() {
         ("stripe", ""),
         ("board", "board_x_mm ..."),
         ("board_turn", "board_qw ... (or board_rx_rad ...)"),
+        ("profile", "profile_x_mm, profile_z_mm"),
     ];
     assert!(expected.iter().all(|one| columns.contains(one)), "{columns:?}");
 }

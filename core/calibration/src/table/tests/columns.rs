@@ -318,3 +318,16 @@ fn a_board_is_seen_in_rows_with_a_place_or_an_orientation_of_it() {
     let none = Table::parse("t.csv", "q1_deg,p1_x_mm\n0,1\n").unwrap();
     assert!(!none.sees_a_board_in(0) && !none.sees_a_board());
 }
+
+#[test]
+fn the_numbers_of_a_quaternion_and_of_a_rotation_vector_have_slots_of_their_own() {
+    for body in [Body::Target(1), Body::Flange, Body::Board] {
+        let slot = |form, part| Meaning::Turn { body, form, part, scale: 1.0 }.slot();
+        let quaternion = (0..4).map(|part| slot(OrientationForm::Quaternion, part));
+        let vector = (0..3).map(|part| slot(OrientationForm::RotationVector, part));
+        let mut all: Vec<_> = quaternion.chain(vector).collect();
+        all.sort_unstable();
+        all.dedup();
+        assert_eq!(all.len(), 7, "{body:?}");
+    }
+}
