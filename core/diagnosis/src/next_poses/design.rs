@@ -226,6 +226,11 @@ mod tests {
             assert!((spread / (0.01 * (high - low)) - 1.0).abs() < 0.12, "{spread}");
         }
         assert!(!designer.has_two_directions(0), "no side of approach is logged");
+        // A fiftieth of the range is kept from either limit: 6.8 of 340 deg, 6 of 300.
+        for (joint, clear) in [163.2_f64, 144.0].into_iter().enumerate() {
+            let (low, high) = designer.range(joint);
+            assert!((high - clear.to_radians()).abs() < 1e-12 && low == -high, "{low} {high}");
+        }
     }
 
     /// The arm, of which only heights over a plane were measured.
@@ -242,8 +247,8 @@ mod tests {
         let designer = Designer { lab: &lab, surface: None, waits: false, both_directions: false };
         let design = Design { q: vec![0.1, -0.2], approach: vec![0, 0], payload: 3.0, wait: 600.0 };
         let before = designer.table(std::slice::from_ref(&design), Sensing::AsBefore);
-        assert!(before.positions.is_empty() && before.distance.is_none() && before.tilt.is_none());
-        assert_eq!(before.height.as_deref(), Some(&[0.0][..]));
+        assert!(before.positions.is_empty() && before.scalar(&DISTANCE).is_none() && before.tilt.is_none());
+        assert_eq!(before.scalar(&HEIGHT), Some(&[0.0][..]));
         assert_eq!(before.on.name(0), Some("wall"));
         // After what was measured, at the last temperature.
         assert_eq!(before.time.as_deref(), Some(&[607.0][..]));
@@ -261,9 +266,9 @@ mod tests {
         let lab = of_heights();
         let surface = Some("wall".to_owned());
         let designer = Designer { lab: &lab, surface, waits: false, both_directions: false };
-        assert!(designer.columns(Sensing::AsBefore, true, false).height.is_none());
-        assert!(designer.columns(Sensing::WholePoints, true, false).height.is_some());
-        assert!(designer.columns(Sensing::AsBefore, false, true).distance.is_some());
+        assert!(designer.columns(Sensing::AsBefore, true, false).scalar(&HEIGHT).is_none());
+        assert!(designer.columns(Sensing::WholePoints, true, false).scalar(&HEIGHT).is_some());
+        assert!(designer.columns(Sensing::AsBefore, false, true).scalar(&DISTANCE).is_some());
     }
 
     #[test]
