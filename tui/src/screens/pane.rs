@@ -46,6 +46,30 @@ pub(crate) fn fitted(text: &str, width: usize) -> String {
     fitted
 }
 
+/// The lines of a table or a drawing in a room of `width` columns: one that is longer ends in an ellipsis.
+pub(crate) fn marked(lines: Vec<Line<'static>>, width: usize) -> Vec<Line<'static>> {
+    lines.into_iter().map(|line| if line.width() <= width { line } else { cut(&line, width) }).collect()
+}
+
+/// A line that is longer than `width` columns, cut.
+fn cut(line: &Line<'static>, width: usize) -> Line<'static> {
+    let mut room = width;
+    let mut spans = Vec::new();
+    for span in &line.spans {
+        let shown = span.width();
+        // What ends just at the edge gives its last column to the mark: more follows.
+        if shown < room {
+            room -= shown;
+            spans.push(span.clone());
+        } else {
+            let text = fitted(&format!("{}\u{2026}", span.content), room);
+            spans.push(Span::styled(text, span.style));
+            break;
+        }
+    }
+    Line { spans, ..line.clone() }
+}
+
 /// `text` with its lines as written, but long ones that break off within a sentence joined with the next: texts in files
 /// are broken for the file's width, not for the screen's. The lines of a drawing stay as they are.
 pub(crate) fn reflowed(text: &str) -> String {
@@ -204,5 +228,16 @@ mod tests {
         assert_eq!(fitted("shoulder", 5), "shou\u{2026}");
         assert_eq!(fitted("shoulder", 1), "\u{2026}");
         assert_eq!(fitted("shoulder", 0), "");
+    }
+
+    #[test]
+    fn a_line_of_several_parts_that_does_not_fit_ends_in_an_ellipsis() {
+        let line = || Line::from(vec![Span::raw("jog "), Span::raw("by 1"), Span::raw(" deg")]);
+        let shown = |width: usize| marked(vec![line()], width)[0].to_string();
+        assert_eq!(shown(12), "jog by 1 deg");
+        assert_eq!(shown(11), "jog by 1 d\u{2026}");
+        assert_eq!(shown(8), "jog by \u{2026}");
+        assert_eq!(shown(4), "jog\u{2026}");
+        assert_eq!(shown(0), "");
     }
 }

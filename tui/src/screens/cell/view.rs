@@ -74,7 +74,7 @@ fn list(frame: &mut Frame, area: Rect, theme: &Theme, title: &str, lines: Vec<Li
     }
     let inner = pane::open(frame, area, theme, title, false);
     let lines = if lines.is_empty() { vec![Line::styled("nothing yet", theme.faint)] } else { lines };
-    frame.render_widget(Paragraph::new(lines), inner);
+    frame.render_widget(Paragraph::new(pane::marked(lines, usize::from(inner.width))), inner);
 }
 
 fn device_lines(cell: &CellState, theme: &Theme, width: usize) -> Vec<Line<'static>> {
@@ -105,7 +105,7 @@ fn joint_lines(cell: &CellState, theme: &Theme, width: usize) -> Vec<Line<'stati
     let many = robots.len() > 1;
     let line = |robot: &Device, (joint, trace): (&NamedValue, &Trace)| {
         let name = if many { format!("{} {}", robot.name, joint.name) } else { joint.name.clone() };
-        let mut line = joint_line(&name, joint, theme);
+        let mut line = joint_line(&name, joint, theme, width.saturating_sub(2));
         let room = width.saturating_sub(line.width() + 5).min(60);
         line.push_span(Span::styled(format!("  {}", trace.drawn(cell.now_ns, room)), theme.measured));
         line
@@ -117,13 +117,20 @@ fn joint_lines(cell: &CellState, theme: &Theme, width: usize) -> Vec<Line<'stati
 }
 
 /// One joint: its name, its value, its unit.
-pub(crate) fn joint_line(name: &str, joint: &NamedValue, theme: &Theme) -> Line<'static> {
+pub(crate) fn joint_line(name: &str, joint: &NamedValue, theme: &Theme, width: usize) -> Line<'static> {
+    // In a narrow pane the name gives way, not the unit.
+    let names = NAMES.min(width.saturating_sub(NUMBERS + 1 + pane::columns(&joint.unit)));
     Line::from(vec![
-        Span::styled(format!("{name:<14}"), theme.text),
-        Span::styled(format!("{:>10.3}", joint.value), theme.heading),
+        Span::styled(format!("{:<names$}", pane::fitted(name, names)), theme.text),
+        Span::styled(format!("{:>NUMBERS$.3}", joint.value), theme.heading),
         Span::styled(format!(" {}", joint.unit), theme.faint),
     ])
 }
+
+/// Columns of the names of joints where there is room.
+const NAMES: usize = 14;
+/// Columns of their values.
+const NUMBERS: usize = 10;
 
 /// The level of every signal, then the newest changes.
 fn signal_lines(cell: &CellState, theme: &Theme, room: usize, width: usize) -> Vec<Line<'static>> {

@@ -126,6 +126,9 @@ fn how_much(comparison: &Comparison) -> StripLine {
 /// Joints named at most: the rest are in the plots.
 const JOINTS_NAMED: usize = 3;
 
+/// The same in a small terminal.
+const JOINTS_NAMED_IN_SHORT: usize = 2;
+
 /// Rows named at most.
 const ROWS_NAMED: usize = 3;
 
@@ -146,12 +149,13 @@ fn where_it_is(comparison: &Comparison) -> StripLine {
         .filter_map(|row| comparison.rows.get(row))
         .map(|row| row.line.to_string())
         .collect();
-    let (lines, along) = (lines.join(", "), along.join(", "));
+    let lines = lines.join(", ");
+    let in_short = along.iter().take(JOINTS_NAMED_IN_SHORT).cloned().collect::<Vec<_>>().join(", ");
     match along.is_empty() {
         true => StripLine { full: format!("worst lines {lines}"), short: format!("worst {lines}") },
         false => StripLine {
-            full: format!("worst lines {lines}; along {along} mm RMS"),
-            short: format!("worst {lines}; {along} mm RMS"),
+            full: format!("worst lines {lines}; along {} mm RMS", along.join(", ")),
+            short: format!("worst {lines}; {in_short} mm RMS"),
         },
     }
 }

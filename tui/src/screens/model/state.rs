@@ -95,7 +95,7 @@ pub(crate) struct Preview {
     pub residuals: Residuals,
 }
 
-/// A line over the page: in full, and in short for where that does not fit into one row. Both say all that one has to know.
+/// A line over the page: in full, and in short for where that does not fit into one row. The plots show what the short one leaves out.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct StripLine {
     pub full: String,

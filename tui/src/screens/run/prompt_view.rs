@@ -13,7 +13,7 @@ use super::prompt::{OpenPrompt, bounds};
 use super::words::padded;
 use crate::screens::cell::HandPlace;
 use crate::screens::hits::{Hit, Hits};
-use crate::screens::pane::{columns, fitted, reflowed, wrapped};
+use crate::screens::pane::{columns, fitted, marked, reflowed, wrapped};
 use crate::screens::theme::Theme;
 
 /// Draws the prompt into the room inside its pane. Where room is short the controls stay and the text is cut.
@@ -33,7 +33,7 @@ pub(crate) fn view(
         rows if rows <= usize::from(area.height) => Labels::Whole,
         _ => Labels::OneLine,
     };
-    let controls = controls(prompt, hand, theme, width, labels);
+    let controls = marked(controls(prompt, hand, theme, width, labels), width);
     let air = u16::from(usize::from(area.height) > text.len() + controls.len());
     let [above, _, below, _] = Layout::vertical([
         Constraint::Max(rows(text.len())),
@@ -218,7 +218,7 @@ pub(crate) fn controls(
         PromptKind::JogTo { goals, joints, sensor, .. } => {
             let hand = hand.map_or_else(Vec::new, |hand| hand_lines(hand, theme, width));
             let told = [hand, simulated_lines(prompt, theme, width)].concat();
-            jog(prompt, goals, joints, sensor.as_deref(), told, theme)
+            jog(prompt, goals, joints, sensor.as_deref(), told, theme, width)
         }
         PromptKind::ConfirmPose { recorded, reported, .. } => poses(recorded, reported, theme),
         PromptKind::Decision { options, labels, .. } => {
@@ -372,6 +372,7 @@ fn jog(
     sensor: Option<&str>,
     hand: Vec<Line<'static>>,
     theme: &Theme,
+    width: usize,
 ) -> Vec<Line<'static>> {
     let mut lines: Vec<Line<'static>> = joints
         .iter()
@@ -388,21 +389,16 @@ fn jog(
     lines.extend(goals.iter().map(|goal| goal_line(goal, joints, theme)));
     lines.extend(prompt.clearances.iter().map(|clearance| clearance_line(clearance, theme)));
     lines.extend(hand);
-    lines.extend(prompt.level.map(|level| bubble_line(level, theme)));
-    lines.extend(prompt.ruler.map(|height| ruler_line(height, theme)));
+    lines.extend(prompt.level.map(|level| bubble_line(level, theme, width)));
+    lines.extend(prompt.ruler.map(|height| ruler_line(height, theme, width)));
     lines.extend(prompt.fired.zip(sensor).map(|(on, sensor)| {
         let (sign, word) = if on { ("\u{25a0}", "ON") } else { ("\u{25a1}", "OFF") };
         Line::styled(format!("{sign} {sensor} is {word}"), if on { theme.good } else { theme.text })
     }));
     let unit = joints.get(prompt.chosen).map_or("", |joint| joint.unit.as_str());
-    lines.push(Line::from(vec![
-        Span::styled("\u{2190} \u{2192}", theme.key),
-        Span::styled(format!(" jog by {} {unit}  ", prompt.step()), theme.text),
-        Span::styled("] [", theme.key),
-        Span::styled(" more, less  ", theme.text),
-        Span::styled("\u{2191} \u{2193}", theme.key),
-        Span::styled(" joint", theme.text),
-    ]));
+    let size = format!("{} {unit}", prompt.step());
+    let whole = jog_keys(&format!(" jog by {size}  "), " more, less  ", theme);
+    lines.push(if whole.width() <= width { whole } else { jog_keys(&format!(" {size} "), " size ", theme) });
     if matches!(prompt.prompt.kind, PromptKind::JogTo { hand_over: true, .. }) {
         lines.push(Line::from(vec![
             Span::styled("h", theme.key),
@@ -411,6 +407,18 @@ fn jog(
     }
     lines.push(button("the arm is in position", theme));
     lines
+}
+
+/// The keys that jog, with what they do.
+fn jog_keys(by: &str, size: &'static str, theme: &Theme) -> Line<'static> {
+    Line::from(vec![
+        Span::styled("\u{2190} \u{2192}", theme.key),
+        Span::styled(by.to_owned(), theme.text),
+        Span::styled("] [", theme.key),
+        Span::styled(size, theme.text),
+        Span::styled("\u{2191} \u{2193}", theme.key),
+        Span::styled(" joint", theme.text),
+    ])
 }
 
 fn goal_line(goal: &JogGoal, joints: &[NamedValue], theme: &Theme) -> Line<'static> {

@@ -201,9 +201,9 @@ fn live_values(state: &State, frame: &mut Frame, area: Rect) {
         (_, false) => "at rest",
     };
     let inner = pane::open(frame, area, &state.theme, &format!("{} {word}", robot.name), false);
-    let lines: Vec<Line> =
-        robot.joints.iter().map(|joint| joint_line(&joint.name, joint, &state.theme)).collect();
-    frame.render_widget(Paragraph::new(lines), inner);
+    let width = usize::from(inner.width);
+    let lines = robot.joints.iter().map(|joint| joint_line(&joint.name, joint, &state.theme, width));
+    frame.render_widget(Paragraph::new(pane::marked(lines.collect(), width)), inner);
 }
 
 /// How a run ended: a sign, a word, a style.

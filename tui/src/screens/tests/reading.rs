@@ -99,3 +99,18 @@ fn what_is_agreed_to_is_read_whole() {
     assert!(shown.contains("Enter  The arm is raised") && shown.contains("the pendant"), "{shown}");
     assert_eq!(click(&mut state, "the pendant", (80, 24)).len(), 1, "each of its lines is the button");
 }
+
+#[test]
+fn nothing_of_a_jog_is_cut_in_a_narrow_terminal() {
+    let mut state = begun();
+    tell(&mut state, jog_asked());
+    let Some(prompt) = state.run.as_ref().and_then(|run| run.prompt.as_ref()) else { panic!("a prompt") };
+    let step = prompt.prompt.step.clone();
+    tell(&mut state, Event::InstrumentRead { step, value: Some(28.7), unit: "mm".to_owned() });
+    for width in [72, 64, 56] {
+        let page = page(&state, width, 40);
+        for words in ["50: 28.7 mm high", " joint ", "the arm is in position"] {
+            assert!(page.contains(words), "{words} at {width}: {page}");
+        }
+    }
+}
