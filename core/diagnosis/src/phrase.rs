@@ -70,6 +70,13 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_number_whose_error_is_beyond_all_that_is_shown_is_not_determined() {
+        assert!(is_determined(0.99 * LARGEST_SHOWN) && !is_determined(1.01 * LARGEST_SHOWN));
+        assert!(!is_determined(f64::NAN) && !is_determined(f64::INFINITY));
+        assert_eq!(size_text(1.0, f64::INFINITY, "deg"), "size not determined");
+    }
+
+    #[test]
     fn no_probability_is_certain() {
         assert_eq!(percent(1.0), "over 99 %");
         assert_eq!(percent(0.93), "93 %");

@@ -317,6 +317,22 @@ mod tests {
     }
 
     #[test]
+    fn of_a_joint_only_what_lies_across_is_wild_and_of_a_base_whatever_lies_far() {
+        let far = |along: f64, across: f64| DVector::from_row_slice(&[along, across, 0.0]);
+        let mut deviations: Vec<DVector<f64>> = (0..8).map(|_| far(1.0, 1.0)).collect();
+        deviations.extend([far(50.0, 1.0), far(1.0, 50.0)]);
+        let tame = |spot: Spot| {
+            let along = vec![DVector::from_row_slice(&[2.0, 0.0, 0.0]); 10];
+            let path = Path { spot, turns: true, along, beside: None, price: 0.0 };
+            path.tame(&deviations)
+        };
+        let of_joint = tame(Spot::Joint(0));
+        assert!(of_joint[..9].iter().all(|kept| *kept == 1.0) && of_joint[9] == 0.0, "{of_joint:?}");
+        let of_base = tame(Spot::Base);
+        assert!(of_base[..8].iter().all(|kept| *kept == 1.0) && of_base[8..] == [0.0, 0.0], "{of_base:?}");
+    }
+
+    #[test]
     fn a_loose_base_moves_in_the_direction_that_is_read_off_the_returns_and_pays_for_it() {
         let returns = rocking();
         let inquiry = Inquiry::of(&returns);

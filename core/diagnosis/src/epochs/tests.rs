@@ -218,3 +218,11 @@ fn rows_that_err_alike_inflate_the_variance_of_their_sum() {
     assert_eq!(search::long_run_variance_ratio(&[0.0; 9]), 1.0);
     assert_eq!(search::long_run_variance_ratio(&[]), 1.0);
 }
+
+#[test]
+fn the_variance_of_a_sum_is_that_of_its_window() {
+    // Four alike: a window of two lags of weights 2/3 and 1/3, products 3 and 2 of four: 1 + 2 (2/3) (3/4) + 2 (1/3) (2/4).
+    assert!((search::long_run_variance_ratio(&[1.0; 4]) - 7.0 / 3.0).abs() < 1e-12);
+    assert_eq!(search::long_run_variance_ratio(&[1.0, -1.0, 1.0, -1.0]), 1.0, "never less than independent");
+    assert_eq!(search::long_run_variance_ratio(&[0.0; 4]), 1.0);
+}

@@ -283,6 +283,22 @@ mod tests {
     use super::*;
 
     #[test]
+    fn components_follow_one_another_and_a_group_without_any_is_none() {
+        let mut outline = Outline { map: ResidualMap::default(), components: Vec::new(), groups: Vec::new() };
+        outline.close_group("nothing");
+        outline.close_component(3);
+        outline.close_component(2);
+        outline.close_group("pose");
+        outline.close_group("nothing new");
+        outline.close_component(4);
+        outline.close_group("side of approach");
+        assert_eq!(outline.components, [0..3, 3..5, 5..9]);
+        let groups: Vec<_> =
+            outline.groups.iter().map(|group| (group.name.as_str(), group.components.clone())).collect();
+        assert_eq!(groups, [("pose", 0..2), ("side of approach", 2..3)]);
+    }
+
+    #[test]
     fn returns_are_dealt_so_that_every_pose_is_in_every_fold() {
         let poses: Vec<Vec<usize>> = (0..4).map(|pose| (6 * pose..6 * pose + 6).collect()).collect();
         let folds = return_folds(&poses).unwrap();

@@ -71,3 +71,13 @@ fn of_many_rows_a_random_part_is_looked_at_whole_poses_and_the_same_each_time() 
     assert_eq!((some.len(), &some), (25, &chosen(25)));
     assert!(some.windows(2).all(|pair| pair[0] < pair[1]) && some != (0..25).collect::<Vec<usize>>());
 }
+
+#[test]
+fn the_error_of_a_root_mean_square_follows_from_that_of_the_sum_of_squares() {
+    // d(rms) = d(squares / points) / (2 rms): 3 / 6 / (2 * 0.25).
+    let gain = Some(Gain { total: 9.0, error: 3.0 });
+    assert!((rms_error(gain, 0.25, 6) - 1.0).abs() < 1e-12);
+    assert_eq!(rms_error(None, 0.25, 6), 0.0);
+    assert!(counts(Some(Gain { total: 1.01 * EXPLAINABLE_ERRORS, error: 1.0 })));
+    assert!(!counts(Some(Gain { total: 0.99 * EXPLAINABLE_ERRORS, error: 1.0 })) && !counts(None));
+}

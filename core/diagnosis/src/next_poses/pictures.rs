@@ -100,6 +100,7 @@ mod tests {
         let mut squares = 0.0;
         for _ in 0..200 {
             let q = beside_a_picture(&lab, &mut rng).unwrap();
+            assert_eq!(q.len(), 2);
             let row = nearest(lab.table(), &q, (0..5).collect::<Vec<_>>().iter()).copied().unwrap();
             squares += lab.table().q_of(row).iter().zip(&q).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
         }

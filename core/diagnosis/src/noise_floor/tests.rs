@@ -136,3 +136,25 @@ fn of_gaps_between_approach_directions_one_joint_is_taken_out_and_no_other_besid
     ];
     assert!(all.is_gap(0) && !all.is_gap(1) && !all.is_gap(2));
 }
+
+#[test]
+fn returns_make_the_floor_from_six_degrees_of_freedom_on_else_what_is_declared_does() {
+    let lab = crate::testing::two_links_with("free: []\nnoise: {p1_mm: 0.05}", 12, 0.05, 91, |_| [0.0; 2]);
+    let machine = lab.machine(&[]).unwrap();
+    assert!((typical_sigma(&machine) - 0.05).abs() < 1e-12);
+    // Two groups of two: (2 - 1) returns of three equations each.
+    let enough = Floor::among(&machine, Some(&replicates(&[2, 2], 1.0, 5)));
+    assert_eq!((enough.source, enough.dof), (FloorSource::Repeats, FLOOR_FREEDOM));
+    assert!((enough.sigma_mm.unwrap() - 0.05 * enough.scale.unwrap()).abs() < 1e-12, "in sigmas of 0.05 mm");
+    let many = Floor::among(&machine, Some(&replicates(&[6; 20], 2.0, 5)));
+    assert!((many.scale.unwrap() - 2.0).abs() < 0.2 && many.dof == 300, "{many:?}");
+    let few = Floor::among(&machine, Some(&replicates(&[2], 2.0, 5)));
+    assert_eq!((few.source, few.dof, few.scale), (FloorSource::Declared, 0, Some(1.0)));
+    assert!((few.sigma_mm.unwrap() - 0.05).abs() < 1e-12, "{few:?}");
+    let still = Floor::among(&machine, Some(&replicates(&[6; 4], 0.0, 5)));
+    assert_eq!(
+        still.source,
+        FloorSource::Declared,
+        "readings that are rounded to the same number are no floor"
+    );
+}

@@ -235,6 +235,10 @@ fn each_line_of_a_heading_pushes_the_panels_down_by_its_height() {
     let (_, bare, low) = top(&[]);
     let (lines, two, high) = top(&["one".to_owned(), "two".to_owned()]);
     assert_eq!(lines, [22.0, 40.0]);
+    // A heading has room for three panels, one panel alone for itself; ten to spare.
+    let width =
+        |heading: &[String]| number(elements(&grid(&[panel()], heading, Links::Nowhere), "rect")[0], "width");
+    assert_eq!((width(&["one".to_owned()]), width(&[])), (970.0, 330.0));
     assert!(
         (two - bare - 36.0).abs() < 1e-9 && (high - low - 36.0).abs() < 1e-9,
         "{bare} {two} {low} {high}"

@@ -83,3 +83,11 @@ fn only_angles_are_asked_for_waves() {
     let as_load = describe(&sheet(at, swing, false), find).unwrap();
     assert!(!as_load.to_string().contains("swings"), "{as_load}");
 }
+
+#[test]
+fn squares_between_levels_and_within_them_add_up() {
+    // Means 2 and 6 about 4, two of each: 16 between; 1 and 3, 5 and 7: 4 within.
+    assert_eq!(explained(&[1.0, 3.0, 5.0, 7.0], &[0, 0, 1, 1], &[0, 1, 2, 3]), (16.0, 4.0, 2));
+    // In another order every level has the same mean.
+    assert_eq!(explained(&[1.0, 3.0, 5.0, 7.0], &[0, 0, 1, 1], &[0, 3, 1, 2]), (0.0, 20.0, 2));
+}

@@ -204,6 +204,14 @@ fn canonical_correlation_of_collinear_and_of_orthogonal_columns() {
 }
 
 #[test]
+fn that_noise_alone_is_left_must_be_known() {
+    let left = |squares: f64| Contender { left: (squares, 190.0), ..contender("joint_gain", 1, 0.0) };
+    assert!(leaves_noise_alone(&left(190.0), &FLOOR) && !leaves_noise_alone(&left(400.0), &FLOOR));
+    let unknown = Floor { scale: None, sigma_mm: None, ..FLOOR };
+    assert!(!leaves_noise_alone(&left(190.0), &unknown) && explains_all(&left(400.0), &unknown));
+}
+
+#[test]
 fn the_smallest_size_is_five_errors_of_what_is_left_with_the_candidate_in_and_never_of_less_than_the_noise() {
     // 380 squares in 190 degrees of freedom: a scatter of the root of two. A strength of 4 a unit, of which three quarters are swallowed in squares: 2 are left.
     let left = |squares: f64| {
