@@ -44,6 +44,10 @@ pub struct Floor {
     pub allowed_for: Vec<String>,
 }
 
+/// Scatter of returns, in declared sigmas (in mm where none is declared), below which it is that of sums of equal numbers: readings a metre long are summed to
+/// 1e-13 mm, and no instrument resolves a millionth of a micrometre.
+const ROUNDING: f64 = 1e-9;
+
 impl Floor {
     /// The floor of the data a machine was fitted to.
     pub(crate) fn of(machine: &ResidualModel<'_>, fit: &Fit, survey: &Survey<'_>) -> Self {
@@ -61,7 +65,7 @@ impl Floor {
     fn from_returns(machine: &ResidualModel<'_>, returns: &Replicates) -> Option<Self> {
         let (chosen, scatter) = allow(returns);
         // Rounded readings may return to the very same number: a floor of zero would make every model miss.
-        if scatter.freedom < FLOOR_FREEDOM || scatter.sigma <= 0.0 {
+        if scatter.freedom < FLOOR_FREEDOM || scatter.sigma < ROUNDING {
             return None;
         }
         Some(Self {
