@@ -102,6 +102,28 @@ fn a_sagging_link_bends_as_the_cantilever_of_the_textbook() {
 }
 
 #[test]
+fn a_twisted_link_turns_as_the_shaft_of_the_textbook() {
+    // 10 kg hang 200 mm beside the end of a level rod of 0.5 m without other weight: T L / GJ about the rod.
+    let mut arm = pendulum();
+    arm.weights.clear();
+    // The flange's z is the pivot's axis, which lies level, square to the rod.
+    arm.target = Vector::new(0.0, 0.0, 200.0);
+    let flexibility = 1e-4;
+    let load = Conditions { payload_kg: 10.0, ..QUIET };
+    let drop = |imperfections: &[(Mechanism, f64)]| {
+        let stance = stand(&arm, imperfections, &[0.0, 0.0], &load);
+        (-stance.posture.target.z, stance.posture.target.x)
+    };
+    let angle = 10.0 * GRAVITY * 0.2 * 0.5 * flexibility;
+    let (down, ahead) = drop(&[(Mechanism::LinkTorsion { joint: 1 }, flexibility)]);
+    assert!((down - 200.0 * angle).abs() < 1e-3 * down, "{down} mm against {} mm", 200.0 * angle);
+    assert!((ahead - 500.0).abs() < 1e-9, "about the rod's own line: {ahead}");
+    // The post stands along its joint's axis, about which gravity has no moment.
+    let (down, _) = drop(&[(Mechanism::LinkTorsion { joint: 0 }, flexibility)]);
+    assert!(down.abs() < 1e-9, "{down}");
+}
+
+#[test]
 fn an_eccentric_wheel_follows_the_law_of_sines() {
     // Brute force: centre of the track beside the axis, reading point fixed on the track, angle read off the disc.
     let (eccentricity, phase) = (0.08, 0.7);

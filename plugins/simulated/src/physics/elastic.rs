@@ -3,6 +3,7 @@
 mod beam;
 mod guideway;
 mod rocking_base;
+mod shaft;
 mod torsion_spring;
 mod wind_up;
 
@@ -83,6 +84,7 @@ fn part(imperfection: &Imperfection) -> Option<Box<dyn ElasticPart>> {
             Box::new(StiffeningSpring { joint, compliance: size, knee })
         }
         Mechanism::LinkSag { joint } => Box::new(beam::Beam { joint, flexibility: size }),
+        Mechanism::LinkTorsion { joint } => Box::new(shaft::Shaft { joint, flexibility: size }),
         Mechanism::AxisRoll { joint } => Box::new(guideway::Twisted { joint, twist: size }),
         Mechanism::AxisPitch { joint } => {
             Box::new(guideway::Bowed { joint, curvature: size, toward: guideway::Toward::Up })

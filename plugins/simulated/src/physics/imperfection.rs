@@ -74,6 +74,8 @@ pub enum Mechanism {
     JointStep { joint: usize, at_s: f64 },
     /// The link after the joint bends as a beam; 1/(N m2), the reciprocal of its bending stiffness.
     LinkSag { joint: usize },
+    /// The link after the joint twists about its own line as a shaft; 1/(N m2), the reciprocal of its torsional stiffness.
+    LinkTorsion { joint: usize },
     /// The link of the row grows with temperature; 1/K.
     ThermalGrowth { joint: usize },
     /// Something of the row moves while the machine warms up; rad or mm in the end.
@@ -141,6 +143,7 @@ impl Mechanism {
             Self::JointCoupling { .. } => "joint_coupling",
             Self::JointStep { .. } => "joint_step",
             Self::LinkSag { .. } => "link_sag",
+            Self::LinkTorsion { .. } => "link_torsion",
             Self::ThermalGrowth { .. } => "thermal_growth",
             Self::WarmUp { .. } => "warm_up",
             Self::Drift { .. } => "drift",
@@ -181,7 +184,7 @@ impl Mechanism {
             | Self::JointCoupling { .. }
             | Self::CableWindUp { .. } => "rad/rad",
             Self::JointCompliance { .. } | Self::JointStiffening { .. } => "rad/(N m)",
-            Self::LinkSag { .. } => "1/(N m2)",
+            Self::LinkSag { .. } | Self::LinkTorsion { .. } => "1/(N m2)",
             Self::ThermalGrowth { .. } => "1/K",
             Self::Drift { .. } => "mm/h",
             Self::InstrumentScale { .. } => "mm/mm",
@@ -210,6 +213,7 @@ impl Mechanism {
             | Self::JointCoupling { joint, .. }
             | Self::JointStep { joint, .. }
             | Self::LinkSag { joint }
+            | Self::LinkTorsion { joint }
             | Self::ThermalGrowth { joint }
             | Self::WarmUp { joint, .. }
             | Self::StickSlip { joint, .. }

@@ -1,7 +1,9 @@
 //! The benchmark's cells: what is hidden, in which poses, how often.
 
 use plumb_simulated::physics::arms;
-use plumb_simulated::physics::campaign::catalogue::{Choice, LIBRARY, NOT_REPEATABLE, OUTSIDE, SPECIAL};
+use plumb_simulated::physics::campaign::catalogue::{
+    ASKED, Choice, LIBRARY, NOT_REPEATABLE, OUTSIDE, SPECIAL,
+};
 use plumb_simulated::physics::campaign::specification::{Free, Size, Specification, Spread, Wanted};
 use plumb_simulated::physics::campaign::{self, Case};
 use plumb_simulated::physics::description::ArmDescription;
@@ -140,8 +142,8 @@ pub(super) fn unlisted_or_nothing() -> impl Iterator<Item = Cell> {
 
 /// One cell for each effect that this world and the lab's library both have.
 pub(super) fn each_effect() -> Vec<Cell> {
-    let names =
-        LIBRARY.into_iter().chain(SPECIAL).filter(|name| plumb_calibration::effect::kind(name).is_some());
+    let names = LIBRARY.into_iter().chain(SPECIAL).chain(ASKED);
+    let names = names.filter(|name| plumb_calibration::effect::kind(name).is_some());
     let free = |name: &str| if name == "joint_zero" { Free::None } else { Free::Zeros };
     names.map(|name| Cell { free: free(name), ..wide(name, name, 50, Hides::This(name), 3.0) }).collect()
 }

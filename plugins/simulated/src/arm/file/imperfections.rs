@@ -38,7 +38,8 @@ pub(super) enum RawImperfection {
     JointCoupling(Coupling),
     LostSteps(Lost),
     WarmUp(WarmUp),
-    LinkSag(Sag),
+    LinkSag(Flexible),
+    LinkTorsion(Flexible),
 }
 
 /// The joint reads zero elsewhere.
@@ -169,10 +170,10 @@ pub(super) struct WarmUp {
     time_constant_s: Number,
 }
 
-/// A link bends.
+/// A link bends, or twists.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Sag {
+pub(super) struct Flexible {
     joint: Spanned<String>,
     per_nm2: Number,
 }
@@ -207,7 +208,7 @@ pub fn written(one: &Imperfection, paper: &ArmOnPaper) -> Option<String> {
         Mechanism::JointCoupling { driver, .. } => {
             format!("driver: {}, deg_per_deg: {size}", paper.drive.joints.get(driver)?.name)
         }
-        Mechanism::LinkSag { .. } => format!("per_nm2: {size}"),
+        Mechanism::LinkSag { .. } | Mechanism::LinkTorsion { .. } => format!("per_nm2: {size}"),
         _ => return None,
     };
     Some(format!("{name}: {{joint: {joint}, {rest}}}"))
@@ -252,7 +253,10 @@ impl Checker<'_> {
             RawImperfection::JointCoupling(raw) => self.coupling(raw)?,
             RawImperfection::LostSteps(raw) => self.lost_steps(raw)?,
             RawImperfection::WarmUp(raw) => self.warm_up(raw, place)?,
-            RawImperfection::LinkSag(raw) => self.sag(raw)?,
+            RawImperfection::LinkSag(raw) => at(self.flexible(raw)?, |joint| Mechanism::LinkSag { joint }),
+            RawImperfection::LinkTorsion(raw) => {
+                at(self.flexible(raw)?, |joint| Mechanism::LinkTorsion { joint })
+            }
         };
         Some(Imperfection { mechanism, size })
     }
@@ -297,9 +301,9 @@ impl Checker<'_> {
         Some((Mechanism::JointCoupling { joint: joint?, driver: driver? }, size))
     }
 
-    fn sag(&self, raw: &Sag) -> Option<(Mechanism, f64)> {
+    fn flexible(&self, raw: &Flexible) -> Option<(usize, f64)> {
         let size = self.typed.number("per_nm2", &raw.per_nm2, 0.0..=0.01, "1/(N m2)");
-        Some((Mechanism::LinkSag { joint: self.turning_joint(&raw.joint)? }, size))
+        Some((self.turning_joint(&raw.joint)?, size))
     }
 
     fn gain(&self, raw: &Gain) -> Option<(Mechanism, f64)> {

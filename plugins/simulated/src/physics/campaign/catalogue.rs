@@ -33,6 +33,9 @@ pub const LIBRARY: [&str; 15] = [
 /// Effects of the lab's library that slides alone have; never drawn by lot with the others, for most arms have no slide.
 pub const SLIDES: [&str; 4] = ["screw_wave", "axis_roll", "axis_pitch", "axis_yaw"];
 
+/// Effects of the lab's library that are hidden where they are asked for and never drawn by lot: what a seed draws stays what it was before they came.
+pub const ASKED: [&str; 1] = ["link_torsion"];
+
 /// Effects that need a campaign of their own: fixed base or target, or nothing free.
 pub const SPECIAL: [&str; 7] =
     ["joint_zero", "base_tilt", "base_position", "tool_offset", "drift", "scale", "instrument_tilt"];
@@ -175,6 +178,7 @@ impl Choice {
                 Mechanism::JointStep { joint: joint(random)?, at_s: duration_s * random.between(0.3, 0.7) }
             }
             "link_sag" => Mechanism::LinkSag { joint: joint(random)? },
+            "link_torsion" => Mechanism::LinkTorsion { joint: joint(random)? },
             "thermal_growth" => Mechanism::ThermalGrowth { joint: joint(random)? },
             "warm_up" => {
                 let time_constant_s = duration_s * random.between(0.15, 0.45);
@@ -332,7 +336,8 @@ impl Choice {
 
 /// Every name a choice can have, for messages.
 pub fn known_names() -> String {
-    let all = LIBRARY.iter().chain(&SLIDES).chain(&SPECIAL).chain(&OUTSIDE).chain([&NOT_REPEATABLE]);
+    let all =
+        LIBRARY.iter().chain(&SLIDES).chain(&ASKED).chain(&SPECIAL).chain(&OUTSIDE).chain([&NOT_REPEATABLE]);
     all.copied().chain(["any", "outside", "not_repeatable"]).collect::<Vec<_>>().join(", ")
 }
 
@@ -343,7 +348,7 @@ pub fn places(name: &str, arm: &ArmDescription) -> Vec<usize> {
     let can = |joint: &usize| match name {
         // Errors of angles and of moments.
         "joint_compliance" | "joint_stiffening" | "joint_harmonic" | "joint_coupling" | "link_sag"
-        | "stick_slip" | "worn_gear" | "cable_wind_up" | "loose_coupling"
+        | "link_torsion" | "stick_slip" | "worn_gear" | "cable_wind_up" | "loose_coupling"
             if slides(*joint) =>
         {
             false
@@ -352,6 +357,8 @@ pub fn places(name: &str, arm: &ArmDescription) -> Vec<usize> {
         "axis_roll" | "axis_pitch" | "axis_yaw" => slides(*joint),
         "joint_compliance" | "joint_stiffening" => greatest_moment(arm, *joint) > 0.2,
         "link_sag" => link_span(arm, *joint) > 100.0,
+        // A link along an axis twists as its joint gives, and would be told by that name.
+        "link_torsion" => link_span(arm, *joint) > 100.0 && !lies_along_an_axis(arm, *joint),
         "thermal_growth" => arm.joints.get(*joint).is_some_and(|row| row.length.hypot(row.offset) > 50.0),
         "joint_coupling" | "cable_wind_up" => last > 0 && (name == "joint_coupling" || *joint < last),
         _ => true,
@@ -389,4 +396,14 @@ fn link_span(arm: &ArmDescription, joint: usize) -> f64 {
         (Some(screw), Some(end)) => (*end - screw.point).norm(),
         _ => 0.0,
     }
+}
+
+/// Whether the link after a joint lies along that joint's axis, or the next one's.
+fn lies_along_an_axis(arm: &ArmDescription, joint: usize) -> bool {
+    let body = Shape::nominal(arm).arm();
+    let (Some(screw), Some(end)) = (body.screws.get(joint), body.link_ends.get(joint)) else { return false };
+    let Some(along) = (*end - screw.point).unit() else { return false };
+    let axes = [Some(screw), body.screws.get(joint + 1)].into_iter().flatten();
+    // Three degrees: as near as makes no difference to what a table shows.
+    axes.map(|axis| axis.direction).any(|axis| axis.cross(along).norm() < 0.05)
 }

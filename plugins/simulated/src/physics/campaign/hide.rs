@@ -88,6 +88,7 @@ fn has_either_sign(mechanism: &Mechanism) -> bool {
             | Mechanism::JointBacklash { .. }
             | Mechanism::JointSettling { .. }
             | Mechanism::LinkSag { .. }
+            | Mechanism::LinkTorsion { .. }
             | Mechanism::ThermalGrowth { .. }
             | Mechanism::WornGear { .. }
             | Mechanism::CableWindUp { .. }
