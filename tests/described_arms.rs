@@ -122,6 +122,18 @@ fn what_the_shipped_ur5_hides_is_named_and_its_tip_comes_where_it_is_sent() {
 }
 
 #[test]
+fn an_upper_arm_that_twists_is_named_and_its_tip_comes_where_it_is_sent() {
+    let cells = Cells::shipped("ur5");
+    let soft = "joint_compliance: {joint: lift, rad_per_nm: 3.0e-5}";
+    let world = fs::read_to_string(cells.path("ur5/world.yaml")).unwrap();
+    assert!(world.contains(soft), "{world}");
+    cells.write("ur5/world.yaml", &world.replace(soft, "link_torsion: {joint: lift, per_nm2: 1.5e-3}"));
+    let (before, verdict, after) = found_in(&cells, "ur5");
+    assert!(verdict.starts_with("NAMED.") && verdict.contains("link_torsion(lift)"), "{verdict}");
+    assert!(before > 1.0 && after < 0.12, "{before} mm before, {after} mm after");
+}
+
+#[test]
 fn what_the_shipped_scara_hides_in_its_slide_is_named_and_its_tip_comes_where_it_is_sent() {
     let (before, verdict, after) = found_in(&Cells::shipped("scara"), "scara");
     assert!(verdict.starts_with("NAMED.") && verdict.contains("joint_backlash(slide)"), "{verdict}");

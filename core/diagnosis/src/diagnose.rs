@@ -160,6 +160,7 @@ impl Laboratory {
             diagnosis.remaining = self.remaining_of_splits(&splits);
         }
         diagnosis.warnings.extend(finding.gravity_warning());
+        diagnosis.warnings.extend(finding.twins());
         if let Some(thin) = &thin {
             diagnosis.warnings.push(format!(
                 "the search looked at {} of {} fitted rows, spread at random",

@@ -47,8 +47,9 @@ pub struct Sag {
 }
 
 impl Weights<'_> {
-    /// Weight (N) and place (base frame, mm) of everything that moves with a joint at or beyond `first`.
-    fn beyond<'p>(
+    /// The joint it moves with, weight (N) and place (base frame, mm) of everything that moves with a joint at or beyond `first`; of the load at the flange
+    /// the joint is `usize::MAX`.
+    pub fn beyond<'p>(
         &'p self,
         posture: &'p Posture,
         first: usize,
@@ -88,7 +89,7 @@ impl Weights<'_> {
     /// Where the link after a joint begins and ends, base frame, mm: from the joint's axis to the next, or to the flange. Where the two axes are parallel,
     /// where along them a row's origin stands says nothing of the metal: the link then runs straight across, at the height of its own mass, or, without one,
     /// where its row arrives.
-    fn link(&self, posture: &Posture, joint: usize) -> Option<(Vector3<f64>, Vector3<f64>)> {
+    pub fn link(&self, posture: &Posture, joint: usize) -> Option<(Vector3<f64>, Vector3<f64>)> {
         let here = posture.joints.get(joint)?;
         let start = here.axis_point;
         let Some(next) = posture.joints.get(joint + 1) else {

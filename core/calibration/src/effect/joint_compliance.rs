@@ -1,6 +1,9 @@
 //! A joint gives under the moment of gravity: a soft gear, shaft or belt.
 
+use plumb_kinematics::Chain;
+
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
+use super::link_torsion::links_along;
 use super::{Drive, Effect, LooksAt, Parameter, Situation, Unit};
 
 #[derive(Debug)]
@@ -17,6 +20,17 @@ impl Effect for JointCompliance {
     fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
         // The moment is about the axis, and so is the deflection: the sense of the coordinate does not enter.
         drives.push(situation.turn_joint(self.joint, 0, situation.moment(self.joint)));
+    }
+
+    fn twin(&self, chain: &Chain) -> Option<String> {
+        let name = |joint: usize| chain.joints.get(joint).map(|row| row.name.as_str());
+        let links = links_along(chain, self.joint).into_iter().filter_map(name);
+        let links: Vec<String> = links.map(|link| format!("link_torsion({link})")).collect();
+        let axis = name(self.joint)?;
+        let what = links.join(" and ");
+        (!links.is_empty()).then(|| {
+            format!("{what} would be the same, for that link lies along the axis of {axis}: no pose tells a joint that gives from a link that twists there")
+        })
     }
 
     fn looks_at(&self) -> LooksAt {

@@ -31,6 +31,7 @@ static KINDS: &[Kind] = &[
     super::screw_wave::KIND,
     super::positioning_error::KIND,
     super::link_sag::KIND,
+    super::link_torsion::KIND,
     super::thermal_growth::KIND,
     super::warm_up::KIND,
     super::drift::KIND,

@@ -40,6 +40,7 @@ mod library;
 mod link_length;
 mod link_offset;
 mod link_sag;
+mod link_torsion;
 mod link_twist;
 mod passport;
 mod pose_error;
@@ -78,7 +79,7 @@ pub use positions::{not_at_these_positions, waves_not_shown};
 pub use situation::{Situation, Trigger};
 
 use nalgebra::{DMatrix, Vector3};
-use plumb_kinematics::Knob;
+use plumb_kinematics::{Chain, Knob};
 
 use crate::arm_model::RigNumber;
 
@@ -249,6 +250,11 @@ pub trait Effect: std::fmt::Debug + Send + Sync {
 
     /// The joint whose coordinate it changes, where that is all it does: such effects of one joint differ by their rates alone.
     fn changes_coordinate(&self) -> Option<usize> {
+        None
+    }
+
+    /// What else does the very same on this arm in every pose, in words; nothing where nothing is known to.
+    fn twin(&self, _chain: &Chain) -> Option<String> {
         None
     }
 

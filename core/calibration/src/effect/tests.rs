@@ -7,6 +7,7 @@ mod names;
 mod passport;
 mod rates;
 mod sizes;
+mod torsion;
 
 use nalgebra::{Rotation3, Vector3};
 
@@ -519,6 +520,7 @@ fn only_what_a_table_could_show_is_a_candidate() {
         ("warm_up", poses(",time_s", [",0", ",600"])),
         ("joint_compliance", poses(",payload_kg", [",0", ",3"])),
         ("link_sag", poses(",payload_kg", [",0", ",3"])),
+        ("link_torsion", poses(",payload_kg", [",0", ",3"])),
     ];
     for (name, table) in needs {
         assert!(!has(&plain, name), "{name} of {plain:?}");
@@ -572,6 +574,7 @@ fn sizes_no_real_machine_has_are_told_from_those_it_may_have() {
     assert!(plausible("joint_compliance(elbow)", &[1e-5]));
     assert!(!plausible("joint_compliance(elbow)", &[-1e-5]), "a spring that pushes back");
     assert!(!plausible("link_sag(elbow)", &[-1e-6]));
+    assert!(!plausible("link_torsion(elbow)", &[-1e-6]) && plausible("link_torsion(elbow)", &[1e-4]));
     assert!(plausible("joint_backlash(elbow)", &[-0.01]), "what is +1 is the table's business");
     assert!(plausible("joint_gain(elbow)", &[0.04]) && !plausible("joint_gain(elbow)", &[0.06]));
     assert!(!plausible("thermal_growth(elbow)", &[6e-4]) && plausible("thermal_growth(elbow)", &[1.2e-5]));

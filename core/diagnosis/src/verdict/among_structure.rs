@@ -12,7 +12,7 @@ use crate::predictive_gain::Gain;
 use crate::score_test::Probe;
 use crate::thresholds::NAMING_LEVEL;
 use crate::wording::{AS_WELL, NOT_PREDICTED, listed};
-use plumb_calibration::effect::EffectId;
+use plumb_calibration::effect::{self, EffectId};
 use plumb_estimation::Progress;
 
 /// What stands out of a stage beside a flexible part; asked only where chance would hardly make any of its contenders, for it costs as much as the whole search.
@@ -133,6 +133,20 @@ impl<'a> Finding<'a> {
         let mut criteria: Vec<f64> = plausible.iter().map(|(_, bic)| *bic).collect();
         criteria.push(self.stage.bic);
         plausible.iter().zip(posterior(&criteria)).map(|((index, _), likely)| (*index, likely)).collect()
+    }
+
+    /// What no pose tells from the effects in question, because on this arm it is the same: said of whatever is named, located or tied.
+    pub(crate) fn twins(&self) -> Vec<String> {
+        if !matches!(self.verdict, Verdict::Named | Verdict::Located | Verdict::Tied) {
+            return Vec::new();
+        }
+        let model = self.stage.fitted.machine.model;
+        let close = self.close.iter().filter_map(|index| self.at(*index));
+        let twin = |contender: &Contender| {
+            let effect = effect::build(&contender.id, model).ok()?;
+            Some(format!("{}: {}", model.label(&contender.id), effect.twin(&model.chain)?))
+        };
+        close.filter_map(twin).collect()
     }
 
     /// Posterior probability that it is one of those in question: the named effect, or the tie.
