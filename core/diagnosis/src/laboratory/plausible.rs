@@ -9,8 +9,8 @@ use crate::thresholds::{UNITS_AGREE, UNITS_FOREIGN};
 use plumb_calibration::arm_model::Model;
 use plumb_calibration::arm_model::SurfaceShape;
 use plumb_calibration::fit::{Sight, base_and_targets};
+use plumb_calibration::table::Table;
 use plumb_calibration::table::scalar::DISTANCE;
-use plumb_calibration::table::{Covariate, MOST_LEVELS, Table};
 
 /// Numbers that cannot be meant.
 #[derive(Debug, Error, PartialEq)]
@@ -205,18 +205,7 @@ pub(super) fn check(model: &Model, table: &Table) -> Result<Vec<String>, Implaus
     odd.extend(beyond_limits(model, table));
     odd.extend(plumb_calibration::placeholders::placeholders(&model.masses));
     odd.extend(units(model, table)?);
-    odd.extend(table.covariates.iter().filter_map(too_many_categories));
     Ok(odd)
-}
-
-/// What to say of a column of words that is not asked.
-fn too_many_categories(covariate: &Covariate) -> Option<String> {
-    covariate.has_too_many_levels().then(|| {
-        format!(
-            "column `{}` holds more than {MOST_LEVELS} different words: the residuals are not compared between them",
-            covariate.name
-        )
-    })
 }
 
 fn beyond_limits(model: &Model, table: &Table) -> Option<String> {

@@ -245,6 +245,12 @@ fn a_column_left_out_is_nothing_and_many_words_are_warned_of() {
         table.warnings
     );
     assert!(matches!(&table.covariates[1].values, CovariateValues::Numeric(values) if values.len() == 14));
+    let steps = read(&format!("q1_deg,step,load\n{rows}"));
+    assert_eq!(
+        steps.warnings,
+        [] as [String; 0],
+        "the column that names the step of each row is plumb's own"
+    );
     let likely = read("q1_deg,X [mm]\n1,2\n");
     assert!(likely.warnings[0].contains("was `p1_x_mm` meant?"), "{:?}", likely.warnings);
 }
