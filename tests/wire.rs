@@ -178,3 +178,14 @@ fn what_cannot_be_recorded_or_played_is_refused_with_what_would_be_right() {
     assert_eq!(said.code(), 2, "what is there is not overwritten: {}", said.all());
     assert!(said.err().contains("good.wire cannot be written"), "{}", said.err());
 }
+
+#[test]
+fn a_run_that_ends_before_it_sends_anything_is_not_said_to_have_sent_the_same() {
+    let lab = Lab::new();
+    lab.write("arm.wire", "0.00 > \"@READ\\r\"\n0.05 < \"1\\r0,0,0,0,0,0,0\\r\"\n");
+    // Its first procedure asks an operator.
+    let said = replay(&lab, &[]);
+    assert_eq!(said.code(), 1, "{}", said.all());
+    assert!(said.err().contains("this needs an operator"), "{}", said.all());
+    assert!(said.out().contains("NOTHING SENT") && !said.out().contains("SHORTER"), "{}", said.out());
+}

@@ -147,6 +147,9 @@ fn verdict(progress: &Progress, passed: bool) -> CommandResult {
     let is_whole = turns + left_out == *of;
     match &progress.difference {
         Some(difference) => writeln!(output, "DIFFERS: {difference}")?,
+        None if *turns == 0 && !passed => {
+            writeln!(output, "NOTHING SENT: the run ended before it sent anything; why, it says above")?
+        }
         None if !is_whole => {
             writeln!(output, "SHORTER: what was sent is as then, and ends before the transcript does")?
         }
