@@ -231,7 +231,7 @@ fn a_formula_is_offered_for_what_the_library_does_not_list_and_its_block_does_wh
     let named: serde_json::Value = serde_json::from_slice(&named.stdout).unwrap();
     assert_eq!(named["candidates"][0]["label"], "hypothesis(elbow)", "{}", named["sentence"]);
     let added = plumb(
-        &["model", "add", "t/model.yaml", "hypothesis", "--data", "t/table.csv", "--json"],
+        &["model", "add", "t/model.yaml", "hypothesis", "--yes", "--data", "t/table.csv", "--json"],
         home.path(),
     );
     assert_eq!(added.status.code(), Some(0), "{}", complained(&added));
@@ -241,6 +241,28 @@ fn a_formula_is_offered_for_what_the_library_does_not_list_and_its_block_does_wh
     // Where nothing is hidden nothing is offered.
     let found = diagnosed(home.path(), "n", &["--seed", "303", "--arm", "ur5", "--effect", "none"]);
     assert!(found.get("hypothesis").is_none(), "{}", found["hypothesis"]);
+}
+
+#[test]
+fn a_joint_that_gives_is_told_with_the_link_along_its_axis_that_would_twist_alike() {
+    let home = tempfile::tempdir().unwrap();
+    let options = ["--seed", "5", "--arm", "iiwa7", "--effect", "joint_compliance(a5)=5x"];
+    let found = diagnosed(home.path(), "t", &options);
+    assert_eq!((&found["verdict"], &found["named"]["where"]), (&"named".into(), &"a5".into()), "{found}");
+    let note =
+        "joint_compliance(a5): link_torsion(a5) would be the same, for that link lies along the axis of a5";
+    let notes = found["warnings"].as_array().unwrap();
+    assert!(notes.iter().any(|one| one.as_str().unwrap().starts_with(note)), "{notes:?}");
+    // What is square to the axis is another thing.
+    let options = ["--seed", "4", "--arm", "puma560", "--effect", "link_torsion(shoulder)=5x"];
+    let found = diagnosed(home.path(), "p", &options);
+    assert_eq!(
+        (&found["named"]["effect"], &found["named"]["where"]),
+        (&"link_torsion".into(), &"shoulder".into()),
+        "{found}"
+    );
+    let notes = found["warnings"].as_array().unwrap();
+    assert!(!notes.iter().any(|one| one.as_str().unwrap().contains("would be the same")), "{notes:?}");
 }
 
 /// Six errors of an arm's shape, none of which the model frees.

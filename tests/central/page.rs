@@ -293,7 +293,7 @@ fn the_fall_of_the_error_and_the_clouds_of_a_run_are_on_its_page() {
     assert_eq!(made.code(), 0, "{}", made.all());
     let model = lab.path("trial/model.yaml").display().to_string();
     for effect in ["joint_compliance(shoulder)", "joint_backlash(elbow)"] {
-        let added = lab.plumb(&["model", "add", &model, effect, "--data", "trial/table.csv"]);
+        let added = lab.plumb(&["model", "add", &model, effect, "--yes", "--data", "trial/table.csv"]);
         assert_eq!(added.code(), 0, "{}", added.all());
     }
     let mut record = Record::open(&lab.state()).unwrap();

@@ -26,7 +26,7 @@ noise: {p1_mm: 0.02}
 ";
 
 /// Writes the model and measurements of that machine.
-fn machine(folder: &Path) -> [String; 2] {
+pub(crate) fn machine(folder: &Path) -> [String; 2] {
     let mut table = String::from("q1_deg,q2_deg,q3_deg,p1_x_mm,p1_y_mm,p1_z_mm\n");
     let mut random = 1_u32;
     let mut noise = || {

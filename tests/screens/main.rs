@@ -1,5 +1,6 @@
 //! The terminal program as a person meets it: started in a real pseudo-terminal, worked with keys, looked at.
 
+mod adding;
 mod bench;
 mod exploring;
 mod newcomer;

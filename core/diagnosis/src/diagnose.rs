@@ -14,7 +14,7 @@ use crate::thresholds::SEARCH_ROWS;
 use crate::verdict::Finding;
 use crate::{unlisted, wording};
 use plumb_calibration::arm_model::AddedEffect;
-use plumb_calibration::effect::Spot;
+use plumb_calibration::effect::{EffectId, Spot};
 use plumb_estimation::Progress;
 
 /// Candidates a diagnosis lists.
@@ -70,6 +70,19 @@ impl Laboratory {
     /// Nothing can be fitted, or cancellation.
     pub fn diagnose(&self, progress: &Progress) -> Result<Diagnosis, LaboratoryError> {
         self.diagnose_for(progress).map(|(diagnosis, _)| diagnosis)
+    }
+
+    /// Why an effect should not be added without a question: the lab judges it and neither names it, nor holds it for as good as what it names. Nothing where it has
+    /// no objection, and of what is no candidate for a mechanism (a map of a positioning error, say), of which it has no opinion.
+    ///
+    /// # Errors
+    /// Nothing can be fitted, or cancellation.
+    pub fn objection(&self, id: &EffectId, progress: &Progress) -> Result<Option<String>, LaboratoryError> {
+        if !candidates::probes(self).iter().any(|probe| probe.id.same_as(id)) {
+            return Ok(None);
+        }
+        let diagnosis = self.diagnose(progress)?;
+        Ok(diagnosis.objection(&self.model().label(id)))
     }
 
     /// The diagnosis, and, where something is left without a name, how much of it could be explained at all, and a formula for it, if one is found.

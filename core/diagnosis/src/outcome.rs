@@ -244,3 +244,24 @@ pub struct Diagnosis {
     /// One plain sentence.
     pub sentence: String,
 }
+
+impl Diagnosis {
+    /// Why adding an effect should be asked about first: the candidates were judged, and it is neither named, nor tied, nor found besides. By its label, as `add`
+    /// takes it; nothing where there is no objection, or nothing was judged.
+    pub fn objection(&self, label: &str) -> Option<String> {
+        let known = self.candidates.iter().find(|candidate| candidate.label == label);
+        let in_question = known.is_some_and(|candidate| {
+            let is_named = self.named.as_ref().is_some_and(|named| named.effect == candidate.effect);
+            is_named || self.tied.contains(&candidate.effect)
+        });
+        if in_question || self.candidates.is_empty() || self.besides.iter().any(|besides| besides == label) {
+            return None;
+        }
+        let reason = known.and_then(|candidate| candidate.rejected.clone());
+        Some(
+            reason.unwrap_or_else(|| {
+                format!("it is not among the {} likeliest candidates", self.candidates.len())
+            }),
+        )
+    }
+}

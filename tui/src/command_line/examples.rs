@@ -177,6 +177,10 @@ pub(super) const EXAMPLES: &[Entry] = &[
                 "plumb model add ur5/ur5.model.yaml 'geometry(*)' --data table.csv",
                 "lengths and angles of every link",
             ),
+            example(
+                "plumb model add ur5/ur5.model.yaml 'link_torsion(lift)' --data table.csv --yes",
+                "in a script: add it although the lab may not name it",
+            ),
         ],
     ),
     (

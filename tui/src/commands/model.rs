@@ -24,8 +24,9 @@ use serde::Serialize;
 
 use crate::failure::CommandResult;
 use arguments::{
-    AcceptArguments, ChangeArguments, CompareArguments, DiagnoseArguments, EffectsArguments, ExportArguments,
-    FamilyArguments, GrowArguments, NextArguments, ReportArguments, ScreenArguments, TemplateArguments,
+    AcceptArguments, AddArguments, ChangeArguments, CompareArguments, DiagnoseArguments, EffectsArguments,
+    ExportArguments, FamilyArguments, GrowArguments, NextArguments, ReportArguments, ScreenArguments,
+    TemplateArguments,
 };
 
 /// What to do with a model.
@@ -36,7 +37,7 @@ pub(crate) enum ModelCommand {
     /// Say which effect the model lacks, if any.
     Diagnose(DiagnoseArguments),
     /// Add an effect (`joint_compliance(shoulder)`, `joint_zero(*)`, `geometry(*)`): writes the next revision of the model file.
-    Add(ChangeArguments),
+    Add(AddArguments),
     /// Take an effect out: writes the next revision.
     Remove(ChangeArguments),
     /// Take over what the table says of everything that is free, and add nothing: writes the next revision, by which a cell then commands.

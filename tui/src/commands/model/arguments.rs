@@ -178,7 +178,18 @@ pub(crate) struct DiagnoseArguments {
     pub(crate) pair: PairArguments,
 }
 
-/// Options of `add` and `remove`.
+/// Options of `add`.
+#[derive(Debug, Args)]
+pub(crate) struct AddArguments {
+    #[command(flatten)]
+    pub(crate) change: ChangeArguments,
+    /// Add it without asking, whatever the lab thinks of it. Otherwise the lab judges one effect first, and asks where it would not name it; without a terminal
+    /// it is not added then.
+    #[arg(long)]
+    pub(crate) yes: bool,
+}
+
+/// Options of `remove`, and of `add` besides its own.
 #[derive(Debug, Args)]
 pub(crate) struct ChangeArguments {
     #[command(flatten)]

@@ -1,15 +1,18 @@
 //! `plumb model add`, `remove` and `grow`: what changes a model writes its next revision.
 
 use std::error::Error;
+use std::io::{self, IsTerminal as _, Write as _};
 use std::path::Path;
 
+use plumb_calibration::effect::{self, EffectId};
 use plumb_calibration::revision::Entry;
 use plumb_diagnosis::laboratory::{Addition, EffectValue};
 use plumb_diagnosis::{Claim, Growth};
-use plumb_estimation::Progress;
 use serde::Serialize;
 
-use super::arguments::{AcceptArguments, ChangeArguments, GrowArguments, Opened, PairArguments};
+use super::arguments::{
+    AcceptArguments, AddArguments, ChangeArguments, GrowArguments, Opened, PairArguments,
+};
 use super::diagnose;
 use super::text::{effects_table, floor_line, placement_lines, rms_line, surface_lines};
 use crate::progress::watched;
@@ -32,18 +35,54 @@ struct Changed<'a> {
     sentence: String,
 }
 
-/// Adds an effect.
-pub(super) fn add(arguments: &ChangeArguments) -> Result<String, Box<dyn Error>> {
-    in_order(arguments)?;
-    let did = format!("add {}", arguments.effect);
-    change(&arguments.pair, &did, |opened, progress| opened.laboratory.add(&arguments.effect, progress))
+/// Adds an effect, after a question where the lab would not.
+pub(super) fn add(arguments: &AddArguments) -> Result<String, Box<dyn Error>> {
+    let change_arguments = &arguments.change;
+    in_order(change_arguments)?;
+    let (pair, effect) = (&change_arguments.pair, change_arguments.effect.as_str());
+    let opened = pair.open()?;
+    // What these rows cannot tell is refused by the fit, with its own reason.
+    let addition = watched(|progress| opened.laboratory.add(effect, progress))?;
+    if !arguments.yes
+        && let Some(objection) = objection(&opened, effect)?
+    {
+        confirm(effect, &objection)?;
+    }
+    write(pair, &opened, &format!("add {effect}"), &addition)
+}
+
+/// Why the lab would not add an effect. Of groups and wildcards it has no opinion: they free numbers rather than claim a mechanism.
+fn objection(opened: &Opened, effect: &str) -> Result<Option<String>, Box<dyn Error>> {
+    let model = opened.laboratory.model();
+    let Ok(Ok([one])) = effect::expand(effect, model).map(<[EffectId; 1]>::try_from) else { return Ok(None) };
+    Ok(watched(|progress| opened.laboratory.objection(&one, progress))?)
+}
+
+/// Asks whether to add what the lab would not; an error where nobody wants it, or nobody can be asked.
+fn confirm(effect: &str, objection: &str) -> Result<(), Box<dyn Error>> {
+    let doubt = format!(
+        "{effect} was not named: {objection}.\nAny effect makes the error in the fit smaller, also one that is not there; a cell with this model then commands its arm by it."
+    );
+    if !io::stdin().is_terminal() || !io::stderr().is_terminal() {
+        return Err(format!("{doubt}\nNothing was added; --yes adds it without asking").into());
+    }
+    eprint!("{doubt}\nAdd it all the same? [y/N] ");
+    io::stderr().flush()?;
+    let mut answer = String::new();
+    io::stdin().read_line(&mut answer)?;
+    match answer.trim().to_lowercase().as_str() {
+        "y" | "yes" => Ok(()),
+        _ => Err("nothing was added".into()),
+    }
 }
 
 /// Takes an effect out.
 pub(super) fn remove(arguments: &ChangeArguments) -> Result<String, Box<dyn Error>> {
     in_order(arguments)?;
     let did = format!("remove {}", arguments.effect);
-    change(&arguments.pair, &did, |opened, progress| opened.laboratory.remove(&arguments.effect, progress))
+    let opened = arguments.pair.open()?;
+    let removal = watched(|progress| opened.laboratory.remove(&arguments.effect, progress))?;
+    write(&arguments.pair, &opened, &did, &removal)
 }
 
 /// Refuses an effect where the model file belongs, and a file where the effect does.
@@ -59,7 +98,9 @@ fn in_order(arguments: &ChangeArguments) -> Result<(), String> {
 /// Takes over what the table says of all that is free.
 pub(super) fn accept(arguments: &AcceptArguments) -> Result<String, Box<dyn Error>> {
     let did = "accept what was fitted";
-    change(&arguments.pair, did, |opened, progress| opened.laboratory.accept(progress))
+    let opened = arguments.pair.open()?;
+    let accepted = watched(|progress| opened.laboratory.accept(progress))?;
+    write(&arguments.pair, &opened, did, &accepted)
 }
 
 /// What became of an error, mm: `falls from 0.5000 to 0.1000 mm`.
@@ -72,13 +113,13 @@ fn change_of_error(before: f64, after: f64) -> String {
     format!("{way} from {shown_before} to {shown_after} mm")
 }
 
-fn change(
+/// Writes the next revision, and says what became of the error.
+fn write(
     pair: &PairArguments,
+    opened: &Opened,
     did: &str,
-    work: impl FnOnce(&Opened, &Progress) -> Result<Addition, plumb_diagnosis::laboratory::LaboratoryError>,
+    addition: &Addition,
 ) -> Result<String, Box<dyn Error>> {
-    let opened = pair.open()?;
-    let addition = watched(|progress| work(&opened, progress))?;
     let data = pair.data_name();
     let rms = Some(addition.rms_mm.fit);
     let parent = Some(opened.entry.number);
