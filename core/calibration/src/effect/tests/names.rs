@@ -139,7 +139,7 @@ fn what_drives_a_kind_is_there_where_it_acts() {
         assert_eq!(known.driven_by == DrivenBy::RowOrder, known.family == Family::Epoch, "{}", known.name);
         assert_eq!(
             known.driven_by.is_weight(),
-            ["joint_compliance", "joint_stiffening", "link_sag"].contains(&known.name)
+            ["joint_compliance", "joint_stiffening", "link_sag", "link_torsion"].contains(&known.name)
         );
     }
 }
