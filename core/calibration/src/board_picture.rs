@@ -168,6 +168,7 @@ fn mirrored(pose: &Isometry3<f64>) -> Isometry3<f64> {
     else {
         return *pose;
     };
+    // Square to the line of sight both poses are one.
     let Some(axis) = nalgebra::Unit::try_new(normal.cross(&sight), 1e-9) else { return *pose };
     let lean = normal.cross(&sight).norm().atan2(normal.dot(&sight));
     // A normal that points at the camera leans by what is missing to half a turn.

@@ -64,6 +64,7 @@ pub struct Compensation {
 /// [`CompensationError`].
 pub fn compensation(model: &Model, joint: usize, lines: usize) -> Result<Compensation, CompensationError> {
     let (low, high) = travel(model, joint)?;
+    // A table needs both ends of the travel.
     let count = lines.clamp(2, MOST_LINES);
     let errors = JointErrors::of(model, joint, ((low, high), count))?;
     let factor = if model.slides(joint) { 1.0 } else { 1.0_f64.to_degrees() };

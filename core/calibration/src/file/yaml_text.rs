@@ -2,6 +2,7 @@
 
 /// A number with as many digits as it takes to read it back well, and no more.
 pub(super) fn number(value: f64) -> String {
+    // Ten digits: more would show how degrees and radians round on the way there and back.
     let rounded = format!("{value:.9e}").parse::<f64>().unwrap_or(value);
     if rounded == 0.0 { "0".to_owned() } else { format!("{rounded}") }
 }

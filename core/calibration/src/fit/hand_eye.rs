@@ -110,6 +110,7 @@ pub fn places(
         }
     }
     let step = RankRevealingCholesky::new(&matrix).solve(&gradient);
+    // A pose that is not finite would spoil what was known before.
     if step.iter().any(|part| !part.is_finite()) {
         return (origin, body);
     }

@@ -182,6 +182,7 @@ fn settle(sigmas: &mut [(String, f64)], groups: &[NoiseGroup], components: &[Com
     let reference = if redundancy > 0.0 { squares / redundancy } else { 1.0 };
     let mut most: f64 = 0.0;
     for (group, one) in all.filter(|(group, _)| !group.is_declared) {
+        // Far from the solution the weights are far off too, and with them the components: one stride at a time.
         let ratio = (one.variance / reference).sqrt().clamp(STRIDE.recip(), STRIDE);
         if let Some((_, sigma)) = sigmas.iter_mut().find(|(key, _)| *key == group.key)
             && ratio.is_finite()
