@@ -84,11 +84,9 @@ fn card_lines(
     if !fits {
         lines.extend(indented(format!("at {}", card.place), theme.heading));
     }
-    if roomy {
-        if let Some(kind) = plumb_calibration::effect::kind(&card.effect) {
-            lines.extend(kind.sketch.map(|line| Line::styled(format!("     {line}"), theme.machine)));
-            lines.extend(indented(kind.sentence.to_owned(), theme.faint));
-        }
+    if roomy && let Some(kind) = plumb_calibration::effect::kind(&card.effect) {
+        lines.extend(kind.sketch.map(|line| Line::styled(format!("     {line}"), theme.machine)));
+        lines.extend(indented(kind.sentence.to_owned(), theme.faint));
     }
     lines.extend(indented(card.size.clone(), theme.text));
     if let Some(gain) = card.gain_mm {
