@@ -217,10 +217,10 @@ fn cells_at_work_lose_and_double_nothing_while_everything_around_them_fails() {
     assert!(figures.wrong.is_empty() && figures.not_passed.is_empty(), "\n{figures}");
     assert!(figures.rows > 1_000 && !figures.failures.is_empty(), "\n{figures}");
     assert!(figures.most_lag_s().is_none_or(|lag| lag < MOST_LAG_S), "\n{figures}");
-    // How a run's time compares is for a quiet machine; here that both ways of running it work.
+    // How a run's time compares is for a quiet machine and the long soak; here that both ways of running it work.
     let ratio = cycle_ratio(2).unwrap();
     for ratio_of in [ratio.wall, ratio.processor] {
-        assert!(ratio_of.median > 0.2 && ratio_of.median < 5.0, "\n{ratio}");
+        assert!(ratio_of.median.is_finite() && ratio_of.median > 0.0, "\n{ratio}");
     }
 }
 
