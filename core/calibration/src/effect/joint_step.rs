@@ -1,7 +1,8 @@
 //! A joint jumps at some moment and stays off: lost steps, a slipped coupling, a knock.
 
-use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting, Survey};
 use super::{Drive, Effect, EffectId, EffectNameError, Parameter, Situation, Unit};
+use crate::arm_model::Epochs;
 
 /// Moments that are tried at most.
 pub const MOMENTS: usize = 60;
@@ -28,6 +29,19 @@ impl Effect for JointStep {
 
     fn changes_coordinate(&self) -> Option<usize> {
         Some(self.joint)
+    }
+}
+
+/// The moments at which the model's epochs begin, where they are times, or rows of a table without times: the clock counts its rows from 0.
+fn dated(survey: &Survey<'_>) -> Vec<f64> {
+    let clocks = &survey.passport.clocks;
+    let is_a_row = |row: &f64| clocks.get(*row as usize).is_some_and(|clock| clock == row);
+    match &survey.model.epochs {
+        Some(Epochs::Times(starts)) => starts.clone(),
+        Some(Epochs::Rows(starts)) => {
+            starts.iter().map(|start| *start as f64 - 1.0).filter(is_a_row).collect()
+        }
+        Some(Epochs::Sessions(_)) | None => Vec::new(),
     }
 }
 
@@ -65,7 +79,9 @@ pub(super) const KIND: Kind = Kind {
         let last = clocks.len().saturating_sub(EITHER_SIDE);
         let usable: Vec<f64> = clocks.get(EITHER_SIDE..last.max(EITHER_SIDE)).unwrap_or(&[]).to_vec();
         let stride = usable.len().div_ceil(MOMENTS).max(1);
-        let moments: Vec<f64> = usable.iter().step_by(stride).copied().collect();
+        let mut moments: Vec<f64> = usable.iter().step_by(stride).copied().collect();
+        // Where jumps are dated: between moments of the coarse grid a jump may look like another joint's.
+        moments.extend(dated(survey).into_iter().filter(|at| !moments.contains(at)).collect::<Vec<_>>());
         survey
             .every_joint("joint_step")
             .into_iter()

@@ -13,8 +13,8 @@ use crate::laboratory::{Laboratory, LaboratoryError};
 use crate::thresholds::{JUMP_ROWS, SEARCH_ROWS};
 use crate::wording::listed;
 use columns::Columns;
-use plumb_calibration::arm_model::{AddedEffect, Epochs};
-use plumb_calibration::effect::{EffectId, acts_by_epoch};
+use plumb_calibration::arm_model::{AddedEffect, Epochs, Model};
+use plumb_calibration::effect::{EffectId, acts_by_epoch, expand, kind};
 use plumb_calibration::table::MOST_LEVELS;
 use plumb_estimation::{Progress, for_each};
 pub(crate) use rivals::with_rivals;
@@ -60,6 +60,11 @@ impl Laboratory {
         let looked_at = thin.as_ref().unwrap_or(self);
         let fitted = looked_at.fit_with(&[], None, progress)?;
         let mut found = looked_at.find_epochs(&fitted, progress)?;
+        if found.as_ref().is_none_or(|found| found.effect.is_none())
+            && let Some(bent) = looked_at.epochs_of_a_stiffer_arm(&fitted, progress)?
+        {
+            found = Some(bent);
+        }
         for _ in 1..ROUNDS {
             let Some(last) = found.as_ref() else { return Ok(None) };
             let Some(effect) = last.effect.clone() else { break };
@@ -75,6 +80,23 @@ impl Laboratory {
             }
         }
         Ok(found.map(|found| (self.with_epochs(found.epochs), found.jumps)))
+    }
+
+    /// Epochs that a fit with all its freedom hides: free geometry bends so far after a jump that no number seems to have changed. They are looked for with
+    /// the geometry held as the model has it, and count where the fit with everything free, and with what explains them in, shows them too.
+    fn epochs_of_a_stiffer_arm(
+        &self,
+        free: &Fitted<'_>,
+        progress: &Progress,
+    ) -> Result<Option<Found>, LaboratoryError> {
+        let Some(model) = with_geometry_held(self.model()) else { return Ok(None) };
+        let stiffer = self.with_model(model);
+        let held = stiffer.fit_with(&[], None, progress)?;
+        let Some(seen) = stiffer.find_epochs(&held, progress)? else { return Ok(None) };
+        let Some(effect) = seen.effect else { return Ok(None) };
+        let with_epochs = self.with_epochs(seen.epochs);
+        let beside = with_epochs.fit_beside_jumps(effect, free, progress)?;
+        Ok(self.find_epochs(&beside, progress)?.filter(|found| found.effect.is_some()))
     }
 
     fn with_epochs(&self, epochs: Epochs) -> Self {
@@ -163,6 +185,16 @@ impl Laboratory {
         let names = &self.table().session.names;
         (2..=MOST_LEVELS).contains(&names.len()).then(|| Epochs::Sessions(names.clone()))
     }
+}
+
+/// The same model with no number of its geometry free; nothing where none is.
+fn with_geometry_held(model: &Model) -> Option<Model> {
+    let is_of_geometry = |written: &str| {
+        let of_group = |id: &EffectId| kind(&id.name).is_some_and(|kind| kind.geometry_group);
+        expand(written, model).is_ok_and(|ids| ids.iter().all(of_group))
+    };
+    let free: Vec<String> = model.free.iter().filter(|written| !is_of_geometry(written)).cloned().collect();
+    (free.len() < model.free.len()).then(|| Model { free, ..model.clone() })
 }
 
 /// The number that explains the rows best when it changes at some of them, and these change points; nothing where no number does. Each number is

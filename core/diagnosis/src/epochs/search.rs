@@ -289,40 +289,129 @@ pub(super) fn long_run_variance_ratio(series: &[f64]) -> f64 {
     f64::max(ratio, 1.0)
 }
 
-/// Probability that a step at a place is chance, where the number also follows a smooth curve (a cubic of the row) among the
-/// rows between `from` and `to`: a drift is no jump.
-fn step_beside_a_curve(columns: &Columns, number: usize, at: usize, (from, to): (usize, usize)) -> f64 {
-    const CURVE: usize = 4;
-    let half = (to - from).max(1) as f64 / 2.0;
-    let mut normal = DMatrix::zeros(CURVE + 1, CURVE + 1);
-    let mut gradient = DVector::zeros(CURVE + 1);
-    let (mut squares, mut equations) = (0.0, 0.0);
-    for place in from..to {
-        let Some(range) = columns.ranges.get(place) else { break };
-        // Scaled to the span, or the cubes of hundreds of rows would spoil the normal equations.
-        let x = (place as f64 - at as f64) / half;
-        let after = if place >= at { 1.0 } else { 0.0 };
-        let shape = DVector::from_column_slice(&[1.0, x, x * x, x * x * x, after]);
-        for equation in range.clone() {
-            let (step, residual) = (columns.steps[(number, equation)], columns.residuals[equation]);
-            normal.ger(step * step, &shape, &shape, 1.0);
-            gradient.axpy(step * residual, &shape, 1.0);
-            squares += residual * residual;
-            equations += 1.0;
-        }
-    }
-    let explained = |size: usize| {
-        let part = normal.view((0, 0), (size, size)).into_owned();
-        let right = gradient.rows(0, size).into_owned();
-        let factor = RankRevealingCholesky::new(&part);
-        (right.dot(&factor.solve(&right)), factor.rank() as f64)
-    };
-    let ((with, rank), (without, less)) = (explained(CURVE + 1), explained(CURVE));
-    let freedom = equations - rank;
-    // A number that nothing in the span sees, or a curve that is the step itself, says nothing of a jump.
-    if freedom < 1.0 || rank <= less {
+/// Probability that a step at a place is chance, where the number also follows a smooth curve of the rows between `from` and `to`: a drift is no jump, nor is what
+/// an error does along a path on which the arm was measured in order. The curve is a polynomial of the degree that explains the rows best beside the step
+/// (Schwarz 1978); a jump must also do better than a curve of any degree without it. Neighbours that err alike count as fewer (Newey and West 1987).
+fn step_beside_a_curve(columns: &Columns, number: usize, at: usize, span: (usize, usize)) -> f64 {
+    let rows = Span::of(columns, number, at, span);
+    let most = CURVE_DEGREES.1.min((span.1.saturating_sub(span.0) / ROWS_A_DEGREE).max(CURVE_DEGREES.0));
+    let fits = (CURVE_DEGREES.0..=most).filter_map(|degree| rows.fitted(degree));
+    let Some(best) = fits.min_by(|one, other| one.with.bic.total_cmp(&other.with.bic)) else { return 1.0 };
+    let without = (CURVE_DEGREES.0..=most).map(|degree| rows.curve(degree + 1).bic);
+    if best.with.bic >= without.fold(f64::INFINITY, f64::min) {
         return 1.0;
     }
-    let left = (squares - with).max(squares * 1e-12) / freedom;
-    f_tail((with - without).max(0.0) / left, 1.0, freedom)
+    let inflation = rows.inflation(&best);
+    let freedom = rows.equations - best.with.rank;
+    let left = (rows.squares - best.with.explained).max(rows.squares * 1e-12) / freedom;
+    let gain = (best.with.explained - best.without.explained).max(0.0);
+    f_tail(gain / left / inflation, 1.0, freedom / inflation)
+}
+
+/// Degrees of the polynomials that are tried as a smooth curve: a cubic at least, and of a wave one and a half turns at most.
+const CURVE_DEGREES: (usize, usize) = (3, 9);
+
+/// Rows for each degree at least: a curve with as many bends as rows would be a jump itself.
+const ROWS_A_DEGREE: usize = 5;
+
+/// The rows about a place that may be a jump, as equations of a curve and a step.
+struct Span {
+    /// Sums of products of the curve's terms and the step, the step last.
+    normal: DMatrix<f64>,
+    gradient: DVector<f64>,
+    squares: f64,
+    equations: f64,
+    /// Each row's equations: derivative by the number, residual; and the row's terms.
+    rows: Vec<(DVector<f64>, Vec<(f64, f64)>)>,
+}
+
+/// A least-squares fit of some of the terms.
+struct Part {
+    terms: Vec<usize>,
+    solution: DVector<f64>,
+    explained: f64,
+    rank: f64,
+    bic: f64,
+}
+
+/// A curve of one degree, with the step and without.
+struct Pair {
+    with: Part,
+    without: Part,
+}
+
+impl Span {
+    fn of(columns: &Columns, number: usize, at: usize, (from, to): (usize, usize)) -> Self {
+        let terms = CURVE_DEGREES.1 + 2;
+        let (middle, half) = ((from + to) as f64 / 2.0, (to - from).max(1) as f64 / 2.0);
+        let mut span = Self {
+            normal: DMatrix::zeros(terms, terms),
+            gradient: DVector::zeros(terms),
+            squares: 0.0,
+            equations: 0.0,
+            rows: Vec::new(),
+        };
+        for place in from..to {
+            let Some(range) = columns.ranges.get(place) else { break };
+            let shape = chebyshev((place as f64 - middle) / half, f64::from(u8::from(place >= at)));
+            let equations: Vec<(f64, f64)> =
+                range.clone().map(|one| (columns.steps[(number, one)], columns.residuals[one])).collect();
+            for (step, residual) in &equations {
+                span.normal.ger(step * step, &shape, &shape, 1.0);
+                span.gradient.axpy(step * residual, &shape, 1.0);
+                span.squares += residual * residual;
+                span.equations += 1.0;
+            }
+            span.rows.push((shape, equations));
+        }
+        span
+    }
+
+    /// The first so many terms.
+    fn curve(&self, terms: usize) -> Part {
+        self.part((0..terms).collect())
+    }
+
+    /// A curve of a degree with the step and without; nothing where the rows do not tell the step from the curve.
+    fn fitted(&self, degree: usize) -> Option<Pair> {
+        let step = self.normal.nrows() - 1;
+        let (with, without) = (self.part((0..=degree).chain([step]).collect()), self.curve(degree + 1));
+        (with.rank > without.rank && self.equations - with.rank >= 1.0).then_some(Pair { with, without })
+    }
+
+    fn part(&self, terms: Vec<usize>) -> Part {
+        let matrix = self.normal.select_rows(&terms).select_columns(&terms);
+        let right = self.gradient.select_rows(&terms);
+        let factor = RankRevealingCholesky::new(&matrix);
+        let solution = factor.solve(&right);
+        let (explained, rank) = (right.dot(&solution), factor.rank() as f64);
+        let left = (self.squares - explained).max(self.squares * 1e-12);
+        Part { bic: bic(left, self.equations, rank, 0.0), terms, solution, explained, rank }
+    }
+
+    /// By how much neighbours that err alike make the step look surer than it is.
+    fn inflation(&self, pair: &Pair) -> f64 {
+        let products = self.rows.iter().map(|(shape, equations)| {
+            let curve: f64 = pair
+                .with
+                .terms
+                .iter()
+                .zip(pair.with.solution.iter())
+                .map(|(term, value)| shape[*term] * value)
+                .sum();
+            equations.iter().map(|(step, residual)| step * (residual - step * curve)).sum::<f64>()
+        });
+        long_run_variance_ratio(&products.collect::<Vec<_>>())
+    }
+}
+
+/// Chebyshev polynomials of an `x` between -1 and 1, to the greatest degree, and the step: nearly orthogonal, so that normal equations of high degrees stay sound.
+fn chebyshev(x: f64, step: f64) -> DVector<f64> {
+    let mut shape = DVector::from_element(CURVE_DEGREES.1 + 2, 1.0);
+    shape[1] = x;
+    for degree in 2..=CURVE_DEGREES.1 {
+        shape[degree] = 2.0 * x * shape[degree - 1] - shape[degree - 2];
+    }
+    shape[CURVE_DEGREES.1 + 1] = step;
+    shape
 }

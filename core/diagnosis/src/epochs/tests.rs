@@ -151,6 +151,30 @@ fn a_number_that_jumps_is_found_beside_one_that_drifts_and_explains_more() {
     assert_eq!(found(0.0), None);
 }
 
+/// One joint was driven along its range in order: its wave is a smooth curve of the rows, of which a cubic explains little.
+#[test]
+fn a_wave_of_a_joint_that_was_measured_in_order_is_no_jump() {
+    let found = |seed: u64, jump: f64| {
+        let mut random = Random::seeded(seed);
+        let wave = |row: usize| (row as f64 * 5.0_f64.to_radians() - 2.6).sin();
+        let residuals =
+            (0..60).map(|row| wave(row) + by_epoch(row, &[35], &[0.0, jump]) + 0.04 * random.normal());
+        starts(&Columns {
+            rows: (0..60).collect(),
+            ranges: (0..60).map(|row| row..row + 1).collect(),
+            residuals: residuals.collect(),
+            fitted: nalgebra::DMatrix::from_element(1, 60, 1.0),
+            steps: nalgebra::DMatrix::from_element(1, 60, 1.0),
+            ids: vec![EffectId::at("reading_reset", Spot::Base)],
+        })
+    };
+    for seed in 0..20 {
+        assert_eq!(found(seed, 0.0), None, "seed {seed}");
+        let (_, starts) = found(seed, 1.0).unwrap();
+        assert!(starts.contains(&35), "seed {seed}: {starts:?}");
+    }
+}
+
 #[test]
 fn a_wires_zero_that_jumps_twice_is_in_the_verdict_with_its_rows() {
     let lab = laboratory(240, true, 6, |row| length(by_epoch(row, &[60, 150], &[0.0, 0.4, -0.3])));

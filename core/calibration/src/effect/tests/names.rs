@@ -313,6 +313,20 @@ fn epochs_make_candidates_of_what_may_have_been_re_set() {
     let mut once = model();
     once.epochs = Some(Epochs::Rows(vec![3]));
     assert!(offered(&once, "joint_zero_reset", POINTS).is_empty());
+    // At the dated row, whatever moments the coarse grid has.
+    let many = |rows: usize| {
+        let points = (0..rows).map(|row| format!("{row},1,0,700,{row},0\n")).collect::<String>();
+        format!("q1_deg,q2_mm,q3_deg,p1_x_mm,p1_y_mm,p1_z_mm\n{points}")
+    };
+    let at = |model: &Model| {
+        let table = Table::parse("t.csv", &many(400)).unwrap();
+        let passport = Passport::of(model, &table);
+        let steps = (kind("joint_step").unwrap().candidates)(&Survey { model, passport: &passport });
+        steps.iter().filter(|id| id.inner == Some(149.0)).count()
+    };
+    once.epochs = Some(Epochs::Rows(vec![150]));
+    assert_eq!(at(&once), 3, "one for each joint");
+    assert_eq!(at(&one), 0, "the coarse grid has every seventh row");
     once.epochs = Some(Epochs::Times(vec![3.0]));
     assert!(offered(&once, "joint_zero_reset", POINTS).is_empty());
     once.epochs = Some(Epochs::Times(vec![3.0, 4.0]));
