@@ -222,6 +222,30 @@ mod tests {
     }
 
     #[test]
+    fn a_piece_that_never_got_its_size_is_removed_in_the_time_it_has_and_no_other() {
+        let directory = tempfile::tempdir().unwrap();
+        let domain = Domain::of_cell(&directory.path().join("cell.yaml")).unwrap();
+        let piece = |name: &str| Path::new(SHARED_MEMORY).join(format!("{}{name}", domain.prefix));
+        let (stillborn, sound) = (piece("stillborn"), piece("sound"));
+        fs::write(&stillborn, "").unwrap();
+        fs::write(&sound, "x").unwrap();
+        let begin = Instant::now();
+        domain.remove_stillborn();
+        let took = begin.elapsed();
+        let left = domain.shared_memory();
+        for piece in [&stillborn, &sound] {
+            // The first is gone already where all is well.
+            let _ = fs::remove_file(piece);
+        }
+        assert_eq!(left, [sound]);
+        assert!(took >= TIME_TO_GET_A_SIZE && took < 10 * TIME_TO_GET_A_SIZE, "{took:?}");
+        // With nothing empty there is nothing to wait for.
+        let begin = Instant::now();
+        domain.remove_stillborn();
+        assert!(begin.elapsed() < TIME_TO_GET_A_SIZE / 2);
+    }
+
+    #[test]
     fn a_cells_domain_is_found_again_while_it_is_there() {
         let directory = tempfile::tempdir().unwrap();
         let domain = Domain::of_cell(&directory.path().join("cell.yaml")).unwrap();

@@ -52,3 +52,53 @@ pub(crate) fn migrate(connection: &mut Connection, path: &Path) -> Result<(), Re
     transaction.pragma_update(None, "user_version", known).during("note its schema version")?;
     transaction.commit().during("bring its tables up to date")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A record as a program of this version left it, with one row to send.
+    fn left_by(version: i64) -> Connection {
+        let mut connection = Connection::open_in_memory().expect("in memory");
+        for statements in MIGRATIONS.iter().take(usize::try_from(version).expect("small")) {
+            connection.execute_batch(statements).expect("the tables of then");
+        }
+        if version >= WITH_OUTBOX {
+            let transaction = connection.transaction().expect("begun");
+            outbox_triggers::make_triggers(&transaction).expect("the triggers of then");
+            transaction.commit().expect("made");
+        }
+        connection
+            .execute(
+                "INSERT INTO revisions (cell, device, made, reason) VALUES ('c', 'arm', 'then', 'found')",
+                [],
+            )
+            .expect("a row");
+        connection.pragma_update(None, "user_version", version).expect("its version");
+        connection
+    }
+
+    fn sent(connection: &Connection) -> i64 {
+        let count = "SELECT count(*) FROM outbox WHERE kind = 'revisions'";
+        connection.query_row(count, [], |row| row.get(0)).expect("counted")
+    }
+
+    #[test]
+    fn what_is_there_is_sent_once_whichever_version_wrote_it() {
+        for version in [1, WITH_OUTBOX - 1, WITH_OUTBOX, KNOWN] {
+            let mut connection = left_by(version);
+            for _ in 0..2 {
+                migrate(&mut connection, Path::new("record")).expect("brought up to date");
+                assert_eq!(sent(&connection), 1, "version {version}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_record_of_a_newer_program_is_left_alone() {
+        let mut connection = left_by(KNOWN);
+        connection.pragma_update(None, "user_version", KNOWN + 1).expect("newer");
+        let refused = migrate(&mut connection, Path::new("record"));
+        assert!(matches!(refused, Err(RecordError::TooNew { found, .. }) if found == KNOWN + 1));
+    }
+}

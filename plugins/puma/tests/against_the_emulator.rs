@@ -142,6 +142,27 @@ fn a_controller_started_anew_is_noticed_and_calibrated_only_where_that_is_allowe
     }
 }
 
+/// Two things happen between two commands: that the controller was started anew is what the driver has to go by.
+#[test]
+fn a_controller_started_anew_after_an_error_is_said_to_be_started_anew() {
+    let mut cell = Cell::speaking(Dialect::Mark2);
+    cell.emulator.tell(Event::Power(false));
+    cell.emulator.tell(Event::Reboot);
+    let error = cell.go(LEFTY).unwrap_err();
+    assert!(error.text().contains("was started anew"), "{error}");
+    assert_eq!(cell.world.joints().map(f64::round), READY);
+}
+
+#[test]
+fn full_speed_is_the_share_of_the_joints_own_that_the_cell_gives() {
+    let speed = |percent: f64| {
+        let config = json!({"full_speed_percent": percent});
+        Cell::of(EmulatorOptions::default(), Pace::Fast, &config).arm.describe().joints[0].max_speed
+    };
+    let (fifth, full) = (speed(20.0), speed(100.0));
+    assert!((fifth / full - 0.2).abs() < 1e-12 && (0.1..10.0).contains(&full), "{fifth} of {full} rad/s");
+}
+
 #[test]
 fn a_damaged_character_is_cancelled_and_nothing_moves() {
     for fault in [

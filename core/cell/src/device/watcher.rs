@@ -64,3 +64,38 @@ impl Drop for JointWatcher {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::mpsc::channel;
+
+    use plumb_bus::Domain;
+    use plumb_plugin::JointVector;
+
+    use super::*;
+
+    #[test]
+    fn where_a_robot_comes_to_rest_is_shown_however_soon_after_the_last_pose() {
+        let directory = tempfile::tempdir().unwrap();
+        let domain = Domain::of_cell(&directory.path().join("cell.yaml")).unwrap();
+        let bus = Bus::open(&domain, "test").unwrap();
+        let stream = StreamDescription::of::<JointState>("joints");
+        let mut sender = bus.publisher("arm", &stream).unwrap();
+        let (shown, showing) = channel();
+        let listener = move |state: &JointState| {
+            let _ = shown.send((state.time_ns, state.is_moving()));
+        };
+        let watcher = JointWatcher::start(&bus, "arm", &stream, Box::new(listener)).unwrap();
+        let long = Duration::from_secs(20);
+        std::thread::sleep(2 * PAUSE);
+        for (time_ns, moving) in [(1, true), (2, false), (3, false)] {
+            let state = JointState::new(time_ns, JointVector::zeros(6), moving);
+            sender.emit(bytemuck::bytes_of(&state)).unwrap();
+            assert_eq!(showing.recv_timeout(long), Ok((time_ns, moving)));
+        }
+        drop(watcher);
+        assert!(showing.recv_timeout(long).is_err(), "it ends with its watcher");
+        drop((sender, bus));
+        domain.remove().unwrap();
+    }
+}

@@ -54,3 +54,41 @@ impl MotionContext<'_> {
 pub(crate) fn rounded(number: f64) -> f64 {
     (number * 1e6).round() / 1e6
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use plumb_document::{MapReader, Problems, parse};
+    use serde_json::{Map, json};
+
+    use super::*;
+    use crate::expression::Calculator;
+
+    /// An amount written so, where `travel` is 12.5 before the run and nothing else is known.
+    fn amount(text: &str) -> String {
+        let (calculator, problems) = (Calculator::new(), Problems::default());
+        let file = format!("by: {text}\n");
+        let node = parse(Path::new("p.yaml"), &file, &problems).unwrap();
+        let by = MapReader::new(&node, "a test", &problems)
+            .and_then(|mut map| map.optional("by").cloned())
+            .unwrap();
+        let expression = Expression::read(&by, "`by`", &calculator, &file, &problems).unwrap();
+        let values = Map::from_iter([("travel".to_owned(), json!(12.5))]);
+        let time = TimeContext { calculator: &calculator, values, robots: &[] };
+        let context = MotionContext {
+            time: &time,
+            limits: &|_, _| String::new(),
+            range: &|_, _| None,
+            own_limits: &|_, _| None,
+        };
+        context.amount(&expression, DegOrMm::Deg)
+    }
+
+    #[test]
+    fn an_amount_is_a_number_where_it_is_known_before_the_run_and_else_its_expression() {
+        assert_eq!(amount("0.1 + 0.2"), "0.3 deg");
+        assert_eq!(amount("-2 * travel"), "-25 deg");
+        assert_eq!(amount("found.waist_deg"), "`found.waist_deg` deg, known in the run");
+    }
+}

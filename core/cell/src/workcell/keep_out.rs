@@ -322,6 +322,19 @@ mod tests {
     }
 
     #[test]
+    fn a_joint_that_counts_the_other_way_is_watched_where_it_goes() {
+        let mut against = check();
+        let with = guard(&against.to_value(), &robot()).unwrap();
+        against.rows[1].numbers[4] = -1.0;
+        let against = guard(&against.to_value(), &robot()).unwrap();
+        let (up, down) = (pose(60.0, 0.0), pose(-60.0, 0.0));
+        assert!(with.check(&pose(0.0, 0.0), &up).is_ok() && with.check(&pose(0.0, 0.0), &down).is_err());
+        assert!(
+            against.check(&pose(0.0, 0.0), &up).is_err() && against.check(&pose(0.0, 0.0), &down).is_ok()
+        );
+    }
+
+    #[test]
     fn a_way_through_the_table_is_refused_although_both_its_ends_are_above() {
         let guard = guard(&check().to_value(), &robot()).unwrap();
         assert_eq!(guard.check(&pose(0.0, 0.0), &pose(-30.0, 0.0)), Ok(()));

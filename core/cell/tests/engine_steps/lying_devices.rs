@@ -2,6 +2,7 @@
 
 use std::sync::atomic::Ordering;
 
+use plumb_cell::engine::RunRequest;
 use plumb_cell::event::{Event, RunOutcome};
 use plumb_cell::prompt::Decision;
 use plumb_record::{Record, RunId};
@@ -98,4 +99,26 @@ steps:
     );
     let record = Record::open(place.path()).expect("the record");
     assert!(record.readings(RunId(1)).expect("the readings").is_empty());
+}
+
+/// Nobody would end the trying: what was decided has been tried once the device does not come back.
+#[test]
+fn a_retry_decided_beforehand_ends_with_a_device_that_does_not_come_back() {
+    let steps = "
+steps:
+  - {id: out, do: {move: {robot: arm, by_deg: {waist: 1}}}, on_error: retry, retries: 3}
+";
+    for unattended in [false, true] {
+        let place = place();
+        let cell = cell_with_steps(&place, steps);
+        let world = World::new([0.0; 3]);
+        world.lose_arm_at_move.store(1, Ordering::SeqCst);
+        // Arm and eye, as the run begins.
+        world.connects_at_most.store(2, Ordering::SeqCst);
+        let request = RunRequest { unattended, ..request(&cell, &place) };
+        let (outcome, events) = watch(start(request, &world), |_, _| {});
+        assert_eq!(outcome, RunOutcome::Error, "{}", message_of(&events));
+        assert_eq!(world.connections.load(Ordering::SeqCst), 3, "one more was tried");
+        assert!(message_of(&events).contains("SIGKILL"), "{}", message_of(&events));
+    }
 }

@@ -44,6 +44,8 @@ pub struct World {
     pub keeps_its_zeros: AtomicBool,
     stopped: AtomicBool,
     pub connections: AtomicUsize,
+    /// No device is there any more after so many connections.
+    pub connects_at_most: AtomicUsize,
     /// The heights (mm) at which the sensor fires, one after the other; then 8.
     pub fires_at: Mutex<Vec<f64>>,
     /// What the simulated operator was told to do.
@@ -106,6 +108,7 @@ impl World {
             keeps_its_zeros: AtomicBool::new(false),
             stopped: AtomicBool::new(false),
             connections: AtomicUsize::new(0),
+            connects_at_most: AtomicUsize::new(usize::MAX),
             fires_at: Mutex::new(Vec::new()),
             acts: Mutex::new(Vec::new()),
             on_move: Mutex::new(None),
@@ -251,14 +254,7 @@ impl RobotLink for Arm {
         joints.copy_from_slice(target.as_slice());
         if number == self.world.lose_arm_at_move.load(Ordering::SeqCst) {
             self.world.go(&joints, 0.4);
-            let reason = ExitReason {
-                code: None,
-                signal: Some("SIGKILL".to_owned()),
-                killed_because: None,
-                last_output: Vec::new(),
-            };
-            let (device, reason) = ("arm".to_owned(), Box::new(reason));
-            return Err(DeviceError::HostDied { device, operation: "move joints", reason });
+            return Err(died("arm", "move joints"));
         }
         if self.world.stopped.load(Ordering::SeqCst) {
             self.world.go(&joints, 0.4);
@@ -303,6 +299,17 @@ impl RobotLink for Arm {
     }
 }
 
+/// The process of a device was killed.
+fn died(device: &str, operation: &'static str) -> DeviceError {
+    let reason = ExitReason {
+        code: None,
+        signal: Some("SIGKILL".to_owned()),
+        killed_because: None,
+        last_output: Vec::new(),
+    };
+    DeviceError::HostDied { device: device.to_owned(), operation, reason: Box::new(reason) }
+}
+
 struct Eye {
     world: Arc<World>,
     description: SensorDescription,
@@ -339,7 +346,9 @@ pub struct Devices(pub Arc<World>);
 impl DeviceLinks for Devices {
     fn connect(&mut self, device: &DeviceSetting, _guard: plumb_plugin::Value) -> Result<Link, DeviceError> {
         let world = Arc::clone(&self.0);
-        world.connections.fetch_add(1, Ordering::SeqCst);
+        if world.connections.fetch_add(1, Ordering::SeqCst) >= world.connects_at_most.load(Ordering::SeqCst) {
+            return Err(died(&device.name, "connect"));
+        }
         Ok(match device.name.as_str() {
             "arm" => {
                 let mut description = arm_description();

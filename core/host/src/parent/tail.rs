@@ -23,3 +23,18 @@ impl Tail {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).iter().cloned().collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_last_lines_are_kept_in_their_order_and_no_more() {
+        let tail = Tail::default();
+        let line = |number: usize| format!("line {number}");
+        (0..3).for_each(|number| tail.push(line(number)));
+        assert_eq!(tail.lines(), [line(0), line(1), line(2)]);
+        (3..TAIL + 5).for_each(|number| tail.push(line(number)));
+        assert_eq!(tail.lines(), (5..TAIL + 5).map(line).collect::<Vec<_>>());
+    }
+}
