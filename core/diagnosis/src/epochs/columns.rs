@@ -16,6 +16,8 @@ use plumb_estimation::Progress;
 pub(super) struct Columns {
     /// The rows looked at, in the order of time.
     pub(super) rows: Vec<usize>,
+    /// Where each of them stands among all rows of the table, in the order of time: between rows that are looked at others may be held out.
+    pub(super) positions: Vec<f64>,
     /// Where each row's equations stand.
     pub(super) ranges: Vec<Range<usize>>,
     /// Measured less predicted.
@@ -41,8 +43,12 @@ impl Columns {
         progress.check()?;
         let order = lab.table().order();
         let is_fitted = mask(&fitted.fit.rows, lab.table().len());
-        let rows: Vec<usize> =
-            order.into_iter().filter(|row| is_fitted.get(*row).copied().unwrap_or(false)).collect();
+        let fitted_rows = order
+            .into_iter()
+            .enumerate()
+            .filter(|(_, row)| is_fitted.get(*row).copied().unwrap_or(false))
+            .map(|(position, row)| (position as f64, row));
+        let (positions, rows): (Vec<f64>, Vec<usize>) = fitted_rows.unzip();
         // All rows lie in a second epoch: what differs between epochs then acts in each of them.
         let mut model = lab.model().clone();
         model.epochs = Some(Epochs::Rows(vec![1]));
@@ -73,6 +79,7 @@ impl Columns {
             start..first
         });
         Ok(Self {
+            positions,
             ranges: ranges.collect(),
             residuals: block.residuals,
             fitted: block.jacobian.rows(0, known).into_owned(),

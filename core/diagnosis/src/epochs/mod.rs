@@ -36,6 +36,8 @@ pub struct Jump {
 #[derive(Debug, Clone, PartialEq)]
 struct Found {
     epochs: Epochs,
+    /// The same with changes that a smooth drift explains as well: some may be jumps that a fit without the others has bent.
+    with_unsure: Epochs,
     jumps: Vec<Jump>,
     /// What explains the jumps best; nothing where the epochs are sessions without a jump.
     effect: Option<EffectId>,
@@ -59,27 +61,44 @@ impl Laboratory {
         let thin = self.thinned(SEARCH_ROWS);
         let looked_at = thin.as_ref().unwrap_or(self);
         let fitted = looked_at.fit_with(&[], None, progress)?;
-        let mut found = looked_at.find_epochs(&fitted, progress)?;
-        if found.as_ref().is_none_or(|found| found.effect.is_none())
-            && let Some(bent) = looked_at.epochs_of_a_stiffer_arm(&fitted, progress)?
-        {
-            found = Some(bent);
-        }
-        for _ in 1..ROUNDS {
-            let Some(last) = found.as_ref() else { return Ok(None) };
-            let Some(effect) = last.effect.clone() else { break };
-            let with_epochs = looked_at.with_epochs(last.epochs.clone());
-            let better = with_epochs.fit_beside_jumps(effect, &fitted, progress)?;
-            let next = looked_at.find_epochs(&better, progress)?;
-            let settled = next.as_ref().is_none_or(|next| next.jumps == last.jumps);
-            if next.is_some() {
-                found = next;
+        let seen = looked_at.find_epochs(&fitted, progress)?;
+        let of_a_stiffer = looked_at.epochs_of_a_stiffer_arm(&fitted, progress)?;
+        let Some(first) = of_a_stiffer.as_ref().or(seen.as_ref()).cloned() else { return Ok(None) };
+        let (mut found, left) = looked_at.dated_again(first, &fitted, progress)?;
+        // Jumps that free geometry partly hides may be put to a number of the wrong kind: of two ways to explain them, the one that leaves less.
+        if let Some(seen) = seen.filter(|seen| {
+            seen.effect.is_some() && of_a_stiffer.as_ref().is_some_and(|stiffer| stiffer != seen)
+        }) {
+            let (other, other_left) = looked_at.dated_again(seen, &fitted, progress)?;
+            if other_left < left {
+                found = other;
             }
-            if settled {
+        }
+        Ok(Some((self.with_epochs(found.epochs), found.jumps)))
+    }
+
+    /// Epochs looked for again beside what explains them, until they stay; and the loss that is left then, at the scatter of the fit `without` them.
+    fn dated_again(
+        &self,
+        mut found: Found,
+        without: &Fitted<'_>,
+        progress: &Progress,
+    ) -> Result<(Found, f64), LaboratoryError> {
+        let mut left = f64::INFINITY;
+        for round in 1..ROUNDS {
+            let Some(effect) = found.effect.clone() else { break };
+            let epochs = if round == 1 { &found.with_unsure } else { &found.epochs };
+            let with_epochs = self.with_epochs(epochs.clone());
+            let better = with_epochs.fit_beside_jumps(effect, without, progress)?;
+            left = better.loss(without.fit.scale);
+            let Some(next) = self.find_epochs(&better, progress)? else { break };
+            let is_settled = next.jumps == found.jumps;
+            found = next;
+            if is_settled {
                 break;
             }
         }
-        Ok(found.map(|found| (self.with_epochs(found.epochs), found.jumps)))
+        Ok((found, left))
     }
 
     /// Epochs that a fit with all its freedom hides: free geometry bends so far after a jump that no number seems to have changed. They are looked for with
@@ -145,16 +164,24 @@ impl Laboratory {
         let columns = Columns::of(self, fitted, progress)?;
         // An epoch on either side, and rows enough for what is fitted.
         if columns.rows.len() >= 2 * JUMP_ROWS + fitted.fit.rank()
-            && let Some((number, starts)) = starts(&columns)
+            && let Some(changes) = starts(&columns)
         {
-            return Ok(Some(self.named_epochs(&columns, number, &starts)));
+            let (epochs, jumps) = self.named_epochs(&columns, &changes.abrupt);
+            let (with_unsure, _) = self.named_epochs(&columns, &changes.all);
+            let effect = columns.ids.get(changes.number).cloned();
+            return Ok(Some(Found { epochs, with_unsure, jumps, effect }));
         }
         let sessions = self.sessions_as_epochs();
-        Ok(sessions.map(|epochs| Found { epochs, jumps: Vec::new(), effect: None }))
+        Ok(sessions.map(|epochs| Found {
+            with_unsure: epochs.clone(),
+            epochs,
+            jumps: Vec::new(),
+            effect: None,
+        }))
     }
 
     /// Found epochs as sessions where each jump lies between two of them, else by time where it is logged, else by row.
-    fn named_epochs(&self, columns: &Columns, number: usize, starts: &[usize]) -> Found {
+    fn named_epochs(&self, columns: &Columns, starts: &[usize]) -> (Epochs, Vec<Jump>) {
         let table = self.table();
         let around =
             |start: &usize| Some((*columns.rows.get(start.checked_sub(1)?)?, *columns.rows.get(*start)?));
@@ -177,7 +204,7 @@ impl Laboratory {
             _ if table.time.is_some() => Epochs::Times(jumps.iter().filter_map(|jump| jump.at_s).collect()),
             _ => Epochs::Rows(pairs.iter().map(|(_, after)| after + 1).collect()),
         };
-        Found { epochs, jumps, effect: columns.ids.get(number).cloned() }
+        (epochs, jumps)
     }
 
     /// The table's sessions, where there are several and not too many.
@@ -197,16 +224,30 @@ fn with_geometry_held(model: &Model) -> Option<Model> {
     (free.len() < model.free.len()).then(|| Model { free, ..model.clone() })
 }
 
+/// Change points of the number that explains the rows best by its jumps.
+#[derive(Debug, PartialEq)]
+struct Starts {
+    number: usize,
+    /// The first row of each new epoch, as places among the rows looked at, where the number jumps.
+    abrupt: Vec<usize>,
+    /// The same with those where a smooth drift would explain the rows as well.
+    all: Vec<usize>,
+}
+
 /// The number that explains the rows best when it changes at some of them, and these change points; nothing where no number does. Each number is
 /// judged by its jumps alone: a number that many small steps let follow a slow drift explains much, and none of it by something that was re-set.
-fn starts(columns: &Columns) -> Option<(usize, Vec<usize>)> {
+fn starts(columns: &Columns) -> Option<Starts> {
     let numbers: Vec<usize> = (0..columns.steps.nrows()).collect();
     let found = for_each(&numbers, |number| {
         let search = Search::new(columns, *number);
-        search.abrupt(search.changes()).map(|changes| (*number, changes))
+        let changes = search.changes();
+        let mut all = changes.starts.clone();
+        all.sort_unstable();
+        let abrupt = search.abrupt(changes)?;
+        Some((abrupt.bic, Starts { number: *number, abrupt: abrupt.starts, all }))
     });
-    let best = found.into_iter().flatten().min_by(|one, other| one.1.bic.total_cmp(&other.1.bic));
-    best.map(|(number, changes)| (number, changes.starts))
+    let best = found.into_iter().flatten().min_by(|one, other| one.0.total_cmp(&other.0));
+    best.map(|(_, starts)| starts)
 }
 
 /// Where something was re-set, in words; nothing where nothing was.

@@ -164,7 +164,7 @@ impl<'c> Search<'c> {
         best
     }
 
-    /// Those of some change points that a smooth drift between their neighbours would not explain as well, put anew and judged without the
+    /// Those of some change points that a smooth drift between their neighbours would not explain as well, judged without the
     /// others; nothing where none is left, or those that are left do not pay for their places.
     pub(super) fn abrupt(&self, changes: Changes) -> Option<Changes> {
         let mut starts = changes.starts;
@@ -177,9 +177,8 @@ impl<'c> Search<'c> {
             if abrupt.len() == starts.len() {
                 break;
             }
+            // They stay where they were found beside the others: alone, each would move to where it follows the drift best.
             starts = abrupt;
-            self.move_to_better_places(&mut starts);
-            starts.sort_unstable();
         }
         // That they are not chance was shown with the others in; without those the drift they followed counts as noise.
         let (kept, none) = (self.judged(starts), self.judged(Vec::new()));
@@ -343,7 +342,10 @@ struct Pair {
 impl Span {
     fn of(columns: &Columns, number: usize, at: usize, (from, to): (usize, usize)) -> Self {
         let terms = CURVE_DEGREES.1 + 2;
-        let (middle, half) = ((from + to) as f64 / 2.0, (to - from).max(1) as f64 / 2.0);
+        // By the rows' own positions: over rows that are held out a smooth curve goes on.
+        let position = |place: usize| columns.positions.get(place).copied().unwrap_or(place as f64);
+        let (first, last) = (position(from), position(to.saturating_sub(1)));
+        let (middle, half) = ((first + last) / 2.0, ((last - first) / 2.0).max(1.0));
         let mut span = Self {
             normal: DMatrix::zeros(terms, terms),
             gradient: DVector::zeros(terms),
@@ -353,7 +355,7 @@ impl Span {
         };
         for place in from..to {
             let Some(range) = columns.ranges.get(place) else { break };
-            let shape = chebyshev((place as f64 - middle) / half, f64::from(u8::from(place >= at)));
+            let shape = chebyshev((position(place) - middle) / half, f64::from(u8::from(place >= at)));
             let equations: Vec<(f64, f64)> =
                 range.clone().map(|one| (columns.steps[(number, one)], columns.residuals[one])).collect();
             for (step, residual) in &equations {
