@@ -81,7 +81,10 @@ pub(super) const KIND: Kind = Kind {
         let stride = usable.len().div_ceil(MOMENTS).max(1);
         let mut moments: Vec<f64> = usable.iter().step_by(stride).copied().collect();
         // Where jumps are dated: between moments of the coarse grid a jump may look like another joint's.
-        moments.extend(dated(survey).into_iter().filter(|at| !moments.contains(at)).collect::<Vec<_>>());
+        let (first, last) = (usable.first().copied(), usable.last().copied());
+        let is_new = |at: &f64| Some(*at) >= first && Some(*at) <= last && !moments.contains(at);
+        let dated: Vec<f64> = dated(survey).into_iter().filter(is_new).collect();
+        moments.extend(dated);
         survey
             .every_joint("joint_step")
             .into_iter()
