@@ -137,7 +137,8 @@ fn poses_asked_for_far_from_the_others_are_not_locked_away_and_settle_a_tie() {
     let (model, table) = ("t/model.yaml", "t/table.csv");
     let next = plumb(&["model", "next", model, "--data", table, "--json"], home.path());
     let told: serde_json::Value = serde_json::from_slice(&next.stdout).unwrap();
-    assert!(told["separation"].as_f64().unwrap() > 20.0, "{told}");
+    // Standard errors between the two rivals that lie nearest: a link that twists under its load is nearer than a coupling.
+    assert!(told["separation"].as_f64().unwrap() > 15.0, "{told}");
     // Without the returns that come on top.
     let new = &told["next"].as_array().unwrap()[..8];
     fs::write(home.path().join("next.json"), serde_json::to_string(new).unwrap()).unwrap();
