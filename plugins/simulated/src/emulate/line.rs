@@ -142,6 +142,11 @@ impl Line {
         self.from_arm.put(byte, pause, now);
     }
 
+    /// Whether bytes of the arm's are still on their way.
+    pub(super) fn is_busy(&self) -> bool {
+        self.from_arm.next().is_some()
+    }
+
     /// Hands the host what has reached it. Without a plug it is lost.
     pub(super) fn send(&mut self) -> io::Result<()> {
         while let Some((_, byte)) = self.from_arm.take(self.now()) {

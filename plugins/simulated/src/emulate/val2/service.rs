@@ -41,6 +41,8 @@ pub struct Standing {
     pub port: Option<PathBuf>,
     /// Whether the arm is moved.
     pub moving: bool,
+    /// Whether characters of its own are still on their way to the host.
+    pub talking: bool,
     /// Characters that came while it could take no more.
     pub lost: u64,
     /// When a control C was heard last.
@@ -128,8 +130,14 @@ impl Controls for Service {
         Ok(())
     }
 
-    fn standing(&mut self, port: Option<PathBuf>, _line: &Line) -> Standing {
-        Standing { port, moving: self.monitor.is_moving(), lost: self.lost, last_cancel: self.last_cancel }
+    fn standing(&mut self, port: Option<PathBuf>, line: &Line) -> Standing {
+        Standing {
+            port,
+            moving: self.monitor.is_moving(),
+            talking: line.is_busy(),
+            lost: self.lost,
+            last_cancel: self.last_cancel,
+        }
     }
 }
 
