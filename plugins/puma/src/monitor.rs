@@ -105,9 +105,11 @@ impl Monitor {
         std::mem::take(&mut self.typist.profile)
     }
 
-    /// An error that came without being asked for: power gone, panic button.
+    /// An error that came without being asked for: power gone, panic button. That the controller was started anew counts for more: power alone would not
+    /// bring its calibration back.
     pub(crate) fn unrequested_error(&mut self) -> Result<Option<ControllerError>, MonitorError> {
         let lines = self.typist.take_unasked()?;
+        self.typist.require_no_new_start("listening")?;
         Ok(lines.iter().find_map(|line| ControllerError::in_line(line)))
     }
 

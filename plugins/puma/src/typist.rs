@@ -193,12 +193,18 @@ impl Typist {
         profile.total += total;
     }
 
+    /// Nothing goes on with a controller that was started anew: its points and its calibration are lost.
+    pub(crate) fn require_no_new_start(&self, text: &str) -> Result<(), LineError> {
+        match self.rebooted {
+            true => Err(self.error(text, LineFailure::Rebooted)),
+            false => Ok(()),
+        }
+    }
+
     /// Types a line up to and with its carriage return. What does not come back as it was typed is cancelled, and does not count.
     fn type_line(&mut self, text: &str) -> Result<(), LineError> {
         self.hear_unasked(text)?;
-        if self.rebooted {
-            return Err(self.error(text, LineFailure::Rebooted));
-        }
+        self.require_no_new_start(text)?;
         let typed = match self.typing {
             Typing::Careful => self.type_carefully(text),
             Typing::Fast => self.type_fast(text),
@@ -219,9 +225,7 @@ impl Typist {
                 },
             ) => {
                 self.cancel()?;
-                if self.rebooted {
-                    return Err(self.error(text, LineFailure::Rebooted));
-                }
+                self.require_no_new_start(text)?;
                 Err(error)
             }
             other => other,
