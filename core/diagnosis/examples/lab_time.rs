@@ -16,6 +16,7 @@ use plumb_diagnosis::split::Holdout;
 use plumb_estimation::Progress;
 use plumb_estimation::Random;
 use plumb_kinematics::{Deviation, Knob, Posture};
+use plumb_report::diagnosis_sentence;
 
 const MODEL: &str = "
 arm: made-up
@@ -107,7 +108,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let diagnosis = timed("diagnosis of 1000 rows, files to verdict", || {
             Ok(Laboratory::open(&model, &data, Options::default())?.diagnose(&watch)?)
         })?;
-        println!("  {}", diagnosis.sentence);
+        println!("  {}", diagnosis_sentence(&diagnosis));
     }
     for rows in sizes {
         std::fs::write(&data, table(&arm, rows)?)?;

@@ -10,6 +10,7 @@ use plumb_diagnosis::Step;
 use plumb_diagnosis::laboratory::{Laboratory, LaboratoryError, Options};
 use plumb_diagnosis::split::Holdout;
 use plumb_estimation::Progress;
+use plumb_report::diagnosis_sentence;
 
 /// Name, model file, table, how rows are held out.
 const MACHINES: [(&str, &str, &str, bool); 4] = [
@@ -57,7 +58,7 @@ fn story(name: &str, model: &Path, table: &Path, holdout: Holdout) -> Result<Str
     let growth = Laboratory::open(model, table, Options { holdout, ..Options::default() })?.grow(&watch)?;
     cells.push(figure(growth.diagnosis.rms_mm.check));
     cells.push(match growth.steps.len() {
-        0 => format!("none; {}", growth.diagnosis.sentence),
+        0 => format!("none; {}", diagnosis_sentence(&growth.diagnosis)),
         count => {
             let named = |step: &&Step| step.added.effect.n.is_none();
             let label = |step: &Step| format!("{} ({:.2e} {})", step.label, step.added.size, step.added.unit);

@@ -1,18 +1,18 @@
-//! One diagnosis from beginning to end: fit, noise floor, search, verdict, and what is said beside the verdict.
+//! One diagnosis from beginning to end: fit, noise floor, search, verdict, and what goes with the verdict.
 
 use crate::candidates::{self, Candidates};
-use crate::epochs::{Jump, told};
+use crate::epochs::Jump;
 use crate::fitted::Fitted;
 use crate::found::Found;
 use crate::laboratory::{Comparison, Laboratory, LaboratoryError};
 use crate::lack_of_fit::LackOfFit;
 use crate::noise_floor::{Floor, Replicates};
-use crate::outcome::{Diagnosis, Remaining, Verdict};
+use crate::outcome::{Diagnosis, Objection, Remaining, Rest, TwoPositions, Verdict};
 use crate::repeatability::{self, Split};
 use crate::residual_structure::residual_structure;
 use crate::thresholds::SEARCH_ROWS;
+use crate::unlisted;
 use crate::verdict::Finding;
-use crate::{unlisted, wording};
 use plumb_calibration::arm_model::AddedEffect;
 use plumb_calibration::effect::{EffectId, Spot};
 use plumb_estimation::Progress;
@@ -28,6 +28,7 @@ fn without_findings(verdict: Verdict, floor: Floor, comparison: Comparison) -> D
         noise: comparison.noise,
         not_shown: Vec::new(),
         not_logged: Vec::new(),
+        judged_mm: comparison.rms_mm.fit,
         rms_mm: comparison.rms_mm,
         error_mm: comparison.error_mm,
         explainable: None,
@@ -50,7 +51,7 @@ fn without_findings(verdict: Verdict, floor: Floor, comparison: Comparison) -> D
         next: Vec::new(),
         outliers: comparison.outliers,
         warnings: comparison.warnings,
-        sentence: String::new(),
+        few_poses: None,
     }
 }
 
@@ -77,7 +78,11 @@ impl Laboratory {
     ///
     /// # Errors
     /// Nothing can be fitted, or cancellation.
-    pub fn objection(&self, id: &EffectId, progress: &Progress) -> Result<Option<String>, LaboratoryError> {
+    pub fn objection(
+        &self,
+        id: &EffectId,
+        progress: &Progress,
+    ) -> Result<Option<Objection>, LaboratoryError> {
         if !candidates::probes(self).iter().any(|probe| probe.id.same_as(id)) {
             return Ok(None);
         }
@@ -181,7 +186,6 @@ impl Laboratory {
                 self.measured_rows().len()
             ));
         }
-        diagnosis.sentence = format!("{}{}", told(&diagnosis.jumps), wording::sentence(&diagnosis));
         let named = finding.best().filter(|_| diagnosis.verdict == Verdict::Named);
         let named = named.map(|best| AddedEffect { id: best.id.clone(), values: best.values.clone() });
         let nameless = diagnosis.verdict.is_nameless();
@@ -201,7 +205,7 @@ impl Laboratory {
             let rest = residual_structure(&finding.stage.fitted);
             diagnosis.remaining = Remaining {
                 places: finding.places.iter().map(|spot| self.place_name(*spot)).collect(),
-                shape: rest.shape.to_string(),
+                shape: Some(Rest::Structure(rest.shape)),
                 covariates: rest.covariates,
             };
         }
@@ -224,11 +228,20 @@ impl Laboratory {
         Ok(())
     }
 
-    /// What is said of hardware that stands in two positions.
+    /// What is left where hardware stands in two positions.
     fn remaining_of_splits(&self, splits: &[Split]) -> Remaining {
-        let places: Vec<String> = splits.iter().map(|split| self.place_name(split.spot)).collect();
-        let shape = repeatability::describe(splits.iter().zip(places.iter().cloned()));
-        Remaining { places, covariates: Vec::new(), shape }
+        let positions: Vec<TwoPositions> = splits
+            .iter()
+            .map(|split| {
+                let (apart, unit) = split.shown();
+                TwoPositions { place: self.place_name(split.spot), apart, unit }
+            })
+            .collect();
+        Remaining {
+            places: positions.iter().map(|one| one.place.clone()).collect(),
+            covariates: Vec::new(),
+            shape: Some(Rest::TwoPositions(positions)),
+        }
     }
 
     /// The name of a site: a joint, a target, `base`.
@@ -255,14 +268,12 @@ impl Laboratory {
         if diagnosis.verdict == Verdict::Unknown {
             let rest = residual_structure(fitted);
             diagnosis.remaining.covariates = rest.covariates;
-            diagnosis.remaining.shape =
-                format!("no further effect predicts rows that were left out; {}", rest.shape);
+            diagnosis.remaining.shape = Some(Rest::AfterAllEffects(rest.shape));
         }
         if diagnosis.verdict == Verdict::AtFloor {
             diagnosis.not_shown = self.not_shown(fitted, &diagnosis.floor)?;
             diagnosis.not_logged = self.not_logged();
         }
-        diagnosis.sentence = wording::sentence(&diagnosis);
         Ok(diagnosis)
     }
 
@@ -301,14 +312,8 @@ mod tests {
     fn of_an_arm_that_is_right_it_is_told_what_these_rows_cannot_show_and_what_was_not_logged() {
         let lab = two_links_with(DECLARED, 40, 0.05, 21, |_| [0.0; 2]);
         let told = lab.diagnose(&Progress::unwatched()).unwrap();
-        assert_eq!(told.verdict, Verdict::AtFloor, "{}", told.sentence);
+        assert_eq!(told.verdict, Verdict::AtFloor, "{told:#?}");
         assert_eq!(told.not_logged, ["side of approach", "time", "temperature"]);
-        assert!(
-            told.sentence.contains("The table does not log side of approach, time or temperature"),
-            "{}",
-            told.sentence
-        );
-        assert!(told.sentence.starts_with("Nothing is left but"), "{}", told.sentence);
         assert!(told.named.is_none() && told.next.len() <= 4);
         assert!((told.left_ratio.unwrap() - 1.0).abs() < 0.3, "{:?}", told.left_ratio);
         assert!(told.remaining.places.is_empty());
@@ -323,7 +328,7 @@ mod tests {
     fn a_gain_is_named_with_its_size_and_promises_what_it_takes_away() {
         let lab = two_links_with(DECLARED, 40, 0.05, 22, |q| [0.0, 0.01 * q[1]]);
         let told = lab.diagnose(&Progress::unwatched()).unwrap();
-        let named = told.named.unwrap_or_else(|| panic!("{}", told.sentence));
+        let named = told.named.as_ref().unwrap_or_else(|| panic!("{told:#?}"));
         assert_eq!((named.effect.effect.as_str(), named.effect.place.as_str()), ("joint_gain", "elbow"));
         assert!((named.size - 0.01).abs() < 4.0 * named.se && named.se < 0.001, "{named:?}");
         let best = &told.candidates[0];
@@ -347,14 +352,14 @@ mod tests {
         // The shoulder is off by a function of both angles.
         let lab = two_links_with(DECLARED, 60, 0.05, 23, |q| [0.004 * (2.3 * q[0] + 1.7 * q[1]).sin(), 0.0]);
         let told = lab.diagnose(&Progress::unwatched()).unwrap();
-        assert!(matches!(told.verdict, Verdict::Located | Verdict::Unknown), "{}", told.sentence);
+        assert!(matches!(told.verdict, Verdict::Located | Verdict::Unknown), "{told:#?}");
         assert_eq!(
             told.remaining.places.first().map(String::as_str),
             Some("shoulder"),
             "{:?}",
             told.remaining
         );
-        assert!(!told.remaining.shape.is_empty() && told.left_ratio.unwrap() > 3.0);
+        assert!(matches!(told.remaining.shape, Some(Rest::Structure(_))) && told.left_ratio.unwrap() > 3.0);
     }
 
     #[test]

@@ -5,27 +5,16 @@
 use nalgebra::Vector3;
 
 use crate::cross_validation::pose_groups;
-use crate::epochs::told;
 use crate::fitted::Fitted;
 use crate::found::Found;
 use crate::laboratory::{Laboratory, LaboratoryError};
-use crate::outcome::{Diagnosis, Named, Verdict};
+use crate::outcome::{AcrossPoses, ConditionAtPoses, Diagnosis, FewPoses, Named, PoseShare, Rest, Verdict};
 use crate::pose_to_pose::{FromPoseToPose, point_residual};
 use crate::thresholds::{FEW_POSES, FEW_POSES_RETURNS, LACK_OF_FIT_LEVEL};
 use crate::verdict::effect_place;
-use crate::wording::{sentence, size_text};
 use plumb_calibration::arm_model::AddedEffect;
 use plumb_calibration::effect::{self, EffectId, Spot};
 use plumb_estimation::{Progress, f_tail};
-
-/// What goes with the pose alone.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct PoseShare {
-    /// Share of the squares that is between poses.
-    pub(crate) share: f64,
-    /// Probability of so much if only the returns scattered.
-    pub(crate) p: f64,
-}
 
 impl PoseShare {
     /// Of what a fit leaves in groups of rows that share a pose: points' residuals, mm.
@@ -42,7 +31,11 @@ impl PoseShare {
         let above = (axes * groups.len()).checked_sub(parameters).filter(|freedom| *freedom > 0)? as f64;
         let below = (axes * rows.checked_sub(groups.len()).filter(|freedom| *freedom > 0)?) as f64;
         let ratio = (between / above) / (within / below).max(1e-300);
-        Some(Self { share: between / (between + within).max(1e-300), p: f_tail(ratio, above, below) })
+        Some(Self {
+            share: between / (between + within).max(1e-300),
+            p: f_tail(ratio, above, below),
+            poses: groups.len(),
+        })
     }
 
     /// Whether the pose matters.
@@ -78,7 +71,7 @@ impl Laboratory {
     }
 
     /// Where nothing is named, poses are few and were measured often, and what is left goes with the pose: the diagnosis of the conditions beside an error of each
-    /// pose's own, told so; else what was found already.
+    /// pose's own; else what was found already.
     pub(crate) fn ask_beside_poses(
         &self,
         (mut diagnosis, mut found): (Diagnosis, Found),
@@ -93,21 +86,12 @@ impl Laboratory {
         let Some(share) = self.pose_share(&fitted).filter(PoseShare::is_significant) else {
             return Ok((diagnosis, found));
         };
-        let share_in_words = format!(
-            "{:.0} % of what is left goes with the pose alone, more than the returns to {} poses scatter",
-            100.0 * share.share,
-            groups.len()
-        );
         let beside = self.beside_pose_errors(&groups);
         let (asked, conditions) = beside.diagnose_for(progress)?;
         let Some((effect, sized)) = beside.condition(conditions, progress)? else {
             diagnosis.remaining.covariates.insert(0, "pose".to_owned());
-            diagnosis.remaining.shape.clone_from(&share_in_words);
-            diagnosis.sentence = format!("{}{}", told(&diagnosis.jumps), sentence(&diagnosis));
-            if !diagnosis.sentence.contains(&share_in_words) {
-                diagnosis.sentence.push_str(&format!(" {}.", capital(&share_in_words)));
-            }
-            diagnosis.sentence.push_str(&self.curve_of_the_axis().unwrap_or_default());
+            diagnosis.remaining.shape = Some(Rest::PoseAlone(share));
+            diagnosis.few_poses = Some(FewPoses { share, condition: None, curve: self.curve_of_the_axis() });
             return Ok((diagnosis, found));
         };
         let spread = beside.judged_from_pose_to_pose(
@@ -116,12 +100,15 @@ impl Laboratory {
             (&asked.floor, &asked.candidates),
             progress,
         )?;
-        let (verdict, said) = self.told_from_pose_to_pose(&spread, (&effect, &sized));
-        let sentence = format!(
-            "{said} {}, and nothing in the library explains that.{}",
-            capital(&share_in_words),
-            self.curve_of_the_axis().unwrap_or_default()
-        );
+        let (verdict, across) = match spread {
+            FromPoseToPose::Same => (Verdict::Named, AcrossPoses::Same),
+            FromPoseToPose::Differs { scatter_mm, .. } => {
+                (Verdict::Named, AcrossPoses::Differs { scatter_mm })
+            }
+            FromPoseToPose::Tied { scatter_mm, .. } => (Verdict::Tied, AcrossPoses::Tied { scatter_mm }),
+        };
+        let condition = ConditionAtPoses { label: self.model().label(&effect.id), across };
+        let few_poses = FewPoses { share, condition: Some(condition), curve: self.curve_of_the_axis() };
         let (sized, tied) = spread.of(sized);
         found.named = sized.is_some().then_some(effect);
         // What is left is told of the model itself, not of what stood beside it to ask.
@@ -129,7 +116,8 @@ impl Laboratory {
             verdict,
             named: sized,
             tied,
-            sentence,
+            few_poses: Some(few_poses),
+            judged_mm: diagnosis.judged_mm,
             rms_mm: diagnosis.rms_mm,
             error_mm: diagnosis.error_mm,
             warnings: diagnosis.warnings,
@@ -139,40 +127,7 @@ impl Laboratory {
         Ok((named, found))
     }
 
-    /// What a condition does beside the poses' own errors, in words.
-    fn told_from_pose_to_pose(
-        &self,
-        spread: &FromPoseToPose,
-        (effect, sized): (&AddedEffect, &Named),
-    ) -> (Verdict, String) {
-        let label = self.model().label(&effect.id);
-        let size = |wider: f64| size_text(sized.size, wider * sized.se, &sized.unit);
-        match spread {
-            FromPoseToPose::Same => (
-                Verdict::Named,
-                format!("{label} is at work: {}, the same at every pose; add it.", size(1.0)),
-            ),
-            FromPoseToPose::Differs { scatter_mm, wider } => {
-                let size = size(*wider);
-                let told = format!(
-                    "{label} is at work: {size} on the average of the poses, from which they differ by {scatter_mm:.4} mm (standard deviation); add it."
-                );
-                (Verdict::Named, told)
-            }
-            FromPoseToPose::Tied { scatter_mm, tied } => {
-                let labels: Vec<String> =
-                    tied.iter().map(|one| format!("{}({})", one.effect, one.place)).collect();
-                let told = format!(
-                    "{} cannot be told apart with these data: what goes with the way of arrival differs from pose to pose by {scatter_mm:.4} mm (standard deviation), more than the returns scatter. \
-                     Measure at more places, and let the moves to them be of several lengths.",
-                    labels.join(" and ")
-                );
-                (Verdict::Tied, told)
-            }
-        }
-    }
-
-    /// Where a slide alone was moved: how its positioning error is taken in as a curve, with as many pieces as the positions show.
+    /// Where a slide alone was moved: the effect that holds its positioning error as a curve, with as many pieces as the positions show.
     fn curve_of_the_axis(&self) -> Option<String> {
         let passport = self.passport();
         let mut moved = passport.ranges.iter().enumerate().filter(|(_, (low, high))| high > low);
@@ -186,10 +141,7 @@ impl Laboratory {
             effect::build(id, self.model()).is_ok()
                 && effect::not_at_these_positions(&self.survey(), id).is_none()
         })?;
-        Some(format!(
-            " `{}` holds it as the axis's positioning error; `grow` keeps it as a residual map.",
-            self.model().label(&id)
-        ))
+        Some(self.model().label(&id))
     }
 
     /// The condition that was named, or that passes all a name needs and stands alone, with its size.
@@ -214,11 +166,6 @@ impl Laboratory {
     }
 }
 
-fn capital(text: &str) -> String {
-    let mut letters = text.chars();
-    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -233,14 +180,6 @@ mod tests {
                 (0..10).map(|_| Vector3::new(pose + random.normal(), 0.0, 0.0)).collect()
             })
             .collect()
-    }
-
-    #[test]
-    fn a_sentence_begins_with_a_capital() {
-        assert_eq!(
-            (capital("62 % goes"), capital("half goes"), capital("")),
-            ("62 % goes".into(), "Half goes".into(), String::new())
-        );
     }
 
     #[test]

@@ -10,6 +10,9 @@ pub(crate) struct Found {
     pub(crate) corrections: Vec<CorrectionCandidate>,
 }
 
+/// What a correction may stand for besides the effects of the library, as model files have it.
+pub(crate) const NOT_LISTED: &str = "a mechanism that is not listed";
+
 /// An effect that predicts rows it has not seen though it may not be named.
 pub(crate) struct CorrectionCandidate {
     pub(crate) effect: AddedEffect,

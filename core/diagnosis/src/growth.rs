@@ -198,7 +198,6 @@ impl Laboratory {
         if let Some(Mapped { model, step, error_mm }) = grown.with_map(progress)? {
             growth.diagnosis.rms_mm = step.rms_mm;
             growth.diagnosis.error_mm = error_mm;
-            growth.diagnosis.sentence = format!("{} {}", growth.diagnosis.sentence, step.sentence);
             growth.model = model;
             growth.residual_map = Some(step);
         }

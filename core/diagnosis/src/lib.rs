@@ -26,8 +26,7 @@ mod next_poses;
 pub mod noise_floor;
 mod not_shown;
 mod outcome;
-mod phrase;
-pub mod plot;
+pub mod phrase;
 mod pose_to_pose;
 mod predictive_gain;
 mod products;
@@ -44,7 +43,6 @@ mod testing;
 mod thresholds;
 mod unlisted;
 mod verdict;
-mod wording;
 mod working_volume;
 
 pub use claim::Claim;
@@ -55,6 +53,8 @@ pub use growth::{Growth, Step, StepRms};
 pub use hypothesis::{Hypothesis, HypothesisValue};
 pub use next_poses::{NextPoses, Wanted};
 pub use outcome::{
-    Candidate, Diagnosis, EffectPlace, Located, Named, NextPose, NotShown, Remaining, Verdict,
+    AcrossPoses, Alike, Candidate, ConditionAtPoses, Diagnosis, EffectPlace, FewPoses, Located, Named,
+    NextPose, NotShown, Objection, PoseShare, Rejection, Remaining, Rest, TwoPositions, Verdict,
 };
 pub use phrase::{is_determined, percent};
+pub use residual_structure::{CategoryMeans, Description, ResidualShape, Trend};

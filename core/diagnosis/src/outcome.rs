@@ -1,4 +1,5 @@
-//! What a diagnosis says. Serialized, it is the contract's JSON.
+//! What a diagnosis finds, as typed results. Words are made of them in core/report, and so is the contract's JSON: serialized here, a diagnosis lacks what is said in
+//! words (`sentence`, `rejected`, `shape`).
 
 use serde::Serialize;
 use serde_json::Value;
@@ -8,6 +9,7 @@ use crate::explainable::Explainable;
 use crate::hypothesis::Hypothesis;
 use crate::laboratory::{Errors, Rms};
 use crate::noise_floor::Floor;
+use crate::residual_structure::Description;
 use plumb_calibration::measurement::ReadingNoise;
 
 /// Exactly one of eight.
@@ -122,8 +124,59 @@ pub struct Candidate {
     /// Smallest size these poses would show four times in five, beside the scatter that is left with the candidate in, or the noise where that is larger.
     pub smallest: f64,
     /// Why it is not the name; nothing for the one that is named.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub rejected: Option<String>,
+    #[serde(skip)]
+    pub rejected: Option<Rejection>,
+}
+
+/// Why a candidate is not the name. Other effects by their labels, as `add` takes them.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Rejection {
+    /// Errors of the geometry that the model does not free explain it as well: the group to free.
+    HeldGeometry(&'static str),
+    /// Chance may have made it: its p value after Holm's correction.
+    NotSignificant(f64),
+    /// No real machine has this size or sign.
+    Implausible,
+    /// These explain it as well.
+    IndistinguishableFrom(Vec<String>),
+    /// It stands only when some rows are called wild.
+    Outvoted,
+    /// It explains these rows and does not predict rows it has not seen: there are too few.
+    NotPredicted,
+    /// Another explains more.
+    WorseThan(String),
+    /// A smooth function of what is known of a row explains it as well.
+    SmoothExplains,
+    /// A smooth function of what is known of a row predicts rows left out as well.
+    SmoothPredicts,
+    /// A mechanism without a name explains it as well, or is at work too, at this place.
+    UnlistedAt(String),
+    /// Too much else is left at this place.
+    MoreLeftAt(String),
+    /// Its size is another once the rest is allowed for.
+    OtherSize,
+    /// More than noise is left with it in, which a mechanism without a name may explain as well.
+    MoreThanNoiseLeft,
+}
+
+/// Why an effect should not be added without a question.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Objection {
+    /// It was judged, and is not the name.
+    Rejected(Rejection),
+    /// It is not among so many likeliest candidates.
+    NotAmong(usize),
+}
+
+/// Two effects that move the readings of these poses alike, beyond what is fitted.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Alike {
+    /// The likeliest, as `add` takes it.
+    pub one: String,
+    /// The other.
+    pub other: String,
+    /// Canonical correlation of what each adds to what is fitted.
+    pub correlation: f64,
 }
 
 /// An effect these rows cannot show, though it could move the tip by more than the noise.
@@ -153,8 +206,81 @@ pub struct Remaining {
     pub places: Vec<String>,
     /// Covariates that still matter.
     pub covariates: Vec<String>,
-    /// Its shape, in words.
-    pub shape: String,
+    /// What it is like; nothing where that was not asked.
+    #[serde(skip)]
+    pub shape: Option<Rest>,
+}
+
+/// What the rest is like.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Rest {
+    /// It goes with something on record, or with nothing on record.
+    Structure(Description),
+    /// The same, where no further effect predicts rows that were left out.
+    AfterAllEffects(Description),
+    /// Returns to one pose fall into two groups, for no reason the table records.
+    TwoPositions(Vec<TwoPositions>),
+    /// It goes with the pose alone.
+    PoseAlone(PoseShare),
+}
+
+/// A place that returns to one pose find in two positions.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TwoPositions {
+    /// The joint, target or base.
+    pub place: String,
+    /// How far apart the two are, in `unit`.
+    pub apart: f64,
+    /// deg or mm.
+    pub unit: &'static str,
+}
+
+/// How much of what is left goes with the pose alone, where few poses were measured often.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PoseShare {
+    /// Share of the squares that is between poses.
+    pub share: f64,
+    /// Probability of so much if only the returns scattered.
+    pub p: f64,
+    /// Poses.
+    pub poses: usize,
+}
+
+/// What is found where few poses were measured often and what is left goes with the pose.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FewPoses {
+    /// How much of it does.
+    pub share: PoseShare,
+    /// The condition that is at work beside an error of each pose's own; nothing where none is.
+    pub condition: Option<ConditionAtPoses>,
+    /// Where a slide alone was moved: the effect that holds its error of position as a curve, as `add` takes it.
+    pub curve: Option<String>,
+}
+
+/// A condition (play, settling) beside an error of each pose's own.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ConditionAtPoses {
+    /// The effect, as `add` takes it.
+    pub label: String,
+    /// How it goes from pose to pose.
+    pub across: AcrossPoses,
+}
+
+/// How a condition's effect goes from pose to pose.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum AcrossPoses {
+    /// It is the same at every pose, as far as the rows tell.
+    Same,
+    /// It differs by this standard deviation.
+    Differs {
+        /// mm.
+        scatter_mm: f64,
+    },
+    /// It differs by this standard deviation, and other conditions do as well.
+    Tied {
+        /// mm.
+        scatter_mm: f64,
+    },
 }
 
 /// A pose worth measuring.
@@ -216,9 +342,9 @@ pub struct Diagnosis {
     /// Effects that are the same thing as the first of those in these data: whichever is added, every reading is predicted alike.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub same: Vec<String>,
-    /// Which effects move the readings alike in these poses, in words: why they are tied, or nearly so.
+    /// Which effects move the readings alike in these poses: why they are tied, or nearly so.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub alike: Vec<String>,
+    pub alike: Vec<Alike>,
     /// What was considered, the likeliest first.
     pub candidates: Vec<Candidate>,
     /// What is left.
@@ -241,14 +367,18 @@ pub struct Diagnosis {
     pub outliers: Vec<u32>,
     /// What the user should know besides.
     pub warnings: Vec<String>,
-    /// One plain sentence.
-    pub sentence: String,
+    /// What was found of few poses that were measured often; nothing of other tables.
+    #[serde(skip)]
+    pub few_poses: Option<FewPoses>,
+    /// RMS of the fit of the model that was judged, mm: `rms_mm.fit`, but where a residual map came in after the verdict.
+    #[serde(skip)]
+    pub judged_mm: f64,
 }
 
 impl Diagnosis {
     /// Why adding an effect should be asked about first: the candidates were judged, and it is neither named, nor tied, nor found besides. By its label, as `add`
     /// takes it; nothing where there is no objection, or nothing was judged.
-    pub fn objection(&self, label: &str) -> Option<String> {
+    pub fn objection(&self, label: &str) -> Option<Objection> {
         let known = self.candidates.iter().find(|candidate| candidate.label == label);
         let in_question = known.is_some_and(|candidate| {
             let is_named = self.named.as_ref().is_some_and(|named| named.effect == candidate.effect);
@@ -258,10 +388,6 @@ impl Diagnosis {
             return None;
         }
         let reason = known.and_then(|candidate| candidate.rejected.clone());
-        Some(
-            reason.unwrap_or_else(|| {
-                format!("it is not among the {} likeliest candidates", self.candidates.len())
-            }),
-        )
+        Some(reason.map_or(Objection::NotAmong(self.candidates.len()), Objection::Rejected))
     }
 }

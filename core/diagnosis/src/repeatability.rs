@@ -23,17 +23,11 @@ pub(crate) struct Split {
     pub(crate) turns: bool,
 }
 
-/// What splits are, in words.
-pub(crate) fn describe<'s>(splits: impl Iterator<Item = (&'s Split, String)>) -> String {
-    let each = splits.map(|(split, place)| {
-        let (apart, unit) = if split.turns { (split.apart.to_degrees(), "deg") } else { (split.apart, "mm") };
-        format!("about {} {unit} apart at {place}", super::wording::figure(apart))
-    });
-    let each: Vec<String> = each.collect();
-    format!(
-        "returns to one pose fall into two camps {}, for no reason the table records",
-        super::wording::listed(&each, "and")
-    )
+impl Split {
+    /// The distance as it is shown, with its unit.
+    pub(crate) fn shown(&self) -> (f64, &'static str) {
+        if self.turns { (self.apart.to_degrees(), "deg") } else { (self.apart, "mm") }
+    }
 }
 
 /// Looks for two camps along every joint's motion, and along ways in which base or target may stand in two places. Where two
@@ -346,11 +340,10 @@ mod tests {
     }
 
     #[test]
-    fn a_split_is_told_with_its_distance_in_the_unit_of_its_motion() {
+    fn the_distance_of_a_split_is_shown_in_the_unit_of_its_motion() {
         let split = |turns: bool, apart: f64| Split { spot: Spot::Joint(0), turns, apart };
-        let told = describe(
-            [(&split(true, 0.01), "pan".to_owned()), (&split(false, 0.25), "lift".to_owned())].into_iter(),
-        );
-        assert!(told.contains("about 0.5730 deg apart at pan and about 0.2500 mm apart at lift"), "{told}");
+        let (angle, unit) = split(true, 0.01).shown();
+        assert!((angle - 0.572_958).abs() < 1e-6 && unit == "deg", "{angle} {unit}");
+        assert_eq!(split(false, 0.25).shown(), (0.25, "mm"));
     }
 }

@@ -1,11 +1,193 @@
-//! One page that needs no other file: how large the error is, how much of it could be explained, where it is, which effect, how sure, what adding effects
-//! did, what to measure next.
+//! What a report of a model tells, and how it is gathered: comparison, diagnosis, the fall of the error, poses to measure. The page itself is made in core/report.
 
-mod fall_picture;
-mod gather;
-mod page;
-mod shown_rows;
-mod tables;
+use serde::Serialize;
 
-pub use gather::{Chapter, Fall, Report, StepKind};
-pub use page::html;
+use crate::laboratory::{Comparison, EffectPlot, Laboratory, LaboratoryError};
+use crate::{Diagnosis, NextPoses};
+use plumb_calibration::arm_model::{AddedEffect, Model};
+use plumb_estimation::Progress;
+
+/// What a step of the fall of the error is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum StepKind {
+    /// The model without any added effect.
+    Start,
+    /// Effects whose mechanism is identified, or that the user added.
+    Mechanism,
+    /// Effects that predict unseen rows and may stand for others.
+    Correction,
+    /// A residual map: it explains nothing.
+    ResidualMap,
+}
+
+/// One step of the fall of the error, mm2: variances add, root mean squares do not.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Fall {
+    /// What was added; `start` for the model without any added effect.
+    pub added: String,
+    /// What that is.
+    pub kind: StepKind,
+    /// Mean square over the rows that were fitted.
+    pub fit_mm2: f64,
+    /// Mean square over left-out regions.
+    pub cv_mm2: Option<f64>,
+    /// Mean square over the held-out rows.
+    pub check_mm2: Option<f64>,
+}
+
+/// One line of the model's story: a revision.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Chapter {
+    /// The revision's number, 0 for the original.
+    pub number: u32,
+    /// What was done.
+    pub did: String,
+    /// RMS of the fit then, mm.
+    pub rms_mm: Option<f64>,
+}
+
+/// Everything a report tells.
+#[derive(Debug, Clone, Serialize)]
+pub struct Report {
+    /// The model as it stands, against the table.
+    pub comparison: Comparison,
+    /// What it lacks.
+    pub diagnosis: Diagnosis,
+    /// The fall of the error through the added effects.
+    pub fall: Vec<Fall>,
+    /// Parameters that moved by more than two standard errors when the added effects came in.
+    pub moved: Vec<String>,
+    /// Poses to measure next, where any would settle something.
+    pub next: Option<NextPoses>,
+    /// The revisions.
+    pub story: Vec<Chapter>,
+    /// The own plots of what is named or tied, of the likeliest candidates, and of what was added.
+    #[serde(skip)]
+    pub plots: Vec<EffectPlot>,
+}
+
+/// Added effects shown one by one; more are shown in groups.
+const STEPS: usize = 12;
+
+/// Candidates with a plot of their own, where nothing is named or tied.
+const CANDIDATES_PLOTTED: usize = 3;
+
+/// Added effects with a plot of their own, the last of them.
+const ADDED_PLOTTED: usize = 6;
+
+impl Laboratory {
+    /// Gathers what a report tells; `story` are the revisions so far.
+    ///
+    /// # Errors
+    /// Nothing can be fitted, or cancellation.
+    pub fn report(&self, story: Vec<Chapter>, progress: &Progress) -> Result<Report, LaboratoryError> {
+        progress.report(0.0, "comparing")?;
+        let comparison = self.compare_in_full(progress)?;
+        let (fall, moved) = self.fall(&comparison, progress)?;
+        let diagnosis = self.with_hypothesis(self.diagnose(progress)?, progress)?;
+        let asks = !diagnosis.next.is_empty() || diagnosis.named.is_some();
+        let next = match asks {
+            true => {
+                let wanted = crate::Wanted { count: 8, keep_out: Vec::new(), payloads: Vec::new() };
+                self.next_poses(&wanted, progress).ok()
+            }
+            false => None,
+        };
+        let plots = self.effect_plots(&self.worth_plotting(&diagnosis), progress)?;
+        Ok(Report { comparison, diagnosis, fall, moved, next, story, plots })
+    }
+
+    /// Effects whose own plots are worth a look, the one in question first.
+    fn worth_plotting(&self, diagnosis: &Diagnosis) -> Vec<String> {
+        let named = diagnosis.named.iter().map(|named| &named.effect);
+        let asked: Vec<_> = named.chain(&diagnosis.tied).collect();
+        let mut wanted: Vec<String> = diagnosis
+            .candidates
+            .iter()
+            .enumerate()
+            .filter(|(place, candidate)| {
+                asked.contains(&&candidate.effect) || (asked.is_empty() && *place < CANDIDATES_PLOTTED)
+            })
+            .map(|(_, candidate)| candidate.label.clone())
+            .collect();
+        let added = self.model().effects.iter().rev().take(ADDED_PLOTTED);
+        wanted.extend(added.map(|added| self.model().label(&added.id)));
+        wanted
+    }
+
+    /// The fall of the error, effect by effect; a residual map, which goes with all of them, comes last.
+    fn fall(
+        &self,
+        now: &Comparison,
+        progress: &Progress,
+    ) -> Result<(Vec<Fall>, Vec<String>), LaboratoryError> {
+        let plain = self.without_map();
+        let without_map = plain.as_ref().unwrap_or(self);
+        let effects: &[AddedEffect] = &self.model().effects;
+        let group = effects.len().div_ceil(STEPS).max(1);
+        let mut fall = Vec::new();
+        let mut bare: Option<Comparison> = None;
+        for count in (0..effects.len()).step_by(group) {
+            progress.report(count as f64 / effects.len() as f64, "telling the fall of the error")?;
+            let fewer = effects.iter().take(count).cloned().collect();
+            let model = Model { effects: fewer, ..without_map.model().clone() };
+            let smaller = Self::new(model, self.table().clone(), self.options().clone())?;
+            let comparison = smaller.compare(progress)?;
+            fall.push(self.step(count, group, &comparison));
+            if count == 0 {
+                bare = Some(comparison);
+            }
+        }
+        match &plain {
+            None => fall.push(self.step(effects.len(), group, now)),
+            Some(plain) => {
+                fall.push(self.step(effects.len(), group, &plain.compare(progress)?));
+                fall.push(Fall::of("residual_map".to_owned(), StepKind::ResidualMap, now));
+            }
+        }
+        let moved = bare.map_or_else(Vec::new, |bare| crate::laboratory::moved(&bare.effects, &now.effects));
+        Ok((fall, moved))
+    }
+
+    /// The step with the first `count` effects in.
+    fn step(&self, count: usize, group: usize, comparison: &Comparison) -> Fall {
+        let first = count.saturating_sub(if count.is_multiple_of(group) { group } else { count % group });
+        let new = self.model().effects.get(first..count).unwrap_or(&[]);
+        let kind = if new.is_empty() {
+            StepKind::Start
+        } else if new.iter().any(|added| self.model().correction(&added.id).is_some()) {
+            StepKind::Correction
+        } else {
+            StepKind::Mechanism
+        };
+        Fall::of(self.group_label(new), kind, comparison)
+    }
+
+    /// What came in with some effects.
+    fn group_label(&self, new: &[AddedEffect]) -> String {
+        let labels: Vec<String> = new
+            .iter()
+            .map(|added| match self.model().correction(&added.id) {
+                Some(_) => format!("{} (correction)", self.model().label(&added.id)),
+                None => self.model().label(&added.id),
+            })
+            .collect();
+        match labels.as_slice() {
+            // What the model had before anything was added here.
+            [] => "start".to_owned(),
+            [one] => one.clone(),
+            // A picture has room for one name a bar.
+            [one, rest @ ..] => format!("{one} and {} more", rest.len()),
+        }
+    }
+}
+
+impl Fall {
+    fn of(added: String, kind: StepKind, comparison: &Comparison) -> Self {
+        let rms = comparison.rms_mm;
+        // Squares, for squares of errors that are independent add up: a step's height in the picture is its own share.
+        let [cv_mm2, check_mm2] = [rms.cv, rms.check].map(|rms| rms.map(|rms| rms * rms));
+        Self { added, kind, fit_mm2: rms.fit * rms.fit, cv_mm2, check_mm2 }
+    }
+}

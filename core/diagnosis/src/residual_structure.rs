@@ -6,8 +6,8 @@ mod shape;
 
 use nalgebra::Vector3;
 
-use shape::classify;
-use shape::{CategoryMeans, Description, LevelMean, Trend};
+pub use shape::{CategoryMeans, Description, ResidualShape, Trend};
+use shape::{LevelMean, classify};
 
 use crate::cross_validation::pose_groups;
 use crate::fitted::Fitted;

@@ -6,18 +6,17 @@ use crate::candidates::{Candidates, best_variants};
 use crate::direction_test;
 use crate::epochs::with_rivals;
 use crate::forward_selection::{Contender, Stage};
-use crate::found::CorrectionCandidate;
+use crate::found::{CorrectionCandidate, NOT_LISTED};
 use crate::laboratory::{Laboratory, LaboratoryError, points_in};
 use crate::lack_of_fit::{LackOfFit, probability_of_noise};
 use crate::mechanism_test::Mechanism;
 use crate::noise_floor::Floor;
-use crate::outcome::{Candidate, EffectPlace, Located, Named, Verdict};
+use crate::outcome::{Alike, Candidate, EffectPlace, Located, Named, Verdict};
 use crate::score_test::{Probe, score};
 use crate::thresholds::{
     ALIKE_CORRELATION, COMPARED_CANDIDATES, DETECTABLE_ERRORS, LACK_OF_FIT_LEVEL, NAMING_LEVEL,
     OVERWHELMING_GAIN, PRESENT_LEVEL, SAME_CORRELATION, SIGN_ERRORS, TIE_BIC, UNLISTED_LEVEL,
 };
-use crate::wording::NOT_LISTED;
 use plumb_calibration::arm_model::AddedEffect;
 use plumb_calibration::effect::{self, EffectId, Family, LooksAt, Search, Size, Spot};
 use plumb_calibration::fit::ResidualModel;
@@ -427,23 +426,21 @@ impl Finding<'_> {
         places.map(|contender| effect_place(&self.stage.fitted.machine, &contender.id)).collect()
     }
 
-    /// Pairs of the best few contenders that move the readings alike in these poses, in words.
-    pub(crate) fn alike(&self) -> Vec<String> {
+    /// Pairs of the best few contenders that move the readings alike in these poses.
+    pub(crate) fn alike(&self) -> Vec<Alike> {
         let Some(best) = self.best().map(|best| self.stage.fitted.machine.model.label(&best.id)) else {
             return Vec::new();
         };
         let model = self.stage.fitted.machine.model;
         let same = self.same();
-        let mut told = Vec::new();
+        let mut alike = Vec::new();
         for (correlation, other) in self.correlated() {
             let other = model.label(&other);
             if !same.contains(&other) {
-                told.push(format!(
-                    "beyond what is fitted {best} and {other} move the readings of these poses alike (canonical correlation {correlation:.3})"
-                ));
+                alike.push(Alike { one: best.clone(), other, correlation });
             }
         }
-        told
+        alike
     }
 
     /// Contenders that are the same thing as the best in these rows: they move every reading just as it does, and the tip as much or as little. What the arm's own

@@ -7,6 +7,7 @@ use plumb_diagnosis::laboratory::{Comparison, Laboratory, Options};
 use plumb_diagnosis::split::Holdout;
 use plumb_diagnosis::{Diagnosis, Verdict};
 use plumb_estimation::Progress;
+use plumb_report::diagnosis_sentence;
 
 fn shared(part: &str) -> Option<PathBuf> {
     let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data").join(part);
@@ -86,7 +87,7 @@ fn sockets_alone_bring_a_panda_true_without_an_instrument() {
 
 fn named(case: &str, effect: &str, place: &str) {
     let Some(diagnosis) = diagnose(case) else { return };
-    assert_eq!(diagnosis.verdict, Verdict::Named, "case {case}: {}", diagnosis.sentence);
+    assert_eq!(diagnosis.verdict, Verdict::Named, "case {case}: {}", diagnosis_sentence(&diagnosis));
     let named = diagnosis.named.unwrap().effect;
     assert_eq!((named.effect.as_str(), named.place.as_str()), (effect, place), "case {case}");
 }
@@ -116,14 +117,14 @@ fn an_axis_that_leans_is_named() {
 #[test]
 fn nothing_is_named_where_nothing_is_hidden() {
     let Some(diagnosis) = diagnose("b") else { return };
-    assert_eq!(diagnosis.verdict, Verdict::AtFloor, "{}", diagnosis.sentence);
+    assert_eq!(diagnosis.verdict, Verdict::AtFloor, "{}", diagnosis_sentence(&diagnosis));
     assert!(diagnosis.named.is_none() && diagnosis.tied.is_empty());
 }
 
 #[test]
 fn returns_that_split_in_two_for_no_recorded_reason_are_the_hardwares_fault() {
     let Some(diagnosis) = diagnose("h") else { return };
-    assert_eq!(diagnosis.verdict, Verdict::NotRepeatable, "{}", diagnosis.sentence);
+    assert_eq!(diagnosis.verdict, Verdict::NotRepeatable, "{}", diagnosis_sentence(&diagnosis));
 }
 
 #[test]
@@ -144,7 +145,7 @@ fn two_effects_at_once_are_found_one_after_the_other() {
         .collect();
     added.sort_unstable();
     assert_eq!(added, [("joint_backlash", "elbow"), ("joint_compliance", "shoulder")]);
-    assert_eq!(growth.diagnosis.verdict, Verdict::AtFloor, "{}", growth.diagnosis.sentence);
+    assert_eq!(growth.diagnosis.verdict, Verdict::AtFloor, "{}", diagnosis_sentence(&growth.diagnosis));
 }
 
 #[test]

@@ -16,6 +16,7 @@ use plumb_calibration::table::{Table, table_text};
 use plumb_diagnosis::Diagnosis;
 use plumb_diagnosis::laboratory::{LaboratoryError, Options};
 use plumb_estimation::{Progress, Random};
+use plumb_report::{diagnosis_sentence, rejection_in_words};
 use plumb_simulated::physics::campaign::catalogue::Choice;
 
 /// Model files and tables that are looked for in the folder; those that are not there are left out, and said.
@@ -273,14 +274,14 @@ fn first_lot(seed: u64, effect: &str) -> u64 {
 
 /// One injection in lines: what was hidden, the sentence, and why the first candidates are not the name.
 fn told(effect: &str, place: &str, found: Found, diagnosis: &Diagnosis) -> String {
-    let mut text = format!("  {effect}({place}): {found:?}. {}\n", diagnosis.sentence);
+    let mut text = format!("  {effect}({place}): {found:?}. {}\n", diagnosis_sentence(diagnosis));
     for candidate in diagnosis.candidates.iter().take(4) {
         // Writing to a text cannot fail.
         let _ = writeln!(
             text,
             "    {}: {}",
             candidate.label,
-            candidate.rejected.as_deref().unwrap_or("the name")
+            candidate.rejected.as_ref().map_or_else(|| "the name".to_owned(), rejection_in_words)
         );
     }
     text

@@ -11,7 +11,6 @@ use serde::Serialize;
 use crate::fitted::Fitted;
 use crate::laboratory::{Laboratory, LaboratoryError};
 use crate::thresholds::{JUMP_ROWS, SEARCH_ROWS};
-use crate::wording::listed;
 use columns::Columns;
 use plumb_calibration::arm_model::{AddedEffect, Epochs, Model};
 use plumb_calibration::effect::{EffectId, acts_by_epoch, expand, kind};
@@ -248,18 +247,4 @@ fn starts(columns: &Columns) -> Option<Starts> {
     });
     let best = found.into_iter().flatten().min_by(|one, other| one.0.total_cmp(&other.0));
     best.map(|(_, starts)| starts)
-}
-
-/// Where something was re-set, in words; nothing where nothing was.
-pub(crate) fn told(jumps: &[Jump]) -> String {
-    let place = |jump: &Jump| {
-        let [before, after] = jump.between_rows;
-        let [_, line] = jump.between_lines;
-        let time = jump.at_s.map_or_else(String::new, |at| format!(", {at:.0} s"));
-        format!("between rows {before} and {after} (line {line}{time})")
-    };
-    match jumps {
-        [] => String::new(),
-        some => format!("Something jumped {}. ", listed(&some.iter().map(place).collect::<Vec<_>>(), "and")),
-    }
 }

@@ -7,8 +7,8 @@ use super::design::{Design, Sensing, Wish};
 use crate::laboratory::{Laboratory, LaboratoryError};
 use crate::noise_floor::typical_sigma;
 use crate::outcome::{NextPose, Verdict};
+use crate::phrase::listed;
 use crate::thresholds::{INSEPARABLE, SETTLES};
-use crate::wording::listed;
 use plumb_estimation::Progress;
 
 /// Load that is proposed beyond the heaviest of the table, kg.

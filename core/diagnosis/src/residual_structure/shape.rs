@@ -1,9 +1,6 @@
-//! In what shape the rest goes with one covariate: the classification, and apart from it the words.
-
-use std::fmt;
+//! In what shape the rest goes with one covariate.
 
 use crate::thresholds::SHAPE_FRACTION;
-use crate::wording::{figure, listed};
 
 /// Mean over the rows of one level of a covariate.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -18,7 +15,7 @@ pub(crate) struct LevelMean {
 
 /// In what shape a residual goes with a covariate. Lengths in mm, places in the covariate's unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum ResidualShape {
+pub enum ResidualShape {
     /// A wave of a rotating joint.
     Periodic {
         /// Periods a rotation.
@@ -135,134 +132,39 @@ pub(crate) fn classify(levels: &[LevelMean], wave: Option<(u32, f64)>) -> Option
 
 /// How one component of the rest goes with one covariate.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Trend {
+pub struct Trend {
     /// The component, such as `along x`.
-    pub(crate) along: String,
+    pub along: String,
     /// The covariate.
-    pub(crate) against: String,
+    pub against: String,
     /// Its unit as shown.
-    pub(crate) unit: &'static str,
+    pub unit: &'static str,
     /// Whether it is kept in radians and shown in degrees.
-    pub(crate) in_degrees: bool,
+    pub in_degrees: bool,
     /// The shape.
-    pub(crate) shape: ResidualShape,
-}
-
-impl Trend {
-    /// A value of the covariate with its unit.
-    fn at(&self, value: f64) -> String {
-        let shown = if self.in_degrees { value.to_degrees() } else { value };
-        format!("{} {}", figure(shown), self.unit).trim_end().to_owned()
-    }
+    pub shape: ResidualShape,
 }
 
 /// What one component of the rest is on average in each category of a column of words.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct CategoryMeans {
+pub struct CategoryMeans {
     /// The component, such as `along x`.
-    pub(crate) along: String,
+    pub along: String,
     /// The column.
-    pub(crate) against: String,
+    pub against: String,
     /// Category and mean, mm, in the order in which the categories appear in the table.
-    pub(crate) means: Vec<(String, f64)>,
+    pub means: Vec<(String, f64)>,
 }
 
-impl CategoryMeans {
-    /// The two categories that differ most, in the table's order, and by how much, mm.
-    fn extremes(&self) -> Option<(&str, &str, f64)> {
-        let means = self.means.iter().enumerate();
-        let (lowest, (_, least)) = means.clone().min_by(|left, right| left.1.1.total_cmp(&right.1.1))?;
-        let (highest, (_, most)) = means.max_by(|left, right| left.1.1.total_cmp(&right.1.1))?;
-        let first = self.means.get(lowest.min(highest))?;
-        let last = self.means.get(lowest.max(highest))?;
-        Some((&first.0, &last.0, most - least))
-    }
-}
-
-impl fmt::Display for CategoryMeans {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Some((first, last, difference)) = self.extremes() else { return Ok(()) };
-        let (along, name) = (&self.along, &self.against);
-        write!(
-            formatter,
-            "{along} it differs by {} mm between {name} {first} and {last}",
-            figure(difference)
-        )?;
-        if self.means.len() > 2 {
-            let all: Vec<String> = self
-                .means
-                .iter()
-                .map(|(category, mean)| format!("{category} {} mm", figure(*mean)))
-                .collect();
-            write!(formatter, " (on average {})", all.join(", "))?;
-        }
-        Ok(())
-    }
-}
-
-/// What is said of the rest.
+/// What the rest goes with.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Description {
+pub enum Description {
     /// It goes with a covariate of numbers.
     Trend(Trend),
     /// It goes with a column of words.
     Categories(CategoryMeans),
     /// It goes with none of these conditions.
     Unrelated(Vec<String>),
-}
-
-impl fmt::Display for Trend {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (along, name) = (&self.along, &self.against);
-        match self.shape {
-            ResidualShape::Periodic { order, amplitude } => {
-                write!(
-                    formatter,
-                    "{along} it swings {order} times a turn of {name}, by {} mm",
-                    figure(amplitude)
-                )
-            }
-            ResidualShape::Levels { difference, first, last } => write!(
-                formatter,
-                "{along} it differs by {} mm between {name} {} and {}",
-                figure(difference),
-                self.at(first),
-                self.at(last)
-            ),
-            ResidualShape::Step { height, at } => {
-                write!(formatter, "{along} it jumps by {} mm at {name} {}", figure(height), self.at(at))
-            }
-            ResidualShape::Linear { rise, from, to } => write!(
-                formatter,
-                "{along} it changes steadily with {name}, by {} mm from {} to {}",
-                figure(rise),
-                self.at(from),
-                self.at(to)
-            ),
-            ResidualShape::Curved { lowest, highest } => write!(
-                formatter,
-                "{along} it bends with {name}: {} mm near {} and {} mm near {}",
-                figure(lowest.0),
-                self.at(lowest.1),
-                figure(highest.0),
-                self.at(highest.1)
-            ),
-        }
-    }
-}
-
-impl fmt::Display for Description {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Trend(trend) => trend.fmt(formatter),
-            Self::Categories(means) => means.fmt(formatter),
-            Self::Unrelated(conditions) => write!(
-                formatter,
-                "no single joint, moment or condition on record goes with it ({}); return to some poses from either side, after waiting, and under load",
-                listed(conditions, "and")
-            ),
-        }
-    }
 }
 
 #[cfg(test)]
@@ -306,41 +208,5 @@ mod tests {
         let wave = classify(&levels(|at| at), Some((4, 0.2)));
         assert_eq!(wave, Some(ResidualShape::Periodic { order: 4, amplitude: 0.2 }));
         assert_eq!(classify(&[], None), None);
-    }
-
-    #[test]
-    fn angles_are_shown_in_degrees_and_a_missing_unit_leaves_no_blank() {
-        let shape = ResidualShape::Step { height: 0.25, at: std::f64::consts::FRAC_PI_2 };
-        let mut trend = Trend {
-            along: "along x".to_owned(),
-            against: "lift".to_owned(),
-            unit: "deg",
-            in_degrees: true,
-            shape,
-        };
-        assert_eq!(trend.to_string(), "along x it jumps by 0.2500 mm at lift 90.00 deg");
-        (trend.unit, trend.in_degrees) = ("", false);
-        assert_eq!(trend.to_string(), "along x it jumps by 0.2500 mm at lift 1.57");
-    }
-
-    fn of_fixtures(means: &[(&str, f64)]) -> String {
-        let means = means.iter().map(|(category, mean)| ((*category).to_owned(), *mean)).collect();
-        CategoryMeans { along: "along x".to_owned(), against: "fixture".to_owned(), means }.to_string()
-    }
-
-    #[test]
-    fn two_categories_are_compared_by_name() {
-        assert_eq!(
-            of_fixtures(&[("left", 0.0), ("right", 0.6)]),
-            "along x it differs by 0.6000 mm between fixture left and right"
-        );
-    }
-
-    #[test]
-    fn of_three_categories_all_are_given_and_the_two_that_differ_most_in_the_tables_order() {
-        assert_eq!(
-            of_fixtures(&[("left", 0.0), ("right", 0.6), ("rear", -0.6)]),
-            "along x it differs by 1.20 mm between fixture right and rear (on average left 0.0000 mm, right 0.6000 mm, rear -0.6000 mm)"
-        );
     }
 }

@@ -7,11 +7,10 @@ use crate::forward_selection::{Contender, Stage};
 use crate::laboratory::{LaboratoryError, points_in};
 use crate::mechanism_test::{Doubt, GEOMETRY, Mechanism, explains_as_well, posterior};
 use crate::noise_floor::{Floor, typical_sigma};
-use crate::outcome::Verdict;
+use crate::outcome::{Rejection, Verdict};
 use crate::predictive_gain::Gain;
 use crate::score_test::Probe;
 use crate::thresholds::NAMING_LEVEL;
-use crate::wording::{AS_WELL, NOT_PREDICTED, listed};
 use plumb_calibration::effect::{self, EffectId};
 use plumb_estimation::Progress;
 
@@ -158,7 +157,7 @@ impl<'a> Finding<'a> {
     }
 
     /// Why a contender is not the name, and which rival stands in its way; nothing for the one that is named.
-    pub(super) fn rejected(&self, contender: &Contender) -> Option<String> {
+    pub(super) fn rejected(&self, contender: &Contender) -> Option<Rejection> {
         let is_best = self.best().is_some_and(|best| best.id == contender.id);
         let close =
             self.close.iter().filter_map(|index| self.at(*index)).any(|other| other.id == contender.id);
@@ -166,20 +165,18 @@ impl<'a> Finding<'a> {
             return None;
         }
         if let (true, Some(group)) = (is_best, self.free_first) {
-            return Some(format!(
-                "errors of the geometry that is not free explain it as well: free `{group}`"
-            ));
+            return Some(Rejection::HeldGeometry(group));
         }
         Some(if contender.holm_p >= NAMING_LEVEL {
-            not_significant(contender.holm_p)
+            Rejection::NotSignificant(contender.holm_p)
         } else if !contender.score.plausible {
-            "implausible size or sign for a real machine".to_owned()
+            Rejection::Implausible
         } else if close && self.close.len() > 1 {
-            format!("{AS_WELL} {}", listed(&self.others_in_question(contender), "and"))
+            Rejection::IndistinguishableFrom(self.others_in_question(contender))
         } else if contender.outvoted {
-            "it stands only when some rows are called wild".to_owned()
+            Rejection::Outvoted
         } else if contender.refitted && !contender.gains.iter().all(Gain::counts) {
-            NOT_PREDICTED.to_owned()
+            Rejection::NotPredicted
         } else {
             self.rival(contender, is_best)
         })
@@ -194,7 +191,7 @@ impl<'a> Finding<'a> {
     }
 
     /// What stands in the way of a contender that passes everything but being the likeliest, or undoubted.
-    fn rival(&self, contender: &Contender, is_best: bool) -> String {
+    fn rival(&self, contender: &Contender, is_best: bool) -> Rejection {
         let model = self.stage.fitted.machine.model;
         let best = self.best().filter(|_| !is_best);
         let better = best.or_else(|| {
@@ -202,37 +199,17 @@ impl<'a> Finding<'a> {
             first.filter(|first| first.id != contender.id)
         });
         if let Some(better) = better {
-            return format!("worse than {}", model.label(&better.id));
+            return Rejection::WorseThan(model.label(&better.id));
         }
         match self.mechanism.as_ref().and_then(|mechanism| mechanism.doubt.clone()) {
-            Some(Doubt::Smooth) => {
-                "a smooth function of what is known of a row explains it as well".to_owned()
-            }
-            Some(Doubt::Unlisted(spot)) => {
-                format!(
-                    "a mechanism that is not listed explains it as well, or is at work too, at {}",
-                    model.site_name(spot)
-                )
-            }
-            Some(Doubt::MoreAtItsJoint) => {
-                format!("too much else is left at {}", model.site_name(contender.id.spot))
-            }
-            Some(Doubt::NotPredicted) => {
-                "a smooth function of what is known of a row predicts rows left out as well".to_owned()
-            }
-            Some(Doubt::Size) => "its size is another once the rest is allowed for".to_owned(),
-            Some(Doubt::NotPassed) | None => {
-                "more than noise is left with it in, which a mechanism that is not listed may explain as well"
-                    .to_owned()
-            }
+            Some(Doubt::Smooth) => Rejection::SmoothExplains,
+            Some(Doubt::Unlisted(spot)) => Rejection::UnlistedAt(model.site_name(spot)),
+            Some(Doubt::MoreAtItsJoint) => Rejection::MoreLeftAt(model.site_name(contender.id.spot)),
+            Some(Doubt::NotPredicted) => Rejection::SmoothPredicts,
+            Some(Doubt::Size) => Rejection::OtherSize,
+            Some(Doubt::NotPassed) | None => Rejection::MoreThanNoiseLeft,
         }
     }
-}
-
-/// Why a candidate that chance may have made is no name. A small probability keeps two digits: 0.00 would contradict the words.
-fn not_significant(holm_p: f64) -> String {
-    let digits = if holm_p < 0.095 { 3 } else { 2 };
-    format!("not significant (p = {holm_p:.digits$}, Holm-corrected)")
 }
 
 #[cfg(test)]
@@ -296,22 +273,26 @@ mod tests {
             assert!(named == own && finding.rejected(&finding.stage.contenders[0]).is_none());
             let other = || contender("joint_zero", 0, 50.0);
             let why = |one: Contender| finding.rejected(&one).unwrap();
-            assert_eq!(why(Contender { holm_p: NAMING_LEVEL, ..other() }), not_significant(NAMING_LEVEL));
+            assert_eq!(
+                why(Contender { holm_p: NAMING_LEVEL, ..other() }),
+                Rejection::NotSignificant(NAMING_LEVEL)
+            );
             let mut implausible = other();
             implausible.score.plausible = false;
-            assert_eq!(why(implausible), "implausible size or sign for a real machine");
+            assert_eq!(why(implausible), Rejection::Implausible);
             let outvoted = Contender { outvoted: true, ..other() };
-            assert_eq!(why(outvoted), "it stands only when some rows are called wild");
-            assert_eq!(why(Contender { gains: vec![gain(0.5)], ..other() }), NOT_PREDICTED);
+            assert_eq!(why(outvoted), Rejection::Outvoted);
+            assert_eq!(why(Contender { gains: vec![gain(0.5)], ..other() }), Rejection::NotPredicted);
             // What was not refitted was not asked to predict.
             let expected = Contender { gains: vec![gain(0.5)], refitted: false, ..other() };
-            assert_eq!(why(expected), "worse than joint_gain(elbow)");
-            assert_eq!(why(other()), "worse than joint_gain(elbow)");
+            let worse = || Rejection::WorseThan("joint_gain(elbow)".to_owned());
+            assert_eq!(why(expected), worse());
+            assert_eq!(why(other()), worse());
         });
         with_finding(|finding, _| {
             (finding.verdict, finding.free_first) = (Verdict::Tied, Some(GEOMETRY));
             let told = finding.rejected(&finding.stage.contenders[0]).unwrap();
-            assert!(told.starts_with("errors of the geometry that is not free"), "{told}");
+            assert_eq!(told, Rejection::HeldGeometry(GEOMETRY));
         });
         with_finding(|finding, _| {
             finding.verdict = Verdict::Tied;
@@ -319,15 +300,7 @@ mod tests {
             finding.stage.contenders[1].holm_p = 1e-9;
             finding.stage.contenders[1].score.plausible = true;
             let told = finding.rejected(&finding.stage.contenders[1]).unwrap();
-            assert_eq!(told, format!("{AS_WELL} joint_gain(elbow)"));
+            assert_eq!(told, Rejection::IndistinguishableFrom(vec!["joint_gain(elbow)".to_owned()]));
         });
-    }
-
-    #[test]
-    fn a_small_probability_keeps_a_third_digit() {
-        assert_eq!(not_significant(0.0042), "not significant (p = 0.004, Holm-corrected)");
-        assert_eq!(not_significant(0.094), "not significant (p = 0.094, Holm-corrected)");
-        assert_eq!(not_significant(0.097), "not significant (p = 0.10, Holm-corrected)");
-        assert_eq!(not_significant(1.0), "not significant (p = 1.00, Holm-corrected)");
     }
 }

@@ -4,6 +4,7 @@ use plumb_diagnosis::laboratory::Options;
 use plumb_diagnosis::split::Holdout;
 use plumb_diagnosis::{Diagnosis, Verdict};
 use plumb_estimation::Progress;
+use plumb_report::diagnosis_sentence;
 
 use super::made_up::{COLUMN_ARM, Dice, column_poses, column_tip, laboratory};
 
@@ -33,7 +34,7 @@ fn diagnosis(seed: u64, hidden: impl Fn(usize, [f64; 3], [f64; 3]) -> [f64; 3]) 
 }
 
 fn named(told: &Diagnosis) -> (&str, &str) {
-    let named = told.named.as_ref().unwrap_or_else(|| panic!("{}", told.sentence));
+    let named = told.named.as_ref().unwrap_or_else(|| panic!("{}", diagnosis_sentence(told)));
     (named.effect.effect.as_str(), named.effect.place.as_str())
 }
 
@@ -43,20 +44,24 @@ fn play_is_named_from_the_way_of_each_row_where_no_sides_are_logged() {
     assert_eq!(named(&told), ("joint_backlash", "elbow"));
     let size = told.named.as_ref().unwrap().size;
     assert!((size - 0.1).abs() < 0.02, "{size}");
-    assert!(told.left_unexplained_mm.unwrap() > 0.04, "{}", told.sentence);
+    assert!(told.left_unexplained_mm.unwrap() > 0.04, "{}", diagnosis_sentence(&told));
 }
 
 #[test]
 fn a_coupling_is_named_beside_a_jump_of_another_joint_and_unknown_structure() {
     let told = diagnosis(7, |row, q, _| [0.002 * q[1], if row < 70 { 0.0 } else { 0.03 }, 0.0]);
     assert_eq!(named(&told), ("joint_coupling", "waist"));
-    assert!(told.sentence.contains("of the rest is not explained yet"), "{}", told.sentence);
+    assert!(
+        diagnosis_sentence(&told).contains("of the rest is not explained yet"),
+        "{}",
+        diagnosis_sentence(&told)
+    );
 }
 
 #[test]
 fn structure_alone_gets_no_name() {
     for seed in 0..4 {
         let told = diagnosis(seed, |_, _, _| [0.0; 3]);
-        assert_ne!(told.verdict, Verdict::Named, "{}", told.sentence);
+        assert_ne!(told.verdict, Verdict::Named, "{}", diagnosis_sentence(&told));
     }
 }

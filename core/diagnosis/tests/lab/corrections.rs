@@ -5,6 +5,7 @@ use plumb_diagnosis::laboratory::Options;
 use plumb_diagnosis::split::Holdout;
 use plumb_diagnosis::{Claim, Verdict};
 use plumb_estimation::Progress;
+use plumb_report::diagnosis_sentence;
 
 use super::made_up::{COLUMN_ARM, Dice, column_poses, column_tip, laboratory};
 
@@ -38,7 +39,7 @@ fn where_nothing_can_be_named_an_effect_that_predicts_unseen_rows_is_a_correctio
     let both = laboratory.grow_with_corrections(&watch).unwrap();
     let corrections: Vec<_> = both.steps.iter().filter(|step| step.claim == Claim::Correction).collect();
     assert!(alone.steps.iter().all(|step| step.claim == Claim::Mechanism));
-    assert!(!corrections.is_empty(), "{}", both.diagnosis.sentence);
+    assert!(!corrections.is_empty(), "{}", diagnosis_sentence(&both.diagnosis));
     let first = corrections[0];
     assert!(first.may_be.contains(&first.label) && first.may_be.len() > 1, "{:?}", first.may_be);
     let mechanisms = both.mechanisms_alone.unwrap();
@@ -77,7 +78,7 @@ fn what_is_identified_is_named_and_no_correction() {
     let text = table(100, 73, |q| [0.0, 0.0, 0.008 * q[2]]);
     let laboratory = laboratory(&format!("{COLUMN_ARM}{MODEL}"), &text, Options::default());
     let growth = laboratory.grow_with_corrections(&Progress::unwatched()).unwrap();
-    assert_eq!(growth.steps.len(), 1, "{}", growth.diagnosis.sentence);
+    assert_eq!(growth.steps.len(), 1, "{}", diagnosis_sentence(&growth.diagnosis));
     assert_eq!(
         (growth.steps[0].label.as_str(), growth.steps[0].claim),
         ("joint_gain(elbow)", Claim::Mechanism)
@@ -126,7 +127,12 @@ fn a_name_that_the_locked_rows_contradict_is_given_and_not_added() {
     let watch = Progress::unwatched();
     let growth = laboratory(&model, &text, options(Holdout::Session)).grow(&watch).unwrap();
     let named = growth.diagnosis.named.as_ref().map(|named| named.effect.effect.as_str());
-    assert_eq!((named, growth.steps.len()), (Some("joint_gain"), 0), "{}", growth.diagnosis.sentence);
+    assert_eq!(
+        (named, growth.steps.len()),
+        (Some("joint_gain"), 0),
+        "{}",
+        diagnosis_sentence(&growth.diagnosis)
+    );
     let told = growth.diagnosis.warnings.join("; ");
     assert!(told.contains("the held-out rows are predicted worse with it: it is not added"), "{told}");
     // Of the first session alone it is added.
@@ -134,5 +140,5 @@ fn a_name_that_the_locked_rows_contradict_is_given_and_not_added() {
         text.lines().filter(|line| !line.starts_with("after")).map(|line| format!("{line}\n")).collect();
     let growth =
         laboratory(&model, &first, options(Holdout::Random { share: 0.2, seed: 1 })).grow(&watch).unwrap();
-    assert_eq!(growth.steps.len(), 1, "{}", growth.diagnosis.sentence);
+    assert_eq!(growth.steps.len(), 1, "{}", diagnosis_sentence(&growth.diagnosis));
 }

@@ -6,6 +6,7 @@ use plumb_diagnosis::Verdict;
 use plumb_diagnosis::laboratory::Options;
 use plumb_diagnosis::split::Holdout;
 use plumb_estimation::Progress;
+use plumb_report::diagnosis_sentence;
 
 use super::made_up::{COLUMN_ARM, Dice, column_poses, column_tip, laboratory, try_laboratory};
 
@@ -47,7 +48,7 @@ fn a_formula_is_diagnosed_previewed_and_added_like_any_other_effect() {
     let laboratory = laboratory(&model(BELT), &table(belt, still), Options::default());
     let watch = Progress::unwatched();
     let diagnosis = laboratory.diagnose(&watch).unwrap();
-    assert_eq!(diagnosis.verdict, Verdict::Named, "{}", diagnosis.sentence);
+    assert_eq!(diagnosis.verdict, Verdict::Named, "{}", diagnosis_sentence(&diagnosis));
     let named = diagnosis.named.unwrap();
     assert_eq!((named.effect.effect.as_str(), named.effect.place.as_str()), ("belt_error", "shoulder"));
     let preview = laboratory.preview("belt_error", &watch).unwrap();

@@ -4,6 +4,7 @@ use plumb_diagnosis::laboratory::Options;
 use plumb_diagnosis::split::Holdout;
 use plumb_diagnosis::{Explainable, Verdict};
 use plumb_estimation::Progress;
+use plumb_report::diagnosis_sentence;
 
 use super::made_up::{COLUMN_ARM, Dice, column_poses, column_tip, laboratory};
 
@@ -57,7 +58,11 @@ fn a_column_of_words_is_a_group_of_its_own_and_diagnose_tells_it_where_nothing_i
     let model = format!("{COLUMN_ARM}targets: {{p1: {{}}}}\nfree: [joint_zero(*)]\nnoise: {{p1_mm: 0.02}}\n");
     let laboratory = laboratory(&model, &text, Options::default());
     let diagnosis = laboratory.diagnose_in_full(&Progress::unwatched()).unwrap();
-    assert!(matches!(diagnosis.verdict, Verdict::Unknown | Verdict::Located), "{}", diagnosis.sentence);
+    assert!(
+        matches!(diagnosis.verdict, Verdict::Unknown | Verdict::Located),
+        "{}",
+        diagnosis_sentence(&diagnosis)
+    );
     let explainable = diagnosis.explainable.unwrap();
     assert_eq!(explainable.kinds(), ["`fixture`"], "{explainable:?}");
     assert!(explainable.not_predictable_mm < 0.045, "{explainable:?}");

@@ -3,6 +3,7 @@
 use plumb_diagnosis::Verdict;
 use plumb_diagnosis::laboratory::Options;
 use plumb_estimation::Progress;
+use plumb_report::diagnosis_sentence;
 
 use super::made_up::{Dice, TWO_LINKS, laboratory, two_links_tip};
 
@@ -26,7 +27,7 @@ fn a_gross_zero_of_a_machine_with_nothing_free_is_named() {
         for model in [TWO_LINKS, declared.as_str()] {
             let laboratory = laboratory(model, &table(error, seed), Options::default());
             let diagnosis = laboratory.diagnose(&Progress::unwatched()).unwrap();
-            assert_eq!(diagnosis.verdict, Verdict::Named, "{error} deg: {}", diagnosis.sentence);
+            assert_eq!(diagnosis.verdict, Verdict::Named, "{error} deg: {}", diagnosis_sentence(&diagnosis));
             let named = diagnosis.named.unwrap();
             let which = (named.effect.effect.as_str(), named.effect.place.as_str());
             assert_eq!(which, ("joint_zero", "shoulder"), "{error} deg");

@@ -4,6 +4,7 @@ use plumb_calibration::file::model_text;
 use plumb_diagnosis::Verdict;
 use plumb_diagnosis::laboratory::{Laboratory, Options};
 use plumb_estimation::Progress;
+use plumb_report::diagnosis_sentence;
 
 use super::made_up::{Dice, laboratory};
 
@@ -52,12 +53,17 @@ fn the_play_of_an_axis_is_named_beside_an_error_of_position_which_a_map_then_tak
     let watch = Progress::unwatched();
     let lab = axis(&table(3, PLAY, screw));
     let told = lab.diagnose(&watch).unwrap();
-    assert_eq!(told.verdict, Verdict::Named, "{}", told.sentence);
-    let named = told.named.unwrap();
+    assert_eq!(told.verdict, Verdict::Named, "{}", diagnosis_sentence(&told));
+    let named = told.named.as_ref().unwrap();
     assert_eq!(named.effect.effect, "joint_backlash");
     assert!((named.size - PLAY).abs() < 3.0 * named.se && named.se < 0.001, "{} +- {}", named.size, named.se);
-    assert!(told.sentence.contains("goes with the pose alone"), "{}", told.sentence);
-    assert!(told.sentence.contains("`positioning_error(x, 7)` holds it"), "{}", told.sentence);
+    let sentence = diagnosis_sentence(&told);
+    assert!(
+        sentence.contains("joint_backlash(x) is at work: ") && sentence.contains("; add it. "),
+        "{sentence}"
+    );
+    assert!(sentence.contains("goes with the pose alone"), "{sentence}");
+    assert!(sentence.contains("`positioning_error(x, 7)` holds it"), "{sentence}");
 
     let growth = lab.grow_with_map(&watch).unwrap();
     let map = growth.residual_map.as_ref().expect("a map of the position's error");
@@ -69,15 +75,15 @@ fn the_play_of_an_axis_is_named_beside_an_error_of_position_which_a_map_then_tak
 #[test]
 fn what_goes_with_the_position_is_told_so_where_no_condition_is_at_work() {
     let told = axis(&table(4, 0.0, screw)).diagnose(&Progress::unwatched()).unwrap();
-    assert!(told.named.is_none() && told.verdict.is_nameless(), "{}", told.sentence);
+    assert!(told.named.is_none() && told.verdict.is_nameless(), "{}", diagnosis_sentence(&told));
     assert!(
-        told.sentence
+        diagnosis_sentence(&told)
             .to_lowercase()
             .contains("goes with the pose alone, more than the returns to 10 poses scatter"),
         "{}",
-        told.sentence
+        diagnosis_sentence(&told)
     );
-    assert!(!told.sentence.contains("no single joint"), "{}", told.sentence);
+    assert!(!diagnosis_sentence(&told).contains("no single joint"), "{}", diagnosis_sentence(&told));
     assert_eq!(told.remaining.covariates.first().map(String::as_str), Some("pose"));
 }
 
@@ -136,7 +142,7 @@ fn a_screw_out_of_true_is_named_with_its_size_beside_play() {
             assert!((added.size - truth).abs() < 3.0 * added.se, "{label}: {} +- {}", added.size, added.se);
         }
         assert_eq!(steps.len(), 2, "{steps:?}");
-        assert_eq!(growth.diagnosis.verdict, Verdict::AtFloor, "{}", growth.diagnosis.sentence);
+        assert_eq!(growth.diagnosis.verdict, Verdict::AtFloor, "{}", diagnosis_sentence(&growth.diagnosis));
     }
 }
 

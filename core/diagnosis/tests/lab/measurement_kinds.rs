@@ -3,6 +3,7 @@
 use plumb_diagnosis::laboratory::{Comparison, Options};
 use plumb_diagnosis::split::Holdout;
 use plumb_estimation::Progress;
+use plumb_report::diagnosis_sentence;
 
 use super::made_up::{COLUMN_ARM, Dice, column_poses, column_tip, laboratory};
 
@@ -222,7 +223,7 @@ fn an_error_is_named_and_the_model_grown_by_distances_to_a_point_of_which_nobody
         .grow_with_corrections(&Progress::unwatched())
         .unwrap();
     let added: Vec<&str> = growth.steps.iter().map(|step| step.label.as_str()).collect();
-    assert_eq!(added, ["joint_gain(elbow)"], "{}", growth.diagnosis.sentence);
+    assert_eq!(added, ["joint_gain(elbow)"], "{}", diagnosis_sentence(&growth.diagnosis));
     assert!(
         (growth.steps[0].added.size - 0.02).abs() < 4.0 * growth.steps[0].added.se,
         "{:?}",
@@ -264,7 +265,7 @@ fn a_wire_that_was_re_set_on_the_way_is_taken_in_before_waves_that_imitate_it() 
         "{added:?}"
     );
     assert!(!added.iter().any(|label| label.starts_with("joint_harmonic")), "{added:?}");
-    assert!(growth.diagnosis.rms_mm.fit < 0.15, "{}", growth.diagnosis.sentence);
+    assert!(growth.diagnosis.rms_mm.fit < 0.15, "{}", diagnosis_sentence(&growth.diagnosis));
 }
 
 #[test]

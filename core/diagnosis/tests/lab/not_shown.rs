@@ -4,6 +4,7 @@ use plumb_diagnosis::laboratory::{Laboratory, Options};
 use plumb_diagnosis::split::Holdout;
 use plumb_diagnosis::{Diagnosis, NotShown, Verdict, Wanted};
 use plumb_estimation::Progress;
+use plumb_report::diagnosis_sentence;
 
 use super::made_up::{Dice, TWO_LINKS, laboratory, try_laboratory, two_links_tip};
 
@@ -28,7 +29,7 @@ fn lab(low: f64, high: f64, rows: usize, more: &str) -> Laboratory {
 
 fn diagnosed(lab: &Laboratory) -> Diagnosis {
     let diagnosis = lab.diagnose(&Progress::unwatched()).unwrap();
-    assert_eq!(diagnosis.verdict, Verdict::AtFloor, "{}", diagnosis.sentence);
+    assert_eq!(diagnosis.verdict, Verdict::AtFloor, "{}", diagnosis_sentence(&diagnosis));
     diagnosis
 }
 
@@ -40,10 +41,19 @@ fn of<'d>(diagnosis: &'d Diagnosis, label: &str) -> Option<&'d NotShown> {
 fn an_elbow_that_hardly_moved_hides_its_gain_and_poses_are_asked_for_that_would_show_it() {
     let lab = lab(59.0, 61.0, 40, "");
     let diagnosis = diagnosed(&lab);
-    let gain = of(&diagnosis, "joint_gain(elbow)").unwrap_or_else(|| panic!("{}", diagnosis.sentence));
+    let gain =
+        of(&diagnosis, "joint_gain(elbow)").unwrap_or_else(|| panic!("{}", diagnosis_sentence(&diagnosis)));
     assert!(gain.up_to_mm.is_none_or(|most| most > 1.0), "{gain:?}");
-    assert!(diagnosis.sentence.contains("for what these rows can show"), "{}", diagnosis.sentence);
-    assert!(diagnosis.sentence.contains("side of approach, time or temperature"), "{}", diagnosis.sentence);
+    assert!(
+        diagnosis_sentence(&diagnosis).contains("for what these rows can show"),
+        "{}",
+        diagnosis_sentence(&diagnosis)
+    );
+    assert!(
+        diagnosis_sentence(&diagnosis).contains("side of approach, time or temperature"),
+        "{}",
+        diagnosis_sentence(&diagnosis)
+    );
     assert_eq!(diagnosis.next.len(), 4);
     let wanted = Wanted { count: 4, keep_out: Vec::new(), payloads: Vec::new() };
     let poses = lab.next_poses(&wanted, &Progress::unwatched()).unwrap();

@@ -3,6 +3,7 @@
 use plumb_diagnosis::Verdict;
 use plumb_diagnosis::laboratory::Options;
 use plumb_estimation::Progress;
+use plumb_report::{alike_in_words, diagnosis_sentence, rest_in_words};
 
 use super::made_up::{COLUMN_ARM, Dice, column_poses, column_tip, laboratory};
 
@@ -30,13 +31,18 @@ fn what_a_column_of_the_users_own_goes_with_is_told_with_its_shape() {
         let diagnosis =
             laboratory(&model(), &steady, Options::default()).diagnose(&Progress::unwatched()).unwrap();
         let remaining = &diagnosis.remaining;
-        assert!(matches!(diagnosis.verdict, Verdict::Unknown | Verdict::Located), "{}", diagnosis.sentence);
+        assert!(
+            matches!(diagnosis.verdict, Verdict::Unknown | Verdict::Located),
+            "{}",
+            diagnosis_sentence(&diagnosis)
+        );
         assert_eq!(remaining.covariates, ["humidity"], "seed {seed}: {remaining:?}");
-        assert!(remaining.shape.contains("along y it changes steadily with humidity"), "{}", remaining.shape);
+        let shape = rest_in_words(remaining);
+        assert!(shape.contains("along y it changes steadily with humidity"), "{shape}");
         let jump = table(&|humidity| if humidity > 42.0 { 0.12 } else { 0.0 }, seed);
         let diagnosis =
             laboratory(&model(), &jump, Options::default()).diagnose(&Progress::unwatched()).unwrap();
-        let shape = &diagnosis.remaining.shape;
+        let shape = rest_in_words(&diagnosis.remaining);
         assert!(shape.contains("along y it jumps by 0.1") && shape.contains("at humidity 4"), "{shape}");
     }
 }
@@ -52,8 +58,9 @@ fn effects_that_move_the_readings_alike_are_told_with_how_much_alike() {
         text.push_str(&format!("{},{},{},{x},{y},{z}\n", q[0], q[1], q[2]));
     }
     let diagnosis = laboratory(&model(), &text, Options::default()).diagnose(&Progress::unwatched()).unwrap();
-    let told = diagnosis.alike.iter().find(|alike| alike.contains("joint_gain(elbow)"));
-    let told = told.unwrap_or_else(|| panic!("{:?}: {}", diagnosis.alike, diagnosis.sentence));
+    let mut alike = diagnosis.alike.iter().map(alike_in_words);
+    let told = alike.find(|alike| alike.contains("joint_gain(elbow)"));
+    let told = told.unwrap_or_else(|| panic!("{:?}: {}", diagnosis.alike, diagnosis_sentence(&diagnosis)));
     assert!(told.contains("link_length(shoulder)") && told.contains("canonical correlation 0.9"), "{told}");
 }
 
@@ -69,7 +76,7 @@ fn a_column_of_words_is_told_by_its_words_and_no_level_is_left_out() {
     let diagnosis = laboratory(&model(), &text, Options::default()).diagnose(&Progress::unwatched()).unwrap();
     let remaining = &diagnosis.remaining;
     assert_eq!(remaining.covariates.first().map(String::as_str), Some("fixture"), "{remaining:?}");
-    let shape = &remaining.shape;
+    let shape = rest_in_words(remaining);
     assert!(shape.contains("between fixture right and rear"), "{shape}");
     assert!(shape.contains("left ") && shape.contains("right 0.") && shape.contains("rear -0."), "{shape}");
 }

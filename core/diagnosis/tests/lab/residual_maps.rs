@@ -6,6 +6,7 @@ use plumb_calibration::prediction::{Pose, points};
 use plumb_diagnosis::laboratory::{Laboratory, Options, without};
 use plumb_diagnosis::split::Holdout;
 use plumb_estimation::Progress;
+use plumb_report::growth_sentence;
 
 use super::made_up::{COLUMN_ARM, Dice, column_poses, column_tip, laboratory};
 
@@ -50,7 +51,7 @@ fn what_no_effect_predicts_is_mapped_and_the_map_commands_the_arm_where_was_meas
     let (before, after) = (effects.diagnosis.rms_mm.check.unwrap(), growth.diagnosis.rms_mm.check.unwrap());
     assert!(after < 0.7 * before, "{after} after {before}");
     assert!(map.not_understood > 0.4 && map.goes_by == ["pose"] && !map.between_unknown, "{map:?}");
-    assert!(growth.diagnosis.sentence.contains("not understood"), "{}", growth.diagnosis.sentence);
+    assert!(growth_sentence(&growth).contains("not understood"), "{}", growth_sentence(&growth));
     assert_eq!(growth.steps.len(), effects.steps.len(), "the map is no effect");
     assert!(growth.diagnosis.check_opened > effects.diagnosis.check_opened);
 

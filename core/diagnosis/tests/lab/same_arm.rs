@@ -10,6 +10,7 @@ use plumb_diagnosis::laboratory::{Laboratory, Options};
 use plumb_diagnosis::split::Holdout;
 use plumb_diagnosis::{Diagnosis, Verdict};
 use plumb_estimation::{Progress, for_each};
+use plumb_report::diagnosis_sentence;
 
 use super::made_up::Dice;
 
@@ -327,7 +328,7 @@ fn the_same_arm_gets_the_same_verdict_however_it_is_written() {
             .map(|(way, model, mirrored)| {
                 let diagnosis = diagnosed(model, &table(&arm, hidden, 7000 + number, *mirrored));
                 let size = diagnosis.named.as_ref().map_or(0.0, |named| named.size.abs());
-                (*way, said(&diagnosis), size, diagnosis.sentence)
+                (*way, said(&diagnosis), size, diagnosis_sentence(&diagnosis))
             })
             .collect();
         (hidden, verdicts)

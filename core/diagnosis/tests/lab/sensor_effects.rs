@@ -5,6 +5,7 @@ use plumb_diagnosis::laboratory::Options;
 use plumb_diagnosis::split::Holdout;
 use plumb_diagnosis::{Named, Verdict};
 use plumb_estimation::Progress;
+use plumb_report::diagnosis_sentence;
 
 use super::made_up::{Dice, laboratory};
 
@@ -105,7 +106,8 @@ fn rows(eye: Eye, seed: u64) -> String {
 fn named(eye: Eye, seed: u64) -> (Verdict, Option<Named>, String) {
     let options = Options { holdout: Holdout::None, ..Options::default() };
     let found = laboratory(ARM, &rows(eye, seed), options).diagnose(&Progress::unwatched()).unwrap();
-    (found.verdict, found.named, found.sentence)
+    let sentence = diagnosis_sentence(&found);
+    (found.verdict, found.named, sentence)
 }
 
 fn is_recovered(eye: Eye, effect: &str, place: &str, size: f64) {

@@ -5,6 +5,7 @@ use plumb_calibration::file::model_text;
 use plumb_diagnosis::Wanted;
 use plumb_diagnosis::laboratory::Options;
 use plumb_estimation::Progress;
+use plumb_report::diagnosis_sentence;
 
 use super::made_up::{laboratory, try_laboratory};
 use super::whole_poses::{
@@ -82,7 +83,7 @@ fn a_wrong_zero_is_named_by_two_boards() {
     let rows = two(60, 60, 31, &[0.0, 0.0, 0.3, 0.0, 0.0, 0.0]);
     let lab = laboratory(&model("[]", "{board_mm: 0.1, board_deg: 0.02}"), &rows, Options::default());
     let told = lab.diagnose(&Progress::unwatched()).unwrap();
-    assert!(told.sentence.contains("joint_zero(j3)"), "{}", told.sentence);
+    assert!(diagnosis_sentence(&told).contains("joint_zero(j3)"), "{}", diagnosis_sentence(&told));
     let wanted = Wanted { count: 3, keep_out: Vec::new(), payloads: Vec::new() };
     let next = lab.next_poses(&wanted, &Progress::unwatched()).unwrap();
     for pose in &next.next {

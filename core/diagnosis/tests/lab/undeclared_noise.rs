@@ -5,6 +5,7 @@ use plumb_diagnosis::Verdict;
 use plumb_diagnosis::laboratory::Options;
 use plumb_diagnosis::split::Holdout;
 use plumb_estimation::Progress;
+use plumb_report::diagnosis_sentence;
 
 use super::made_up::{COLUMN_ARM, Dice, column_poses, laboratory};
 
@@ -58,7 +59,7 @@ fn what_only_undeclared_targets_show_is_named() {
         assert!(one.sigma < 0.1, "{one:?}");
     }
     let diagnosis = lab.diagnose(&Progress::unwatched()).unwrap();
-    assert_eq!(diagnosis.verdict, Verdict::Named, "{}", diagnosis.sentence);
+    assert_eq!(diagnosis.verdict, Verdict::Named, "{}", diagnosis_sentence(&diagnosis));
     let named = diagnosis.named.unwrap();
     assert_eq!((named.effect.effect.as_str(), named.effect.place.as_str()), ("joint_gain", "hand"));
     assert!((named.size - 2e-3).abs() < 4.0 * named.se.max(1e-5), "{} +- {}", named.size, named.se);

@@ -3,6 +3,7 @@
 use plumb_diagnosis::Verdict;
 use plumb_diagnosis::laboratory::Options;
 use plumb_estimation::Progress;
+use plumb_report::diagnosis_sentence;
 
 use super::made_up::{COLUMN_ARM, Dice, column_poses, column_tip, laboratory};
 
@@ -32,7 +33,7 @@ fn a_joint_that_sags_under_unknown_masses_is_named_and_the_error_falls_to_the_no
     for seed in [1, 2, 3] {
         let lab = laboratory(&model, &table(120, seed), Options::default());
         let told = lab.diagnose(&Progress::unwatched()).unwrap();
-        assert_eq!(told.verdict, Verdict::Named, "{}", told.sentence);
+        assert_eq!(told.verdict, Verdict::Named, "{}", diagnosis_sentence(&told));
         let named = told.named.unwrap().effect;
         assert_eq!((named.effect.as_str(), named.place.as_str()), ("gravity_flexure", "shoulder"));
         let grown = lab.add("gravity_flexure(shoulder)", &Progress::unwatched()).unwrap();

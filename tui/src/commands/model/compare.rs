@@ -4,7 +4,7 @@ use std::error::Error;
 use std::fmt::Write as _;
 
 use plumb_diagnosis::laboratory::Comparison;
-use plumb_diagnosis::plot;
+use plumb_report::plot;
 
 use super::arguments::{CompareArguments, PlotFormat};
 use super::text::{

@@ -3,6 +3,7 @@
 use std::error::Error;
 
 use plumb_diagnosis::{Candidate, Diagnosis, Verdict, is_determined};
+use plumb_report::{diagnosis_sentence, json, rejection_in_words};
 
 use super::arguments::DiagnoseArguments;
 use super::text::{error_lines, explainable_line, figure, floor_line, noise_lines};
@@ -13,7 +14,10 @@ use crate::shown_unit::shown_unit;
 pub(super) fn run(arguments: &DiagnoseArguments) -> Result<String, Box<dyn Error>> {
     let opened = arguments.pair.open()?;
     let diagnosis = watched(|progress| opened.laboratory.diagnose_in_full(progress))?;
-    Ok(if arguments.pair.json { super::json(&diagnosis)? } else { tell(&diagnosis) })
+    Ok(match arguments.pair.json {
+        true => super::json(&json::diagnosis(&diagnosis)?)?,
+        false => tell(&diagnosis, &diagnosis_sentence(&diagnosis)),
+    })
 }
 
 /// The verdict in a word or two.
@@ -30,17 +34,17 @@ pub(super) fn verdict(verdict: Verdict) -> &'static str {
     }
 }
 
-/// The whole diagnosis as text.
-pub(super) fn tell(diagnosis: &Diagnosis) -> String {
+/// The whole diagnosis as text, with its sentence.
+pub(super) fn tell(diagnosis: &Diagnosis, sentence: &str) -> String {
     let mut text = error_lines(&diagnosis.error_mm);
     text.push_str(&floor_line(&diagnosis.floor));
     text.push_str(&noise_lines(&diagnosis.noise));
-    text.push_str(&findings(diagnosis));
+    text.push_str(&findings(diagnosis, sentence));
     text
 }
 
 /// What was found: how much could be explained, the candidates, the verdict.
-pub(crate) fn findings(diagnosis: &Diagnosis) -> String {
+pub(crate) fn findings(diagnosis: &Diagnosis, sentence: &str) -> String {
     let mut text = explainable_line(diagnosis.explainable.as_ref());
     text.push_str(&candidates(&diagnosis.candidates));
     if !diagnosis.besides.is_empty() {
@@ -53,7 +57,7 @@ pub(crate) fn findings(diagnosis: &Diagnosis) -> String {
     for warning in &diagnosis.warnings {
         text.push_str(&format!("note: {warning}\n"));
     }
-    text.push_str(&format!("\n{}. {}\n", verdict(diagnosis.verdict), diagnosis.sentence));
+    text.push_str(&format!("\n{}. {sentence}\n", verdict(diagnosis.verdict)));
     if let Some(hypothesis) = &diagnosis.hypothesis {
         text.push_str(&format!("\nHYPOTHESIS. {}\n\n{}", hypothesis.sentence, hypothesis.define));
     }
@@ -76,7 +80,7 @@ fn candidates(candidates: &[Candidate]) -> String {
             ),
             false => "size not determined".to_owned(),
         };
-        let why = candidate.rejected.as_deref().unwrap_or("named");
+        let why = candidate.rejected.as_ref().map_or_else(|| "named".to_owned(), rejection_in_words);
         text.push_str(&format!(
             "  {:width$}  explains {:7.4} mm  {size:<34} {why}\n",
             candidate.label, candidate.explains_mm

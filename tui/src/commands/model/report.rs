@@ -2,7 +2,9 @@
 
 use std::error::Error;
 
-use plumb_diagnosis::report::{Chapter, html};
+use plumb_diagnosis::report::Chapter;
+use plumb_report::model_report::html;
+use plumb_report::{diagnosis_sentence, json};
 
 use super::arguments::ReportArguments;
 use crate::progress::watched;
@@ -24,7 +26,7 @@ pub(super) fn run(arguments: &ReportArguments) -> Result<String, Box<dyn Error>>
     let path = &arguments.output;
     std::fs::write(path, html(&report)).map_err(|error| super::not_written(path, &error))?;
     if arguments.pair.json {
-        return Ok(super::json(&report)?);
+        return Ok(super::json(&json::report(&report)?)?);
     }
-    Ok(format!("{}\nWritten to {}.\n", report.diagnosis.sentence, path.display()))
+    Ok(format!("{}\nWritten to {}.\n", diagnosis_sentence(&report.diagnosis), path.display()))
 }

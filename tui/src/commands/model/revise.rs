@@ -7,7 +7,8 @@ use std::path::Path;
 use plumb_calibration::effect::{self, EffectId};
 use plumb_calibration::revision::Entry;
 use plumb_diagnosis::laboratory::{Addition, EffectValue};
-use plumb_diagnosis::{Claim, Growth};
+use plumb_diagnosis::{Claim, Growth, Objection};
+use plumb_report::{growth_sentence, json, objection_in_words};
 use serde::Serialize;
 
 use super::arguments::{
@@ -46,13 +47,13 @@ pub(super) fn add(arguments: &AddArguments) -> Result<String, Box<dyn Error>> {
     if !arguments.yes
         && let Some(objection) = objection(&opened, effect)?
     {
-        confirm(effect, &objection)?;
+        confirm(effect, &objection_in_words(&objection))?;
     }
     write(pair, &opened, &format!("add {effect}"), &addition)
 }
 
 /// Why the lab would not add an effect. Of groups and wildcards it has no opinion: they free numbers rather than claim a mechanism.
-fn objection(opened: &Opened, effect: &str) -> Result<Option<String>, Box<dyn Error>> {
+fn objection(opened: &Opened, effect: &str) -> Result<Option<Objection>, Box<dyn Error>> {
     let model = opened.laboratory.model();
     let Ok(Ok([one])) = effect::expand(effect, model).map(<[EffectId; 1]>::try_from) else { return Ok(None) };
     Ok(watched(|progress| opened.laboratory.objection(&one, progress))?)
@@ -225,7 +226,7 @@ pub(super) fn grow(arguments: &GrowArguments) -> Result<String, Box<dyn Error>> 
         }
     }
     if arguments.pair.json {
-        return Ok(super::json(&growth)?);
+        return Ok(super::json(&json::growth(&growth)?)?);
     }
     let mut text = fall(&growth);
     for way in &growth.extrapolation {
@@ -235,5 +236,5 @@ pub(super) fn grow(arguments: &GrowArguments) -> Result<String, Box<dyn Error>> 
             way.left_out
         ));
     }
-    Ok(format!("{text}\n{}", diagnose::tell(&growth.diagnosis)))
+    Ok(format!("{text}\n{}", diagnose::tell(&growth.diagnosis, &growth_sentence(&growth))))
 }

@@ -6,6 +6,7 @@ use std::process::ExitCode;
 
 use plumb_diagnosis::Diagnosis;
 use plumb_diagnosis::stripe::{Adjustment, Found};
+use plumb_report::diagnosis_sentence;
 use serde_json::{Value, json};
 
 use super::lab::{Chosen, Lab};
@@ -62,7 +63,7 @@ fn told(lab: &Lab, adjusted: &Adjustment, diagnosis: &Diagnosis) -> String {
             "noise: {sigma:.4} mm a reading of a stripe, from the scatter of neighbouring points"
         );
     }
-    text.push_str(&findings(diagnosis));
+    text.push_str(&findings(diagnosis, &diagnosis_sentence(diagnosis)));
     text
 }
 
@@ -94,7 +95,7 @@ fn size(found: &Found) -> String {
 /// The JSON of any diagnosis, and what is said of the stripes and of what was adjusted to them.
 fn as_json(lab: &Lab, adjusted: &Adjustment, diagnosis: &Diagnosis) -> serde_json::Result<Value> {
     let number = |found: &Found| json!({"name": found.name, "value": found.value, "sigma": found.sigma, "unit": found.unit});
-    let mut told = serde_json::to_value(diagnosis)?;
+    let mut told = plumb_report::json::diagnosis(diagnosis)?;
     told["stripes"] = json!({
         "scans": lab.scans.names.len(),
         "views": lab.scans.views.len(),

@@ -9,6 +9,7 @@ use plumb_calibration::table::{Rename, Table, table_text};
 use plumb_diagnosis::Diagnosis;
 use plumb_diagnosis::laboratory::{LaboratoryError, Options};
 use plumb_estimation::Progress;
+use plumb_report::diagnosis_sentence;
 use plumb_simulated::physics::campaign::specification::{Size, Wanted};
 use plumb_simulated::physics::imperfection::Imperfection;
 
@@ -154,5 +155,6 @@ fn tried(
     let before =
         plain.named.as_ref().map(|named| (named.effect.effect.as_str(), named.effect.place.as_str()));
     let found = Found::of(&diagnosis, (hidden.mechanism.name(), &place), before);
-    Ok(Tried { visible_mm: own.visible_mm(&hidden, progress)?, hidden, found, sentence: diagnosis.sentence })
+    let sentence = diagnosis_sentence(&diagnosis);
+    Ok(Tried { visible_mm: own.visible_mm(&hidden, progress)?, hidden, found, sentence })
 }

@@ -3,7 +3,7 @@
 //! noise floor.
 
 use plumb_diagnosis::laboratory::{EffectPlot, Series};
-use plumb_diagnosis::plot::reach_of;
+use plumb_report::plot::reach_of;
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Color, Style};

@@ -5,6 +5,7 @@ use plumb_diagnosis::laboratory::{Comparison, EffectPlot, EffectValue};
 use plumb_diagnosis::noise_floor::{Floor, FloorSource};
 use plumb_diagnosis::report::StepKind;
 use plumb_diagnosis::{Candidate, Claim, Diagnosis, EffectPlace, NextPose, Verdict, is_determined, percent};
+use plumb_report::{diagnosis_sentence, rejection_in_words};
 
 use super::residuals::Residuals;
 use super::state::{Card, CardStanding, FallStep, Standing, StripLine};
@@ -72,9 +73,10 @@ fn sentence(diagnosis: &Diagnosis) -> String {
     let formula = hypothesis.map_or_else(String::new, |hypothesis| {
         format!(" {} `plumb model diagnose` prints the block.", hypothesis.sentence)
     });
+    let sentence = diagnosis_sentence(diagnosis);
     match diagnosis.probability {
-        Some(probability) => format!("{} Probability {}.{formula}", diagnosis.sentence, percent(probability)),
-        None => format!("{}{formula}", diagnosis.sentence),
+        Some(probability) => format!("{sentence} Probability {}.{formula}", percent(probability)),
+        None => format!("{sentence}{formula}"),
     }
 }
 
@@ -313,7 +315,7 @@ fn card(candidate: &Candidate, diagnosis: &Diagnosis) -> Card {
             (false, true) => CardStanding::Tied,
             (false, false) => CardStanding::Rejected,
         },
-        reason: candidate.rejected.clone().unwrap_or_default(),
+        reason: candidate.rejected.as_ref().map_or_else(String::new, rejection_in_words),
     }
 }
 

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::drawing::{CURVE, Links, NOISE, OUTSIDE, POINT, Short, escaped, point};
 use super::panels::{Dot, Panel, panels};
-use crate::laboratory::Comparison;
+use plumb_diagnosis::laboratory::Comparison;
 
 const WIDTH: f64 = 320.0;
 const HEIGHT: f64 = 214.0;

@@ -1,6 +1,6 @@
 //! What the panels show, whatever they are drawn on.
 
-use crate::laboratory::{Comparison, EffectPlot, Series};
+use plumb_diagnosis::laboratory::{Comparison, EffectPlot, Series};
 
 /// A point of a panel.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -3,8 +3,8 @@
 
 use std::fmt::Write;
 
-use super::gather::{Fall, Report, StepKind};
 use crate::plot::escaped;
+use plumb_diagnosis::report::{Fall, Report, StepKind};
 
 /// Where the bars begin, and the length of the longest.
 const BARS: (f64, f64) = (300.0, 520.0);

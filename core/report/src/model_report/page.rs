@@ -5,14 +5,15 @@ use std::collections::HashSet;
 use std::fmt::Write;
 
 use super::fall_picture;
-use super::gather::Report;
 use super::shown_rows::shown;
 use super::tables::{
     all_rows, along_joints, candidates, effects, errors, groups, list, most_turned_rows, next,
     orientation_errors, story, worst_rows,
 };
-use crate::phrase::percent;
 use crate::plot::{Links, Panel, effect_panel, escaped, grid, panels, space};
+use crate::words::{alike_in_words, diagnosis_sentence};
+use plumb_diagnosis::phrase::percent;
+use plumb_diagnosis::report::Report;
 
 const STYLE: &str = "body{font:15px/1.5 sans-serif;max-width:64em;margin:2em auto;padding:0 1em;color:#222}\
 table{border-collapse:collapse;margin:.6em 0}td,th{padding:.15em .8em .15em 0;text-align:left;vertical-align:top}\
@@ -31,7 +32,7 @@ fn write_page(out: &mut String, report: &Report) -> std::fmt::Result {
     let title = escaped(&format!("{} against {}", comparison.arm, comparison.data));
     writeln!(out, "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{title}</title>")?;
     writeln!(out, "<style>{STYLE}</style></head><body>\n<h1>{title}</h1>")?;
-    writeln!(out, "<p class=\"verdict\">{}</p>", escaped(&report.diagnosis.sentence))?;
+    writeln!(out, "<p class=\"verdict\">{}</p>", escaped(&diagnosis_sentence(&report.diagnosis)))?;
     let shown = shown(comparison);
     how_large(out, report)?;
     how_much(out, report)?;
@@ -134,7 +135,11 @@ fn which_effect(out: &mut String, report: &Report, shown: &HashSet<u32>) -> std:
 
 fn how_sure(out: &mut String, report: &Report) -> std::fmt::Result {
     let diagnosis = &report.diagnosis;
-    writeln!(out, "<h2>How sure that is</h2><p class=\"sure\">{}</p>", escaped(&diagnosis.sentence))?;
+    writeln!(
+        out,
+        "<h2>How sure that is</h2><p class=\"sure\">{}</p>",
+        escaped(&diagnosis_sentence(diagnosis))
+    )?;
     if let Some(probability) = diagnosis.probability {
         writeln!(out, "<p>Probability that this is it: {}.</p>", percent(probability))?;
     }
@@ -144,7 +149,8 @@ fn how_sure(out: &mut String, report: &Report) -> std::fmt::Result {
     if let Some(hypothesis) = &diagnosis.hypothesis {
         writeln!(out, "<p>{}</p><pre>{}</pre>", escaped(&hypothesis.sentence), escaped(&hypothesis.define))?;
     }
-    list(out, "Effects that move these readings alike", &diagnosis.alike)?;
+    let alike: Vec<String> = diagnosis.alike.iter().map(alike_in_words).collect();
+    list(out, "Effects that move these readings alike", &alike)?;
     list(out, "Notes", &diagnosis.warnings)
 }
 

@@ -3,15 +3,16 @@
 use std::collections::HashSet;
 use std::fmt::Write;
 
-use super::gather::{Chapter, Report};
 use super::shown_rows::{most_turned, worst};
-use crate::Diagnosis;
-use crate::claim::Claim;
-use crate::explainable::Explainable;
-use crate::laboratory::{Comparison, EffectValue, ErrorSummary, Errors, OrientationErrors, RowResidual};
-use crate::phrase::{figure, is_determined, listed, percent};
 use crate::plot::escaped;
+use crate::words::rejection_in_words;
 use plumb_calibration::effect::Unit;
+use plumb_diagnosis::laboratory::{
+    Comparison, EffectValue, ErrorSummary, Errors, OrientationErrors, RowResidual,
+};
+use plumb_diagnosis::phrase::{figure, is_determined, listed, percent};
+use plumb_diagnosis::report::{Chapter, Report};
+use plumb_diagnosis::{Claim, Diagnosis, Explainable};
 
 /// The error of one measured point where the model was fitted and where it was not.
 pub(super) fn errors(out: &mut String, errors: &Errors) -> std::fmt::Result {
@@ -287,7 +288,7 @@ pub(super) fn candidates(out: &mut String, diagnosis: &Diagnosis) -> std::fmt::R
         "<table><tr><th>effect</th><th>explains, mm</th><th>size</th><th>probability</th><th>p (Holm)</th><th></th></tr>"
     )?;
     for candidate in &diagnosis.candidates {
-        let why = candidate.rejected.as_deref().unwrap_or("named");
+        let why = candidate.rejected.as_ref().map_or_else(|| "named".to_owned(), rejection_in_words);
         let probability = candidate.probability.map_or_else(String::new, percent);
         writeln!(
             out,
@@ -297,7 +298,7 @@ pub(super) fn candidates(out: &mut String, diagnosis: &Diagnosis) -> std::fmt::R
             figure(candidate.size),
             error_text(candidate.se, &candidate.unit),
             figure(candidate.holm_p),
-            escaped(why)
+            escaped(&why)
         )?;
     }
     writeln!(out, "</table>")

@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use crate::laboratory::{Comparison, RowResidual};
+use plumb_diagnosis::laboratory::{Comparison, RowResidual};
 
 /// Rows that are drawn and listed at most, besides the worst: a page with more of them opens slowly.
 const MOST_ROWS: usize = 1500;
@@ -43,9 +43,11 @@ mod tests {
 
     #[test]
     fn of_many_rows_some_spread_evenly_and_the_worst_are_shown_and_of_few_all() {
-        let few = two_links(200, "", 0.02, 3, |_| [0.0, 0.0]).compare(&Progress::unwatched()).unwrap();
+        let few =
+            two_links(200, "free: []", 0.02, 3, |_| [0.0, 0.0]).compare(&Progress::unwatched()).unwrap();
         assert_eq!(shown(&few).len(), 200);
-        let many = two_links(3200, "", 0.02, 3, |_| [0.0, 0.0]).compare(&Progress::unwatched()).unwrap();
+        let many =
+            two_links(3200, "free: []", 0.02, 3, |_| [0.0, 0.0]).compare(&Progress::unwatched()).unwrap();
         let lines = shown(&many);
         assert!((1000..=MOST_ROWS + WORST).contains(&lines.len()), "{}", lines.len());
         assert!(worst(&many).iter().all(|row| lines.contains(&row.line)));

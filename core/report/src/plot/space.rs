@@ -4,7 +4,7 @@ use std::collections::HashSet;
 use std::fmt::Write;
 
 use super::drawing::{Links, OUTSIDE, POINT, Short, point};
-use crate::laboratory::{Comparison, RowResidual};
+use plumb_diagnosis::laboratory::{Comparison, RowResidual};
 
 /// One view, frame included.
 const SIZE: f64 = 440.0;

@@ -3,8 +3,8 @@
 use std::collections::HashSet;
 
 use super::*;
-use crate::laboratory::Comparison;
 use crate::testing::two_links;
+use plumb_diagnosis::laboratory::Comparison;
 use plumb_estimation::Progress;
 
 /// A panel from 10 to 30 across and from -2 to 2 up, with its middle and its corners; and one point beyond.
@@ -107,7 +107,7 @@ fn where_both_axes_are_errors_they_have_one_scale_and_the_noise_is_a_ring() {
 }
 
 fn compared() -> Comparison {
-    two_links(14, "", 0.05, 5, |_| [0.002, 0.0]).compare(&Progress::unwatched()).unwrap()
+    two_links(14, "free: []", 0.05, 5, |_| [0.002, 0.0]).compare(&Progress::unwatched()).unwrap()
 }
 
 #[test]

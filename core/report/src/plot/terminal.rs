@@ -1,7 +1,7 @@
 //! Panels in a terminal, drawn with Braille dots.
 
 use super::panels::{Panel, panels};
-use crate::laboratory::Comparison;
+use plumb_diagnosis::laboratory::Comparison;
 
 const LINES: usize = 8;
 
