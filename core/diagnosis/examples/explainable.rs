@@ -8,6 +8,7 @@ use std::time::Instant;
 use plumb_diagnosis::laboratory::{Laboratory, LaboratoryError, Options};
 use plumb_diagnosis::split::Holdout;
 use plumb_estimation::Progress;
+use plumb_report::explainable_sentence;
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -41,7 +42,7 @@ fn ask(model: &str, table: &str, holdout: &str, free: &[String]) -> Result<(), L
     let explainable = laboratory.explainable(&watch)?;
     let seconds = start.elapsed().as_secs_f64();
     match explainable {
-        Some(explainable) => println!("{explainable:#?}\n{}", explainable.sentence),
+        Some(explainable) => println!("{explainable:#?}\n{}", explainable_sentence(&explainable)),
         None => println!("too few poses"),
     }
     println!("{seconds:.2} s, the fit included");

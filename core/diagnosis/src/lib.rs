@@ -26,7 +26,6 @@ mod next_poses;
 pub mod noise_floor;
 mod not_shown;
 mod outcome;
-pub mod phrase;
 mod pose_to_pose;
 mod predictive_gain;
 mod products;
@@ -50,11 +49,10 @@ pub use epochs::Jump;
 pub use explainable::{BlockedExplainable, Explainable, ExplainableGroup};
 pub use extrapolation::Extrapolation;
 pub use growth::{Growth, Step, StepRms};
-pub use hypothesis::{Hypothesis, HypothesisValue};
-pub use next_poses::{NextPoses, Wanted};
+pub use hypothesis::{HYPOTHESIS, Hypothesis, HypothesisValue};
+pub use next_poses::{Asked, Instead, NextPoses, OtherWay, Wanted};
 pub use outcome::{
     AcrossPoses, Alike, Candidate, ConditionAtPoses, Diagnosis, EffectPlace, FewPoses, Located, Named,
     NextPose, NotShown, Objection, PoseShare, Rejection, Remaining, Rest, TwoPositions, Verdict,
 };
-pub use phrase::{is_determined, percent};
 pub use residual_structure::{CategoryMeans, Description, ResidualShape, Trend};

@@ -5,10 +5,13 @@
 mod choose;
 mod design;
 mod not_shown;
+mod outcome;
 mod pictures;
 mod report;
 mod rivals;
 mod view;
+
+pub use outcome::{Asked, Instead, OtherWay};
 
 use plumb_kinematics::HalfSpace;
 use serde::Serialize;
@@ -23,7 +26,7 @@ use crate::verdict::Finding;
 use choose::Chooser;
 use design::Wish;
 use plumb_estimation::Progress;
-use report::{approached_from_the_other_side, sentence, what_would};
+use report::{approached_from_the_other_side, what_would};
 
 /// What poses are wanted.
 #[derive(Debug, Clone, PartialEq)]
@@ -46,10 +49,15 @@ pub struct NextPoses {
     /// How far apart the predictions of two effects lie over all poses, in standard errors: the least of the pairs that are told
     /// apart, the greatest of all pairs where none is.
     pub separation: f64,
+    /// Poses among them that are no returns.
+    #[serde(skip)]
+    pub new: usize,
+    /// What the poses are for.
+    #[serde(skip)]
+    pub asked: Asked,
     /// What would separate them if these poses do not.
-    pub instead: Option<String>,
-    /// One plain sentence.
-    pub sentence: String,
+    #[serde(skip)]
+    pub instead: Option<Instead>,
 }
 
 impl Laboratory {
@@ -87,10 +95,14 @@ impl Laboratory {
             true => Some(what_would(&mut chooser, wish, separation, progress)?),
             false => None,
         };
+        let pair = |(one, other): &(&str, &str)| ((*one).to_owned(), (*other).to_owned());
+        let asked = Asked::Rivals {
+            named: finding.verdict == Verdict::Named,
+            alike: alike.iter().map(pair).collect(),
+        };
         let next = with_returns(chooser.to_poses(&choice.designs));
-        let sentence =
-            sentence(finding.verdict, &labels, choice.designs.len(), separation, instead.as_deref(), &alike);
-        Ok(NextPoses { next, between: labels, separation, instead, sentence })
+        let new = choice.designs.len();
+        Ok(NextPoses { next, between: labels, separation, new, asked, instead })
     }
 
     /// A few poses that tell apart what a finding could not; none if it left no question.
@@ -154,7 +166,7 @@ mod tests {
         for pose in &told.next[..3] {
             assert!(told.between.iter().all(|label| pose.predicted.contains_key(label)), "{pose:?}");
         }
-        assert!(told.separation > SETTLES && told.instead.is_none(), "{}", told.sentence);
+        assert!(told.separation > SETTLES && told.instead.is_none(), "{told:?}");
         let again = lab.next_poses(&wanted, &Progress::unwatched()).unwrap();
         assert_eq!(told.next, again.next, "the same question has the same answer");
     }

@@ -1,10 +1,15 @@
 //! The JSON of what the lab finds: the typed results, with what is said of them in words where the contract has it.
 
+use plumb_diagnosis::laboratory::{Comparison, EffectValue};
 use plumb_diagnosis::report::Report;
-use plumb_diagnosis::{Diagnosis, Growth};
+use plumb_diagnosis::{Diagnosis, Explainable, Growth, NextPoses};
 use serde_json::{Result, Value, json, to_value};
 
-use crate::words::{alike_in_words, diagnosis_sentence, growth_sentence, rejection_in_words, rest_in_words};
+use crate::words::{
+    alike_in_words, comparison_sentence, diagnosis_sentence, explainable_sentence, gauge_in_words,
+    growth_sentence, hypothesis_sentence, instead_in_words, map_sentence, next_poses_sentence,
+    rejection_in_words, rest_in_words, why_held_in_words,
+};
 
 /// A diagnosis with its sentence, the reasons of its candidates and the shape of the rest.
 ///
@@ -23,7 +28,58 @@ pub fn diagnosis(diagnosis: &Diagnosis) -> Result<Value> {
     if !diagnosis.alike.is_empty() {
         told["alike"] = diagnosis.alike.iter().map(alike_in_words).collect();
     }
+    add_explainable(&mut told, diagnosis.explainable.as_ref());
+    if let Some(hypothesis) = &diagnosis.hypothesis {
+        told["hypothesis"]["sentence"] = json!(hypothesis_sentence(hypothesis));
+    }
     told["sentence"] = json!(diagnosis_sentence(diagnosis));
+    Ok(told)
+}
+
+/// Gives what holds `explainable` the sentence of that.
+fn add_explainable(told: &mut Value, explainable: Option<&Explainable>) {
+    if let Some(explainable) = explainable {
+        told["explainable"]["sentence"] = json!(explainable_sentence(explainable));
+    }
+}
+
+/// Fitted effects, with why one is not estimated.
+///
+/// # Errors
+/// What serde_json reports.
+pub fn effects(effects: &[EffectValue]) -> Result<Value> {
+    let mut told = to_value(effects)?;
+    if let Some(values) = told.as_array_mut() {
+        for (value, effect) in values.iter_mut().zip(effects) {
+            if let Some(why) = &effect.held_because {
+                value["held_because"] = json!(why_held_in_words(why));
+            }
+        }
+    }
+    Ok(told)
+}
+
+/// A model held against a table.
+///
+/// # Errors
+/// What serde_json reports.
+pub fn comparison(comparison: &Comparison) -> Result<Value> {
+    let mut told = to_value(comparison)?;
+    add_explainable(&mut told, comparison.explainable.as_ref());
+    told["effects"] = effects(&comparison.effects)?;
+    told["gauges"] = comparison.gauges.iter().map(gauge_in_words).collect();
+    told["sentence"] = json!(comparison_sentence(comparison));
+    Ok(told)
+}
+
+/// Poses to measure next.
+///
+/// # Errors
+/// What serde_json reports.
+pub fn next_poses(poses: &NextPoses) -> Result<Value> {
+    let mut told = to_value(poses)?;
+    told["instead"] = json!(poses.instead.as_ref().map(instead_in_words));
+    told["sentence"] = json!(next_poses_sentence(poses));
     Ok(told)
 }
 
@@ -40,6 +96,9 @@ pub fn growth(growth: &Growth) -> Result<Value> {
             told.entry(key).or_insert(value);
         }
     }
+    if let Some(map) = &growth.residual_map {
+        told["residual_map"]["sentence"] = json!(map_sentence(map));
+    }
     Ok(told)
 }
 
@@ -49,6 +108,82 @@ pub fn growth(growth: &Growth) -> Result<Value> {
 /// What serde_json reports.
 pub fn report(report: &Report) -> Result<Value> {
     let mut told = to_value(report)?;
+    told["comparison"] = comparison(&report.comparison)?;
     told["diagnosis"] = diagnosis(&report.diagnosis)?;
+    if let Some(poses) = &report.next {
+        told["next"] = next_poses(poses)?;
+    }
     Ok(told)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::two_links;
+    use plumb_diagnosis::Wanted;
+    use plumb_estimation::Progress;
+
+    const DECLARED: &str = "free: [joint_zero(*)]\nnoise: {p1_mm: 0.05}";
+
+    /// The keys of an object, in order.
+    fn keys(value: &Value) -> Vec<&str> {
+        value.as_object().unwrap().keys().map(String::as_str).collect()
+    }
+
+    #[test]
+    fn a_diagnosis_ends_with_its_sentence_and_every_reason_and_shape_is_in_words() {
+        let lab = two_links(40, DECLARED, 0.05, 22, |q| [0.0, 0.01 * q[1]]);
+        let found = lab.diagnose(&Progress::unwatched()).unwrap();
+        let told = diagnosis(&found).unwrap();
+        assert_eq!(keys(&told).last(), Some(&"sentence"));
+        assert_eq!(told["sentence"], json!(diagnosis_sentence(&found)));
+        assert_eq!(keys(&told["remaining"]), ["where", "covariates", "shape"]);
+        let candidates = told["candidates"].as_array().unwrap();
+        assert!(candidates[0].get("rejected").is_none() && candidates.len() > 1);
+        assert!(
+            candidates[1..]
+                .iter()
+                .all(|one| one["rejected"].is_string() && *keys(one).last().unwrap() == "rejected")
+        );
+    }
+
+    #[test]
+    fn a_growth_tells_its_diagnosis_and_then_how_it_came_about() {
+        let lab = two_links(40, DECLARED, 0.05, 22, |q| [0.0, 0.01 * q[1]]);
+        let grown = lab.grow_with_map(&Progress::unwatched()).unwrap();
+        let told = growth(&grown).unwrap();
+        let keys = keys(&told);
+        let end = keys.iter().position(|key| *key == "sentence").unwrap();
+        assert_eq!(keys[end + 1..], ["start", "steps", "extrapolation"]);
+        assert_eq!(told["sentence"], json!(growth_sentence(&grown)));
+    }
+
+    #[test]
+    fn poses_say_what_would_do_instead_also_where_nothing_has_to() {
+        let lab = two_links(40, DECLARED, 0.05, 22, |q| [0.0, 0.01 * q[1]]);
+        let wanted = Wanted { count: 3, keep_out: Vec::new(), payloads: Vec::new() };
+        let found = lab.next_poses(&wanted, &Progress::unwatched()).unwrap();
+        let told = next_poses(&found).unwrap();
+        assert_eq!(keys(&told), ["next", "between", "separation", "instead", "sentence"]);
+        assert!(told["instead"].is_null() && told["sentence"] == json!(next_poses_sentence(&found)));
+    }
+
+    #[test]
+    fn a_comparison_says_in_words_what_is_not_estimated_and_why() {
+        // Without masses a compliance moves nothing: it is held.
+        let lines = "free: [joint_zero(*), joint_compliance(elbow)]\nnoise: {p1_mm: 0.05}";
+        let lab = two_links(20, lines, 0.05, 5, |_| [0.0; 2]);
+        let found = lab.compare(&Progress::unwatched()).unwrap();
+        let told = comparison(&found).unwrap();
+        assert_eq!(keys(&told).last(), Some(&"sentence"));
+        let held: Vec<&Value> =
+            told["effects"].as_array().unwrap().iter().filter(|one| one["held"] == true).collect();
+        assert_eq!(held.len(), 1, "{told:#}");
+        assert!(held[0]["held_because"].as_str().unwrap().starts_with("no masses are declared"), "{held:?}");
+        let gauges = told["gauges"].as_array().unwrap();
+        assert!(
+            gauges.iter().all(|gauge| gauge.as_str().unwrap().contains(" not estimated: ")),
+            "{gauges:?}"
+        );
+    }
 }

@@ -338,20 +338,16 @@ pub(crate) fn explainable(
         true => open,
         false => rms_error(gain, left_mm, start.points()),
     };
-    Ok(Some(
-        Explainable {
-            left_mm,
-            not_predictable_mm,
-            to_name_mm: left_mm - not_predictable_mm,
-            scatter_mm,
-            groups: ladder.steps,
-            blocked,
-            rows: rows.len(),
-            points: start.points(),
-            sentence: String::new(),
-        }
-        .in_words(),
-    ))
+    Ok(Some(Explainable {
+        left_mm,
+        not_predictable_mm,
+        to_name_mm: left_mm - not_predictable_mm,
+        scatter_mm,
+        groups: ladder.steps,
+        blocked,
+        rows: rows.len(),
+        points: start.points(),
+    }))
 }
 
 /// The same groups where whole regions of pose space are left out.

@@ -45,10 +45,8 @@ pub struct Hypothesis {
     /// Other formulas that do as well, as they are written.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub or: Vec<String>,
-    /// The block for the model file.
+    /// The block for the model file; the effect it defines is called [`HYPOTHESIS`].
     pub define: String,
-    /// One plain sentence.
-    pub sentence: String,
 }
 
 /// One number of a formula.
@@ -243,27 +241,8 @@ impl Laboratory {
         });
         let formula = form.formulas().into_iter().map(|(key, formula)| format!("{key}: {formula}"));
         let formula = formula.collect::<Vec<_>>().join(", ");
-        let others = match or.len() {
-            0 => String::new(),
-            _ => format!(" As well does {}.", or.join("; or ")),
-        };
-        let sentence = format!(
-            "A formula for it, as a hypothesis: {place}, {formula}. It predicts rows that were left out, takes away {:.0} % of what is beyond the noise, and leaves {after_mm:.3} of {before_mm:.3} mm.{others} \
-             What it means is for you to say: put the block into the model file, and add `{NAME}`.",
-            100.0 * explains
-        );
         let define = block(form, &place);
-        Hypothesis {
-            place,
-            formula,
-            values: values.collect(),
-            explains,
-            before_mm,
-            after_mm,
-            or,
-            define,
-            sentence,
-        }
+        Hypothesis { place, formula, values: values.collect(), explains, before_mm, after_mm, or, define }
     }
 }
 
@@ -286,7 +265,7 @@ struct BorneOut {
 }
 
 /// The name of the effect in the block that is offered.
-const NAME: &str = "hypothesis";
+pub const HYPOTHESIS: &str = "hypothesis";
 
 /// Root mean square error of the fitted points, mm.
 fn rms(fitted: &Fitted<'_>) -> f64 {
@@ -336,7 +315,7 @@ fn block(form: &Form, place: &str) -> String {
         })
         .collect();
     format!(
-        "define:\n  - name: {NAME}\n    where: {place}\n    adds: {{{at}{}}}\n    parameters: {{{}}}\n",
+        "define:\n  - name: {HYPOTHESIS}\n    where: {place}\n    adds: {{{at}{}}}\n    parameters: {{{}}}\n",
         formulas.join(", "),
         parameters.join(", ")
     )

@@ -121,7 +121,7 @@ fn the_block_is_read_as_it_is_written() {
         let form = Form { site, factor: forms::Factor::Load(1), shape: Shape::Wave(angle, 2) };
         let arm = "arm: two\nconvention: distal\njoints:\n  - {name: shoulder, a_mm: 200, limits_deg: [-170, 170]}\n  - {name: elbow, a_mm: 150, limits_deg: [-150, 150]}\ntargets: {p1: {xyz_mm: [0, 0, 0]}}\n";
         let read = Model::parse("model.yaml", &format!("{arm}{}", block(&form, place))).unwrap();
-        assert_eq!(*read.definitions[0], definition(NAME, &form, &read).unwrap());
+        assert_eq!(*read.definitions[0], definition(HYPOTHESIS, &form, &read).unwrap());
     }
 }
 

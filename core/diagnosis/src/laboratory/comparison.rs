@@ -67,7 +67,7 @@ pub struct EffectValue {
     pub held: bool,
     /// Why the data cannot tell it, where that is known.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub held_because: Option<String>,
+    pub held_because: Option<WhyHeld>,
     /// Whether the user added it (else it is one of `free`).
     pub added: bool,
     /// Whether its mechanism is identified.
@@ -75,6 +75,17 @@ pub struct EffectValue {
     /// Of a correction: the mechanisms it may stand for.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub may_be: Vec<String>,
+}
+
+/// Why the data cannot tell an effect.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub enum WhyHeld {
+    /// No masses are declared, so that gravity moves nothing.
+    NoMasses,
+    /// It changes nothing that was measured.
+    ChangesNothing,
+    /// These do the same.
+    SameAs(Vec<String>),
 }
 
 /// A joint as plots and tables name it.
@@ -143,7 +154,7 @@ pub struct Comparison {
     /// All fitted effects.
     pub effects: Vec<EffectValue>,
     /// Freedoms the data cannot see.
-    #[serde(serialize_with = "gauges")]
+    #[serde(serialize_with = "what_is_held")]
     pub gauges: Vec<Gauge>,
     /// Lines of the file whose rows lie far outside the others' scatter.
     pub outliers: Vec<u32>,
@@ -161,8 +172,6 @@ pub struct Comparison {
     pub arm_points_mm: Vec<[f64; 3]>,
     /// What the reader and the fit noticed.
     pub warnings: Vec<String>,
-    /// One plain sentence.
-    pub sentence: String,
 }
 
 /// The joints as plots and tables name them.
@@ -185,11 +194,8 @@ fn along_joints(joints: &[JointAxis], series: &[Series], rows: &[RowResidual]) -
     errors.collect()
 }
 
-fn gauges<S: serde::Serializer>(gauges: &[Gauge], serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.collect_seq(gauges.iter().map(|gauge| match gauge.same_as.is_empty() {
-        true => format!("{} not estimated: it changes nothing that was measured", gauge.held),
-        false => format!("{} not estimated: same effect as {}", gauge.held, gauge.same_as.join(", ")),
-    }))
+fn what_is_held<S: serde::Serializer>(gauges: &[Gauge], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_seq(gauges.iter().map(|gauge| &gauge.held))
 }
 
 /// Errors of the measured points of some rows, mm; nothing if none of them was measured.
@@ -289,7 +295,6 @@ impl Laboratory {
             arm_points_mm: arm_in_the_middle(machine, fit, &rows),
             rows,
             warnings: self.noticed(fit),
-            sentence: sentence(&floor, &rms_mm),
             floor,
             rms_mm,
             error_mm,
@@ -401,40 +406,21 @@ impl Laboratory {
         fit: &Fit,
         part: &Part,
         slots: &[usize],
-    ) -> Option<String> {
+    ) -> Option<WhyHeld> {
         let needs_masses = match effect::kind(&part.id.name) {
             Some(kind) => kind.driven_by.is_weight(),
             // One that the model file defines may reckon with moments.
             None => part.effect.looks_at() == LooksAt::Gravity,
         };
         if needs_masses && !self.survey().has_weight() {
-            return Some(
-                "no masses are declared, so gravity moves nothing: declare `links:` or a payload, or add gravity_flexure(j)"
-                    .to_owned(),
-            );
+            return Some(WhyHeld::NoMasses);
         }
         let first = machine.slots().get(*slots.first()?)?;
         let name = machine.slot_name(*first);
         let gauge = fit.gauges.iter().find(|gauge| gauge.held == name)?;
         Some(match gauge.same_as.is_empty() {
-            true => "it changes nothing that was measured".to_owned(),
-            false => format!("same effect as {}", gauge.same_as.join(", ")),
+            true => WhyHeld::ChangesNothing,
+            false => WhyHeld::SameAs(gauge.same_as.clone()),
         })
-    }
-}
-
-fn sentence(floor: &Floor, rms: &Rms) -> String {
-    let shown = rms.check.map_or_else(
-        || format!("The model misses by {:.3} mm RMS", rms.fit),
-        |check| {
-            format!(
-                "The model misses by {:.3} mm RMS where it was fitted and by {check:.3} mm where it was not",
-                rms.fit
-            )
-        },
-    );
-    match floor.sigma_mm {
-        Some(sigma) => format!("{shown}; the noise is {sigma:.3} mm an axis."),
-        None => format!("{shown}; nobody knows the noise: return to some poses, or declare it."),
     }
 }

@@ -25,22 +25,10 @@ pub struct MapStep {
     pub locked_inside: [usize; 2],
     /// Too few poses to leave any out: nothing shows how it does between them.
     pub between_unknown: bool,
-    /// One plain sentence.
-    pub sentence: String,
 }
 
 impl MapStep {
     fn of(fitted: &FittedMap, rms_mm: Rms, locked_inside: [usize; 2]) -> Self {
-        let mut sentence = format!(
-            "A residual map of {} takes {:.0} % of the variance that is left ({:.3} -> {:.3} mm on rows left out): not understood, and good only where was measured.",
-            fitted.goes_by.join(" and "),
-            100.0 * fitted.map.not_understood,
-            fitted.without_mm,
-            fitted.with_mm
-        );
-        if fitted.between_unknown {
-            sentence.push_str(" With so few poses it was judged on returns to them; between them it interpolates, which nothing here checks.");
-        }
         Self {
             left_out_mm: [fitted.without_mm, fitted.with_mm],
             rms_mm,
@@ -48,7 +36,6 @@ impl MapStep {
             goes_by: fitted.goes_by.clone(),
             locked_inside,
             between_unknown: fitted.between_unknown,
-            sentence,
         }
     }
 }
@@ -188,21 +175,17 @@ mod tests {
     }
 
     #[test]
-    fn the_sentence_of_a_map_says_what_it_takes_and_what_nothing_checks() {
-        let fitted = |between_unknown: bool| FittedMap {
+    fn a_step_keeps_what_a_map_does_on_rows_left_out_and_what_nothing_checks() {
+        let fitted = FittedMap {
             map: ResidualMap { not_understood: 0.62, ..ResidualMap::default() },
             region: MeasuredRegion { joints: Vec::new(), poses: Vec::new(), reach: 0.1 },
             without_mm: 0.2,
             with_mm: 0.1234,
             goes_by: vec!["pose".to_owned(), "side of approach".to_owned()],
-            between_unknown,
+            between_unknown: true,
         };
-        let told = MapStep::of(&fitted(false), RMS, [3, 4]);
-        assert_eq!(
-            told.sentence,
-            "A residual map of pose and side of approach takes 62 % of the variance that is left (0.200 -> 0.123 mm on rows left out): not understood, and good only where was measured."
-        );
-        assert_eq!((told.left_out_mm, told.locked_inside), ([0.2, 0.1234], [3, 4]));
-        assert!(MapStep::of(&fitted(true), RMS, [0, 0]).sentence.ends_with("which nothing here checks."));
+        let step = MapStep::of(&fitted, RMS, [3, 4]);
+        assert_eq!((step.left_out_mm, step.locked_inside), ([0.2, 0.1234], [3, 4]));
+        assert!(step.between_unknown && step.not_understood == 0.62 && step.goes_by == fitted.goes_by);
     }
 }

@@ -18,7 +18,7 @@ mod rows;
 
 pub(crate) use addition::moved;
 pub use addition::{Addition, without};
-pub use comparison::{Comparison, EffectValue, JointAxis, JointError, OrientationErrors, Rms};
+pub use comparison::{Comparison, EffectValue, JointAxis, JointError, OrientationErrors, Rms, WhyHeld};
 pub use effect_plot::EffectPlot;
 pub use found_surfaces::{FoundAngle, FoundNumber, FoundSurface};
 pub use map_note::MapNote;

@@ -4,13 +4,13 @@ use nalgebra::DMatrix;
 
 use super::choose::Chooser;
 use super::design::Wish;
+use super::outcome::{Asked, Instead};
 use super::rivals::Rival;
 use super::{NextPoses, Wanted, no_pose, with_returns};
 use crate::forward_selection::Stage;
 use crate::laboratory::{Laboratory, LaboratoryError};
 use crate::noise_floor::Floor;
 use crate::not_shown::{Faint, with_weight};
-use crate::phrase::{figure, listed};
 use crate::thresholds::{ASKED_KINDS, ASKED_SIZE, SETTLES};
 use plumb_calibration::arm_model::AddedEffect;
 use plumb_calibration::effect;
@@ -55,24 +55,14 @@ impl Laboratory {
         let [shown, still]: [Vec<String>; 2] =
             [&shown, &hidden].map(|some| some.iter().map(|(_, one)| self.model().label(&one.id)).collect());
         let instead = hidden.first().map(|(_, one)| {
-            let how = effect::kind(&one.id.name).map_or("", |kind| kind.how_to_see);
-            format!("they would not show {}; what would: {}", listed(&still, "or"), uncapitalized(how))
+            let how_to_see = effect::kind(&one.id.name).map_or("", |kind| kind.how_to_see);
+            Instead::NotShownEither { hidden: still, how_to_see }
         });
-        let mut sentence = match shown.as_slice() {
-            [] => "No pose within reach would show what these rows do not".to_owned(),
-            shown => format!(
-                "Measure these {} poses, and return to the first two: they would show {}, if there (at {} times the noise by at least {} standard errors)",
-                choice.designs.len(),
-                listed(shown, "and"),
-                ASKED_SIZE,
-                figure(separation)
-            ),
-        };
-        sentence.push_str(&instead.as_ref().map_or_else(|| ".".to_owned(), |instead| format!("; {instead}")));
+        let asked = Asked::NotShown { shown, size: ASKED_SIZE };
         let between = faint.iter().map(|one| self.model().label(&one.id)).collect();
         // JSON has no infinity.
         let separation = if separation.is_finite() { separation } else { 0.0 };
-        Ok(Some(NextPoses { next, between, separation, instead, sentence }))
+        Ok(Some(NextPoses { next, between, separation, new: choice.designs.len(), asked, instead }))
     }
 }
 
@@ -102,9 +92,4 @@ fn rival(faint: &Faint, stage: &Stage<'_>, most_mm: f64, lab: &Laboratory) -> Ri
     let mut effects = stage.taken.clone();
     effects.push(AddedEffect { id: faint.id.clone(), values });
     Rival { label: lab.model().label(&faint.id), effects, state, covariance }
-}
-
-fn uncapitalized(sentence: &str) -> String {
-    let mut letters = sentence.chars();
-    letters.next().map_or_else(String::new, |first| first.to_lowercase().chain(letters).collect())
 }

@@ -4,10 +4,10 @@ use serde_json::{Map, Value, json};
 
 use super::choose::Chooser;
 use super::design::{Design, Sensing, Wish};
+use super::outcome::{Instead, OtherWay};
 use crate::laboratory::{Laboratory, LaboratoryError};
 use crate::noise_floor::typical_sigma;
-use crate::outcome::{NextPose, Verdict};
-use crate::phrase::listed;
+use crate::outcome::NextPose;
 use crate::thresholds::{INSEPARABLE, SETTLES};
 use plumb_estimation::Progress;
 
@@ -17,17 +17,15 @@ const MORE_LOAD: f64 = 2.0;
 /// Poses with which another way of measuring is tried.
 const FEW: usize = 4;
 
-/// Other ways of measuring that might separate the rivals: in words, what is read, and the loads.
-fn other_ways(lab: &Laboratory) -> Vec<(String, Sensing, Vec<f64>)> {
+/// Other ways of measuring that might separate the rivals: which, what is read, and the loads.
+fn other_ways(lab: &Laboratory) -> Vec<(OtherWay, Sensing, Vec<f64>)> {
     let loads = lab.table().payload.iter().flatten().copied().filter(|load| load.is_finite());
     let load = loads.fold(0.0, f64::max) + MORE_LOAD;
-    let mut ways = vec![(format!("a load of {load:.0} kg"), Sensing::AsBefore, vec![0.0, load])];
+    let mut ways = vec![(OtherWay::Load(load), Sensing::AsBefore, vec![0.0, load])];
     if lab.table().positions.is_empty() {
-        let whole = "an instrument that measures whole positions of p1".to_owned();
-        ways.push((whole, Sensing::WholePoints, Vec::new()));
+        ways.push((OtherWay::WholePositions, Sensing::WholePoints, Vec::new()));
     }
-    let second = "a second point on the hand, well off its axis,".to_owned();
-    ways.push((second, Sensing::SecondPoint, Vec::new()));
+    ways.push((OtherWay::SecondPoint, Sensing::SecondPoint, Vec::new()));
     ways
 }
 
@@ -37,33 +35,31 @@ pub(super) fn what_would(
     wish: Wish<'_>,
     now: f64,
     progress: &Progress,
-) -> Result<String, LaboratoryError> {
-    let mut best: Option<(f64, String)> = None;
-    for (name, sensing, payloads) in other_ways(chooser.designer.lab) {
+) -> Result<Instead, LaboratoryError> {
+    let mut best: Option<(f64, OtherWay)> = None;
+    for (way, sensing, payloads) in other_ways(chooser.designer.lab) {
         chooser.sensing = sensing;
         // Whether another way of measuring helps shows after a few poses; the user chooses the way, and asks for poses again.
         let few = Wish { count: wish.count.min(FEW), payloads: &payloads, ..wish };
         // The least of all pairs: a way that leaves two alike settles nothing.
         let separation = chooser.choose(few, progress)?.least();
         if best.as_ref().is_none_or(|(most, _)| separation > *most) {
-            best = Some((separation, name));
+            best = Some((separation, way));
         }
     }
     chooser.sensing = Sensing::AsBefore;
     Ok(advice(best, now, wish.count.min(FEW)))
 }
 
-/// In words: the best other way, where it separates the rivals and clearly better than the poses do.
-fn advice(best: Option<(f64, String)>, now: f64, poses: usize) -> String {
+/// The best other way, where it separates the rivals and clearly better than the poses do.
+fn advice(best: Option<(f64, OtherWay)>, now: f64, poses: usize) -> Instead {
     match best {
         // Twice as far apart as now is worth another instrument; a little more is not.
-        Some((separation, name)) if separation > SETTLES.max(2.0 * now) => {
-            format!("{name} would tell them apart ({separation:.0} standard errors in {poses} poses)")
+        Some((separation, way)) if separation > SETTLES.max(2.0 * now) => {
+            Instead::Way { way, separation, poses }
         }
-        _ if now < INSEPARABLE => "neither a load nor a second point nor whole positions would: for this arm they are the same thing, so either will do"
-            .to_owned(),
-        _ => "neither a load nor a second point nor whole positions would: they differ by less than these readings show, so either will do"
-            .to_owned(),
+        _ if now < INSEPARABLE => Instead::Same,
+        _ => Instead::BelowNoise,
     }
 }
 
@@ -109,40 +105,6 @@ pub(super) fn approached_from_the_other_side(pose: &NextPose) -> NextPose {
     NextPose { approach: pose.approach.iter().map(|side| -side).collect(), ..pose.clone() }
 }
 
-/// One sentence: what the poses do, what would do instead, and which pairs stay alike.
-pub(super) fn sentence(
-    verdict: Verdict,
-    labels: &[String],
-    count: usize,
-    separation: f64,
-    instead: Option<&str>,
-    alike: &[(&str, &str)],
-) -> String {
-    let all = listed(labels, "and");
-    match (labels.len(), instead) {
-        (1, _) => {
-            format!("Measure these {count} poses, and return to the first two: there the model knows least.")
-        }
-        (_, Some(instead)) => {
-            format!(
-                "No pose within reach tells {all} apart ({separation:.1} standard errors in {count} poses); {instead}."
-            )
-        }
-        (rivals, None) => {
-            let least = if rivals > 2 { "at least " } else { "" };
-            let proof = if verdict == Verdict::Named { ", which proves the name or corrects it" } else { "" };
-            let pairs: Vec<String> = alike.iter().map(|(one, other)| format!("{one} from {other}")).collect();
-            let rest = match pairs.as_slice() {
-                [] => String::new(),
-                pairs => format!(" They do not tell {}.", listed(pairs, "nor")),
-            };
-            format!(
-                "Measure these {count} poses, and return to the first two: they put {all} {least}{separation:.0} standard errors apart{proof}.{rest}"
-            )
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -153,7 +115,9 @@ mod tests {
         let ways = other_ways(&lab);
         assert_eq!(ways.iter().map(|(_, sensing, _)| *sensing).collect::<Vec<_>>().len(), 2);
         assert!(
-            ways[0].1 == Sensing::AsBefore && ways[0].2 == [0.0, MORE_LOAD] && ways[0].0 == "a load of 2 kg"
+            ways[0].1 == Sensing::AsBefore
+                && ways[0].2 == [0.0, MORE_LOAD]
+                && ways[0].0 == OtherWay::Load(MORE_LOAD)
         );
         assert!(ways[1].1 == Sensing::SecondPoint);
     }
@@ -173,26 +137,13 @@ mod tests {
 
     #[test]
     fn another_way_is_advised_only_where_it_settles_the_question_and_is_clearly_better() {
-        let load = |separation: f64| Some((separation, "a load of 3 kg".to_owned()));
-        assert!(advice(load(1.1 * SETTLES), 0.4, 4).starts_with("a load of 3 kg would tell them apart"));
-        assert!(advice(load(0.9 * SETTLES), 0.4, 4).contains("they are the same thing"));
-        assert!(advice(load(0.9 * SETTLES), 1.1 * INSEPARABLE, 4).contains("less than these readings show"));
-        assert!(advice(load(1.1 * SETTLES), 0.6 * SETTLES, 4).contains("less than these readings show"));
-    }
-
-    #[test]
-    fn the_sentence_says_which_pairs_the_poses_do_not_tell_apart() {
-        let labels = ["a", "b", "c"].map(str::to_owned);
-        let said = sentence(Verdict::Tied, &labels, 5, 4.4, None, &[("a", "c")]);
-        assert_eq!(
-            said,
-            "Measure these 5 poses, and return to the first two: they put a, b and c at least 4 standard errors apart. They do not tell a from c."
-        );
-        let named = sentence(Verdict::Named, &labels[..2], 5, 4.4, None, &[]);
-        assert!(named.ends_with("4 standard errors apart, which proves the name or corrects it."), "{named}");
-        assert!(
-            sentence(Verdict::Tied, &labels[..1], 5, 0.0, None, &[]).contains("there the model knows least")
-        );
+        let way = OtherWay::Load(3.0);
+        let load = |separation: f64| Some((separation, way));
+        let separation = 1.1 * SETTLES;
+        assert_eq!(advice(load(separation), 0.4, 4), Instead::Way { way, separation, poses: 4 });
+        assert_eq!(advice(load(0.9 * SETTLES), 0.4, 4), Instead::Same);
+        assert_eq!(advice(load(0.9 * SETTLES), 1.1 * INSEPARABLE, 4), Instead::BelowNoise);
+        assert_eq!(advice(load(separation), 0.6 * SETTLES, 4), Instead::BelowNoise);
     }
 
     #[test]

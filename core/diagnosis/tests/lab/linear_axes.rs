@@ -4,7 +4,7 @@ use plumb_calibration::file::model_text;
 use plumb_diagnosis::Verdict;
 use plumb_diagnosis::laboratory::{Laboratory, Options};
 use plumb_estimation::Progress;
-use plumb_report::diagnosis_sentence;
+use plumb_report::{diagnosis_sentence, map_sentence};
 
 use super::made_up::{Dice, laboratory};
 
@@ -67,7 +67,7 @@ fn the_play_of_an_axis_is_named_beside_an_error_of_position_which_a_map_then_tak
 
     let growth = lab.grow_with_map(&watch).unwrap();
     let map = growth.residual_map.as_ref().expect("a map of the position's error");
-    assert!(map.between_unknown && map.sentence.contains("between them it interpolates"), "{map:?}");
+    assert!(map.between_unknown && map_sentence(map).contains("between them it interpolates"), "{map:?}");
     assert!(map.rms_mm.fit < 1.3 * SCATTER && map.left_out_mm[1] < 1.5 * SCATTER, "{map:?}");
     assert!(model_text(&growth.model).contains("joint_backlash"));
 }

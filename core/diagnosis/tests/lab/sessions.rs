@@ -3,6 +3,7 @@
 use plumb_diagnosis::laboratory::Options;
 use plumb_diagnosis::split::Holdout;
 use plumb_estimation::Progress;
+use plumb_report::why_held_in_words;
 
 use super::made_up::{COLUMN_ARM, Dice, column_poses, column_tip, laboratory, try_laboratory};
 
@@ -64,7 +65,7 @@ fn an_effect_of_gravity_without_masses_is_held_and_says_why() {
     let lab = laboratory(&model, &one_session, Options { holdout: Holdout::None, ..Options::default() });
     let comparison = lab.compare(&Progress::unwatched()).unwrap();
     for effect in &comparison.effects {
-        let why = effect.held_because.as_deref().unwrap_or_default();
+        let why = effect.held_because.as_ref().map_or_else(String::new, why_held_in_words);
         assert!(effect.held && why.contains("no masses are declared"), "{effect:?}");
         assert!(why.contains("declare `links:`"), "{why}");
     }

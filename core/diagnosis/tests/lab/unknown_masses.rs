@@ -3,7 +3,7 @@
 use plumb_diagnosis::Verdict;
 use plumb_diagnosis::laboratory::Options;
 use plumb_estimation::Progress;
-use plumb_report::diagnosis_sentence;
+use plumb_report::{diagnosis_sentence, why_held_in_words};
 
 use super::made_up::{COLUMN_ARM, Dice, column_poses, column_tip, laboratory};
 
@@ -50,7 +50,7 @@ fn an_effect_of_gravity_that_is_held_says_that_no_masses_are_declared_and_what_t
     let held = compared.effects.iter().find(|effect| effect.label == "joint_compliance(shoulder)").unwrap();
     assert!(held.held);
     assert_eq!(
-        held.held_because.as_deref(),
+        held.held_because.as_ref().map(why_held_in_words).as_deref(),
         Some(
             "no masses are declared, so gravity moves nothing: declare `links:` or a payload, or add gravity_flexure(j)"
         )

@@ -10,9 +10,11 @@ use super::tables::{
     all_rows, along_joints, candidates, effects, errors, groups, list, most_turned_rows, next,
     orientation_errors, story, worst_rows,
 };
+use crate::phrase::percent;
 use crate::plot::{Links, Panel, effect_panel, escaped, grid, panels, space};
-use crate::words::{alike_in_words, diagnosis_sentence};
-use plumb_diagnosis::phrase::percent;
+use crate::words::{
+    alike_in_words, comparison_sentence, diagnosis_sentence, explainable_sentence, hypothesis_sentence,
+};
 use plumb_diagnosis::report::Report;
 
 const STYLE: &str = "body{font:15px/1.5 sans-serif;max-width:64em;margin:2em auto;padding:0 1em;color:#222}\
@@ -55,7 +57,7 @@ fn how_large(out: &mut String, report: &Report) -> std::fmt::Result {
     writeln!(
         out,
         "<h2>How large the error is</h2><p>{} {} rows were fitted with {} parameters, {} were held out.</p>",
-        escaped(&comparison.sentence),
+        escaped(&comparison_sentence(comparison)),
         comparison.fit_rows,
         comparison.parameters,
         comparison.check_rows
@@ -75,7 +77,7 @@ fn how_much(out: &mut String, report: &Report) -> std::fmt::Result {
     writeln!(out, "<h2>How much of it could be explained</h2>")?;
     match &report.comparison.explainable {
         Some(explainable) => {
-            writeln!(out, "<p>{}.</p>", escaped(&explainable.sentence))?;
+            writeln!(out, "<p>{}.</p>", escaped(&explainable_sentence(explainable)))?;
             groups(out, explainable)
         }
         None => writeln!(out, "<p>Not asked: there are too few poses to leave any out.</p>"),
@@ -147,7 +149,12 @@ fn how_sure(out: &mut String, report: &Report) -> std::fmt::Result {
         writeln!(out, "<p>With it in, {left:.4} mm besides the noise is still not explained.</p>")?;
     }
     if let Some(hypothesis) = &diagnosis.hypothesis {
-        writeln!(out, "<p>{}</p><pre>{}</pre>", escaped(&hypothesis.sentence), escaped(&hypothesis.define))?;
+        writeln!(
+            out,
+            "<p>{}</p><pre>{}</pre>",
+            escaped(&hypothesis_sentence(hypothesis)),
+            escaped(&hypothesis.define)
+        )?;
     }
     let alike: Vec<String> = diagnosis.alike.iter().map(alike_in_words).collect();
     list(out, "Effects that move these readings alike", &alike)?;

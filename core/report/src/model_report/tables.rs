@@ -4,13 +4,13 @@ use std::collections::HashSet;
 use std::fmt::Write;
 
 use super::shown_rows::{most_turned, worst};
+use crate::phrase::{figure, is_determined, listed, percent};
 use crate::plot::escaped;
-use crate::words::rejection_in_words;
+use crate::words::{map_in_words, next_poses_sentence, rejection_in_words, why_held_in_words};
 use plumb_calibration::effect::Unit;
 use plumb_diagnosis::laboratory::{
     Comparison, EffectValue, ErrorSummary, Errors, OrientationErrors, RowResidual,
 };
-use plumb_diagnosis::phrase::{figure, is_determined, listed, percent};
 use plumb_diagnosis::report::{Chapter, Report};
 use plumb_diagnosis::{Claim, Diagnosis, Explainable};
 
@@ -237,6 +237,12 @@ fn remark(effect: &EffectValue) -> String {
     escaped(&remarks.join("; "))
 }
 
+/// Why an effect is not estimated.
+fn why_held(effect: &EffectValue) -> String {
+    let why = effect.held_because.as_ref().map(why_held_in_words);
+    why.unwrap_or_else(|| "these rows cannot tell it from others".to_owned())
+}
+
 /// What is fitted, with its sizes.
 pub(super) fn effects(out: &mut String, comparison: &Comparison) -> std::fmt::Result {
     if comparison.effects.is_empty() && comparison.residual_map.is_none() {
@@ -252,7 +258,7 @@ pub(super) fn effects(out: &mut String, comparison: &Comparison) -> std::fmt::Re
             true => writeln!(
                 out,
                 "<tr><td>{label}</td><td>not estimated</td><td></td><td class=\"faint\">{}</td></tr>",
-                escaped(effect.held_because.as_deref().unwrap_or("these rows cannot tell it from others"))
+                escaped(&why_held(effect))
             )?,
             false => writeln!(
                 out,
@@ -265,7 +271,7 @@ pub(super) fn effects(out: &mut String, comparison: &Comparison) -> std::fmt::Re
     }
     writeln!(out, "</table>")?;
     match &comparison.residual_map {
-        Some(map) => writeln!(out, "<p>Besides, {}.</p>", escaped(&map.sentence())),
+        Some(map) => writeln!(out, "<p>Besides, {}.</p>", escaped(&map_in_words(map))),
         None => Ok(()),
     }
 }
@@ -315,7 +321,7 @@ pub(super) fn next(out: &mut String, report: &Report) -> std::fmt::Result {
     writeln!(
         out,
         "<h2>What to measure next</h2><p>{}</p><table><tr><th></th>{}</tr>",
-        escaped(&next.sentence),
+        escaped(&next_poses_sentence(next)),
         joints.collect::<String>()
     )?;
     for (index, pose) in next.next.iter().enumerate() {

@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use super::drawing::{CURVE, Links, NOISE, OUTSIDE, POINT, Short, escaped, point};
 use super::panels::{Dot, Panel, panels};
+use crate::words::comparison_sentence;
 use plumb_diagnosis::laboratory::Comparison;
 
 const WIDTH: f64 = 320.0;
@@ -22,7 +23,7 @@ const LONGEST_BESIDE: usize = 30;
 /// The residuals of a comparison, drawn.
 pub fn svg(comparison: &Comparison) -> String {
     let heading = format!("{} against {}: residuals, mm", comparison.arm, comparison.data);
-    grid(&panels(comparison), &[heading, comparison.sentence.clone()], Links::Nowhere)
+    grid(&panels(comparison), &[heading, comparison_sentence(comparison)], Links::Nowhere)
 }
 
 /// Panels side by side, with lines of text above.

@@ -1,6 +1,6 @@
 //! What is said where few poses were measured often, as along an axis after ISO 230-2.
 
-use plumb_diagnosis::phrase::{listed, size_text};
+use crate::phrase::{listed, size_text};
 use plumb_diagnosis::{AcrossPoses, ConditionAtPoses, Diagnosis, FewPoses, PoseShare};
 
 /// How much goes with the pose alone.

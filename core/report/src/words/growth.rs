@@ -1,5 +1,6 @@
 //! What is said of a model that was grown.
 
+use super::residual_map::map_sentence;
 use super::verdict::diagnosis_sentence;
 use plumb_diagnosis::Growth;
 
@@ -7,7 +8,7 @@ use plumb_diagnosis::Growth;
 pub fn growth_sentence(growth: &Growth) -> String {
     let sentence = diagnosis_sentence(&growth.diagnosis);
     match &growth.residual_map {
-        Some(map) => format!("{sentence} {}", map.sentence),
+        Some(map) => format!("{sentence} {}", map_sentence(map)),
         None => sentence,
     }
 }

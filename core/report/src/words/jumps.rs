@@ -1,7 +1,7 @@
 //! Where among the rows something was re-set.
 
+use crate::phrase::listed;
 use plumb_diagnosis::Jump;
-use plumb_diagnosis::phrase::listed;
 
 /// One place: its rows, the line of the file and the time, where it is logged.
 fn place(jump: &Jump) -> String {

@@ -1,6 +1,6 @@
 //! Why a candidate is not the name.
 
-use plumb_diagnosis::phrase::listed;
+use crate::phrase::listed;
 use plumb_diagnosis::{Objection, Rejection};
 
 /// Why a candidate is not the name, and which rival stands in its way.

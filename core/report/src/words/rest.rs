@@ -1,7 +1,7 @@
 //! What the rest is like, in words: what on record it goes with, and in what shape.
 
 use super::few_poses::share_in_words;
-use plumb_diagnosis::phrase::{figure, listed};
+use crate::phrase::{figure, listed};
 use plumb_diagnosis::{CategoryMeans, Description, Remaining, ResidualShape, Rest, Trend, TwoPositions};
 
 /// What the rest is like; empty where that was not asked.

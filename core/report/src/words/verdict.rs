@@ -3,7 +3,7 @@
 use super::few_poses::{added_to, with_condition};
 use super::jumps::jumps_in_words;
 use super::rest::rest_in_words;
-use plumb_diagnosis::phrase::{listed, size_text};
+use crate::phrase::{listed, size_text};
 use plumb_diagnosis::{Alike, Diagnosis, EffectPlace, Located, Named, NotShown, Rejection, Verdict};
 
 /// How the noise of light stripes is called among the readings of a table.

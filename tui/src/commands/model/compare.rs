@@ -4,7 +4,7 @@ use std::error::Error;
 use std::fmt::Write as _;
 
 use plumb_diagnosis::laboratory::Comparison;
-use plumb_report::plot;
+use plumb_report::{comparison_sentence, gauge_in_words, json, map_in_words, plot};
 
 use super::arguments::{CompareArguments, PlotFormat};
 use super::text::{
@@ -17,7 +17,10 @@ use crate::progress::watched;
 pub(super) fn run(arguments: &CompareArguments) -> Result<String, Box<dyn Error>> {
     let opened = arguments.pair.open()?;
     let comparison = watched(|progress| opened.laboratory.compare_in_full(progress))?;
-    let mut said = if arguments.pair.json { super::json(&comparison)? } else { tell(&comparison) };
+    let mut said = match arguments.pair.json {
+        true => super::json(&json::comparison(&comparison)?)?,
+        false => tell(&comparison),
+    };
     match arguments.plot {
         Some(PlotFormat::Svg) => {
             let path = arguments.output();
@@ -47,18 +50,10 @@ fn tell(comparison: &Comparison) -> String {
     text.push_str(&surface_lines(&comparison.surfaces));
     text.push_str(&effects_table(&comparison.effects));
     if let Some(map) = &comparison.residual_map {
-        text.push_str(&format!("{}\n", map.sentence()));
+        text.push_str(&format!("{}\n", map_in_words(map)));
     }
     for gauge in &comparison.gauges {
-        match gauge.same_as.is_empty() {
-            true => text
-                .push_str(&format!("{} not estimated: it changes nothing that was measured\n", gauge.held)),
-            false => text.push_str(&format!(
-                "{} not estimated: same effect as {}\n",
-                gauge.held,
-                gauge.same_as.join(", ")
-            )),
-        }
+        text.push_str(&format!("{}\n", gauge_in_words(gauge)));
     }
     if !comparison.outliers.is_empty() {
         let lines: Vec<String> = comparison.outliers.iter().take(20).map(u32::to_string).collect();
@@ -67,6 +62,6 @@ fn tell(comparison: &Comparison) -> String {
     for warning in &comparison.warnings {
         text.push_str(&format!("note: {warning}\n"));
     }
-    text.push_str(&format!("\n{}\n", comparison.sentence));
+    text.push_str(&format!("\n{}\n", comparison_sentence(comparison)));
     text
 }

@@ -2,8 +2,8 @@
 
 use std::error::Error;
 
-use plumb_diagnosis::{Candidate, Diagnosis, Verdict, is_determined};
-use plumb_report::{diagnosis_sentence, json, rejection_in_words};
+use plumb_diagnosis::{Candidate, Diagnosis, Verdict};
+use plumb_report::{diagnosis_sentence, hypothesis_sentence, is_determined, json, rejection_in_words};
 
 use super::arguments::DiagnoseArguments;
 use super::text::{error_lines, explainable_line, figure, floor_line, noise_lines};
@@ -59,7 +59,7 @@ pub(crate) fn findings(diagnosis: &Diagnosis, sentence: &str) -> String {
     }
     text.push_str(&format!("\n{}. {sentence}\n", verdict(diagnosis.verdict)));
     if let Some(hypothesis) = &diagnosis.hypothesis {
-        text.push_str(&format!("\nHYPOTHESIS. {}\n\n{}", hypothesis.sentence, hypothesis.define));
+        text.push_str(&format!("\nHYPOTHESIS. {}\n\n{}", hypothesis_sentence(hypothesis), hypothesis.define));
     }
     text
 }

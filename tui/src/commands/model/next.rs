@@ -6,6 +6,7 @@ use plumb_calibration::arm_model::Model;
 use plumb_calibration::table::Table;
 use plumb_diagnosis::{NextPose, NextPoses, Wanted};
 use plumb_kinematics::Motion;
+use plumb_report::{json, next_poses_sentence};
 
 use super::arguments::NextArguments;
 use crate::progress::watched;
@@ -20,7 +21,7 @@ pub(super) fn run(arguments: &NextArguments) -> Result<String, Box<dyn Error>> {
     };
     let poses = watched(|progress| opened.laboratory.next_poses(&wanted, progress))?;
     if arguments.pair.json {
-        return Ok(super::json(&poses)?);
+        return Ok(super::json(&json::next_poses(&poses)?)?);
     }
     if arguments.csv {
         return Ok(as_table(&poses, opened.laboratory.table(), opened.laboratory.model()));
@@ -94,5 +95,5 @@ pub(crate) fn tell(poses: &NextPoses, joints: &[&str]) -> String {
     if poses.next.iter().any(|pose| pose.approach.iter().any(|side| *side != 0)) {
         text.push_str("up, down: arrive so that the joint's coordinate grows, or falls: 1 and -1 under `approach_...` in the table\n");
     }
-    format!("{text}\n{}\n", poses.sentence)
+    format!("{text}\n{}\n", next_poses_sentence(poses))
 }

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use plumb_calibration::effect::{self, EffectId};
 use plumb_calibration::revision::Entry;
-use plumb_diagnosis::laboratory::{Addition, EffectValue};
+use plumb_diagnosis::laboratory::Addition;
 use plumb_diagnosis::{Claim, Growth, Objection};
 use plumb_report::{growth_sentence, json, objection_in_words};
 use serde::Serialize;
@@ -24,7 +24,7 @@ struct Changed<'a> {
     revision: u32,
     file: String,
     did: &'a str,
-    added: &'a [EffectValue],
+    added: serde_json::Value,
     before: plumb_diagnosis::laboratory::Rms,
     rms_mm: plumb_diagnosis::laboratory::Rms,
     floor: &'a plumb_diagnosis::noise_floor::Floor,
@@ -136,7 +136,7 @@ fn write(
             revision: entry.number,
             file: entry.path.display().to_string(),
             did,
-            added: &addition.added,
+            added: json::effects(&addition.added)?,
             before: addition.before,
             rms_mm: addition.rms_mm,
             floor: &addition.comparison.floor,

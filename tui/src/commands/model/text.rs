@@ -6,7 +6,8 @@ use plumb_diagnosis::laboratory::{
     Rms,
 };
 use plumb_diagnosis::noise_floor::{Floor, FloorSource};
-use plumb_diagnosis::{Claim, Explainable, is_determined};
+use plumb_diagnosis::{Claim, Explainable};
+use plumb_report::{explainable_sentence, is_determined, why_held_in_words};
 
 use crate::shown_unit::shown_unit;
 
@@ -127,7 +128,7 @@ pub(super) fn explainable_line(explainable: Option<&Explainable>) -> String {
                 blocked.left_mm, blocked.not_predictable_mm
             )
         });
-    format!("explainable: {}{regions}\n", explainable.sentence)
+    format!("explainable: {}{regions}\n", explainable_sentence(explainable))
 }
 
 /// Where the noise floor lies and how that is known.
@@ -172,7 +173,10 @@ pub(super) fn effects_table(effects: &[EffectValue]) -> String {
     let line = |effect: &EffectValue| {
         let label = format!("{:width$}", effect.label);
         if effect.held {
-            let why = effect.held_because.as_ref().map_or_else(String::new, |why| format!(": {why}"));
+            let why = effect
+                .held_because
+                .as_ref()
+                .map_or_else(String::new, |why| format!(": {}", why_held_in_words(why)));
             return format!("  {label}  not estimated{why}\n");
         }
         let mut odd = if effect.plausible { String::new() } else { "  (implausible value)".to_owned() };

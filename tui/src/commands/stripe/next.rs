@@ -4,6 +4,7 @@ use std::io::{self, Write as _};
 use std::process::ExitCode;
 
 use plumb_diagnosis::Wanted;
+use plumb_report::json::next_poses;
 
 use super::lab::Chosen;
 use super::lab_error::LabError;
@@ -37,7 +38,7 @@ pub(super) fn run(arguments: &Arguments) -> CommandResult {
     let poses = watched(|progress| laboratory.next_poses(&wanted, progress))?;
     let joints = lab.model.chain.joints.iter().map(|joint| joint.name.as_str());
     let text = match (arguments.json, arguments.csv) {
-        (true, _) => serde_json::to_string_pretty(&poses)? + "\n",
+        (true, _) => serde_json::to_string_pretty(&next_poses(&poses)?)? + "\n",
         (_, true) => as_table(&poses, laboratory.table(), laboratory.model()),
         _ => tell(&poses, &joints.collect::<Vec<_>>()),
     };

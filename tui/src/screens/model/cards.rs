@@ -1,7 +1,7 @@
 //! The candidates as ranked cards: the effect, where, its size, what it gains where it was not fitted, what would explain
 //! it as well, why it was not named.
 
-use plumb_diagnosis::percent;
+use plumb_report::percent;
 use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::style::Style;

@@ -1,6 +1,6 @@
 //! The chosen candidate in full: its sketch, what it is, its size, how sure it is, how to see it, and its own plot.
 
-use plumb_diagnosis::percent;
+use plumb_report::percent;
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::Style;

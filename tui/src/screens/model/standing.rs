@@ -4,8 +4,11 @@ use plumb_calibration::arm_model::Model;
 use plumb_diagnosis::laboratory::{Comparison, EffectPlot, EffectValue};
 use plumb_diagnosis::noise_floor::{Floor, FloorSource};
 use plumb_diagnosis::report::StepKind;
-use plumb_diagnosis::{Candidate, Claim, Diagnosis, EffectPlace, NextPose, Verdict, is_determined, percent};
-use plumb_report::{diagnosis_sentence, rejection_in_words};
+use plumb_diagnosis::{Candidate, Claim, Diagnosis, EffectPlace, NextPose, Verdict};
+use plumb_report::{
+    comparison_sentence, diagnosis_sentence, hypothesis_sentence, is_determined, map_in_words, percent,
+    rejection_in_words,
+};
 
 use super::residuals::Residuals;
 use super::state::{Card, CardStanding, FallStep, Standing, StripLine};
@@ -16,7 +19,7 @@ pub(crate) fn compared(comparison: &Comparison, fall: &[FallStep]) -> Standing {
     Standing {
         verdict: String::new(),
         at_floor: false,
-        sentence: comparison.sentence.clone(),
+        sentence: comparison_sentence(comparison),
         floor_mm: comparison.floor.sigma_mm,
         floor_of_a_point_mm: comparison.floor_of_a_point_mm,
         floor_source: source(&comparison.floor).to_owned(),
@@ -71,7 +74,7 @@ pub(crate) fn plotted(comparison: &Comparison, diagnosis: &Diagnosis) -> Vec<Str
 fn sentence(diagnosis: &Diagnosis) -> String {
     let hypothesis = diagnosis.hypothesis.as_ref();
     let formula = hypothesis.map_or_else(String::new, |hypothesis| {
-        format!(" {} `plumb model diagnose` prints the block.", hypothesis.sentence)
+        format!(" {} `plumb model diagnose` prints the block.", hypothesis_sentence(hypothesis))
     });
     let sentence = diagnosis_sentence(diagnosis);
     match diagnosis.probability {
@@ -104,7 +107,7 @@ fn how_large(comparison: &Comparison) -> StripLine {
 /// How much of the error could be explained, and by what kind of knowledge.
 fn how_much(comparison: &Comparison) -> StripLine {
     let mapped =
-        comparison.residual_map.map_or_else(String::new, |map| format!("; besides, {}", map.sentence()));
+        comparison.residual_map.map_or_else(String::new, |map| format!("; besides, {}", map_in_words(&map)));
     let same = |text: String| StripLine { full: text.clone(), short: text };
     let Some(known) = &comparison.explainable else {
         return same(format!("not asked: too few poses{mapped}"));

@@ -3,7 +3,7 @@
 use plumb_calibration::effect::Unit;
 
 /// A number with three figures, as a person would write it.
-pub fn figure(value: f64) -> String {
+pub(crate) fn figure(value: f64) -> String {
     let size = value.abs();
     if size != 0.0 && !(1e-3..1e5).contains(&size) {
         format!("{value:.2e}")
@@ -28,7 +28,7 @@ pub fn is_determined(error: f64) -> bool {
 }
 
 /// A size with its standard error and unit: `0.0078 +- 0.0003 rad`. A ratio has no unit to be shown.
-pub fn size_text(size: f64, error: f64, unit: &str) -> String {
+pub(crate) fn size_text(size: f64, error: f64, unit: &str) -> String {
     if !is_determined(error) {
         return "size not determined".to_owned();
     }
@@ -48,7 +48,7 @@ pub fn size_text(size: f64, error: f64, unit: &str) -> String {
 }
 
 /// Words joined as in speech: `a, b and c`.
-pub fn listed(words: &[String], last: &str) -> String {
+pub(crate) fn listed(words: &[String], last: &str) -> String {
     match words {
         [] => String::new(),
         [one] => one.clone(),
