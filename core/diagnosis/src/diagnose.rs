@@ -7,6 +7,7 @@ use crate::found::Found;
 use crate::laboratory::{Comparison, Laboratory, LaboratoryError};
 use crate::lack_of_fit::LackOfFit;
 use crate::noise_floor::{Floor, Replicates};
+use crate::note::Note;
 use crate::outcome::{Diagnosis, Objection, Remaining, Rest, TwoPositions, Verdict};
 use crate::repeatability::{self, Split};
 use crate::residual_structure::residual_structure;
@@ -126,9 +127,7 @@ impl Laboratory {
     pub(crate) fn diagnose_for(&self, progress: &Progress) -> Result<(Diagnosis, Found), LaboratoryError> {
         if let Some(plain) = self.without_map() {
             let (mut diagnosis, found) = plain.diagnose_for(progress)?;
-            diagnosis.warnings.push(
-                "the model's residual map is left out here: it explains nothing, and what it takes away is what is to be explained".to_owned(),
-            );
+            diagnosis.warnings.push(Note::MapLeftOut);
             return Ok((diagnosis, found));
         }
         progress.report(0.0, "looking for jumps")?;
@@ -180,11 +179,8 @@ impl Laboratory {
         diagnosis.warnings.extend(finding.gravity_warning());
         diagnosis.warnings.extend(finding.twins());
         if let Some(thin) = &thin {
-            diagnosis.warnings.push(format!(
-                "the search looked at {} of {} fitted rows, spread at random",
-                thin.measured_rows().len(),
-                self.measured_rows().len()
-            ));
+            let (looked_at, fitted) = (thin.measured_rows().len(), self.measured_rows().len());
+            diagnosis.warnings.push(Note::SearchedPart { looked_at, fitted });
         }
         let named = finding.best().filter(|_| diagnosis.verdict == Verdict::Named);
         let named = named.map(|best| AddedEffect { id: best.id.clone(), values: best.values.clone() });

@@ -7,6 +7,7 @@ use super::claim::Claim;
 use super::extrapolation::Extrapolation;
 use super::fitted::falls_by_pose;
 use super::found::{CorrectionCandidate, Found};
+use super::note::Note;
 use super::outcome::{Diagnosis, Named, Verdict};
 use super::predictive_gain::Gain;
 use super::thresholds::{BATCH_ROWS, CORRECTIONS_TRIED, MOST_CORRECTIONS};
@@ -133,9 +134,7 @@ impl Growing {
         // Each look at the locked rows makes them a little less independent; the reader is told how many there were.
         self.opened += u32::from(!self.laboratory.split().check_rows().is_empty());
         if self.laboratory.locked_fall(&effect, progress)?.is_some_and(|fall| fall.total < 0.0) {
-            self.diagnosis.warnings.push(format!(
-                "{label} is named by the rows that were fitted, but the held-out rows are predicted worse with it: it is not added"
-            ));
+            self.diagnosis.warnings.push(Note::WorseHeldOut(label));
             return Ok(false);
         }
         let addition = self.laboratory.take_in(vec![effect], progress)?;
@@ -212,10 +211,7 @@ impl Laboratory {
         let mut growth = self.grow_by(MOST_CORRECTIONS, progress)?;
         let corrections = growth.steps.iter().filter(|step| step.claim == Claim::Correction).count();
         if corrections > 0 {
-            growth.diagnosis.warnings.push(format!(
-                "{corrections} of the effects added are corrections: they predict rows they have not seen, but their mechanism is not identified; use them only \
-                 where was measured"
-            ));
+            growth.diagnosis.warnings.push(Note::Corrections(corrections));
         }
         if growth.diagnosis.verdict.is_nameless() {
             let grown = Self::new(growth.model.clone(), self.table().clone(), self.options().clone())?;
@@ -332,11 +328,7 @@ impl Laboratory {
         let extrapolation = grown.extrapolation(&fitted, self, progress)?;
         let mut diagnosis = grown.settled(&fitted, progress)?;
         for way in extrapolation.iter().filter(|way| way.harmful()) {
-            diagnosis.warnings.push(format!(
-                "does not extrapolate: with {} left out it misses there by {:.3} mm, and by {:.3} mm without what was added; \
-                 use it only where was measured",
-                way.left_out, way.rms_mm, way.without_mm
-            ));
+            diagnosis.warnings.push(Note::DoesNotExtrapolate(way.clone()));
         }
         Ok(Growth {
             model: grown.model().clone(),

@@ -25,6 +25,7 @@ mod negative_play;
 mod next_poses;
 pub mod noise_floor;
 mod not_shown;
+mod note;
 mod outcome;
 mod pose_to_pose;
 mod predictive_gain;
@@ -51,6 +52,7 @@ pub use extrapolation::Extrapolation;
 pub use growth::{Growth, Step, StepRms};
 pub use hypothesis::{HYPOTHESIS, Hypothesis, HypothesisValue};
 pub use next_poses::{Asked, Instead, NextPoses, OtherWay, Wanted};
+pub use note::Note;
 pub use outcome::{
     AcrossPoses, Alike, Candidate, ConditionAtPoses, Diagnosis, EffectPlace, FewPoses, Located, Named,
     NextPose, NotShown, Objection, PoseShare, Rejection, Remaining, Rest, TwoPositions, Verdict,

@@ -1,5 +1,5 @@
 //! What a diagnosis finds, as typed results. Words are made of them in core/report, and so is the contract's JSON: serialized here, a diagnosis lacks what is said in
-//! words (`sentence`, `rejected`, `shape`).
+//! words (`sentence`, `rejected`, `shape`, `warnings`).
 
 use serde::Serialize;
 use serde_json::Value;
@@ -9,6 +9,7 @@ use crate::explainable::Explainable;
 use crate::hypothesis::Hypothesis;
 use crate::laboratory::{Errors, Rms};
 use crate::noise_floor::Floor;
+use crate::note::Note;
 use crate::residual_structure::Description;
 use plumb_calibration::measurement::ReadingNoise;
 
@@ -366,7 +367,8 @@ pub struct Diagnosis {
     /// Lines of the table whose rows lie far outside the others' scatter.
     pub outliers: Vec<u32>,
     /// What the user should know besides.
-    pub warnings: Vec<String>,
+    #[serde(skip)]
+    pub warnings: Vec<Note>,
     /// What was found of few poses that were measured often; nothing of other tables.
     #[serde(skip)]
     pub few_poses: Option<FewPoses>,

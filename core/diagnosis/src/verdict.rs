@@ -11,6 +11,7 @@ use crate::laboratory::{Laboratory, LaboratoryError, points_in};
 use crate::lack_of_fit::{LackOfFit, probability_of_noise};
 use crate::mechanism_test::Mechanism;
 use crate::noise_floor::Floor;
+use crate::note::Note;
 use crate::outcome::{Alike, Candidate, EffectPlace, Located, Named, Verdict};
 use crate::score_test::{Probe, score};
 use crate::thresholds::{
@@ -400,19 +401,15 @@ impl Finding<'_> {
         Some(Located { place: model.site_name(spot), family })
     }
 
-    /// Of all candidates a joint or link that yields against gravity explains most, clearly: what to say of the model's idea of what is down.
-    pub(crate) fn gravity_warning(&self) -> Option<String> {
+    /// Of all candidates a joint or link that yields against gravity explains most, clearly: the model's idea of what is down may be wrong.
+    pub(crate) fn gravity_warning(&self) -> Option<Note> {
         let first = self.stage.contenders.first()?;
         let model = self.stage.fitted.machine.model;
         let yields =
             effect::build(&first.id, model).is_ok_and(|effect| effect.looks_at() == LooksAt::Gravity);
         let size = self.size(first);
-        (yields && first.holm_p < NAMING_LEVEL && is_below_zero(&size)).then(|| {
-            format!(
-                "gravity seems to point the other way in this model: {} explains most, and would rise under its load; check `gravity:`, and how the base stands",
-                model.label(&first.id)
-            )
-        })
+        (yields && first.holm_p < NAMING_LEVEL && is_below_zero(&size))
+            .then(|| Note::RisesUnderLoad(model.label(&first.id)))
     }
 
     /// What cannot be told apart, if there is more than one.

@@ -7,7 +7,7 @@ use serde_json::{Result, Value, json, to_value};
 
 use crate::words::{
     alike_in_words, comparison_sentence, diagnosis_sentence, explainable_sentence, gauge_in_words,
-    growth_sentence, hypothesis_sentence, instead_in_words, map_sentence, next_poses_sentence,
+    growth_sentence, hypothesis_sentence, instead_in_words, map_sentence, next_poses_sentence, note_in_words,
     rejection_in_words, rest_in_words, why_held_in_words,
 };
 
@@ -32,6 +32,7 @@ pub fn diagnosis(diagnosis: &Diagnosis) -> Result<Value> {
     if let Some(hypothesis) = &diagnosis.hypothesis {
         told["hypothesis"]["sentence"] = json!(hypothesis_sentence(hypothesis));
     }
+    told["warnings"] = diagnosis.warnings.iter().map(note_in_words).collect();
     told["sentence"] = json!(diagnosis_sentence(diagnosis));
     Ok(told)
 }
@@ -68,6 +69,7 @@ pub fn comparison(comparison: &Comparison) -> Result<Value> {
     add_explainable(&mut told, comparison.explainable.as_ref());
     told["effects"] = effects(&comparison.effects)?;
     told["gauges"] = comparison.gauges.iter().map(gauge_in_words).collect();
+    told["warnings"] = comparison.warnings.iter().map(note_in_words).collect();
     told["sentence"] = json!(comparison_sentence(comparison));
     Ok(told)
 }

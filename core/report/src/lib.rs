@@ -15,5 +15,5 @@ pub use phrase::{is_determined, percent};
 pub use words::{
     alike_in_words, comparison_sentence, diagnosis_sentence, explainable_sentence, gauge_in_words,
     growth_sentence, hypothesis_sentence, instead_in_words, map_in_words, map_sentence, next_poses_sentence,
-    objection_in_words, rejection_in_words, rest_in_words, why_held_in_words,
+    note_in_words, objection_in_words, rejection_in_words, rest_in_words, why_held_in_words,
 };

@@ -11,6 +11,7 @@ use crate::claim::Claim;
 use crate::cross_validation::blocked_errors;
 use crate::explainable::{Explainable, explainable};
 use crate::noise_floor::Floor;
+use crate::note::Note;
 use crate::thresholds::OUTLIER_WEIGHT;
 use plumb_calibration::effect::{self, LooksAt};
 use plumb_calibration::fit::{Convergence, Fit, Gauge, Part, ResidualModel, Slot};
@@ -171,7 +172,8 @@ pub struct Comparison {
     #[serde(skip)]
     pub arm_points_mm: Vec<[f64; 3]>,
     /// What the reader and the fit noticed.
-    pub warnings: Vec<String>,
+    #[serde(skip)]
+    pub warnings: Vec<Note>,
 }
 
 /// The joints as plots and tables name them.
@@ -303,22 +305,18 @@ impl Laboratory {
     }
 
     /// What the reader and the fit noticed.
-    fn noticed(&self, fit: &Fit) -> Vec<String> {
+    fn noticed(&self, fit: &Fit) -> Vec<Note> {
         let outside = self.rows_outside();
-        let mut warnings = self.table.warnings.clone();
-        warnings.extend(effect::waves_not_shown(&self.survey()));
-        warnings.extend(fit.doubts.iter().map(ToString::to_string));
+        let mut noticed = self.table.warnings.clone();
+        noticed.extend(effect::waves_not_shown(&self.survey()));
+        noticed.extend(fit.doubts.iter().map(ToString::to_string));
+        let mut warnings: Vec<Note> = noticed.into_iter().map(Note::Noticed).collect();
         if outside > 0 {
-            warnings.push(format!(
-                "{outside} of {} rows lie outside the region in which the model's corrections were measured: there they are no more than a guess, and the residual map is left out",
-                self.table.len()
-            ));
+            warnings.push(Note::OutsideRegion { outside, rows: self.table.len() });
         }
         if !fit.convergence.arrived {
-            warnings.push(format!(
-                "the fit has not arrived: {:.4} reached where a last step promises {:.4}",
-                fit.convergence.reached, fit.convergence.promised
-            ));
+            let Convergence { reached, promised, .. } = fit.convergence;
+            warnings.push(Note::NotArrived { reached, promised });
         }
         warnings
     }

@@ -7,6 +7,7 @@ use crate::forward_selection::{Contender, Stage};
 use crate::laboratory::{LaboratoryError, points_in};
 use crate::mechanism_test::{Doubt, GEOMETRY, Mechanism, explains_as_well, posterior};
 use crate::noise_floor::{Floor, typical_sigma};
+use crate::note::Note;
 use crate::outcome::{Rejection, Verdict};
 use crate::predictive_gain::Gain;
 use crate::score_test::Probe;
@@ -135,7 +136,7 @@ impl<'a> Finding<'a> {
     }
 
     /// What no pose tells from the effects in question, because on this arm it is the same: said of whatever is named, located or tied.
-    pub(crate) fn twins(&self) -> Vec<String> {
+    pub(crate) fn twins(&self) -> Vec<Note> {
         if !matches!(self.verdict, Verdict::Named | Verdict::Located | Verdict::Tied) {
             return Vec::new();
         }
@@ -143,7 +144,8 @@ impl<'a> Finding<'a> {
         let close = self.close.iter().filter_map(|index| self.at(*index));
         let twin = |contender: &Contender| {
             let effect = effect::build(&contender.id, model).ok()?;
-            Some(format!("{}: {}", model.label(&contender.id), effect.twin(&model.chain)?))
+            let twin = effect.twin(&model.chain)?;
+            Some(Note::Twin { label: model.label(&contender.id), twin })
         };
         close.filter_map(twin).collect()
     }

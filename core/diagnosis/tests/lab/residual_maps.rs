@@ -3,6 +3,7 @@
 use plumb_calibration::arm_model::Model;
 use plumb_calibration::file::model_text;
 use plumb_calibration::prediction::{Pose, points};
+use plumb_diagnosis::Note;
 use plumb_diagnosis::laboratory::{Laboratory, Options, without};
 use plumb_diagnosis::split::Holdout;
 use plumb_estimation::Progress;
@@ -102,7 +103,7 @@ fn a_map_explains_nothing_and_a_change_of_the_effects_takes_it_out() {
 
     let (asked, same) = (mapped.diagnose(&watch).unwrap(), alone.diagnose(&watch).unwrap());
     assert_eq!(asked.verdict, same.verdict);
-    assert!(asked.warnings.iter().any(|warning| warning.contains("residual map is left out here")));
+    assert!(asked.warnings.contains(&Note::MapLeftOut), "{:?}", asked.warnings);
     let added = mapped.add("joint_gain(elbow)", &watch).unwrap();
     assert!(added.model.residual_map.is_none() && added.model.measured_region.is_none());
     let refused = without(&added.model, "residual_map").unwrap_err().to_string();

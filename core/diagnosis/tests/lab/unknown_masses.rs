@@ -3,7 +3,7 @@
 use plumb_diagnosis::Verdict;
 use plumb_diagnosis::laboratory::Options;
 use plumb_estimation::Progress;
-use plumb_report::{diagnosis_sentence, why_held_in_words};
+use plumb_report::{diagnosis_sentence, note_in_words, why_held_in_words};
 
 use super::made_up::{COLUMN_ARM, Dice, column_poses, column_tip, laboratory};
 
@@ -65,7 +65,7 @@ fn gravity_that_points_up_and_masses_that_are_all_alike_are_told() {
     );
     let lab = laboratory(&model, &table(120, 6), Options::default());
     let told = lab.diagnose(&Progress::unwatched()).unwrap();
-    let says = |what: &str| told.warnings.iter().any(|warning| warning.contains(what));
+    let says = |what: &str| told.warnings.iter().any(|note| note_in_words(note).contains(what));
     assert!(says("look like placeholders: all are 5 kg"), "{:?}", told.warnings);
     assert!(says("gravity seems to point the other way"), "{:?}", told.warnings);
 }

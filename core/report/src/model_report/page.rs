@@ -14,6 +14,7 @@ use crate::phrase::percent;
 use crate::plot::{Links, Panel, effect_panel, escaped, grid, panels, space};
 use crate::words::{
     alike_in_words, comparison_sentence, diagnosis_sentence, explainable_sentence, hypothesis_sentence,
+    note_in_words,
 };
 use plumb_diagnosis::report::Report;
 
@@ -158,7 +159,8 @@ fn how_sure(out: &mut String, report: &Report) -> std::fmt::Result {
     }
     let alike: Vec<String> = diagnosis.alike.iter().map(alike_in_words).collect();
     list(out, "Effects that move these readings alike", &alike)?;
-    list(out, "Notes", &diagnosis.warnings)
+    let notes: Vec<String> = diagnosis.warnings.iter().map(note_in_words).collect();
+    list(out, "Notes", &notes)
 }
 
 fn what_adding_did(out: &mut String, report: &Report, shown: &HashSet<u32>) -> std::fmt::Result {

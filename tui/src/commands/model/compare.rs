@@ -4,7 +4,7 @@ use std::error::Error;
 use std::fmt::Write as _;
 
 use plumb_diagnosis::laboratory::Comparison;
-use plumb_report::{comparison_sentence, gauge_in_words, json, map_in_words, plot};
+use plumb_report::{comparison_sentence, gauge_in_words, json, map_in_words, note_in_words, plot};
 
 use super::arguments::{CompareArguments, PlotFormat};
 use super::text::{
@@ -60,7 +60,7 @@ fn tell(comparison: &Comparison) -> String {
         text.push_str(&format!("far outside the others: line {}\n", lines.join(", ")));
     }
     for warning in &comparison.warnings {
-        text.push_str(&format!("note: {warning}\n"));
+        text.push_str(&format!("note: {}\n", note_in_words(warning)));
     }
     text.push_str(&format!("\n{}\n", comparison_sentence(comparison)));
     text

@@ -3,7 +3,9 @@
 use std::error::Error;
 
 use plumb_diagnosis::{Candidate, Diagnosis, Verdict};
-use plumb_report::{diagnosis_sentence, hypothesis_sentence, is_determined, json, rejection_in_words};
+use plumb_report::{
+    diagnosis_sentence, hypothesis_sentence, is_determined, json, note_in_words, rejection_in_words,
+};
 
 use super::arguments::DiagnoseArguments;
 use super::text::{error_lines, explainable_line, figure, floor_line, noise_lines};
@@ -55,7 +57,7 @@ pub(crate) fn findings(diagnosis: &Diagnosis, sentence: &str) -> String {
         text.push_str(&format!("far outside the others: line {}\n", lines.join(", ")));
     }
     for warning in &diagnosis.warnings {
-        text.push_str(&format!("note: {warning}\n"));
+        text.push_str(&format!("note: {}\n", note_in_words(warning)));
     }
     text.push_str(&format!("\n{}. {sentence}\n", verdict(diagnosis.verdict)));
     if let Some(hypothesis) = &diagnosis.hypothesis {

@@ -7,7 +7,7 @@ use std::path::Path;
 use plumb_calibration::effect::{self, EffectId};
 use plumb_calibration::revision::Entry;
 use plumb_diagnosis::laboratory::Addition;
-use plumb_diagnosis::{Claim, Growth, Objection};
+use plumb_diagnosis::{Claim, Growth, Note, Objection};
 use plumb_report::{growth_sentence, json, objection_in_words};
 use serde::Serialize;
 
@@ -188,6 +188,11 @@ fn fall(growth: &Growth) -> String {
     text
 }
 
+/// What is noted where the files of the findings cannot be written.
+fn no_revision(error: &dyn Error) -> Note {
+    Note::Noticed(format!("no revision was written: {error}"))
+}
+
 /// Diagnoses and adds until nothing more can be named, then goes on with corrections and a residual map.
 pub(super) fn grow(arguments: &GrowArguments) -> Result<String, Box<dyn Error>> {
     let opened = arguments.pair.open()?;
@@ -212,7 +217,7 @@ pub(super) fn grow(arguments: &GrowArguments) -> Result<String, Box<dyn Error>> 
                 Ok(entry) => parent = entry.number,
                 // The findings are worth more than the files.
                 Err(error) => {
-                    growth.diagnosis.warnings.push(format!("no revision was written: {error}"));
+                    growth.diagnosis.warnings.push(no_revision(&error));
                     break;
                 }
             }
@@ -221,7 +226,7 @@ pub(super) fn grow(arguments: &GrowArguments) -> Result<String, Box<dyn Error>> 
             let (model, rms) = (growth.model.clone(), Some(step.rms_mm.fit));
             let did = "add residual_map (not understood)";
             if let Err(error) = opened.family.write(model, Some(parent), did, Some(&data), rms) {
-                growth.diagnosis.warnings.push(format!("no revision was written: {error}"));
+                growth.diagnosis.warnings.push(no_revision(&error));
             }
         }
     }

@@ -6,8 +6,8 @@ use plumb_diagnosis::noise_floor::{Floor, FloorSource};
 use plumb_diagnosis::report::StepKind;
 use plumb_diagnosis::{Candidate, Claim, Diagnosis, EffectPlace, NextPose, Verdict};
 use plumb_report::{
-    comparison_sentence, diagnosis_sentence, hypothesis_sentence, is_determined, map_in_words, percent,
-    rejection_in_words,
+    comparison_sentence, diagnosis_sentence, hypothesis_sentence, is_determined, map_in_words, note_in_words,
+    percent, rejection_in_words,
 };
 
 use super::residuals::Residuals;
@@ -35,7 +35,7 @@ pub(crate) fn compared(comparison: &Comparison, fall: &[FallStep]) -> Standing {
         joints: comparison.joints.clone(),
         plots: Vec::new(),
         cards: Vec::new(),
-        warnings: comparison.warnings.clone(),
+        warnings: comparison.warnings.iter().map(note_in_words).collect(),
         residuals: Residuals { rows: comparison.rows.clone(), series: comparison.series.clone() },
         arm_mm: comparison.arm_points_mm.clone(),
         next: Vec::new(),
@@ -56,7 +56,7 @@ pub(crate) fn examined(
         verdict: verdict(diagnosis.verdict).to_owned(),
         at_floor: diagnosis.verdict == Verdict::AtFloor,
         sentence: sentence(diagnosis),
-        warnings: diagnosis.warnings.clone(),
+        warnings: diagnosis.warnings.iter().map(note_in_words).collect(),
         cards,
         plots,
         next: diagnosis.next.iter().map(next_pose).collect(),

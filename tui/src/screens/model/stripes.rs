@@ -4,6 +4,7 @@
 use std::thread;
 
 use plumb_calibration::effect::{self, EffectId, EffectNameError};
+use plumb_diagnosis::Note;
 use plumb_diagnosis::laboratory::{Comparison, Laboratory, LaboratoryError};
 use plumb_diagnosis::report::StepKind;
 use plumb_diagnosis::stripe::AdjustError;
@@ -151,7 +152,7 @@ impl Worker {
 
     /// The comparison, with what no scan of these could tell.
     fn with_warnings(&self, mut comparison: Comparison, not_observable: &[String]) -> Comparison {
-        comparison.warnings.extend_from_slice(not_observable);
+        comparison.warnings.extend(not_observable.iter().cloned().map(Note::Noticed));
         comparison
     }
 
