@@ -3,10 +3,9 @@
 
 use std::time::Duration;
 
-use plumb_cell::command::{Command as Tell, PauseWhen};
+use plumb_cell::command::Command as Tell;
 use plumb_cell::event::{Event, LogLevel, RunOutcome, StampedEvent, StepOutcome};
-use plumb_cell::prompt::{Answer, Decision};
-use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
+use ratatui::crossterm::event::{KeyEvent, KeyModifiers};
 use ratatui::layout::Position;
 
 use super::history;
@@ -14,14 +13,11 @@ use super::hits::Hit;
 use super::keys::{Command, command_for};
 use super::message::{Action, Message};
 use super::model;
-use super::run::{OpenPrompt, Phase};
+use super::run::{self, PAGE, Phase};
 use super::scan;
 use super::screen::Screen;
 use super::state::{Gravity, Leaving, Overlay, State};
 use super::view::command_at;
-
-/// Lines a page key scrolls.
-const PAGE: isize = 10;
 
 /// How long the program waits for a run to come to rest before it closes all the same.
 const LONGEST_LEAVING: Duration = Duration::from_secs(5);
@@ -66,9 +62,7 @@ pub(crate) fn update(state: &mut State, message: Message) -> Vec<Action> {
         }
         Message::Tick(now) => {
             state.now = now;
-            if let Some(prompt) = prompt(state) {
-                prompt.pass_time(now);
-            }
+            run::pass_time(state);
             leave_when_at_rest(state)
         }
     }
@@ -82,17 +76,8 @@ fn key(state: &mut State, event: &KeyEvent) -> Vec<Action> {
         model::write(state, event.code);
     } else if state.is_filtering() {
         history::write(state, event.code);
-    } else if state.is_typing()
-        && !event.modifiers.intersects(KeyModifiers::CONTROL | KeyModifiers::ALT)
-        && let Some(prompt) = prompt(state)
-    {
-        match event.code {
-            KeyCode::Char(character) => {
-                prompt.typed(character);
-            }
-            KeyCode::Backspace => prompt.erase(),
-            _ => {}
-        }
+    } else if state.is_typing() && !event.modifiers.intersects(KeyModifiers::CONTROL | KeyModifiers::ALT) {
+        run::write(state, event.code);
     }
     Vec::new()
 }
@@ -103,13 +88,9 @@ fn click(state: &mut State, column: u16, row: u16) -> Vec<Action> {
     }
     // What lies over the page takes no clicks but those on its keys.
     match state.hits.at(Position::new(column, row)).filter(|_| state.overlay.is_none()) {
-        Some(Hit::Option(place)) => {
-            if let Some(prompt) = prompt(state) {
-                prompt.choose_at(place);
-            }
-        }
+        Some(Hit::Option(place)) => run::choose_at(state, place),
         Some(Hit::Answer) => return obey(state, Command::Answer),
-        Some(Hit::Text { .. }) => scroll_prompt(state, PAGE),
+        Some(Hit::Text { .. }) => run::scroll(state, PAGE),
         Some(Hit::Card(place)) => return model::choose_at(state, place),
         Some(Hit::Row(row)) => return model::point_at(state, row),
         Some(Hit::Run(place)) => history::choose(state, place),
@@ -121,10 +102,8 @@ fn click(state: &mut State, column: u16, row: u16) -> Vec<Action> {
 
 /// Does what a key or a click asks for.
 pub(crate) fn obey(state: &mut State, command: Command) -> Vec<Action> {
-    if command != Command::HandOver
-        && let Some(prompt) = prompt(state)
-    {
-        prompt.keep_the_arm();
+    if command != Command::HandOver {
+        run::keep_the_arm(state);
     }
     match command {
         Command::Stop | Command::StopAndLeave => {
@@ -172,121 +151,9 @@ pub(crate) fn obey(state: &mut State, command: Command) -> Vec<Action> {
         | Command::FilterDone
         | Command::NextTrend
         | Command::PreviousTrend => return history::obey(state, command),
-        _ => return obey_in_run(state, command),
+        _ => return run::obey(state, command),
     }
     Vec::new()
-}
-
-/// Does what concerns the run.
-fn obey_in_run(state: &mut State, command: Command) -> Vec<Action> {
-    if state.only_watches() && !matches!(command, Command::Large | Command::SwapViews) {
-        state.say(Gravity::Calm, "Watching only: the run is controlled where it was started.");
-        return Vec::new();
-    }
-    let paused = state.run.as_ref().is_some_and(|run| matches!(run.phase, Phase::Paused { .. }));
-    match command {
-        Command::Answer => return answer(state, |prompt| prompt.answer()),
-        Command::LeaveToWorld => return leave_to_world(state),
-        Command::Retry => return answer(state, |prompt| decided(prompt, Decision::Retry)),
-        Command::MoveArm => return answer(state, |prompt| decided(prompt, Decision::Move)),
-        Command::GoBack => return answer(state, |prompt| decided(prompt, Decision::Back)),
-        Command::Skip => return answer(state, |prompt| decided(prompt, Decision::Skip)),
-        Command::Pause if paused => state.say(Gravity::Calm, "The run is paused already: r goes on."),
-        Command::Pause => {
-            state.say(Gravity::Calm, "Pausing before the next step; Esc stops at once.");
-            return vec![Action::Tell(Tell::Pause { when: PauseWhen::BeforeNextStep })];
-        }
-        Command::Resume if paused => return vec![Action::Tell(Tell::Resume)],
-        Command::Resume => state.say(Gravity::Calm, "The run is not paused."),
-        Command::Abort => state.overlay = Some(Overlay::Abort),
-        Command::AbortNow => {
-            state.overlay = None;
-            return vec![Action::Tell(Tell::Abort)];
-        }
-        Command::Finish => return vec![Action::Tell(Tell::Finish)],
-        Command::SwapViews => {
-            if let Some(run) = &mut state.run {
-                run.views_swapped = !run.views_swapped;
-            }
-        }
-        Command::Large => {
-            let is_shown = state.screen == Screen::Run;
-            if let Some(run) = &mut state.run {
-                run.large = !(is_shown && run.large);
-                state.screen = Screen::Run;
-            }
-        }
-        Command::JogForwards => return jog(state, 1.0),
-        Command::JogBackwards => return jog(state, -1.0),
-        Command::HandOver => return hand_over(state),
-        Command::JogMore | Command::JogLess => {
-            if let Some(prompt) = prompt(state) {
-                prompt.change_step(if command == Command::JogMore { 1 } else { -1 });
-            }
-        }
-        _ => {}
-    }
-    Vec::new()
-}
-
-fn answer(state: &mut State, make: impl Fn(&mut OpenPrompt) -> Result<Answer, String>) -> Vec<Action> {
-    let by = state.operator.clone();
-    let Some(prompt) = prompt(state) else { return Vec::new() };
-    if prompt.answered {
-        return Vec::new();
-    }
-    match make(prompt) {
-        Ok(answer) => {
-            prompt.answered = true;
-            prompt.refused = None;
-            vec![Action::Tell(Tell::Answer { prompt: prompt.prompt.id, answer, by })]
-        }
-        Err(reason) => {
-            prompt.refuse(&reason);
-            vec![Action::Bell]
-        }
-    }
-}
-
-/// Leaves the open prompt, and all later ones it can answer, to the simulated world.
-fn leave_to_world(state: &mut State) -> Vec<Action> {
-    let by = state.operator.clone();
-    let Some(prompt) = prompt(state).filter(|prompt| !prompt.answered) else { return Vec::new() };
-    prompt.answered = true;
-    prompt.refused = None;
-    vec![Action::Tell(Tell::LeaveToWorld { prompt: prompt.prompt.id, by })]
-}
-
-fn decided(prompt: &mut OpenPrompt, decision: Decision) -> Result<Answer, String> {
-    prompt.decide(decision).ok_or_else(|| match decision {
-        Decision::Move => "no arm can be moved here".to_owned(),
-        Decision::Back => "no step before this one asked anything".to_owned(),
-        other => format!("{} is not offered here", other.name()),
-    })
-}
-
-fn jog(state: &mut State, sign: f64) -> Vec<Action> {
-    let Some(prompt) = prompt(state) else { return Vec::new() };
-    prompt.refused = None;
-    prompt.jog(sign).map(Action::Tell).into_iter().collect()
-}
-
-fn hand_over(state: &mut State) -> Vec<Action> {
-    let now = state.now;
-    match prompt(state).map(|prompt| prompt.hand_over(now)) {
-        Some(Ok(command)) => vec![Action::Tell(command)],
-        Some(Err(reason)) => {
-            if let Some(prompt) = prompt(state) {
-                prompt.refuse(&reason);
-            }
-            vec![Action::Bell]
-        }
-        None => Vec::new(),
-    }
-}
-
-fn prompt(state: &mut State) -> Option<&mut OpenPrompt> {
-    state.run.as_mut().and_then(|run| run.prompt.as_mut())
 }
 
 fn show(state: &mut State, screen: Screen) -> Vec<Action> {
@@ -327,7 +194,7 @@ fn scroll(state: &mut State, by: isize) -> Vec<Action> {
         return Vec::new();
     }
     match state.screen {
-        Screen::Run => scroll_prompt(state, by),
+        Screen::Run => run::scroll(state, by),
         Screen::Model => return model::choose(state, by),
         Screen::History => history::scroll(state, by),
         Screen::Log => state.log.scroll(by),
@@ -337,24 +204,9 @@ fn scroll(state: &mut State, by: isize) -> Vec<Action> {
     Vec::new()
 }
 
-/// Scrolls the text of a prompt by pages where it is cut; otherwise the choice moves.
-fn scroll_prompt(state: &mut State, by: isize) {
-    let cut = state.hits.cut_text().filter(|_| by.abs() == PAGE);
-    let Some(prompt) = prompt(state) else { return };
-    match cut {
-        Some((page, hidden)) => prompt.read_on(by > 0, page, hidden),
-        None => prompt.choose(by),
-    }
-}
-
 fn note_stop(state: &mut State, leave: bool) -> Vec<Action> {
-    let works = state.model.as_mut().is_some_and(|model| {
-        (model.naming, model.pointed) = (None, None);
-        model.busy.is_some()
-    });
-    if let Some(history) = &mut state.history {
-        history.filtering = false;
-    }
+    let works = model::give_up(state);
+    history::give_up(state);
     state.overlay = if !leave {
         None
     } else if state.has_open_run() {

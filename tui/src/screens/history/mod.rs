@@ -8,7 +8,7 @@ mod view;
 
 pub(crate) use archive::{Archive, ArchiveAnswer, ArchiveRequest};
 pub(crate) use state::{BringBack, HistoryState};
-pub(crate) use update::{asked, bring_back, choose, obey, scroll, take, write};
+pub(crate) use update::{asked, bring_back, choose, give_up, obey, scroll, take, write};
 pub(crate) use view::view;
 
 /// What tests need to fill the screen by hand.

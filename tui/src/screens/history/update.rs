@@ -74,6 +74,13 @@ pub(crate) fn write(state: &mut State, key: KeyCode) {
     history.keep_choice_within();
 }
 
+/// Ends the filter, as the stop key does.
+pub(crate) fn give_up(state: &mut State) {
+    if let Some(history) = &mut state.history {
+        history.filtering = false;
+    }
+}
+
 /// Moves the choice, or the text of the run that is open.
 pub(crate) fn scroll(state: &mut State, by: isize) {
     let Some(history) = &mut state.history else { return };

@@ -25,7 +25,7 @@ pub(crate) use lab::{Desk, Lab};
 pub(crate) use request::{LabAnswer, LabRequest};
 pub(crate) use state::{Doubtful, ModelState};
 pub(crate) use stripes::open as open_stripes;
-pub(crate) use update::{choose, choose_at, note_progress, obey, point_at, take, write};
+pub(crate) use update::{choose, choose_at, give_up, note_progress, obey, point_at, take, write};
 pub(crate) use view::view;
 
 /// What tests need to make a model's standing by hand.

@@ -45,6 +45,14 @@ pub(crate) fn obey(state: &mut State, command: Command) -> Vec<Action> {
     Vec::new()
 }
 
+/// Ends what is being named and pointed at, as the stop key does; whether the lab is at work.
+pub(crate) fn give_up(state: &mut State) -> bool {
+    state.model.as_mut().is_some_and(|model| {
+        (model.naming, model.pointed) = (None, None);
+        model.busy.is_some()
+    })
+}
+
 /// Points out the row beside the one that is, in the order of the worst; past either end none.
 fn point_beside(model: &mut ModelState, by: isize) {
     let worst = model.standing.as_ref().map_or_else(Vec::new, |standing| standing.residuals.worst());
