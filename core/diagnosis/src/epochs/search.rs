@@ -313,6 +313,9 @@ const CURVE_DEGREES: (usize, usize) = (3, 9);
 /// Rows for each degree at least: a curve with as many bends as rows would be a jump itself.
 const ROWS_A_DEGREE: usize = 5;
 
+/// The terms of a row, and its equations: derivative by the number, residual.
+type SpanRow = (DVector<f64>, Vec<(f64, f64)>);
+
 /// The rows about a place that may be a jump, as equations of a curve and a step.
 struct Span {
     /// Sums of products of the curve's terms and the step, the step last.
@@ -320,8 +323,7 @@ struct Span {
     gradient: DVector<f64>,
     squares: f64,
     equations: f64,
-    /// Each row's equations: derivative by the number, residual; and the row's terms.
-    rows: Vec<(DVector<f64>, Vec<(f64, f64)>)>,
+    rows: Vec<SpanRow>,
 }
 
 /// A least-squares fit of some of the terms.
