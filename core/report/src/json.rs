@@ -183,6 +183,7 @@ mod tests {
         assert_eq!(held.len(), 1, "{told:#}");
         assert!(held[0]["held_because"].as_str().unwrap().starts_with("no masses are declared"), "{held:?}");
         let gauges = told["gauges"].as_array().unwrap();
+        assert!(!gauges.is_empty(), "{told:#}");
         assert!(
             gauges.iter().all(|gauge| gauge.as_str().unwrap().contains(" not estimated: ")),
             "{gauges:?}"
