@@ -54,6 +54,37 @@ fn a_run_is_led_through_its_prompts_from_another_terminal() {
     assert!(over.err().contains("run 1 has ended; nothing waits for an answer"), "{}", over.err());
 }
 
+#[test]
+fn in_a_simulated_cell_one_answer_leaves_readings_and_acts_to_the_program_and_nothing_else() {
+    let lab = Lab::new();
+    let mut running = lab.start(&["run", "cell.yaml", "--attended", "--operator", "ada", "--pace", "fast"]);
+    until_asked(&mut running, "target");
+    let shown = lab.plumb(&["answer"]);
+    assert!(
+        shown.out().contains("\n         or: plumb answer --prompt 1 simulate   (leaves"),
+        "{}",
+        shown.out()
+    );
+    let left = lab.plumb(&["answer", "simulate", "--operator", "bob"]);
+    assert_eq!(left.code(), 0, "{}", left.all());
+    // What has no simulated operator is asked still: where to begin, and whether corrections are applied.
+    until_asked(&mut running, "place");
+    assert_eq!(lab.plumb(&["answer", "done"]).code(), 0);
+    until_asked(&mut running, "waist.apply_waist");
+    let refused = lab.plumb(&["answer", "simulate"]);
+    assert_eq!(refused.code(), 2, "{}", refused.all());
+    assert_eq!(lab.plumb(&["answer", "accept"]).code(), 0);
+    until_asked(&mut running, "shoulder_elbow.apply_zeros");
+    assert_eq!(lab.plumb(&["answer", "accept"]).code(), 0);
+    let (last, code) = running.end();
+    assert_eq!((code, &last["outcome"]), (Some(0), &Value::from("passed")));
+    lab.assert_zeros_found("1");
+    let shown = lab.shown("1");
+    let by: Vec<&Value> =
+        shown["prompts"].as_array().unwrap().iter().map(|prompt| &prompt["answer"]["by"]).collect();
+    assert_eq!(by[..3], ["simulated operator, for bob"; 3]);
+}
+
 /// Two people, one prompt: the answer that comes second is not taken for the next prompt, which it would fit.
 #[test]
 fn an_answer_to_a_prompt_that_is_over_is_refused_where_it_names_its_prompt() {

@@ -17,13 +17,6 @@ pub enum Command {
         /// Who gives it; kept in the record.
         by: String,
     },
-    /// In a simulated cell: the world does or reads what an open prompt asks for, and what every later one of the run does that asks for such a thing.
-    LeaveToWorld {
-        /// The open prompt.
-        prompt: PromptId,
-        /// Who wishes it; kept in the record.
-        by: String,
-    },
     /// Moves one joint a little while a `jog_to` prompt is open. Bounded by limits and keep-out planes like every move.
     Jog {
         /// The open prompt.

@@ -220,4 +220,10 @@ pub enum Answer {
         /// What to do.
         decision: Decision,
     },
+    /// To a prompt that is `simulated`: the world of the cell does or reads what is asked, here and in every later prompt of the run that asks for such a thing. The
+    /// record keeps what it did or read, as by [`SIMULATED_OPERATOR`].
+    Simulated,
 }
+
+/// Who is said to have answered what was left to the simulated world; for whom follows.
+pub const SIMULATED_OPERATOR: &str = "simulated operator";

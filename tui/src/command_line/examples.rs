@@ -43,6 +43,10 @@ pub(super) const EXAMPLES: &[Entry] = &[
         &[
             example("plumb answer", "what is asked"),
             example("plumb answer done", "an acknowledgement"),
+            example(
+                "plumb answer simulate",
+                "in a simulated cell: leave this and everything like it to the program",
+            ),
             example("plumb answer --prompt level 0.2", "only if the prompt of that step is still open"),
             example("plumb answer 12 shoulder=45,elbow=-70", "run 12: move the arm there and take that pose"),
         ],

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use plumb_cell::answers::level_readings;
 use plumb_cell::device::{CellPlace, PlaceState};
 use plumb_cell::event::NamedValue;
-use plumb_cell::prompt::{Answer, Decision, Prompt, PromptKind};
+use plumb_cell::prompt::{Answer, Decision, Prompt, PromptKind, SIMULATED_OPERATOR};
 use plumb_record::{Record, RunFilter, RunId, RunState, RunSummary};
 
 use crate::commands::run::prepare::operator;
@@ -19,7 +19,7 @@ use crate::say::say;
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
     /// The run, where more than one goes on, and the answer: `done`, the key of a choice, a number, joints as in `shoulder=45,elbow=-70`,
-    /// `confirm`; or, of a step that failed, `retry`, `move`, `back`, `skip`, `abort`.
+    /// `confirm`; or, of a step that failed, `retry`, `move`, `back`, `skip`, `abort`. In a simulated cell `simulate` leaves this and everything like it to the program.
     #[arg(value_name = "[RUN] ANSWER", num_args = 0..=2, allow_negative_numbers = true)]
     words: Vec<String>,
     /// Which prompt is meant, by its number or its step: when another one is open by now, the answer is refused. `plumb answer` alone shows both.
@@ -111,9 +111,12 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
             prompt.text
         )?;
         say!("answer with: plumb answer --prompt {} {}", prompt.id.0, ways_to_answer(&prompt.kind))?;
+        if prompt.simulated {
+            say!("         or: plumb answer --prompt {} {SIMULATE}   ({SIMULATES})", prompt.id.0)?;
+        }
         return Ok(ExitCode::SUCCESS);
     };
-    let meant = read(answer, &prompt.kind).map_err(|right| AnswerError::WrongKind {
+    let meant = read(answer, &prompt).map_err(|right| AnswerError::WrongKind {
         given: answer.clone(),
         title: prompt.title.clone(),
         right,
@@ -171,7 +174,9 @@ pub(crate) fn await_taken(
         let stored = record.prompts(run)?.into_iter().find(|stored| stored.id == prompt.id.0);
         if let Some(stored) = stored {
             if let Some(taken) = stored.answer {
+                let is_simulated = *meant == Answer::Simulated && taken.by.starts_with(SIMULATED_OPERATOR);
                 return match serde_json::from_value::<Answer>(taken.answer.clone()) {
+                    _ if is_simulated => Ok(()),
                     Ok(answer) if answer == *meant => Ok(()),
                     _ => Err(AnswerError::Late(format!("{}, {}", taken.by, taken.answer)).into()),
                 };
@@ -217,9 +222,22 @@ pub(crate) fn ways_to_answer(kind: &PromptKind) -> String {
     }
 }
 
-/// What was typed, as an answer to this kind of prompt.
-pub(crate) fn read(text: &str, kind: &PromptKind) -> Result<Answer, String> {
-    let text = text.trim();
+/// Leaves a prompt of a simulated cell, and every later one like it, to the program.
+pub(crate) const SIMULATE: &str = "simulate";
+
+/// What that does, in words.
+pub(crate) const SIMULATES: &str =
+    "leaves this and everything like it to the program, for the rest of the run";
+
+/// What was typed, as an answer to this prompt.
+pub(crate) fn read(text: &str, prompt: &Prompt) -> Result<Answer, String> {
+    match text.trim() {
+        SIMULATE if prompt.simulated => Ok(Answer::Simulated),
+        text => read_for(text, &prompt.kind),
+    }
+}
+
+fn read_for(text: &str, kind: &PromptKind) -> Result<Answer, String> {
     let right = || format!("write {}", ways_to_answer(kind));
     match kind {
         PromptKind::Acknowledge { .. } if text == "done" => Ok(Answer::Done),
@@ -282,9 +300,9 @@ mod tests {
 
     #[test]
     fn a_number_may_carry_the_prompts_unit() {
-        assert_eq!(read("8.02", &number()), Ok(Answer::Number { value: 8.02 }));
-        assert_eq!(read("8.02 mm", &number()), Ok(Answer::Number { value: 8.02 }));
-        assert_eq!(read("8.02 in", &number()), Err("write NUMBER   (in mm, at least 2)".to_owned()));
+        assert_eq!(read_for("8.02", &number()), Ok(Answer::Number { value: 8.02 }));
+        assert_eq!(read_for("8.02 mm", &number()), Ok(Answer::Number { value: 8.02 }));
+        assert_eq!(read_for("8.02 in", &number()), Err("write NUMBER   (in mm, at least 2)".to_owned()));
     }
 
     #[test]
@@ -303,11 +321,13 @@ mod tests {
             sensor: None,
             joints: vec![joint("shoulder", "deg"), joint("gripper", "mm")],
         };
-        let Ok(Answer::Pose { joints }) = read("shoulder=45, gripper=-1.5", &kind) else { panic!("a pose") };
+        let Ok(Answer::Pose { joints }) = read_for("shoulder=45, gripper=-1.5", &kind) else {
+            panic!("a pose")
+        };
         assert_eq!(
             (joints[1].name.as_str(), joints[1].value, joints[1].unit.as_str()),
             ("gripper", -1.5, "mm")
         );
-        assert!(read("shoulder 45", &kind).is_err());
+        assert!(read_for("shoulder 45", &kind).is_err());
     }
 }

@@ -53,10 +53,7 @@ impl Inbox {
             if let Some(interrupt) = self.as_interrupt(&command) {
                 return Some(interrupt);
             }
-            let is_kept = matches!(
-                command,
-                Command::Answer { .. } | Command::HandOver { .. } | Command::LeaveToWorld { .. }
-            );
+            let is_kept = matches!(command, Command::Answer { .. } | Command::HandOver { .. });
             if is_kept && self.answers.len() < MOST_ANSWERS_WAITING {
                 self.answers.push_back(command);
             }
@@ -73,9 +70,7 @@ impl Inbox {
             return Err(interrupt);
         }
         let answers_it = |command: &Command| match command {
-            Command::Answer { prompt: to, .. }
-            | Command::LeaveToWorld { prompt: to, .. }
-            | Command::HandOver { prompt: to } => *to == prompt,
+            Command::Answer { prompt: to, .. } | Command::HandOver { prompt: to } => *to == prompt,
             _ => false,
         };
         let answered = self.answers.iter().any(answers_it);
@@ -99,11 +94,7 @@ impl Inbox {
             Command::EndBySignal { by, keep } => {
                 Some(Interrupt::Signal { by: String::leak(by.clone()), keep: *keep })
             }
-            Command::Answer { .. }
-            | Command::LeaveToWorld { .. }
-            | Command::Jog { .. }
-            | Command::HandOver { .. }
-            | Command::Resume => None,
+            Command::Answer { .. } | Command::Jog { .. } | Command::HandOver { .. } | Command::Resume => None,
         }
     }
 

@@ -11,7 +11,7 @@ use super::step_error::StepError;
 use crate::answer_bounds::{check_level, check_number, check_text};
 use crate::command::Command;
 use crate::event::{Event, NamedValue};
-use crate::prompt::{Answer, Prompt, PromptKind};
+use crate::prompt::{Answer, Prompt, PromptKind, SIMULATED_OPERATOR};
 
 /// How often a waiting prompt looks at the robot it is about.
 const LOOK: Duration = Duration::from_millis(100);
@@ -86,16 +86,9 @@ impl Engine {
         }
         match self.inbox.next(LOOK) {
             Some(Command::Answer { prompt: id, answer, by }) if id == prompt.id => {
-                match check_answer(&answer, &prompt.kind) {
-                    Ok(()) => return Ok(Received::Answer(answer, by)),
+                match self.fitting(answer, by, prompt) {
+                    Ok((answer, by)) => return Ok(Received::Answer(answer, by)),
                     Err(reason) => self.refuse(prompt, &reason),
-                }
-            }
-            Some(Command::LeaveToWorld { prompt: id, by }) if id == prompt.id => {
-                self.left_to_world_by = Some(by);
-                match self.answer_of_world(prompt) {
-                    Some((answer, by)) => return Ok(Received::Answer(answer, by)),
-                    None => self.refuse(prompt, "nothing here is simulated: it needs an answer"),
                 }
             }
             Some(Command::Jog { prompt: id, joint, by }) if id == prompt.id => {
@@ -118,11 +111,11 @@ impl Engine {
         let Some(offer) = self.journal.record.offer_to(prompt.id.0)? else { return Ok(Received::Silence) };
         let answer = serde_json::from_value::<Answer>(offer.answer)
             .map_err(|error| error.to_string())
-            .and_then(|answer| check_answer(&answer, &prompt.kind).map(|()| answer));
+            .and_then(|answer| self.fitting(answer, offer.by, prompt));
         match answer {
-            Ok(answer) => {
+            Ok((answer, by)) => {
                 self.offered = Some((prompt.id, offer.id));
-                Ok(Received::Answer(answer, offer.by))
+                Ok(Received::Answer(answer, by))
             }
             Err(reason) => {
                 self.journal.record.refuse_offer(offer.id, &reason)?;
@@ -130,6 +123,16 @@ impl Engine {
                 Ok(Received::Silence)
             }
         }
+    }
+
+    /// An answer that fits a prompt's kind, and who is said to give it; of what is left to the simulated world, what that does or reads.
+    fn fitting(&mut self, answer: Answer, by: String, prompt: &Prompt) -> Result<(Answer, String), String> {
+        if answer != Answer::Simulated {
+            return check_answer(&answer, &prompt.kind).map(|()| (answer, by));
+        }
+        let of_world = world_answer(prompt, &by).ok_or("nothing here is simulated: it needs an answer")?;
+        self.left_to_world_by = Some(by);
+        Ok(of_world)
     }
 
     /// Says why an answer is not taken, to whoever gave it.
@@ -162,13 +165,7 @@ impl Engine {
 
     /// What the simulated world has done or read for a prompt that was left to it.
     fn answer_of_world(&self, prompt: &Prompt) -> Option<(Answer, String)> {
-        let by = self.left_to_world_by.as_ref().filter(|_| prompt.simulated)?;
-        let answer = match &prompt.kind {
-            PromptKind::Acknowledge { .. } | PromptKind::JogTo { .. } => Answer::Done,
-            PromptKind::Number { default: Some(value), .. } => Answer::Number { value: *value },
-            _ => return None,
-        };
-        Some((answer, format!("simulated operator, for {by}")))
+        world_answer(prompt, self.left_to_world_by.as_ref()?)
     }
 
     /// The answer of the answers file, and who is said to have given it.
@@ -216,6 +213,17 @@ impl Engine {
         };
         Ok(prompts.iter().filter(|prompt| prompt.answer.is_some() && in_plan(&prompt.step)).count())
     }
+}
+
+/// What the simulated world does or reads for a prompt that somebody left to it, and who is said to have answered; nothing where a person is needed.
+fn world_answer(prompt: &Prompt, left_by: &str) -> Option<(Answer, String)> {
+    let answer = match &prompt.kind {
+        _ if !prompt.simulated => return None,
+        PromptKind::Acknowledge { .. } | PromptKind::JogTo { .. } => Answer::Done,
+        PromptKind::Number { default: Some(value), .. } => Answer::Number { value: *value },
+        _ => return None,
+    };
+    Some((answer, format!("{SIMULATED_OPERATOR}, for {left_by}")))
 }
 
 fn without_turns(path: &str) -> String {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use plumb_cell::RunHandle;
 use plumb_cell::command::Command;
 use plumb_cell::event::{Event, RunOutcome};
-use plumb_cell::prompt::{Answer, Decision, PromptKind};
+use plumb_cell::prompt::{Answer, Decision, PromptId, PromptKind};
 use plumb_cell::workcell::{Pace, WorldSetting};
 use plumb_record::{Record, RunId};
 
@@ -114,6 +114,11 @@ steps:
   - {id: ruler, do: {prompt: {text: What do you read?, number: {unit: mm}}}}
 ";
 
+/// Leaves a prompt and all like it to the world.
+fn simulated(prompt: PromptId) -> Command {
+    Command::Answer { prompt, answer: Answer::Simulated, by: "ada".to_owned() }
+}
+
 #[test]
 fn what_is_left_to_the_simulated_world_once_is_not_asked_again_and_everything_else_is() {
     let place = place();
@@ -132,7 +137,7 @@ fn what_is_left_to_the_simulated_world_once_is_not_asked_again_and_everything_el
             return answers(event, handle);
         }
         if left == 0 {
-            handle.send(Command::LeaveToWorld { prompt: prompt.id, by: "ada".to_owned() });
+            handle.send(simulated(prompt.id));
         }
         left += 1;
     });
@@ -155,6 +160,33 @@ fn what_is_left_to_the_simulated_world_once_is_not_asked_again_and_everything_el
 }
 
 #[test]
+fn a_wish_that_was_refused_leaves_nothing_to_the_world() {
+    let steps = "
+steps:
+  - {id: ruler, do: {prompt: {text: What do you read?, number: {unit: mm}}}}
+  - {id: block, do: {prompt: {text: Lay the block., simulated: {rest_on_gauge: {height_mm: 9}}}}}
+";
+    let place = place();
+    let mut cell = cell_with_steps(&place, steps);
+    Arc::make_mut(&mut cell).world =
+        Some(WorldSetting { file: place.path().join("cell.yaml"), pace: Pace::Fast });
+    let mut run = request(&cell, &place);
+    run.unattended = false;
+    let (mut asked, mut answers) = (0, operator(Decision::Abort));
+    let (outcome, _) = watch(start(run, &World::new(ZERO_ERROR_DEG)), |event, handle| {
+        let Event::PromptAsked { prompt } = event else { return };
+        if asked == 0 {
+            handle.send(simulated(prompt.id));
+        }
+        asked += 1;
+        answers(event, handle);
+    });
+    assert_eq!((outcome, asked), (RunOutcome::Passed, 2));
+    let prompts = Record::open(place.path()).unwrap().prompts(RunId(1)).unwrap();
+    assert!(prompts.iter().all(|prompt| prompt.answer.as_ref().unwrap().by == "ada"));
+}
+
+#[test]
 fn what_no_world_does_cannot_be_left_to_it() {
     let (mut refused, mut answers) = (None, operator(Decision::Abort));
     let steps = "
@@ -163,7 +195,7 @@ steps:
 ";
     let (outcome, _, _, _) = run_attended(steps, |event, handle| match event {
         Event::PromptAsked { prompt } => {
-            handle.send(Command::LeaveToWorld { prompt: prompt.id, by: "ada".to_owned() });
+            handle.send(simulated(prompt.id));
             answers(event, handle);
         }
         Event::AnswerRefused { reason, .. } => refused = Some(reason.clone()),

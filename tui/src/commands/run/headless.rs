@@ -9,7 +9,7 @@ use plumb_cell::prompt::Prompt;
 use plumb_cell::{change_in_words, corrected_quantity, give_or_take};
 
 use super::json_events::{self, Wanted};
-use crate::commands::answer::ways_to_answer;
+use crate::commands::answer::{SIMULATE, SIMULATES, ways_to_answer};
 use crate::step_numbers::{step_count, step_numbers};
 
 /// Prints what happens until the run has ended.
@@ -132,11 +132,15 @@ fn depths(plan: &[PlannedStep]) -> Vec<u32> {
 /// A question, for who answers it from another terminal.
 fn asked(prompt: &Prompt) -> String {
     let text = prompt.text.replace('\n', "\n            ");
+    let id = prompt.id.0;
+    let simulate = match prompt.simulated {
+        true => format!("\n            or: plumb answer --prompt {id} {SIMULATE}   ({SIMULATES})"),
+        false => String::new(),
+    };
     format!(
-        "        {} asks: {}\n            {text}\n            answer from another terminal: plumb answer --prompt {} {}",
+        "        {} asks: {}\n            {text}\n            answer from another terminal: plumb answer --prompt {id} {}{simulate}",
         prompt.step,
         prompt.title,
-        prompt.id.0,
         ways_to_answer(&prompt.kind)
     )
 }

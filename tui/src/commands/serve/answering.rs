@@ -68,7 +68,7 @@ fn offer(record: &mut Record, given: &GivenAnswer, holder: &str) -> Result<(), N
     if let Some(why) = only_at_the_arm(&prompt.kind) {
         return Err(NotTaken::new(StatusCode::FORBIDDEN, why));
     }
-    let meant = read(&given.answer, &prompt.kind).map_err(|right| {
+    let meant = read(&given.answer, &prompt).map_err(|right| {
         let wrong =
             AnswerError::WrongKind { given: given.answer.clone(), title: prompt.title.clone(), right };
         NotTaken::new(StatusCode::UNPROCESSABLE_ENTITY, wrong)

@@ -87,14 +87,15 @@ function answers(cell) {
   if (!lease) return element("p", { textContent: "To answer, write your name and the token above, and take the lease." });
   const button = (label, answer) => element("button", { type: "button", textContent: label, onclick: () => give(cell, answer) });
   const kind = prompt.kind;
-  if (kind.kind === "acknowledge") return element("div", {}, button(kind.label || "Done", "done"));
+  const simulate = prompt.simulate ? button("Leave this and everything like it to the program", prompt.simulate) : null;
+  if (kind.kind === "acknowledge") return element("div", {}, button(kind.label || "Done", "done"), simulate);
   if (kind.kind === "choice") return element("div", {}, ...kind.options.map((option) => button(option.label, option.key)));
   if (kind.kind === "decision") return element("div", {}, ...kind.options.map((option) => button(option, option)));
   const input = element("input", { id: "answer-" + prompt.id, value: drafts[prompt.id] || "", inputMode: kind.kind === "number" ? "decimal" : "text" });
   input.oninput = () => { drafts[prompt.id] = input.value; };
   const form = element("form", {}, element("label", {}, prompt.answer_with, input), element("button", { textContent: "Answer" }));
   form.onsubmit = (event) => { event.preventDefault(); give(cell, input.value); };
-  return form;
+  return simulate ? element("div", {}, form, simulate) : form;
 }
 
 function number(value) { return value === null ? "not determined" : Number(value.toPrecision(6)).toString(); }

@@ -6,7 +6,7 @@ use plumb_record::{
 };
 use serde::Serialize;
 
-use crate::commands::answer::{is_alive, ways_to_answer};
+use crate::commands::answer::{SIMULATE, is_alive, ways_to_answer};
 
 /// Version of this contract.
 const VERSION: u32 = 1;
@@ -70,6 +70,9 @@ struct PromptBox {
     kind: PromptKind,
     /// How it is answered, in words.
     answer_with: String,
+    /// What leaves it and everything like it to the program; in a simulated cell alone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    simulate: Option<&'static str>,
     /// Why it can be answered beside the arm alone.
     only_at_the_arm: Option<&'static str>,
 }
@@ -187,6 +190,7 @@ fn open_prompt(record: &Record, run: &RunSummary) -> Result<Option<PromptBox>, R
         text: prompt.text,
         asked: stored.asked,
         answer_with: ways_to_answer(&prompt.kind),
+        simulate: prompt.simulated.then_some(SIMULATE),
         only_at_the_arm: only_at_the_arm(&prompt.kind),
         kind: prompt.kind,
     }))

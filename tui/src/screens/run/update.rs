@@ -71,7 +71,7 @@ pub(crate) fn obey(state: &mut State, command: Command) -> Vec<Action> {
     let paused = state.run.as_ref().is_some_and(|run| matches!(run.phase, Phase::Paused { .. }));
     match command {
         Command::Answer => return answer(state, |prompt| prompt.answer()),
-        Command::LeaveToWorld => return leave_to_world(state),
+        Command::LeaveToWorld => return answer(state, |_| Ok(Answer::Simulated)),
         Command::Retry => return answer(state, |prompt| decided(prompt, Decision::Retry)),
         Command::MoveArm => return answer(state, |prompt| decided(prompt, Decision::Move)),
         Command::GoBack => return answer(state, |prompt| decided(prompt, Decision::Back)),
@@ -131,15 +131,6 @@ fn answer(state: &mut State, make: impl Fn(&mut OpenPrompt) -> Result<Answer, St
             vec![Action::Bell]
         }
     }
-}
-
-/// Leaves the open prompt, and all later ones it can answer, to the simulated world.
-fn leave_to_world(state: &mut State) -> Vec<Action> {
-    let by = state.operator.clone();
-    let Some(prompt) = prompt(state).filter(|prompt| !prompt.answered) else { return Vec::new() };
-    prompt.answered = true;
-    prompt.refused = None;
-    vec![Action::Tell(Tell::LeaveToWorld { prompt: prompt.prompt.id, by })]
 }
 
 fn decided(prompt: &mut OpenPrompt, decision: Decision) -> Result<Answer, String> {

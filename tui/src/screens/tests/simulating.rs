@@ -2,7 +2,7 @@
 
 use plumb_cell::command::Command as Tell;
 use plumb_cell::event::Event;
-use plumb_cell::prompt::PromptKind;
+use plumb_cell::prompt::{Answer, PromptKind};
 use ratatui::crossterm::event::KeyCode;
 
 use super::fixtures::{begun, jog_asked, number_asked, page, press, tell};
@@ -38,7 +38,7 @@ fn readings_of_simulated_instruments_are_left_to_the_program_by_one_key() {
         let shown = page(&state, 80, 24);
         assert_eq!(shown.contains("Simulated: read already, Enter takes it."), simulated, "{shown}");
         assert_eq!(shown.contains("s simulate the rest"), simulated, "{shown}");
-        let left = Tell::LeaveToWorld { prompt: prompt.id, by: "ada".to_owned() };
+        let left = Tell::Answer { prompt: prompt.id, answer: Answer::Simulated, by: "ada".to_owned() };
         let told = press(&mut state, KeyCode::Char('s'));
         assert_eq!(told == [Action::Tell(left)], simulated, "{told:?}");
     }
