@@ -145,6 +145,26 @@ fn a_rejected_candidate_is_added_only_after_a_question() {
 }
 
 #[test]
+fn a_name_that_the_lab_would_not_name_is_added_only_after_a_question() {
+    let folder = TempDir::new().expect("a folder for the files");
+    let [model, data] = machine(folder.path());
+    let mut session = Session::start(plumb(), &["model", "screen", &model, "--data", &data], 120, 40);
+    session.wait_for("named \u{b7} model.yaml");
+    session.press("n");
+    session.press("link_offset(elbow)\r");
+    session.wait_for("link_offset(elbow) was not named:");
+    session.press("n");
+    session.wait_until_gone("Add what was not named?");
+    assert!(!folder.path().join("model.rev1.yaml").exists(), "nothing was written");
+    // Numbers of a kind that are freed claim nothing.
+    session.press("n");
+    session.press("link_length(*)\r");
+    session.wait_for("added; revision 1");
+    session.press("q");
+    assert!(session.wait_for_end().success());
+}
+
+#[test]
 fn a_revision_that_cannot_be_written_is_told_and_leaves_the_model_as_it_was() {
     let folder = TempDir::new().expect("a folder for the files");
     let [model, data] = machine(folder.path());

@@ -84,11 +84,20 @@ impl Laboratory {
         id: &EffectId,
         progress: &Progress,
     ) -> Result<Option<Objection>, LaboratoryError> {
-        if !candidates::probes(self).iter().any(|probe| probe.id.same_as(id)) {
-            return Ok(None);
+        match self.judges(id) {
+            true => Ok(self.diagnose(progress)?.objection(&self.model().label(id))),
+            false => Ok(None),
         }
-        let diagnosis = self.diagnose(progress)?;
-        Ok(diagnosis.objection(&self.model().label(id)))
+    }
+
+    /// As [`Self::objection`], by a diagnosis that was made of this model already.
+    pub fn objection_by(&self, diagnosis: &Diagnosis, id: &EffectId) -> Option<Objection> {
+        if self.judges(id) { diagnosis.objection(&self.model().label(id)) } else { None }
+    }
+
+    /// Whether an effect is among the candidates for a mechanism.
+    fn judges(&self, id: &EffectId) -> bool {
+        candidates::probes(self).iter().any(|probe| probe.id.same_as(id))
     }
 
     /// The diagnosis, and, where something is left without a name, how much of it could be explained at all, and a formula for it, if one is found.

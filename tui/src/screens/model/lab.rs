@@ -4,10 +4,13 @@ use std::collections::VecDeque;
 use std::sync::mpsc::Sender;
 use std::thread;
 
+use plumb_calibration::effect;
 use plumb_calibration::revision::{Entry, Family, RevisionError};
+use plumb_diagnosis::Diagnosis;
 use plumb_diagnosis::laboratory::{Comparison, Laboratory, LaboratoryError};
 use plumb_diagnosis::report::StepKind;
 use plumb_estimation::Progress;
+use plumb_report::objection_in_words;
 use thiserror::Error;
 use tokio::sync::mpsc::UnboundedReceiver;
 
@@ -15,7 +18,7 @@ use super::lab_thread::{InHand, LabThread, ScreensEnd, WorkError, line};
 use super::request::{LabAnswer, LabRequest};
 use super::residuals::Residuals;
 use super::standing;
-use super::state::{FallStep, ModelState, Preview};
+use super::state::{Doubtful, FallStep, ModelState, Preview};
 use crate::commands::model::arguments::{OpenError, Opened};
 
 /// Why a piece of work was not done.
@@ -98,7 +101,7 @@ impl Lab {
         }
         let (lab, thread) = Self::with_thread();
         let layers = Vec::new();
-        let worker = Worker { family: opened.family, data, layers, to_look_at, judged: false, thread };
+        let worker = Worker { family: opened.family, data, layers, to_look_at, judged: None, thread };
         thread::spawn(move || worker.run());
         Ok((lab, state))
     }
@@ -142,8 +145,8 @@ struct Worker {
     layers: Vec<Layer>,
     /// Revisions which have not been looked at yet, the original first: number, and what was done to make it.
     to_look_at: VecDeque<(Laboratory, u32, String)>,
-    /// The candidates for what the newest model leaves were judged.
-    judged: bool,
+    /// What the candidates for what the newest model leaves were judged to be, once they were.
+    judged: Option<Diagnosis>,
     thread: LabThread,
 }
 
@@ -155,11 +158,12 @@ impl Worker {
             self.answer(|worker| match request {
                 LabRequest::Preview(effect) => worker.preview(&effect),
                 LabRequest::Add(effect) => worker.add(&effect),
+                LabRequest::AddNamed(effect) => worker.add_unless_doubted(effect),
                 LabRequest::Undo => worker.undo(),
                 LabRequest::Judge => Ok(()),
             });
             // Judging that was given up for a request that changed nothing is taken up again.
-            if !self.judged {
+            if self.judged.is_none() {
                 self.answer(Self::look_again);
             }
         }
@@ -197,7 +201,7 @@ impl Worker {
 
     /// Shows what the newest model leaves, then judges what could explain that.
     fn judge(&mut self, comparison: &Comparison) -> Result<(), LabError> {
-        self.judged = false;
+        self.judged = None;
         self.thread.begin_judging();
         let Some(top) = self.layers.last() else { return Ok(()) };
         let fall: Vec<FallStep> = self.layers.iter().map(|layer| layer.step.clone()).collect();
@@ -206,9 +210,9 @@ impl Worker {
         let diagnosis = top.laboratory.with_hypothesis(top.laboratory.diagnose(&progress)?, &progress)?;
         let plots =
             top.laboratory.effect_plots(&standing::plotted(comparison, &diagnosis), &self.progress())?;
-        self.judged = true;
         self.thread
             .say(LabAnswer::Examined(Box::new(standing::examined(comparison, &diagnosis, plots, &fall))));
+        self.judged = Some(diagnosis);
         Ok(())
     }
 
@@ -238,6 +242,21 @@ impl Worker {
         let residuals = Residuals { rows: preview.rows, series: preview.series };
         let preview = Preview { candidate: effect.to_owned(), rms_mm: preview.after.fit, residuals };
         self.thread.say(LabAnswer::Previewed(Box::new(preview)));
+        Ok(())
+    }
+
+    /// Adds an effect that somebody wrote, unless the lab would not name it. Of groups and wildcards it has no opinion: they free numbers.
+    fn add_unless_doubted(&mut self, effect: String) -> Result<(), LabError> {
+        let all = effect::expand(&effect, self.top()?.laboratory.model()).unwrap_or_default();
+        let [id] = all.as_slice() else { return self.add(&effect) };
+        if self.judged.is_none() {
+            self.look_again()?;
+        }
+        let laboratory = &self.top()?.laboratory;
+        let objection = self.judged.as_ref().and_then(|diagnosis| laboratory.objection_by(diagnosis, id));
+        let Some(objection) = objection else { return self.add(&effect) };
+        let reason = objection_in_words(&objection);
+        self.thread.say(LabAnswer::Doubted(Doubtful { effect, reason, is_chosen: false }));
         Ok(())
     }
 

@@ -1,6 +1,6 @@
 //! What a lab can be asked, and what it answers.
 
-use super::state::{Preview, Standing};
+use super::state::{Doubtful, Preview, Standing};
 
 /// A piece of work.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -9,6 +9,8 @@ pub(crate) enum LabRequest {
     Preview(String),
     /// Add this effect (or this group of them) to the model.
     Add(String),
+    /// Add the effect (or group) of this name that somebody wrote, unless the lab objects: then it says why.
+    AddNamed(String),
     /// Take what was added last away.
     Undo,
     /// What could explain the rest?
@@ -22,6 +24,8 @@ pub(crate) enum LabAnswer {
     Compared(Box<Standing>),
     /// The model as it is now, with what could explain what is left.
     Examined(Box<Standing>),
+    /// Nothing was added: the lab would not name the effect whose name was written.
+    Doubted(Doubtful),
     /// What would be left.
     Previewed(Box<Preview>),
     /// A revision was written: what was done, and what came with it.

@@ -64,21 +64,24 @@ impl Busy {
     }
 }
 
-/// An effect that the lab rejects, and why.
+/// An effect that the lab would not name, and why.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Doubtful {
-    /// As the lab names it.
+    /// As the lab names it, or as it was written.
     pub effect: String,
     /// Why it was not named.
     pub reason: String,
+    /// It is the chosen candidate, so that a key shows what it would leave.
+    pub is_chosen: bool,
 }
 
 impl Doubtful {
     /// What is asked before it is added.
     pub(crate) fn question(&self) -> String {
+        let preview = if self.is_chosen { " Space shows first what it would leave." } else { "" };
         format!(
-            "{} was not named: {}.\n\nAny effect makes the error in the fit smaller, also one that is not there; the arm is then commanded by it. \
-             Space shows first what it would leave.\n\n  y  add it all the same\n  n  leave the model as it is",
+            "{} was not named: {}.\n\nAny effect makes the error in the fit smaller, also one that is not there; the arm is then commanded by it.{preview}\n\n  \
+             y  add it all the same\n  n  leave the model as it is",
             self.effect, self.reason
         )
     }

@@ -4,10 +4,11 @@
 use std::thread;
 
 use plumb_calibration::effect::{self, EffectId, EffectNameError};
-use plumb_diagnosis::Note;
 use plumb_diagnosis::laboratory::{Comparison, Laboratory, LaboratoryError};
 use plumb_diagnosis::report::StepKind;
 use plumb_diagnosis::stripe::AdjustError;
+use plumb_diagnosis::{Diagnosis, Note};
+use plumb_report::objection_in_words;
 use thiserror::Error;
 
 use super::lab::Lab;
@@ -15,7 +16,7 @@ use super::lab_thread::{LabThread, WorkError};
 use super::request::{LabAnswer, LabRequest};
 use super::residuals::Residuals;
 use super::standing;
-use super::state::{FallStep, ModelState, Preview, Standing};
+use super::state::{Doubtful, FallStep, ModelState, Preview, Standing};
 use crate::commands::stripe::Stripes;
 
 /// Why a piece of work was not done.
@@ -53,7 +54,7 @@ pub(crate) fn open(stripes: Stripes, files: &str) -> (Lab, ModelState) {
     let (lab, thread) = Lab::with_thread();
     let state = ModelState::new(&stripes.model.arm, files);
     let begun_with = stripes.added.len();
-    let worker = Worker { begun_with, stripes, fall: Vec::new(), adjusted: None, judged: false, thread };
+    let worker = Worker { begun_with, stripes, fall: Vec::new(), adjusted: None, judged: None, thread };
     thread::spawn(move || worker.run());
     (lab, state)
 }
@@ -72,8 +73,8 @@ struct Worker {
     fall: Vec<FallStep>,
     /// None until the stripes were adjusted once.
     adjusted: Option<Adjusted>,
-    /// What could explain what is left was judged.
-    judged: bool,
+    /// What could explain what is left, once it was judged.
+    judged: Option<Diagnosis>,
     thread: LabThread,
 }
 
@@ -90,11 +91,12 @@ impl Worker {
             self.answer(|worker| match request {
                 LabRequest::Preview(effect) => worker.preview(&effect),
                 LabRequest::Add(effect) => worker.add(&effect),
+                LabRequest::AddNamed(effect) => worker.add_unless_doubted(effect),
                 LabRequest::Undo => worker.undo(),
                 LabRequest::Judge => Ok(()),
             });
             // What was given up for a request that changed nothing is taken up again.
-            if !self.judged {
+            if self.judged.is_none() {
                 self.answer(Self::look_on);
             }
         }
@@ -123,7 +125,7 @@ impl Worker {
         let kind = if self.fall.is_empty() { StepKind::Start } else { StepKind::Mechanism };
         self.fall.push(standing::step(added, kind, &comparison));
         self.adjusted = Some(Adjusted { laboratory, comparison });
-        self.judged = false;
+        self.judged = None;
         Ok(())
     }
 
@@ -138,7 +140,7 @@ impl Worker {
         let plots = laboratory.effect_plots(&standing::plotted(comparison, &diagnosis), &progress)?;
         let examined = standing::examined(comparison, &diagnosis, plots, &self.fall);
         self.thread.say(LabAnswer::Examined(of_stripes(examined)));
-        self.judged = true;
+        self.judged = Some(diagnosis);
         Ok(())
     }
 
@@ -169,6 +171,21 @@ impl Worker {
     fn with(&self, effect: &str) -> Result<Vec<EffectId>, EffectNameError> {
         let one = effect::parse(effect, &self.stripes.model)?;
         Ok(self.stripes.added.iter().cloned().chain([one]).collect())
+    }
+
+    /// Adds an effect that somebody wrote, unless it would not be named here.
+    fn add_unless_doubted(&mut self, effect: String) -> Result<(), StripeLabError> {
+        let id = effect::parse(&effect, &self.stripes.model)?;
+        if self.judged.is_none() {
+            self.look_on()?;
+        }
+        let judged = self.adjusted.as_ref().zip(self.judged.as_ref());
+        let objection =
+            judged.and_then(|(adjusted, diagnosis)| adjusted.laboratory.objection_by(diagnosis, &id));
+        let Some(objection) = objection else { return self.add(&effect) };
+        let reason = objection_in_words(&objection);
+        self.thread.say(LabAnswer::Doubted(Doubtful { effect, reason, is_chosen: false }));
+        Ok(())
     }
 
     /// Adds an effect to what is adjusted. No file is written: `plumb stripe adjust --add` does that.

@@ -79,7 +79,8 @@ fn doubts(model: &ModelState, effect: &str) -> Option<Doubtful> {
     let cards = &model.standing.as_ref()?.cards;
     let card = cards.iter().find(|card| bare(&card.key) == bare(effect))?;
     let reason = if card.reason.is_empty() { "the lab gives no reason" } else { card.reason.as_str() };
-    let doubtful = Doubtful { effect: card.key.clone(), reason: reason.to_owned() };
+    let is_chosen = model.card().is_some_and(|chosen| chosen.key == card.key);
+    let doubtful = Doubtful { effect: card.key.clone(), reason: reason.to_owned(), is_chosen };
     (card.standing == CardStanding::Rejected).then_some(doubtful)
 }
 
@@ -108,7 +109,7 @@ fn ask(state: &mut State, command: Command) -> Vec<Action> {
             state.overlay = None;
             doubtful.map(|doubtful| LabRequest::Add(doubtful.effect))
         }
-        Command::AddNamed => named.filter(|name| !name.trim().is_empty()).map(LabRequest::Add),
+        Command::AddNamed => named.filter(|name| !name.trim().is_empty()).map(LabRequest::AddNamed),
         _ => chosen.map(LabRequest::Add),
     };
     let Some(request) = request else {
@@ -120,7 +121,8 @@ fn ask(state: &mut State, command: Command) -> Vec<Action> {
         state.say(Gravity::Calm, text);
         return Vec::new();
     };
-    if let (LabRequest::Add(effect), false) = (&request, command == Command::AddNow)
+    if let (LabRequest::Add(effect) | LabRequest::AddNamed(effect), false) =
+        (&request, command == Command::AddNow)
         && let Some(doubtful) = doubts(model, effect)
     {
         model.doubtful = Some(doubtful);
@@ -129,7 +131,7 @@ fn ask(state: &mut State, command: Command) -> Vec<Action> {
     }
     let doing = match &request {
         LabRequest::Preview(effect) => format!("previewing {effect}"),
-        LabRequest::Add(effect) => format!("adding {effect}"),
+        LabRequest::Add(effect) | LabRequest::AddNamed(effect) => format!("adding {effect}"),
         LabRequest::Undo => "undoing".to_owned(),
         LabRequest::Judge => JUDGING.to_owned(),
     };
@@ -202,6 +204,11 @@ pub(crate) fn take(state: &mut State, answer: LabAnswer) -> Vec<Action> {
                 state.log.note(level, "lab", line);
             }
             model.take(*standing);
+        }
+        LabAnswer::Doubted(doubtful) => {
+            model.busy = None;
+            model.doubtful = Some(doubtful);
+            state.overlay = Some(Overlay::AddRejected);
         }
         LabAnswer::Previewed(preview) => {
             model.busy = None;

@@ -5,7 +5,7 @@ use ratatui::crossterm::event::KeyCode;
 use super::fixtures::{examined, page, press};
 use crate::screens::message::{Action, Message};
 use crate::screens::model::testing::{CardStanding, Standing};
-use crate::screens::model::{LabAnswer, LabRequest};
+use crate::screens::model::{Doubtful, LabAnswer, LabRequest};
 use crate::screens::screen::Screen;
 use crate::screens::state::{Overlay, State};
 use crate::screens::update::update;
@@ -126,6 +126,27 @@ fn what_was_not_named_is_added_only_after_a_question() {
     }
     assert_eq!(press(&mut state, KeyCode::Enter), [], "by its name as well");
     assert_eq!(state.overlay, Some(Overlay::AddRejected));
+}
+
+#[test]
+fn a_name_that_was_written_and_would_not_be_named_is_added_only_after_a_question() {
+    let mut state = examined();
+    press(&mut state, KeyCode::Char('n'));
+    for key in "joint_gain(wrist)".chars() {
+        press(&mut state, KeyCode::Char(key));
+    }
+    let effect = "joint_gain(wrist)".to_owned();
+    assert_eq!(press(&mut state, KeyCode::Enter), [Action::Lab(LabRequest::AddNamed(effect.clone()))]);
+    let reason = "it is not among the 3 likeliest candidates".to_owned();
+    let doubtful = Doubtful { effect: effect.clone(), reason, is_chosen: false };
+    update(&mut state, Message::Lab(LabAnswer::Doubted(doubtful)));
+    assert_eq!(state.overlay, Some(Overlay::AddRejected));
+    let shown = page(&state, 80, 24);
+    assert!(
+        shown.contains("joint_gain(wrist) was not named: it is not among") && !shown.contains("Space"),
+        "{shown}"
+    );
+    assert_eq!(press(&mut state, KeyCode::Char('y')), [Action::Lab(LabRequest::Add(effect))]);
 }
 
 #[test]

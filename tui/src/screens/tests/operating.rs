@@ -510,7 +510,7 @@ fn an_effect_is_added_by_its_name_and_no_letter_of_it_does_anything_else() {
     press(&mut state, KeyCode::Backspace);
     assert!(page(&state, 80, 24).contains("Add effect: q?1u joint_zero(*)"));
     let name = "q?1u joint_zero(*)".to_owned();
-    assert_eq!(press(&mut state, KeyCode::Enter), [Action::Lab(LabRequest::Add(name))]);
+    assert_eq!(press(&mut state, KeyCode::Enter), [Action::Lab(LabRequest::AddNamed(name))]);
 }
 
 #[test]
