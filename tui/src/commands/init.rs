@@ -128,13 +128,12 @@ fn print_next(example: &Shipped, directory: &Path) -> io::Result<()> {
     let folder = directory.join(&example.name);
     say!("{}: {}", folder.display(), example.title)?;
     let cell = folder.join("cell.yaml");
-    if !cell.is_file() {
-        return Ok(());
+    if cell.is_file() {
+        let cell = quoted(&cell);
+        say!("  plumb check {cell}            # its files are in order")?;
+        say!("  plumb run {cell} --dry-run    # what it would do")?;
+        say!("  plumb run {cell}              # do it, on the screens")?;
     }
-    let cell = quoted(&cell);
-    say!("  plumb check {cell}            # its files are in order")?;
-    say!("  plumb run {cell} --dry-run    # what it would do")?;
-    say!("  plumb run {cell}              # do it, on the screens")?;
     if folder.join("README.md").is_file() {
         say!("  {} tells the rest", folder.join("README.md").display())?;
     }
