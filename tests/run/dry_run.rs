@@ -164,6 +164,106 @@ fn a_place_beyond_the_robots_own_limits_is_found_without_starting_it() {
     }
 }
 
+/// A procedure that goes near and then somewhere by all joints, in a cell that has it.
+fn sent(lab: &Lab, there: &str) {
+    let near = "{id: near, do: {move: {robot: arm, to_deg: {shoulder: -50, elbow: elbow_deg, wrist: 0}, to_mm: {slide: 100}}}}";
+    let parameters = "z_mm: {default: 200}, elbow_deg: {default: 90}";
+    let text = format!(
+        "procedure: reach\nparameters: {{{parameters}}}\nsteps:\n  - {near}\n  - {{id: there, do: {{{there}}}}}\n"
+    );
+    lab.write("procedures/reach.yaml", &text);
+}
+
+#[test]
+fn a_point_whose_joints_would_be_beyond_their_limits_is_found_before_anything_moves() {
+    let lab = Lab::of("scara");
+    lab.edit("cell.yaml", "procedures: [", "procedures: [procedures/reach.yaml, ");
+    sent(
+        &lab,
+        "move: {robot: arm, to_point: {x_mm: 400, y_mm: 0, z_mm: z_mm, by: [shoulder, elbow, slide]}}",
+    );
+    let plan = |set: &str| lab.plumb(&["run", "cell.yaml", "reach", "--dry-run", "--set", set]);
+    assert_eq!(plan("z_mm=200").code(), 0, "{}", plan("z_mm=200").all());
+    let low = plan("z_mm=20");
+    assert_eq!(low.code(), 2, "{}", low.all());
+    let told = "step `there` would send arm's tip to [400, 0, 20] mm: slide would stand at ";
+    assert!(low.err().contains(told) && low.err().contains(" mm, beyond its limits: "), "{}", low.err());
+    // From an elbow that is nearly stretched the nearest way is beyond the cell's limits; the run takes the other one, and so does the plan.
+    lab.edit("cell.yaml", "    model:", "    limits_deg: {elbow: [-130, 20]}\n    model:");
+    assert_eq!(plan("elbow_deg=10").code(), 0, "{}", plan("elbow_deg=10").all());
+    lab.edit("cell.yaml", "elbow: [-130, 20]", "elbow: [-20, 20]");
+    let neither = plan("elbow_deg=10");
+    assert!(neither.err().contains("elbow would stand at "), "{}", neither.all());
+}
+
+#[test]
+fn a_hand_whose_joints_would_be_beyond_their_limits_is_found_where_the_run_would_end_for_it() {
+    let lab = Lab::of("light-stripe");
+    let near = "to_deg: {waist: 64.3, shoulder: -66.8, elbow: 196.4, wrist_roll: 0, wrist_bend: 50.4, flange: -115.7}";
+    let there = "to_hand: {at_mm: [330, 380, 0], aim_mm: [-30, 0, 60]}";
+    let steps = format!(
+        "procedure: reach\nsteps:\n  - {{id: near, do: {{move: {{robot: arm, {near}}}}}}}\n  - {{id: there, do: {{move: {{robot: arm, {there}}}}}}}\n"
+    );
+    lab.write("procedures/reach.yaml", &steps);
+    lab.edit("cell.yaml", "procedures: [", "procedures: [procedures/reach.yaml]\n#  [");
+    lab.edit("cell.yaml", "\n             procedures", "\n#  procedures");
+    lab.edit("cell.yaml", "answers: answers.yaml", "");
+    let cell = ["run", "cell.yaml", "reach"];
+    let plan = || lab.plumb(&[&cell[..], &["--dry-run"]].concat());
+    assert_eq!(plan().code(), 0, "{}", plan().all());
+    lab.edit("cell.yaml", "    model:", "    limits_deg: {waist: [40, 90]}\n    model:");
+    let told = "step `there` would send arm's hand to [330, 380, 0] mm: waist would stand at 30 deg, beyond its limits: 40 to 90 deg";
+    assert!(plan().code() == 2 && plan().err().contains(told), "{}", plan().all());
+    let run = lab.plumb(&cell);
+    assert!(
+        run.err().contains("waist would go to 30.000 deg")
+            || run.out().contains("waist would go to 30.000 deg"),
+        "{}",
+        run.all()
+    );
+}
+
+#[test]
+fn bounds_of_a_jog_that_no_joint_can_keep_are_found_before_anybody_is_asked() {
+    let lab = Lab::new();
+    lab.edit("cell.yaml", "    initialize:", "    limits_deg: {waist: [-40, 40]}\n    initialize:");
+    lab.edit("cell.yaml", "procedures: [", "procedures: [procedures/there.yaml, ");
+    let asked = |bounds: &str| {
+        let step = format!(
+            "{{id: by_hand, do: {{prompt: {{text: There, jog_to: {{robot: arm, within_deg: {{{bounds}}}}}}}}}}}"
+        );
+        lab.write("procedures/there.yaml", &format!("procedure: there\nsteps:\n  - {step}\n"));
+        lab.plumb(&["check", "cell.yaml"])
+    };
+    for bounds in ["waist: [30, 60]", "waist: [-90, 90]", "shoulder: [-60, -50]", "waist: [20 + 30, 60]"] {
+        assert_eq!(asked(bounds).code(), 0, "{}", asked(bounds).all());
+    }
+    let plan = lab.plumb(&["run", "cell.yaml", "there", "--dry-run"]);
+    assert_eq!(plan.code(), 2, "{}", plan.all());
+    let told = "step `by_hand` would have arm where the operator jogs it: waist has to come between 50 and 60 deg, beyond its limits: -40 to 40 deg";
+    assert!(plan.err().contains(told), "{}", plan.err());
+    for (bounds, told, help) in [
+        (
+            "waist: [50, 60]",
+            "waist cannot come between 50 and 60 deg",
+            "the cell keeps it within -40 to 40 deg",
+        ),
+        (
+            "shoulder: [-80, -60]",
+            "shoulder cannot come between -80 and -60 deg",
+            "the robot itself goes from -35 to 144",
+        ),
+        ("waist: [60, 50]", "no place of waist is between 60 and 50 deg", "write the lesser one first"),
+    ] {
+        let check = asked(bounds);
+        assert!(
+            check.code() == 2 && check.all().contains(told) && check.all().contains(help),
+            "{}",
+            check.all()
+        );
+    }
+}
+
 /// A step kind's time in plan and run, s.
 type Times = BTreeMap<String, (f64, f64)>;
 

@@ -95,6 +95,23 @@ impl<'a> KnownRobot<'a> {
         self.places.get(listed).copied().flatten()
     }
 
+    /// The unit of a joint.
+    pub(crate) fn unit(&self, joint: &str) -> Option<DegOrMm> {
+        self.joints.iter().find(|(name, _)| name == joint).map(|(_, unit)| *unit)
+    }
+
+    /// Where all joints are is known.
+    pub(crate) fn is_placed(&self) -> bool {
+        self.places.iter().all(Option::is_some)
+    }
+
+    /// The robot once it has gone to these places.
+    pub(crate) fn gone<'j>(&self, goals: impl IntoIterator<Item = (&'j str, Option<f64>)>) -> Self {
+        let mut there = self.clone();
+        there.went(goals);
+        there
+    }
+
     /// How long joints take to these places at full speed, all starting and ending together, s. `None` stands for a place that is not known.
     pub(crate) fn way_s<'j>(&self, goals: impl IntoIterator<Item = (&'j str, Option<f64>)>) -> f64 {
         let times = goals.into_iter().map(|(joint, goal)| {
@@ -129,8 +146,7 @@ impl<'a> KnownRobot<'a> {
         by: &[&str],
         goals: &[(String, Option<f64>)],
     ) -> Option<Vec<f64>> {
-        let mut there = self.clone();
-        there.went(goals.iter().map(|(joint, goal)| (joint.as_str(), *goal)));
+        let there = self.gone(goals.iter().map(|(joint, goal)| (joint.as_str(), *goal)));
         let start: Option<Vec<f64>> = there.places.iter().copied().collect();
         let by = by.iter().map(|joint| {
             let listed = self.joints.iter().position(|(name, _)| name == joint)?;

@@ -3,6 +3,7 @@
 //! is a new file, and a line there.
 
 mod apply;
+mod beyond;
 mod call;
 mod check;
 mod compute;
@@ -17,6 +18,7 @@ mod kind;
 mod known_point;
 mod known_robot;
 mod library;
+mod limits;
 mod listen;
 mod measure;
 mod motions;

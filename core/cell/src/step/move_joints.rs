@@ -5,8 +5,9 @@ use plumb_document::{MapReader, Node, Span, did_you_mean};
 use plumb_plugin::JointVector;
 use serde_json::json;
 
+use super::beyond::{known_range, limits_passed, standing_beyond};
 use super::declaration::{Action, MovedJoints};
-use super::joint_targets::{JointTarget, JointTargets, beyond_limits, read_pair};
+use super::joint_targets::{JointTarget, JointTargets, read_pair};
 use super::kind::{Kind, StepKind};
 use super::motions::{MotionContext, PlannedMotion};
 use super::point::{known_attitude, known_place, place_in_words, read_place};
@@ -156,6 +157,18 @@ fn read_point(node: &Node, context: &ReadContext<'_>) -> Option<PointTarget> {
     Some(PointTarget { xyz: [x?, y?, z?], target, payload, by })
 }
 
+/// Other starts for each of the joints that bring a point somewhere, as shares of its range.
+const STARTS: [f64; 3] = [0.2, 0.5, 0.8];
+
+/// The joints at every mixture of these shares.
+fn other_starts(by: &[&str], ranges: &[(f64, f64)]) -> Vec<Vec<(String, Option<f64>)>> {
+    by.iter().zip(ranges).fold(vec![Vec::new()], |starts, (joint, (least, most))| {
+        let at = |share: f64| ((*joint).to_owned(), Some(least + share * (most - least)));
+        let with = |start: &Vec<_>| STARTS.map(|share| [start.clone(), vec![at(share)]].concat());
+        starts.iter().flat_map(with).collect()
+    })
+}
+
 impl MoveStep {
     /// Where joints would go, rad or mm; None for a place that is not known before the run.
     fn goals(&self, context: &TimeContext<'_>) -> Vec<(String, Option<f64>)> {
@@ -193,10 +206,34 @@ impl MoveStep {
     fn beyond(&self, target: &JointTarget, context: &MotionContext<'_>) -> Option<String> {
         let place = context.time.known(&target.value).filter(|_| !self.relative)?;
         let place = target.unit.to_internal(place);
-        let of_cell = (context.range)(&self.robot, &target.joint);
-        let of_cell = of_cell.and_then(|range| beyond_limits(place, range, target.unit));
-        let own = || (context.own_limits)(&self.robot, &target.joint)?.beyond(place, target.unit);
-        of_cell.or_else(own)
+        limits_passed((&self.robot, &target.joint), place, target.unit, context)
+    }
+
+    /// Which joint would stand beyond its limits where the hand is brought to its place; none where nobody knows from where it starts.
+    fn hand_beyond(&self, hand: &HandTarget, context: &MotionContext<'_>) -> Option<String> {
+        let robot = context.time.robot(&self.robot).filter(|robot| robot.is_placed())?;
+        let places = robot.joints_for(&hand.flange(context.time)?)?;
+        standing_beyond(robot, &places, context)
+    }
+
+    /// Which joint would stand beyond its limits where the point is brought to its place, whichever way; none where one way keeps them, as the run looks for
+    /// it, or nobody knows.
+    fn point_beyond(&self, point: &PointTarget, context: &MotionContext<'_>) -> Option<String> {
+        let robot = context.time.robot(&self.robot)?;
+        let xyz_mm = known_place(&point.xyz, context.time)?;
+        let target = point.target.as_ref().map(|(name, _)| name.as_str());
+        let by: Vec<&str> = point.by.iter().map(|(joint, _)| joint.as_str()).collect();
+        let others = self.goals(context.time);
+        let others: Vec<_> = others.into_iter().filter(|(joint, _)| !by.contains(&joint.as_str())).collect();
+        let found = robot.joints_for_tip((xyz_mm, target), &by, &others)?;
+        let beyond = standing_beyond(robot, &found, context)?;
+        let ranges = by.iter().map(|joint| known_range((&self.robot, joint), context));
+        let keeps = |start: Vec<(String, Option<f64>)>| {
+            let start = [others.clone(), start].concat();
+            let found = robot.joints_for_tip((xyz_mm, target), &by, &start);
+            found.is_some_and(|found| standing_beyond(robot, &found, context).is_none())
+        };
+        (!other_starts(&by, &ranges.collect::<Option<Vec<_>>>()?).into_iter().any(keeps)).then_some(beyond)
     }
 }
 
@@ -280,22 +317,22 @@ impl Action for MoveStep {
             limits: (context.limits)(&self.robot, &target.joint),
             beyond: self.beyond(target, context),
         };
-        let together = |how: String| PlannedMotion {
+        let together = |how: String, beyond: Option<String>| PlannedMotion {
             robot: self.robot.clone(),
             joint: None,
             how,
             speed: self.speed,
             limits: "its joints' limits".to_owned(),
-            beyond: None,
+            beyond,
         };
-        let hand = self
-            .hand
-            .iter()
-            .map(|hand| together(format!("'s hand to {}", place_in_words(&hand.at, context.time))));
-        let point = self
-            .point
-            .iter()
-            .map(|point| together(format!("'s tip to {}", place_in_words(&point.xyz, context.time))));
+        let hand = self.hand.iter().map(|hand| {
+            let how = format!("'s hand to {}", place_in_words(&hand.at, context.time));
+            together(how, self.hand_beyond(hand, context))
+        });
+        let point = self.point.iter().map(|point| {
+            let how = format!("'s tip to {}", place_in_words(&point.xyz, context.time));
+            together(how, self.point_beyond(point, context))
+        });
         self.targets.iter().map(motion).chain(hand).chain(point).collect()
     }
 

@@ -159,15 +159,15 @@ impl Action for PromptStep {
         }
     }
 
-    fn planned_motions(&self, _context: &MotionContext<'_>) -> Vec<PlannedMotion> {
-        let PromptQuestion::JogTo { robot, .. } = &self.question else { return Vec::new() };
+    fn planned_motions(&self, context: &MotionContext<'_>) -> Vec<PlannedMotion> {
+        let PromptQuestion::JogTo { robot, goals, .. } = &self.question else { return Vec::new() };
         vec![PlannedMotion {
             robot: robot.clone(),
             joint: None,
             how: "where the operator jogs it".to_owned(),
             speed: JOG_SPEED,
             limits: "the limits of each joint".to_owned(),
-            beyond: None,
+            beyond: goals.iter().find_map(|goal| goal.beyond(robot, context)),
         }]
     }
 }

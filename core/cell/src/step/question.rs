@@ -2,8 +2,11 @@
 
 use plumb_document::Span;
 
+use super::beyond::limits_between;
+use super::limits::{kept_from, outside};
+use super::motions::{MotionContext, rounded};
 use crate::cell_names::CellNames;
-use crate::check_context::{CheckContext, RobotNames};
+use crate::check_context::{CheckContext, OwnLimits, RobotNames};
 use crate::deg_or_mm::DegOrMm;
 use crate::expression::{Expression, Shape};
 use crate::prompt::ChoiceOption;
@@ -167,6 +170,41 @@ impl Goal {
         {
             let message = format!("joint `{}` goes by {}", self.joint, unit.symbol());
             context.problems.add(self.place, message, format!("write it under `within_{}`", unit.symbol()));
+        }
+        self.check_limits(robot, context);
+    }
+
+    /// The limits that every place between the bounds lies beyond, in words, where the bounds are known before the run.
+    pub(super) fn beyond(&self, robot: &str, context: &MotionContext<'_>) -> Option<String> {
+        let bounds = context.time.known(&self.minimum).zip(context.time.known(&self.maximum))?;
+        let internal = (self.unit.to_internal(bounds.0), self.unit.to_internal(bounds.1));
+        let limits = limits_between((robot, &self.joint), internal, self.unit, context)?;
+        let (joint, unit) = (&self.joint, self.unit.symbol());
+        let (least, most) = (rounded(bounds.0), rounded(bounds.1));
+        Some(format!("{joint} has to come between {least} and {most} {unit}, beyond its limits: {limits}"))
+    }
+
+    /// Checks bounds that are written as numbers: that a place is between them, and one that the joint may take by the cell's limits and the robot's own.
+    fn check_limits(&self, robot: Option<&RobotNames>, context: &CheckContext<'_>) {
+        let written = |bound: &Expression| bound.text().trim().parse::<f64>().ok();
+        let Some((least, most)) = written(&self.minimum).zip(written(&self.maximum)) else { return };
+        let unit = self.unit.symbol();
+        if least > most {
+            let message = format!("no place of {} is between {least} and {most} {unit}", self.joint);
+            return context.problems.add(self.place, message, "write the lesser one first");
+        }
+        let Some(robot) = robot else { return };
+        let bounds = (self.unit.to_internal(least), self.unit.to_internal(most));
+        let of_cell = robot.limits.iter().find(|(joint, ..)| *joint == self.joint);
+        let own = robot.own_limits.iter().find(|limits| limits.joint == self.joint);
+        let ranges = of_cell
+            .map(|(_, least, most)| (*least, *most))
+            .into_iter()
+            .chain(own.map(OwnLimits::with_zero_shift));
+        let out = { ranges }.find_map(|range| outside(range, bounds));
+        if let Some(help) = out.and_then(|place| kept_from(robot, &self.joint, place, self.unit)) {
+            let message = format!("{} cannot come between {least} and {most} {unit}", self.joint);
+            context.problems.add(self.place, message, help);
         }
     }
 }

@@ -271,6 +271,8 @@ impl Mechanism {
             "rad/rad" => 0.05,
             "rad/(N m)" | "rad" => 0.05,
             "1/K" => 2e-4,
+            // An open channel of 4 mm aluminium, 60 mm wide: G J = 26e9 Pa * 0.18 m * (4 mm)^3 / 3 = 100 N m2. A closed tube is hundreds of times as stiff.
+            _ if matches!(self, Self::LinkTorsion { .. }) => 1e-2,
             _ => 1e-3,
         }
     }

@@ -39,8 +39,16 @@ pub(super) fn plan(arguments: &Arguments) -> Result<ExitCode, Refused> {
 pub(super) fn beyond_limits(plan: &DryRun) -> Vec<String> {
     let moves = plan.steps.iter().flat_map(|step| step.moves.iter().map(move |motion| (step, motion)));
     let beyond = moves.filter_map(|(step, PlannedMotion { robot, joint, how, beyond, .. })| {
-        let (limits, joint) = (beyond.as_ref()?, joint.as_ref()?);
-        Some(format!("step `{}` would send {robot} {joint} {how}, beyond its limits: {limits}", step.step))
+        let beyond = beyond.as_ref()?;
+        let step = &step.step;
+        Some(match joint {
+            Some(joint) => {
+                format!("step `{step}` would send {robot} {joint} {how}, beyond its limits: {beyond}")
+            }
+            // The hand, or the tip, of the robot.
+            None if how.starts_with('\'') => format!("step `{step}` would send {robot}{how}: {beyond}"),
+            None => format!("step `{step}` would have {robot} {how}: {beyond}"),
+        })
     });
     beyond.collect()
 }
