@@ -115,6 +115,34 @@ fn a_robot_and_a_sensor_in_c_go_from_new_to_a_run() {
 }
 
 #[test]
+fn a_sensor_in_c_reads_what_the_cell_file_gives_it() {
+    let own = Own::new("sensor", "gauge-set", "c");
+    own.edit("plugin.yaml", "  properties: {}", "  properties: {offset_mm: {type: number}, over: {type: string}, up: {type: boolean}, far: {type: array}}");
+    own.edit("cell.yaml", "{plugin: gauge-set}", "{plugin: gauge-set, config: {far: [{offset_mm: 7}], offset_mm: -2.5, over: 'the \"table\" of \u{fc}', up: true}}");
+    own.edit(
+        "gauge_set.c",
+        "#include \"plumb_plugin.h\"",
+        "#include \"plumb_config.h\"\nstatic double height = 12.5;",
+    );
+    own.edit("gauge_set.c", "return 12.5;", "return height;");
+    let read = "
+    double number = 0;
+    char words[32] = \"\";
+    int flag = 0, none = 5;
+    int found = plumb_config_number(config, \"offset_mm\", &number) + plumb_config_text(config, \"over\", words, sizeof words) + plumb_config_flag(config, \"up\", &flag);
+    int absent = plumb_config_flag(config, \"down\", &none), wrong = plumb_config_number(config, \"far\", &number), narrow = plumb_config_text(config, \"over\", words, 5);
+    if (found == 3 && flag && strcmp(words, \"the \\\"table\\\" of \u{fc}\") == 0 && absent == 0 && none == 5 && wrong == -1 && narrow == -1) {
+        height += number;
+    }";
+    own.edit("gauge_set.c", "    (void)config;", read);
+    if !made(&own) {
+        return;
+    }
+    let run = own.plumb(&["run", "cell.yaml", "--headless"]);
+    assert!(run.code() == 0 && run.out().contains("10.000"), "{}", run.all());
+}
+
+#[test]
 fn a_robot_and_a_sensor_in_rust_go_from_new_to_a_run_without_a_network() {
     let begin = Instant::now();
     let cargo = std::env::var("CARGO").unwrap_or_else(|_| "cargo".to_owned());

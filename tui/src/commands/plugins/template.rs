@@ -29,6 +29,9 @@ macro_rules! template {
 /// The contract in C.
 const HEADER: &str = include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/../core/abi/include/plumb_plugin.h"));
 
+/// What reads a cell's settings in C.
+const CONFIG: &str = include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/../core/abi/include/plumb_config.h"));
+
 impl Project<'_> {
     /// What to type in the project's folder, from its source to a run.
     pub(super) fn commands(&self) -> Vec<String> {
@@ -98,7 +101,7 @@ impl Project<'_> {
                 "What talks to your device goes into `src/lib.rs`; what a cell may configure into `plugin.yaml`."
             }
             Language::C => {
-                "What talks to your device goes into the C file; what a cell may configure into `plugin.yaml`. The contract is `plumb_plugin.h`."
+                "What talks to your device goes into the C file; what a cell may configure into `plugin.yaml`, and is read by `plumb_config.h`. The contract is `plumb_plugin.h`."
             }
             Language::Python => {
                 "What talks to your device goes into `driver.py`; what a cell may configure into `plugin.yaml`. `plumb_driver.py` is what it is written \
@@ -142,7 +145,10 @@ pub(super) fn files(project: &Project<'_>) -> Vec<(String, String)> {
         files.into_iter().map(|(path, text)| (path.to_owned(), project.filled(text))).collect();
     match project.language {
         Language::Rust => {}
-        Language::C => made.push(("plumb_plugin.h".to_owned(), HEADER.to_owned())),
+        Language::C => {
+            let headers = [("plumb_plugin.h", HEADER), ("plumb_config.h", CONFIG)];
+            made.extend(headers.map(|(name, text)| (name.to_owned(), text.to_owned())));
+        }
         Language::Python => {
             let driver =
                 include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/../plugins/bridge/plumb_driver.py"));

@@ -44,7 +44,8 @@ static plumb_status emit_state(plumb_instance *arm, uint32_t moving) {
     return arm->host->emit(arm->host->context, text("joints"), message);
 }
 
-/* Connects. Nothing moves. config is the JSON of what the cell file gives under `config:`, or null. */
+/* Connects. Nothing moves. config is the JSON of what the cell file gives under `config:`, or null; plumb_config.h reads
+ * numbers, flags and texts from it. */
 static plumb_status create(const plumb_host_functions *host, plumb_bytes config, plumb_instance **instance) {
     (void)config;
     plumb_instance *arm = calloc(1, sizeof *arm);

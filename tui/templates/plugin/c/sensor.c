@@ -16,7 +16,8 @@ static plumb_bytes text(const char *words) {
     return bytes;
 }
 
-/* Connects. config is the JSON of what the cell file gives under `config:`, or null. */
+/* Connects. config is the JSON of what the cell file gives under `config:`, or null; plumb_config.h reads
+ * numbers, flags and texts from it. */
 static plumb_status create(const plumb_host_functions *host, plumb_bytes config, plumb_instance **instance) {
     (void)config;
     plumb_instance *gauge = calloc(1, sizeof *gauge);
