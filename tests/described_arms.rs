@@ -200,6 +200,19 @@ fn what_only_slides_have_is_named_with_its_size_where_a_trial_hides_it_in_the_ga
     }
 }
 
+/// A link of the UR5 twists little: what shows is what an open channel has, not a tube.
+#[test]
+fn a_link_that_twists_is_hidden_in_the_ur5_where_it_is_asked_for_and_named() {
+    let cells = Cells::empty();
+    let (code, said) =
+        cells.plumb(&["trial", "new", "--cell", "ur5", "--fault", "torsion", "--seed", "5", "-o", "hidden"]);
+    assert_eq!(code, Some(0), "{said}");
+    cells.measure("hidden/cell.yaml", "1", "table.csv");
+    let told = cells.said(&["model", "diagnose", "hidden/ur5.model.yaml", "--data", "table.csv", "--json"]);
+    let told: serde_json::Value = serde_json::from_str(&told).unwrap();
+    assert_eq!(told["named"]["effect"], "link_torsion", "{}", told["sentence"]);
+}
+
 /// A machine of five axes that exists nowhere: a turning column, two slides and a wrist of two, as a URDF file has it.
 const URDF: &str = r#"<robot name="palletizer">
   <link name="floor"/>
