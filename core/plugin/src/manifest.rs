@@ -10,8 +10,10 @@ use plumb_document::{
 };
 use serde::{Deserialize, Serialize};
 
+mod config_schema;
 mod joint;
 
+use config_schema::check_config_schema;
 pub use joint::ManifestJoint;
 use joint::check_joints;
 
@@ -267,6 +269,7 @@ impl Manifest {
         self.check_time_limit(root, problems);
         self.check_lists(root, problems);
         self.check_typical(root, problems);
+        root.get("config").into_iter().for_each(|schema| check_config_schema(schema, problems));
         let streams = root.get("streams").map(Node::items).unwrap_or_default();
         for (stream, node) in self.streams.iter().zip(streams) {
             check_stream(stream, node, problems);
