@@ -42,11 +42,10 @@ pub(super) fn run(arguments: &EffectsArguments) -> Result<String, Box<dyn Error>
 }
 
 fn unknown(name: &str) -> String {
-    let names = effect::kinds().iter().map(|kind| kind.name);
-    format!(
-        "there is no effect `{name}`; {}\n`plumb model effects` lists all of them",
-        plumb_document::did_you_mean(name, names)
-    )
+    let names: Vec<&str> = effect::kinds().iter().map(|kind| kind.name).collect();
+    let near = plumb_document::nearest(name, &names);
+    let near = near.map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
+    format!("there is no effect `{name}`{near}\n`plumb model effects` lists all of them")
 }
 
 /// The families in the order they are listed.
@@ -70,7 +69,7 @@ fn list() -> String {
         text.push('\n');
     }
     text.push_str(
-        "`plumb model effects NAME` draws it, says what to measure and which parameters it has.\n`geometry(*)` stands for all of the first group but joint_zero. \
+        "`plumb model effects NAME` draws it, says what to measure and which parameters it has.\n`geometry(*)` means all of the first group but joint_zero. \
          An effect of your own is written in the model file under `define:`.\n",
     );
     text
@@ -220,5 +219,9 @@ mod tests {
         let error =
             run(&EffectsArguments { name: Some("joint_backslash".to_owned()) }).unwrap_err().to_string();
         assert!(error.contains("did you mean `joint_backlash`?"), "{error}");
+        let short = run(&EffectsArguments { name: Some("backlash".to_owned()) }).unwrap_err().to_string();
+        assert!(short.contains("did you mean `joint_backlash`?"), "{short}");
+        let stranger = run(&EffectsArguments { name: Some("zebra".to_owned()) }).unwrap_err().to_string();
+        assert_eq!(stranger, "there is no effect `zebra`\n`plumb model effects` lists all of them");
     }
 }

@@ -35,18 +35,27 @@ fn names(standing: Option<&Standing>) -> Vec<String> {
     all
 }
 
-/// The names that begin with what has been written.
+/// The names that begin with what has been written; where none does, those that have a word which begins with it, as `joint_backlash` of `back`.
 pub(super) fn matching(standing: Option<&Standing>, written: &str) -> Vec<String> {
-    names(standing).into_iter().filter(|name| name.starts_with(written)).collect()
+    let all = names(standing);
+    let (mut begin, others): (Vec<String>, Vec<String>) =
+        all.into_iter().partition(|name| name.starts_with(written));
+    if begin.is_empty() {
+        let later = format!("_{written}");
+        begin = others.into_iter().filter(|name| name.contains(&later)).collect();
+    }
+    begin
 }
 
-/// What has been written, completed as far as all names that begin with it agree.
+/// What has been written, completed as far as all names that are meant agree.
 pub(super) fn completed(standing: Option<&Standing>, written: &str) -> String {
     let found = matching(standing, written);
     let Some(first) = found.first() else { return written.to_owned() };
     let agree = |length: &usize| found.iter().all(|name| name.get(..*length) == first.get(..*length));
-    let length = (written.len()..=first.len()).rev().find(agree).unwrap_or(written.len());
-    first.get(..length).unwrap_or(written).to_owned()
+    let length = (0..=first.len()).rev().find(agree).unwrap_or(0);
+    let common = first.get(..length).unwrap_or_default();
+    // Of names that begin differently nothing is certain.
+    if common.contains(written) { common.to_owned() } else { written.to_owned() }
 }
 
 #[cfg(test)]
@@ -69,6 +78,9 @@ mod tests {
         assert_eq!(completed(Some(&arm), "geo"), "geometry(*)");
         assert_eq!(completed(Some(&arm), "nonsense"), "nonsense");
         assert_eq!(completed(None, "base_t"), "base_tilt");
+        assert_eq!(completed(Some(&arm), "backl"), "joint_backlash(", "no name begins with it");
+        assert_eq!(completed(Some(&arm), "backlash(l"), "joint_backlash(lift)");
+        assert_eq!(completed(None, "tilt"), "tilt", "of the base, the instrument or the sensor");
     }
 
     #[test]

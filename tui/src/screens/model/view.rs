@@ -95,7 +95,7 @@ fn naming(standing: Option<&Standing>, name: &str) -> String {
     let found = names::matching(standing, name);
     let shown: Vec<&str> = found.iter().take(NAMES_SHOWN).map(String::as_str).collect();
     let known = match (shown.is_empty(), found.len() > NAMES_SHOWN) {
-        (true, _) => "no effect of the library begins so (`plumb model effects` lists them).".to_owned(),
+        (true, _) => "no effect of the library is called so (`plumb model effects` lists them).".to_owned(),
         (false, true) => {
             format!("Tab completes: {} and {} more.", shown.join(", "), found.len() - NAMES_SHOWN)
         }

@@ -237,7 +237,7 @@ fn a_name_is_completed_by_tab_and_says_what_it_could_become() {
     }
     press(&mut state, KeyCode::Tab);
     assert_eq!(naming(&state).as_deref(), Some("joint_stiffening(q"), "nothing begins so");
-    assert!(page(&state, 120, 40).contains("no effect of the library begins so"));
+    assert!(page(&state, 120, 40).contains("no effect of the library is called so"));
 }
 
 #[test]
