@@ -38,7 +38,7 @@ pub(crate) fn side_view(cell: &CellState, theme: &Theme, frame: &mut Frame, area
     let Some(robot) =
         cell.devices.iter().find(|device| device.name == shape.device && !device.joints.is_empty())
     else {
-        return say("The arm has not yet said where it stands.", theme, frame, area);
+        return say("The arm has not yet reported its position.", theme, frame, area);
     };
     let Some(points) = in_plane(shape, &robot.joints) else {
         return say("The reported joints do not fit the arm's model file.", theme, frame, area);
@@ -46,7 +46,7 @@ pub(crate) fn side_view(cell: &CellState, theme: &Theme, frame: &mut Frame, area
     let triggers: Vec<PlanePoint> =
         cell.triggers.iter().filter_map(|joints| in_plane(shape, joints)?.last().copied()).collect();
     let reach: f64 = points.windows(2).map(|pair| (pair[1].0 - pair[0].0).hypot(pair[1].1 - pair[0].1)).sum();
-    let scene = Scene::around(reach, area);
+    let scene = Scene::around(reach, shape.table(), &points, area);
     let canvas = Canvas::default()
         .marker(Marker::Braille)
         .x_bounds(scene.x)
@@ -75,15 +75,27 @@ impl Scene {
         2.0 * self.dot * letters as f64
     }
 
-    /// Shows the table and all an arm of this reach can come to in front of its base; steady while the arm moves.
-    fn around(reach: f64, area: Rect) -> Self {
+    /// Shows the table and what an arm of this reach usually has in front of its base, and more, in large steps, where the arm is
+    /// elsewhere: so it is steady while the arm moves, and nothing of the arm is cut off.
+    fn around(reach: f64, table: f64, points: &[PlanePoint], area: Rect) -> Self {
         let (across, up) = (f64::from(area.width.max(1)) * 2.0, f64::from(area.height.max(1)) * 4.0);
-        let below = -0.07 * reach;
-        let (wide, high) = (0.72 * reach, 0.62 * reach);
-        let dot = (wide / across).max(high / up).max(1e-9);
-        let left = -0.12 * reach - 0.5 * (dot * across - wide);
-        Self { x: [left, left + dot * across], y: [below, below + dot * up], dot }
+        let below = table - 0.07 * reach;
+        let step = (0.25 * reach).max(1.0);
+        let [left, right] = grown([-0.12 * reach, 0.6 * reach], points.iter().map(|point| point.0), step);
+        let [low, high] = grown([below, below + 0.62 * reach], points.iter().map(|point| point.1), step);
+        let dot = ((right - left) / across).max((high - low) / up).max(1e-9);
+        let left = left - 0.5 * (dot * across - (right - left));
+        Self { x: [left, left + dot * across], y: [low, low + dot * up], dot }
     }
+}
+
+/// A range that holds all of `values`: made longer at either end by whole steps.
+fn grown([low, high]: [f64; 2], values: impl Iterator<Item = f64>, step: f64) -> [f64; 2] {
+    values.fold([low, high], |[low, high], value| {
+        let below = ((low - value) / step).ceil().max(0.0);
+        let above = ((value - high) / step).ceil().max(0.0);
+        [low - below * step, high + above * step]
+    })
 }
 
 fn paint(
@@ -95,7 +107,8 @@ fn paint(
     theme: &Theme,
 ) {
     let (ground, machine, measured) = (colour(theme.ground), colour(theme.machine), colour(theme.measured));
-    context.draw(&Line { x1: scene.x[0], y1: 0.0, x2: scene.x[1], y2: 0.0, color: ground });
+    let table = shape.table();
+    context.draw(&Line { x1: scene.x[0], y1: table, x2: scene.x[1], y2: table, color: ground });
     for (name, distance) in &shape.marks {
         for lift in [0.0, -1.0, -2.0] {
             let y = lift * scene.dot;
@@ -115,8 +128,8 @@ fn paint(
     context.layer();
     let bad = colour(theme.bad);
     for pair in points.windows(2) {
-        // What is below the table by the zeros believed is drawn as the fault it would be.
-        let color = if pair[1].1 < 0.0 { bad } else { machine };
+        // What is out of bounds by the zeros believed is drawn as the fault it would be.
+        let color = if shape.is_kept_out(pair[1].1) { bad } else { machine };
         thick(context, pair[0], pair[1], scene.dot, color);
     }
     for point in points {
@@ -126,7 +139,7 @@ fn paint(
     let crosses: Vec<PlanePoint> = triggers.iter().flat_map(|point| cross(*point, scene.dot)).collect();
     context.draw(&Points { coords: &crosses, color: measured });
     if let Some(tip) = points.last() {
-        let style = if tip.1 < 0.0 { theme.bad } else { theme.machine };
+        let style = if shape.is_kept_out(tip.1) { theme.bad } else { theme.machine };
         let texts = tip_texts(*tip);
         let fits = |text: &&String| scene.columns(text.chars().count()) <= scene.x[1] - scene.x[0];
         if let Some(text) = texts.iter().find(fits) {
@@ -171,4 +184,36 @@ fn cross(at: PlanePoint, dot: f64) -> [PlanePoint; 5] {
 
 fn colour(style: Style) -> Color {
     style.fg.unwrap_or(Color::Reset)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const AREA: Rect = Rect { x: 0, y: 0, width: 60, height: 12 };
+
+    fn holds(scene: &Scene, points: &[PlanePoint]) -> bool {
+        points.iter().all(|(out, up)| {
+            (scene.x[0]..=scene.x[1]).contains(out) && (scene.y[0]..=scene.y[1]).contains(up)
+        })
+    }
+
+    #[test]
+    fn an_arm_upright_hanging_down_or_behind_its_base_is_shown_whole() {
+        let upright = [(0.0, 0.0), (0.0, 500.0), (120.0, 1000.0)];
+        let hanging = [(0.0, 0.0), (430.0, 0.0), (430.0, -490.0)];
+        let behind = [(0.0, 0.0), (-400.0, 100.0), (-900.0, 100.0)];
+        for (points, table) in [(upright, 0.0), (hanging, -545.0), (hanging, 0.0), (behind, 0.0)] {
+            let scene = Scene::around(1000.0, table, &points, AREA);
+            assert!(holds(&scene, &points), "{points:?}: x {:?}, y {:?}", scene.x, scene.y);
+            assert!((scene.y[0]..scene.y[1]).contains(&table), "the table is seen: {:?}", scene.y);
+        }
+    }
+
+    #[test]
+    fn the_picture_is_steady_while_an_arm_moves_in_front_of_its_base() {
+        let scene = |out: f64, up: f64| Scene::around(1000.0, 0.0, &[(0.0, 0.0), (out, up)], AREA);
+        let (one, other) = (scene(300.0, 20.0), scene(580.0, 500.0));
+        assert_eq!((one.x, one.y), (other.x, other.y));
+    }
 }

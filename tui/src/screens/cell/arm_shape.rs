@@ -16,6 +16,9 @@ type Skeleton = dyn Fn(&[NamedValue]) -> Option<Vec<[f64; 3]>> + Send + Sync;
 /// Edges nearer to the table than this are drawn on it, mm.
 const ON_THE_TABLE: f64 = 5.0;
 
+/// The least vertical part of the normal of a plane that is level, 1: within 2.6 degrees, which no drawing shows.
+const LEVEL: f64 = 0.999;
+
 /// What of an arm can be drawn.
 #[derive(Clone)]
 pub(crate) struct ArmShape {
@@ -24,6 +27,8 @@ pub(crate) struct ArmShape {
     skeleton: Arc<Skeleton>,
     /// Edges on the table: a name and the distance from the base's axis, mm.
     pub marks: Vec<(String, f64)>,
+    /// The highest level plane that the cell keeps this robot above, mm over the frame of the cell.
+    pub kept_above: Option<f64>,
 }
 
 impl ArmShape {
@@ -33,12 +38,25 @@ impl ArmShape {
         skeleton: impl Fn(&[NamedValue]) -> Option<Vec<[f64; 3]>> + Send + Sync + 'static,
         marks: Vec<(String, f64)>,
     ) -> Self {
-        Self { device: device.to_owned(), skeleton: Arc::new(skeleton), marks }
+        Self { device: device.to_owned(), skeleton: Arc::new(skeleton), marks, kept_above: None }
     }
 
     /// The first robot of a cell whose model file says what it is like.
     pub(crate) fn of_cell(cell: &Workcell) -> Option<Self> {
-        cell.robots.iter().find_map(of_robot)
+        let shape = cell.robots.iter().find_map(of_robot)?;
+        let planes = cell.keep_out.iter().filter(|plane| plane.robot == shape.device);
+        let level = planes.filter(|plane| plane.normal[2] > LEVEL).map(|plane| plane.offset_mm);
+        Some(Self { kept_above: level.max_by(f64::total_cmp), ..shape })
+    }
+
+    /// Where the table is drawn, mm over the frame of the cell: where the cell keeps the robot above, else where its base stands.
+    pub(crate) fn table(&self) -> f64 {
+        self.kept_above.unwrap_or(0.0)
+    }
+
+    /// Whether something at this height (mm) is where the cell lets nothing of the robot be.
+    pub(crate) fn is_kept_out(&self, height: f64) -> bool {
+        self.kept_above.is_some_and(|least| height < least)
     }
 
     /// The points along the arm for these joints; none if they do not fit the arm.

@@ -76,13 +76,13 @@ impl HandPlace {
 
 /// Draws the first robot of the cell from above.
 pub(crate) fn plan_view(cell: &CellState, theme: &Theme, frame: &mut Frame, area: Rect) {
-    let points = cell.shape.as_ref().and_then(|shape| {
+    let drawn = cell.shape.as_ref().and_then(|shape| {
         let joints: &[NamedValue] = cell.joints_of(&shape.device)?;
-        shape.points(joints)
+        Some((shape, shape.points(joints)?))
     });
-    let Some(points) = points else {
+    let Some((shape, points)) = drawn else {
         return say(
-            "The arm has not yet said where it stands, or its lengths are not known.",
+            "The arm has not yet reported its position, or its lengths are not known.",
             theme,
             frame,
             area,
@@ -91,12 +91,13 @@ pub(crate) fn plan_view(cell: &CellState, theme: &Theme, frame: &mut Frame, area
     let reach: f64 =
         points.windows(2).map(|pair| (pair[1][0] - pair[0][0]).hypot(pair[1][1] - pair[0][1])).sum();
     let hand = points.last().copied().unwrap_or_default();
-    let scene = Scene::around(cell.target.as_ref(), hand, reach, area);
-    let canvas = Canvas::default()
-        .marker(Marker::Braille)
-        .x_bounds(scene.x)
-        .y_bounds(scene.y)
-        .paint(|context| paint(context, &scene, cell.target.as_ref(), &points, theme));
+    let hand_kept_out = shape.is_kept_out(hand[2]);
+    let scene = Scene::around(cell.target.as_ref(), &points, reach, area);
+    let canvas =
+        Canvas::default().marker(Marker::Braille).x_bounds(scene.x).y_bounds(scene.y).paint(|context| {
+            target(context, &scene, cell.target.as_ref(), theme);
+            arm(context, &scene, &points, hand_kept_out, theme);
+        });
     frame.render_widget(canvas, area);
 }
 
@@ -111,11 +112,12 @@ struct Scene {
 }
 
 impl Scene {
-    /// Shows the axis, the target and the hand, with some room around.
-    fn around(target: Option<&TTarget>, hand: [f64; 3], reach: f64, area: Rect) -> Self {
+    /// Shows the axis, the target and the whole arm, with some room around.
+    fn around(target: Option<&TTarget>, points: &[[f64; 3]], reach: f64, area: Rect) -> Self {
         let up = target.map_or(0.0, |target| target.line_a + target.line_b_offset);
         let mut scene = Self { x: [0.0, 0.0], y: [0.0, 0.0], dot: 1.0, up };
-        let mut corners: Vec<[f64; 2]> = vec![[0.0, 0.0], scene.turned([hand[0], hand[1]])];
+        let seen = points.iter().map(|point| scene.turned([point[0], point[1]]));
+        let mut corners: Vec<[f64; 2]> = std::iter::once([0.0, 0.0]).chain(seen).collect();
         match target {
             Some(target) => {
                 corners.extend(target.patch().into_iter().map(|point| scene.turned(target.in_cell(point))))
@@ -146,7 +148,8 @@ impl Scene {
     }
 }
 
-fn paint(context: &mut Context, scene: &Scene, target: Option<&TTarget>, points: &[[f64; 3]], theme: &Theme) {
+/// The T, its white background, and the names of its edges; nothing where there is none.
+fn target(context: &mut Context, scene: &Scene, target: Option<&TTarget>, theme: &Theme) {
     let (ground, measured) = (colour(theme.ground), colour(theme.measured));
     if let Some(target) = target {
         let drawn = |shape: Vec<[f64; 2]>| {
@@ -182,11 +185,10 @@ fn paint(context: &mut Context, scene: &Scene, target: Option<&TTarget>, points:
         context.print(x, y, TextLine::styled("white", theme.text));
         context.layer();
     }
-    arm(context, scene, points, theme);
 }
 
-/// The links from above, and the hand: a circle with a cross, in the colour of a fault below the table.
-fn arm(context: &mut Context, scene: &Scene, points: &[[f64; 3]], theme: &Theme) {
+/// The links from above, and the hand: a circle with a cross, in the colour of a fault where it is kept out.
+fn arm(context: &mut Context, scene: &Scene, points: &[[f64; 3]], hand_kept_out: bool, theme: &Theme) {
     let machine = colour(theme.machine);
     let flat: Vec<[f64; 2]> = points.iter().map(|point| scene.turned([point[0], point[1]])).collect();
     for pair in flat.windows(2) {
@@ -196,8 +198,7 @@ fn arm(context: &mut Context, scene: &Scene, points: &[[f64; 3]], theme: &Theme)
     if let Some(base) = flat.first() {
         context.draw(&Circle { x: base[0], y: base[1], radius: 3.0 * scene.dot, color: machine });
     }
-    let below = points.last().is_some_and(|hand| hand[2] < 0.0);
-    let color = if below { colour(theme.bad) } else { machine };
+    let color = if hand_kept_out { colour(theme.bad) } else { machine };
     if let Some([x, y]) = flat.last().copied() {
         context.layer();
         context.draw(&Circle { x, y, radius: 3.5 * scene.dot, color });

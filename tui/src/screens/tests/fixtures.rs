@@ -222,7 +222,9 @@ pub(super) fn begun() -> State {
         body_angle: 12_f64.to_radians(),
         margin: 20.0,
     });
-    state.cell.shape = Some(ArmShape::new("arm", teachmover, vec![("target".to_owned(), 140.0)]));
+    let mut shape = ArmShape::new("arm", teachmover, vec![("target".to_owned(), 140.0)]);
+    shape.kept_above = Some(0.0);
+    state.cell.shape = Some(shape);
     state
 }
 
