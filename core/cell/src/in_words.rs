@@ -108,7 +108,23 @@ pub fn corrected_quantity(quantity: &str, device: &str, place: &str) -> String {
 
 /// A change as people read it: `0.0000 -> 0.4031 deg`; a plain number has no unit behind it.
 pub fn change_in_words(old: f64, new: f64, unit: &str) -> String {
-    format!("{old:.4} -> {new:.4} {unit}").trim_end().to_owned()
+    let (old, new) = (with_decimals(old, 4), with_decimals(new, 4));
+    format!("{old} -> {new} {unit}").trim_end().to_owned()
+}
+
+/// A number with so many decimals, and no sign where they are all 0: a joint is at `0.000`, never at `-0.000`.
+///
+/// ```
+/// # use plumb_cell::with_decimals;
+/// assert_eq!(with_decimals(-0.0004, 3), "0.000");
+/// assert_eq!(with_decimals(-0.0006, 3), "-0.001");
+/// ```
+pub fn with_decimals(value: f64, decimals: usize) -> String {
+    let text = format!("{value:.decimals$}");
+    match text.strip_prefix('-') {
+        Some(digits) if digits.chars().all(|digit| matches!(digit, '0' | '.')) => digits.to_owned(),
+        _ => text,
+    }
 }
 
 /// A number that was measured, to four decimals at most: `12.3401`, `312`, `2.1e-6`.

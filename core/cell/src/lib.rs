@@ -35,6 +35,6 @@ pub use check_file::{CheckedFile, cells_that_name, check_file, kind_of_file};
 pub use deg_or_mm::DegOrMm;
 pub use in_words::{
     NOT_DETERMINED, change_in_words, corrected_quantity, give_or_take, known_within, left_open,
-    sentence_case, surface_called, uncertainty_digits,
+    sentence_case, surface_called, uncertainty_digits, with_decimals,
 };
 pub use run_handle::{RunHandle, StopAction, StopActions};

@@ -14,6 +14,7 @@ use crate::engine::step_context::{Done, StepContext};
 use crate::engine::step_error::StepError;
 use crate::event::NamedValue;
 use crate::expression::Shape;
+use crate::in_words::with_decimals;
 use crate::read_context::ReadContext;
 
 /// A declared measurement.
@@ -111,7 +112,9 @@ impl Engine {
             });
         }
         self.journal.noted(&at.path, &step.sensor, &values)?;
-        let shown = values.iter().map(|value| format!("{} {:.3} {}", value.name, value.value, value.unit));
+        let shown = values
+            .iter()
+            .map(|value| format!("{} {} {}", value.name, with_decimals(value.value, 3), value.unit));
         let message = shown.map(|text| text.trim_end().to_owned()).collect::<Vec<_>>().join(", ");
         Ok(Done { result: Value::Object(result), values, message })
     }

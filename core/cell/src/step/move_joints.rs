@@ -23,6 +23,7 @@ use crate::engine::step_context::{Done, StepContext};
 use crate::engine::step_error::StepError;
 use crate::event::NamedValue;
 use crate::expression::{Expression, Shape};
+use crate::in_words::with_decimals;
 use crate::read_context::ReadContext;
 
 /// A declared move.
@@ -430,8 +431,9 @@ impl Engine {
                 || step.targets.iter().any(|target| target.joint == joint.name)
         };
         let values: Vec<NamedValue> = joints.iter().filter(|joint| moved(joint)).cloned().collect();
-        let places =
-            values.iter().map(|value| format!("{} at {:.3} {}", value.name, value.value, value.unit));
+        let places = values
+            .iter()
+            .map(|value| format!("{} at {} {}", value.name, with_decimals(value.value, 3), value.unit));
         let message = places.collect::<Vec<_>>().join(", ");
         Ok(Done { result: json!({"joints": joints_value(&joints)}), values, message })
     }

@@ -15,6 +15,7 @@ use crate::engine::step_context::{Done, StepContext};
 use crate::engine::step_error::StepError;
 use crate::event::NamedValue;
 use crate::expression::{Expression, Shape};
+use crate::in_words::with_decimals;
 use crate::read_context::ReadContext;
 
 /// A declared row: where the arm stood, and what was measured there.
@@ -241,7 +242,9 @@ impl Engine {
             shown.push(named_value(name, value));
         }
         columns.extend(step.words.iter().map(|(name, word, _)| (name.clone(), Value::from(word.as_str()))));
-        let message = shown.iter().map(|value| format!("{} {:.3} {}", value.name, value.value, value.unit));
+        let message = shown
+            .iter()
+            .map(|value| format!("{} {} {}", value.name, with_decimals(value.value, 3), value.unit));
         let message = message.map(|text| text.trim_end().to_owned()).collect::<Vec<_>>().join(", ");
         let (robot, time_ns) = (&step.robot, state.time_ns);
         let result =

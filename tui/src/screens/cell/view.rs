@@ -1,6 +1,7 @@
 //! Draws the Cell screen.
 
 use plumb_cell::event::{DeviceState, NamedValue};
+use plumb_cell::with_decimals;
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::Style;
@@ -122,7 +123,7 @@ pub(crate) fn joint_line(name: &str, joint: &NamedValue, theme: &Theme, width: u
     let names = NAMES.min(width.saturating_sub(NUMBERS + 1 + pane::columns(&joint.unit)));
     Line::from(vec![
         Span::styled(format!("{:<names$}", pane::fitted(name, names)), theme.text),
-        Span::styled(format!("{:>NUMBERS$.3}", joint.value), theme.heading),
+        Span::styled(format!("{:>NUMBERS$}", with_decimals(joint.value, 3)), theme.heading),
         Span::styled(format!(" {}", joint.unit), theme.faint),
     ])
 }

@@ -22,7 +22,7 @@ fn longest_that_fits<const N: usize>(lines: [Line<'static>; N], width: usize) ->
 
 fn bubble_in_tube(level: Option<f64>, half: i32, theme: &Theme) -> Line<'static> {
     let Some(tilt) = level else {
-        return Line::styled("level: the bubble stands at an end", theme.warning);
+        return Line::styled("level: the bubble is at an end", theme.warning);
     };
     let share = (tilt / END_OF_THE_TUBE_DEG).clamp(-1.0, 1.0);
     let bubble = (share * f64::from(half)).round() as i32;

@@ -40,7 +40,7 @@ pub(crate) fn view(prompt: &OpenPrompt, theme: &Theme, hits: &Hits, frame: &mut 
             .collect();
     frame.render_widget(Paragraph::new(lines), above);
     frame.render_widget(Paragraph::new(controls), below);
-    note_hits(prompt, &option_rows(prompt, width, Labels::OneLine), 0, 0, hits, below);
+    note_hits(prompt, Labels::OneLine, &option_rows(prompt, width, Labels::OneLine), 0, 0, hits, below);
 }
 
 /// As many lines as there is room for; the last says by dots that there is more.

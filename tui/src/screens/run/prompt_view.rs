@@ -2,6 +2,7 @@
 
 use plumb_cell::event::{NamedValue, PlaneClearance};
 use plumb_cell::prompt::{Decision, JogGoal, PromptKind};
+use plumb_cell::with_decimals;
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::text::{Line, Span};
@@ -28,11 +29,7 @@ pub(crate) fn view(
     let area = padded(area);
     let width = usize::from(area.width);
     let text = text(prompt, theme, width);
-    // Labels are broken into lines where there is room for it, and cut where there is not.
-    let labels = match text.len() + controls(prompt, hand, theme, width, Labels::Whole).len() {
-        rows if rows <= usize::from(area.height) => Labels::Whole,
-        _ => Labels::OneLine,
-    };
+    let labels = labels_that_fit(prompt, hand, theme, text.len(), area);
     let controls = marked(controls(prompt, hand, theme, width, labels), width);
     let air = u16::from(usize::from(area.height) > text.len() + controls.len());
     let [above, _, below, _] = Layout::vertical([
@@ -48,7 +45,7 @@ pub(crate) fn view(
     let scrolled = prompt.chosen.saturating_sub(usize::from(below.height) / 2).min(hidden);
     frame.render_widget(Paragraph::new(controls).scroll((rows(scrolled), 0)), below);
     let about_hand = hand.map_or(0, |hand| hand_lines(hand, theme, width).len());
-    note_hits(prompt, &option_rows(prompt, width, labels), scrolled, about_hand, hits, below);
+    note_hits(prompt, labels, &option_rows(prompt, width, labels), scrolled, about_hand, hits, below);
 }
 
 /// Rows a prompt takes with its frame if all of it is to be seen, in a pane of so many columns.
@@ -63,6 +60,30 @@ pub(crate) fn rows_needed(prompt: &OpenPrompt, hand: Option<&HandPlace>, theme: 
 fn rows(count: usize) -> u16 {
     u16::try_from(count).unwrap_or(u16::MAX)
 }
+
+/// Labels are broken into lines where there is room for it, and cut where there is not.
+fn labels_that_fit(
+    prompt: &OpenPrompt,
+    hand: Option<&HandPlace>,
+    theme: &Theme,
+    text_rows: usize,
+    area: Rect,
+) -> Labels {
+    let (width, height) = (usize::from(area.width), usize::from(area.height));
+    let fits = |labels, text: usize| {
+        controls(prompt, hand, theme, width, labels).len().saturating_add(text) <= height
+    };
+    if fits(Labels::Whole, text_rows) {
+        Labels::Whole
+    } else if fits(Labels::OneLine, LEAST_TEXT) {
+        Labels::OneLine
+    } else {
+        Labels::Shortest
+    }
+}
+
+/// Rows of the text below which other words make room for it: one of the text, and the one that says how to read on.
+const LEAST_TEXT: usize = 2;
 
 /// What is asked, and the help to it.
 fn text(prompt: &OpenPrompt, theme: &Theme, width: usize) -> Vec<Line<'static>> {
@@ -119,18 +140,21 @@ pub(crate) enum Labels {
     Whole,
     /// Cut.
     OneLine,
+    /// Cut, and what the footer says as well left out: else nothing could be read of what is asked.
+    Shortest,
 }
 
 /// Notes which rows of the controls can be clicked.
 pub(crate) fn note_hits(
     prompt: &OpenPrompt,
+    labels: Labels,
     options: &[usize],
     scrolled: usize,
     about_hand: usize,
     hits: &Hits,
     area: Rect,
 ) {
-    let simulated_rows = simulated(prompt, usize::from(area.width)).len();
+    let simulated_rows = simulated(prompt, usize::from(area.width), labels).len();
     let button = match &prompt.prompt.kind {
         PromptKind::Acknowledge { .. } => Some(simulated_rows),
         PromptKind::Choice { .. }
@@ -199,14 +223,15 @@ pub(crate) fn controls(
     width: usize,
     shown: Labels,
 ) -> Vec<Line<'static>> {
+    let simulated = simulated_lines(prompt, theme, width, shown);
     let mut lines = match &prompt.prompt.kind {
-        PromptKind::Acknowledge { label } => acknowledge(prompt, label, theme, width),
+        PromptKind::Acknowledge { label } => [simulated, acknowledge(label, theme, width)].concat(),
         PromptKind::Choice { options, .. } => {
             let labels = options.iter().map(|option| option.label.clone());
             choices(labels, prompt.chosen, theme, width, shown)
         }
         PromptKind::Number { unit, minimum, maximum, .. } => {
-            field(prompt, unit, *minimum, *maximum, theme, width)
+            [simulated, field(prompt, unit, *minimum, *maximum, theme, width)].concat()
         }
         PromptKind::Text { longest } => {
             line_of_text(prompt, &format!("up to {longest} characters"), theme, width)
@@ -217,8 +242,7 @@ pub(crate) fn controls(
         }
         PromptKind::JogTo { goals, joints, sensor, .. } => {
             let hand = hand.map_or_else(Vec::new, |hand| hand_lines(hand, theme, width));
-            let told = [hand, simulated_lines(prompt, theme, width)].concat();
-            jog(prompt, goals, joints, sensor.as_deref(), told, theme, width)
+            jog(prompt, goals, joints, sensor.as_deref(), [hand, simulated].concat(), theme, width)
         }
         PromptKind::ConfirmPose { recorded, reported, .. } => poses(recorded, reported, theme),
         PromptKind::Decision { options, labels, .. } => {
@@ -234,31 +258,31 @@ pub(crate) fn controls(
     lines
 }
 
-fn acknowledge(prompt: &OpenPrompt, label: &str, theme: &Theme, width: usize) -> Vec<Line<'static>> {
+fn acknowledge(label: &str, theme: &Theme, width: usize) -> Vec<Line<'static>> {
     // What is agreed to is read whole: " Enter  " and the blank behind it take nine columns.
-    let lines = wrapped(label, width.saturating_sub(9)).into_iter().enumerate().map(|(row, line)| {
+    let lines = wrapped(label, width.saturating_sub(9)).into_iter().enumerate();
+    let button = |(row, line): (usize, String)| {
         let key = if row == 0 { "Enter" } else { "" };
         Line::styled(format!(" {key:<5}  {line} "), theme.chosen)
-    });
-    simulated_lines(prompt, theme, width).into_iter().chain(lines).collect()
+    };
+    lines.map(button).collect()
 }
 
-/// In a simulated cell, what needs nobody's hands or eyes; nothing where a person is needed.
-fn simulated(prompt: &OpenPrompt, width: usize) -> Vec<String> {
+/// In a simulated cell, what needs nobody's hands or eyes; nothing where a person is needed. Where room is short the footer names the key alone.
+fn simulated(prompt: &OpenPrompt, width: usize, shown: Labels) -> Vec<String> {
     let told = match &prompt.prompt.kind {
         _ if !prompt.prompt.simulated => return Vec::new(),
         PromptKind::JogTo { .. } => "Simulated: Enter drives it there where you do not jog it.",
         PromptKind::Number { .. } => "Simulated: read already, Enter takes it.",
         _ => "Simulated: done already, Enter goes on.",
     };
-    [told, "s leaves this and all like it to the program."]
-        .into_iter()
-        .flat_map(|sentence| wrapped(sentence, width))
-        .collect()
+    let key = "s leaves this and all like it to the program.";
+    let sentences = if shown == Labels::Shortest { vec![told] } else { vec![told, key] };
+    sentences.into_iter().flat_map(|sentence| wrapped(sentence, width)).collect()
 }
 
-fn simulated_lines(prompt: &OpenPrompt, theme: &Theme, width: usize) -> Vec<Line<'static>> {
-    simulated(prompt, width).into_iter().map(|line| Line::styled(line, theme.good)).collect()
+fn simulated_lines(prompt: &OpenPrompt, theme: &Theme, width: usize, shown: Labels) -> Vec<Line<'static>> {
+    simulated(prompt, width, shown).into_iter().map(|line| Line::styled(line, theme.good)).collect()
 }
 
 /// Where the hand is over the target, and where it has to go.
@@ -300,7 +324,7 @@ fn choices(
 /// The lines of one label; what follows the first stands below its words, not below its key.
 fn option_lines(label: &str, width: usize, shown: Labels) -> Vec<String> {
     let room = width.saturating_sub(4);
-    if shown == Labels::OneLine || columns(label) <= room {
+    if shown != Labels::Whole || columns(label) <= room {
         return vec![fitted(label, room)];
     }
     let (key, words) = match label.split_once("  ") {
@@ -329,15 +353,14 @@ fn field(
         (Span::styled(text.clone(), theme.heading), Span::styled("\u{2588}", theme.focus))
     };
     let frame = |sign: &'static str| Span::styled(sign, theme.focus);
-    let mut lines = simulated_lines(prompt, theme, width);
-    lines.push(Line::from(vec![
+    let mut lines = vec![Line::from(vec![
         frame("\u{2590} "),
         text,
         cursor,
         Span::raw(gap),
         frame("\u{258c}"),
         Span::styled(format!(" {unit}"), theme.heading),
-    ]));
+    ])];
     let bounds = bounds(minimum, maximum, unit);
     if prompt.refused.is_none() {
         let hint = if prompt.offered { "Enter takes it, or type another number" } else { "Enter answers" };
@@ -382,7 +405,7 @@ fn jog(
             let name = format!("{}{:<12}", if chosen { "\u{25b8} " } else { "  " }, joint.name);
             Line::from(vec![
                 Span::styled(name, if chosen { theme.focus } else { theme.text }),
-                Span::styled(format!("{:>9.2} {}", joint.value, joint.unit), theme.heading),
+                Span::styled(format!("{:>9} {}", with_decimals(joint.value, 2), joint.unit), theme.heading),
             ])
         })
         .collect();
@@ -445,15 +468,23 @@ fn clearance_line(clearance: &PlaneClearance, theme: &Theme) -> Line<'static> {
 /// Differences of no more than this are not marked, deg or mm: the digits that are shown.
 const SAME: f64 = 5e-4;
 
+/// Columns of the joints' names beside where they were and are: as many as the longest takes, and no more than leave room for the rest in a
+/// terminal of 80 columns.
+const LEAST_NAME: usize = 11;
+const MOST_NAME: usize = 13;
+
 /// Where each joint was recorded and is reported, with the difference where there is one.
 fn poses(recorded: &[NamedValue], reported: &[NamedValue], theme: &Theme) -> Vec<Line<'static>> {
-    let head = format!("{:<11}{:>10}{:>10}{:>11}", "joint", "recorded", "reported", "difference");
+    let longest = recorded.iter().map(|joint| columns(&joint.name)).max().unwrap_or(0);
+    let names = longest.clamp(LEAST_NAME, MOST_NAME);
+    let head = format!("{:<names$}{:>9}{:>9}{:>11}", "joint", "recorded", "reported", "difference");
     let mut lines = vec![Line::styled(head, theme.faint)];
     lines.extend(recorded.iter().map(|joint| {
         let now = reported.iter().find(|value| value.name == joint.name).map(|value| value.value);
         let by = now.map(|now| now - joint.value).filter(|by| by.abs() > SAME || by.is_nan());
-        let shown = now.map_or_else(|| "?".to_owned(), |now| format!("{now:.3}"));
-        let text = format!("{:<11}{:>10.3}{shown:>10}", joint.name, joint.value);
+        let shown = now.map_or_else(|| "?".to_owned(), |now| with_decimals(now, 3));
+        let (name, value) = (fitted(&joint.name, names), with_decimals(joint.value, 3));
+        let text = format!("{name:<names$}{value:>9}{shown:>9}");
         let (style, difference) = match (now, by) {
             (Some(_), None) => (theme.text, format!("{:>11}", "same")),
             (_, by) => {

@@ -72,13 +72,18 @@ pub(crate) fn view(state: &State, frame: &mut Frame, area: Rect) {
     found::view(run, &state.theme, frame, below);
 }
 
+/// Columns that the title keeps, with the blanks around it, where it would be the time that is left or the title.
+const LEAST_TITLE: usize = 14;
+
 /// The title of the procedure, how far it is, what is left.
 fn title_line(state: &State, run: &RunState, frame: &mut Frame, area: Rect) {
     let (over, all) = run.count();
     let mut right = if all > 0 { format!("{over} of {all} steps") } else { String::new() };
     let left = run.left_s();
-    if run.is_open() && left >= 1.0 {
-        right.push_str(&format!(" \u{b7} about {} of motion left", spoken(left)));
+    let time = format!(" \u{b7} about {} of motion left", spoken(left));
+    let has_room = pane::columns(&right) + pane::columns(&time) + LEAST_TITLE <= usize::from(area.width);
+    if run.is_open() && left >= 1.0 && has_room {
+        right.push_str(&time);
     }
     let room = usize::from(area.width).saturating_sub(Span::raw(right.as_str()).width() + 4);
     frame.render_widget(

@@ -114,3 +114,22 @@ fn nothing_of_a_jog_is_cut_in_a_narrow_terminal() {
         }
     }
 }
+
+#[test]
+fn long_names_of_joints_keep_their_columns_in_a_resume_and_no_joint_is_at_minus_zero() {
+    let mut state = begun();
+    let at = |name: &str, by: f64| value(name, by, "deg");
+    let recorded = vec![at("shoulder_pan", -179.25), at("shoulder_lift", -0.0001), at("gripper", 12.5)];
+    let reported = vec![at("shoulder_pan", -179.25), at("shoulder_lift", 100.5), at("gripper", -0.0002)];
+    let confirmed = PromptKind::ConfirmPose { device: "arm".to_owned(), recorded, reported };
+    tell(&mut state, asked("resume", "Is the arm where the run stopped?", "Look at it.", confirmed));
+    let shown = page(&state, 80, 24);
+    let ends = |name: &str| {
+        let line = shown.lines().find(|line| line.contains(name) && line.contains("deg"));
+        let line = line.unwrap_or_else(|| panic!("{name}: {shown}"));
+        line.split("deg").next().map(|before| before.chars().count())
+    };
+    let rows = ["shoulder_pan  ", "shoulder_lift  ", "gripper     "].map(ends);
+    assert!(rows.iter().all(|end| *end == rows[0]), "{rows:?}: {shown}");
+    assert!(!shown.contains("-0.000"), "{shown}");
+}

@@ -43,3 +43,15 @@ fn readings_of_simulated_instruments_are_left_to_the_program_by_one_key() {
         assert_eq!(told == [Action::Tell(left)], simulated, "{told:?}");
     }
 }
+
+#[test]
+fn in_the_smallest_terminal_the_question_begins_to_be_read_before_the_keys_are_named_twice() {
+    let mut state = begun();
+    let Event::PromptAsked { mut prompt } = number_asked() else { panic!("a prompt") };
+    (prompt.simulated, prompt.text) = (true, "Lay the spirit level on the hand, and read it.".to_owned());
+    tell(&mut state, Event::PromptAsked { prompt });
+    let shown = page(&state, 40, 12);
+    assert!(shown.contains("Lay the spirit") && shown.contains("PgDn reads on"), "{shown}");
+    let title = shown.lines().nth(1).unwrap_or_default();
+    assert!(title.contains(" steps") && !title.contains("left"), "{shown}");
+}

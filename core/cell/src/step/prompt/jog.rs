@@ -17,13 +17,14 @@ use crate::engine::step_context::{Done, StepContext};
 use crate::engine::step_error::StepError;
 use crate::engine::{Engine, interrupted};
 use crate::event::{Event, StepPath};
+use crate::in_words::with_decimals;
 use crate::prompt::{Answer, ChoiceOption, JogGoal, Prompt, PromptKind};
 use crate::step::question::{Arrival, PromptQuestion};
 use crate::workcell::Trespass;
 
 /// Said of an answer that came while the arm was on its way.
 const STILL_MOVING: &str =
-    "the arm was still moving when you answered: look where it stands now, and answer again";
+    "the arm was still moving when you answered: look where it is now, and answer again";
 
 /// One `jog_to` prompt while it is open.
 struct Jogging<'a> {
@@ -378,7 +379,7 @@ impl Engine {
                 joints.iter().find(|joint| joint.name == goal.joint).map_or(f64::NAN, |joint| joint.value);
             if !(goal.minimum..=goal.maximum).contains(&stands) {
                 return Err(format!(
-                    "{} stands at {stands:.2} {unit}; it has to be between {:.2} and {:.2} {unit}",
+                    "{} is at {stands:.2} {unit}; it has to be between {:.2} and {:.2} {unit}",
                     goal.joint,
                     goal.minimum,
                     goal.maximum,
@@ -408,8 +409,10 @@ impl Engine {
 
     fn jog_done(&mut self, robot: &str, here: &JointVector) -> Result<Done, StepError> {
         let joints = self.arm(robot)?.named(here);
-        let places = joints.iter().map(|joint| format!("{} {:.2} {}", joint.name, joint.value, joint.unit));
-        let message = format!("stands at {}", places.collect::<Vec<_>>().join(", "));
+        let places = joints
+            .iter()
+            .map(|joint| format!("{} {} {}", joint.name, with_decimals(joint.value, 2), joint.unit));
+        let message = format!("at {}", places.collect::<Vec<_>>().join(", "));
         let result: Value = json!({"joints": joints_value(&joints)});
         Ok(Done { result, values: joints, message })
     }
