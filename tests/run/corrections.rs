@@ -169,4 +169,15 @@ fn what_is_printed_to_go_on_with_names_the_record_that_was_given() {
     let run = lab.plumb(&["run", "cell.yaml", "--record", "my record"]);
     assert_eq!(run.code(), 2, "{}", run.all());
     assert!(run.out().contains("--resume 1 --record 'my record'"), "{}", run.out());
+    // So do the errors and the hints of the commands that look back.
+    let asked: [(&[&str], &str); 4] = [
+        (&["show", "99"], "`plumb history --record 'my record'`"),
+        (&["certificate", "2", "-o", "c.html"], "`plumb show 2 --record 'my record'`"),
+        (&["show", "--cell", "nowhere"], "`plumb history --record 'my record'`"),
+        (&["queue", "list"], "`plumb queue add CELL --record 'my record'`"),
+    ];
+    for (command, hint) in asked {
+        let said = lab.plumb(&[command, &["--record", "my record"]].concat());
+        assert!(said.all().contains(hint), "{command:?}: {}", said.all());
+    }
 }

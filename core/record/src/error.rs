@@ -64,10 +64,12 @@ pub enum RecordError {
         cause: serde_json::Error,
     },
     /// No run of this number.
-    #[error("there is no run {run} in the record; `plumb history` lists those there are")]
+    #[error("there is no run {run} in the record; `plumb history{option}` lists those there are")]
     NoSuchRun {
         /// The number asked for.
         run: i64,
+        /// What names the record in a command, as `record_option` writes it.
+        option: String,
     },
     /// No entry of this number.
     #[error("there is no entry {entry} in the queue; `plumb queue list` shows those there are")]
@@ -85,9 +87,11 @@ pub enum RecordError {
     },
     /// No such revision of corrections.
     #[error(
-        "there is no revision {revision} of the corrections of {device} in cell {cell}; `plumb record zeros {cell}` lists them"
+        "there is no revision {revision} of the corrections of {device} in cell {cell}; `plumb record zeros {cell}{option}` lists them"
     )]
     NoSuchRevision {
+        /// What names the record in a command, as `record_option` writes it.
+        option: String,
         /// The cell.
         cell: String,
         /// The device.

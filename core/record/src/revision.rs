@@ -5,6 +5,7 @@ use serde::Serialize;
 
 use crate::correction::insert;
 use crate::error::During;
+use crate::location::record_option;
 use crate::quantity::CONTROLLER_ZERO;
 use crate::record::timestamp;
 use crate::{CorrectionKey, NewCorrection, Record, RecordError, RunId, StoredCorrection};
@@ -181,7 +182,12 @@ impl Record {
         if known {
             return Ok(());
         }
-        Err(RecordError::NoSuchRevision { cell: cell.to_owned(), device: device.to_owned(), revision })
+        Err(RecordError::NoSuchRevision {
+            option: record_option(self.directory()),
+            cell: cell.to_owned(),
+            device: device.to_owned(),
+            revision,
+        })
     }
 
     /// What has to change for a revision to be in force again, and what of it the record cannot change.

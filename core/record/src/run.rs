@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use crate::error::During;
+use crate::location::record_option;
 use crate::record::timestamp;
 use crate::{Instrument, LoadedFile, Record, RecordError, RunId, instrument, loaded, note, queue_start};
 
@@ -240,7 +241,7 @@ impl Record {
             .query_row(&format!("SELECT {COLUMNS} FROM runs WHERE id = ?1"), params![run.0], summary)
             .optional()
             .during("read a run")?
-            .ok_or(RecordError::NoSuchRun { run: run.0 })
+            .ok_or_else(|| RecordError::NoSuchRun { run: run.0, option: record_option(self.directory()) })
     }
 
     /// The newest run of `cell` that has not ended, if any.

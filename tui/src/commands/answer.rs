@@ -8,7 +8,7 @@ use plumb_cell::answers::level_readings;
 use plumb_cell::device::{CellPlace, PlaceState};
 use plumb_cell::event::NamedValue;
 use plumb_cell::prompt::{Answer, Decision, Prompt, PromptKind, SIMULATED_OPERATOR};
-use plumb_record::{Record, RunFilter, RunId, RunState, RunSummary};
+use plumb_record::{Record, RunFilter, RunId, RunState, RunSummary, record_option};
 
 use crate::commands::run::prepare::operator;
 use crate::failure::CommandResult;
@@ -44,14 +44,14 @@ const LOOK: Duration = Duration::from_millis(30);
 pub(crate) enum AnswerError {
     #[error("no run goes on in {0}: `plumb run CELL` in another terminal starts one")]
     NothingRuns(String),
-    #[error("several runs go on ({0}): say which, as in `plumb answer {1} done`")]
-    Several(String, i64),
+    #[error("several runs go on ({0}): say which, as in `plumb answer {1} done{2}`")]
+    Several(String, i64, String),
     #[error("`{0}` is no number of a run; write `plumb answer RUN ANSWER`")]
     NoRun(String),
     #[error("run {0} has ended; nothing waits for an answer")]
     Ended(i64),
-    #[error("the program that ran run {0} has gone: `plumb run --resume {0}` goes on with it")]
-    Killed(i64),
+    #[error("the program that ran run {0} has gone: `plumb run --resume {0}{1}` goes on with it")]
+    Killed(i64, String),
     #[error("run {0} asks nothing now")]
     NothingAsked(i64),
     #[error(
@@ -64,9 +64,9 @@ pub(crate) enum AnswerError {
     Refused(String),
     #[error("somebody else has answered already: {0}")]
     Late(String),
-    #[error("the question was withdrawn meanwhile; `plumb answer` shows what is asked now")]
-    Withdrawn,
-    #[error("run {0} took no notice within {1} s: its program may have been killed; `plumb doctor` tells")]
+    #[error("the question was withdrawn meanwhile; `plumb answer{0}` shows what is asked now")]
+    Withdrawn(String),
+    #[error("run {0} took no notice within {1} s: its program may have been killed; `plumb doctor` says")]
     Unheard(i64, u64),
 }
 
@@ -90,7 +90,7 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
         return Err(AnswerError::Ended(run.run.0).into());
     }
     if !is_alive(&run) {
-        return Err(AnswerError::Killed(run.run.0).into());
+        return Err(AnswerError::Killed(run.run.0, record_option(&directory)).into());
     }
     let stored = record.open_prompt(run.run)?.ok_or(AnswerError::NothingAsked(run.run.0))?;
     let prompt: Prompt = serde_json::from_value(stored.description)?;
@@ -148,7 +148,8 @@ fn the_one_that_goes_on(record: &Record) -> Result<Option<RunSummary>, Box<dyn s
         [run] => Ok(Some(run.clone())),
         [first, ..] => {
             let numbers: Vec<String> = going_on.iter().map(|run| run.run.to_string()).collect();
-            Err(AnswerError::Several(numbers.join(", "), first.run.0).into())
+            Err(AnswerError::Several(numbers.join(", "), first.run.0, record_option(record.directory()))
+                .into())
         }
     }
 }
@@ -182,7 +183,7 @@ pub(crate) fn await_taken(
                 };
             }
             if stored.withdrawn.is_some() {
-                return Err(AnswerError::Withdrawn.into());
+                return Err(AnswerError::Withdrawn(record_option(record.directory())).into());
             }
         }
         std::thread::sleep(LOOK);

@@ -5,7 +5,7 @@ mod page;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use plumb_record::{Record, RunEnd, RunId, RunState};
+use plumb_record::{Record, RunEnd, RunId, RunState, record_option};
 
 use crate::failure::CommandResult;
 use crate::record_directory::record_directory;
@@ -31,11 +31,11 @@ pub(crate) struct Arguments {
 #[derive(Debug, thiserror::Error)]
 enum CertificateError {
     #[error(
-        "run {run} has not passed ({state}): only a run that passed certifies something; `plumb show {run}` tells what it did"
+        "run {run} has not passed ({state}): only a run that passed certifies something; `plumb show {run}{option}` shows what it did"
     )]
-    NotPassed { run: i64, state: &'static str },
+    NotPassed { run: i64, state: &'static str, option: String },
     #[error(
-        "run {0} found no correction: there is nothing to certify; what a fitted model has improved `plumb model report` tells"
+        "run {0} found no correction: there is nothing to certify; `plumb model report` shows what a fitted model has improved"
     )]
     NothingFound(i64),
     #[error("{} cannot be written", path.display())]
@@ -47,7 +47,8 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
     let record = Record::open(&record_directory(arguments.record.as_ref())?)?;
     let run = record.run(RunId(arguments.run))?;
     if run.state != RunState::Ended(RunEnd::Passed) {
-        return Err(CertificateError::NotPassed { run: arguments.run, state: state_in_words(&run) }.into());
+        let (state, option) = (state_in_words(&run), record_option(record.directory()));
+        return Err(CertificateError::NotPassed { run: arguments.run, state, option }.into());
     }
     let id = run.run;
     let mut corrections = record.corrections_of_run(id)?;

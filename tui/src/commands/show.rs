@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap_complete::ArgValueCandidates;
-use plumb_record::{Record, RecordError, RunFilter, RunId, RunSummary};
+use plumb_record::{Record, RecordError, RunFilter, RunId, RunSummary, record_option};
 use serde_json::json;
 
 pub(crate) use tables::{answer_in_words, by_size, correlations};
@@ -57,19 +57,22 @@ struct NoRuns {
     such: &'static str,
     of: String,
     record: String,
-    help: &'static str,
+    help: String,
 }
 
 fn no_runs(arguments: &Arguments, directory: &Path) -> NoRuns {
     let of = |what: &str, name: &Option<String>| name.as_ref().map(|name| format!(" of {what} {name}"));
     let parts = [of("procedure", &arguments.procedure), of("cell", &arguments.cell)];
     let of: String = parts.into_iter().flatten().collect();
-    let any = of.is_empty();
+    let (any, option) = (of.is_empty(), record_option(directory));
     NoRuns {
         such: if any { "" } else { "such " },
         of,
         record: directory.display().to_string(),
-        help: if any { "`plumb run CELL` makes the first" } else { "`plumb history` lists those there are" },
+        help: match any {
+            true => format!("`plumb run CELL{option}` makes the first"),
+            false => format!("`plumb history{option}` lists those there are"),
+        },
     }
 }
 

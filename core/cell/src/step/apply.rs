@@ -1,7 +1,7 @@
 //! `apply`: what was found is put in force.
 
 use plumb_document::{MapReader, Node, Span};
-use plumb_record::{Budget, CorrectionKey, JOINT_ZERO, NewCorrection};
+use plumb_record::{Budget, CorrectionKey, JOINT_ZERO, NewCorrection, record_option};
 use serde_json::{Map, Value, json};
 
 use super::declaration::{Action, StepQuestion, numbers_shape};
@@ -306,8 +306,9 @@ impl Engine {
             title: &at.title,
             text: format!("Apply these corrections?\n{}", lines.join("\n")),
             help: Some(format!(
-                "The old values stay in the record and can be restored: `plumb record zeros {}` lists the revisions.",
-                self.cell.name
+                "The old values stay in the record and can be restored: `plumb record zeros {}{}` lists the revisions.",
+                self.cell.name,
+                record_option(self.journal.record.directory())
             )),
             kind: PromptKind::Choice {
                 options: vec![option("accept", "Apply"), option("reject", "Discard (keep the old values)")],

@@ -1,7 +1,7 @@
 //! `correct`: what a calibration found of a sensor is applied, as corrections of its parameters.
 
 use plumb_document::{Key, MapReader, Node, Span};
-use plumb_record::{Budget, CorrectionKey, NewCorrection, SENSOR_PARAMETER};
+use plumb_record::{Budget, CorrectionKey, NewCorrection, SENSOR_PARAMETER, record_option};
 use serde_json::json;
 
 use super::declaration::{Action, StepQuestion, numbers_shape};
@@ -284,8 +284,9 @@ impl Engine {
             text: format!("Apply these corrections?\n{}", lines.collect::<Vec<_>>().join("\n")),
             help: Some(format!(
                 "They apply from now on, in this run and later ones. The values before them stay in the record and can be rolled back: \
-                 `plumb record zeros {}` lists the revisions.",
-                self.cell.name
+                 `plumb record zeros {}{}` lists the revisions.",
+                self.cell.name,
+                record_option(self.journal.record.directory())
             )),
             kind: PromptKind::Choice {
                 options: vec![option("accept", "Apply"), option("reject", "Discard")],

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use plumb_record::{
-    Record, RecordError, RunEnd, RunFilter, RunState, RunSummary, StoredPrompt, seconds_since,
+    Record, RecordError, RunEnd, RunFilter, RunState, RunSummary, StoredPrompt, record_option, seconds_since,
 };
 use serde::Serialize;
 
@@ -111,7 +111,8 @@ fn of_open_run(record: &Record, run: &RunSummary, limits: &Limits) -> Result<Opt
             return Ok(None);
         }
         let text = format!(
-            "the program that ran run {number} has gone; `plumb run --resume {number}` goes on with it"
+            "the program that ran run {number} has gone; `plumb run --resume {number}{}` goes on with it",
+            record_option(record.directory())
         );
         return Ok(Some(Trouble::of(run, Kind::Killed, format!("killed {number}"), &run.started, text)));
     }

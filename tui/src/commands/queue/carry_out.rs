@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use plumb_cell::device::{CellPlace, PlaceState};
 use plumb_cell::event::RunOutcome;
-use plumb_record::{CellLock, QueueEntry, Record, RecordError, RunEnd, RunState};
+use plumb_record::{CellLock, QueueEntry, Record, RecordError, RunEnd, RunState, record_option};
 
 use super::arguments::Run;
 use super::list::what;
@@ -96,7 +96,7 @@ impl Queue<'_> {
                 return Ok(Some(ExitCode::SUCCESS));
             }
             Next::InTheWay(entry) => {
-                eprintln!("plumb: {}", in_the_way(&entry));
+                eprintln!("plumb: {}", in_the_way(&entry, &record_option(&self.directory)));
                 return Ok(Some(ExitCode::from(RunOutcome::NeedsOperator.exit_code())));
             }
             Next::Begin(entry) => (entry, None),
@@ -184,16 +184,16 @@ impl Queue<'_> {
 }
 
 /// What is in the way, and what a person may do.
-fn in_the_way(entry: &QueueEntry) -> String {
+fn in_the_way(entry: &QueueEntry, option: &str) -> String {
     let run = entry.run.map_or(0, |run| run.0);
     let (how, resume) = match entry.state {
         Some(RunState::Ended(RunEnd::Failed)) => ("failed", None),
         Some(RunState::Ended(RunEnd::Aborted)) => ("was aborted", None),
-        _ => ("ended with an error", Some(format!("`plumb run --resume {run}` goes on with it, "))),
+        _ => ("ended with an error", Some(format!("`plumb run --resume {run}{option}` goes on with it, "))),
     };
     let message = entry.message.as_ref().map(|message| format!(" ({message})")).unwrap_or_default();
     format!(
-        "entry {} is in the way: run {run} {how}{message}. {}`plumb queue remove {}` takes it off, and the queue goes on with the next",
+        "entry {} is in the way: run {run} {how}{message}. {}`plumb queue remove {}{option}` takes it off, and the queue goes on with the next",
         entry.id,
         resume.unwrap_or_default(),
         entry.id

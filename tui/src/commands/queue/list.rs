@@ -3,7 +3,7 @@
 use std::error::Error;
 use std::process::ExitCode;
 
-use plumb_record::{QueueEntry, Record, RunState};
+use plumb_record::{QueueEntry, Record, RunState, record_option};
 use serde_json::Value;
 
 use super::arguments::List;
@@ -31,7 +31,8 @@ pub(super) fn print(list: &List) -> CommandResult {
 pub(super) fn print_queue(record: &Record, cell_file: Option<&str>) -> Result<(), Box<dyn Error>> {
     let entries = record.queue(cell_file)?;
     if entries.is_empty() {
-        say!("nothing waits; `plumb queue add CELL` queues a run")?;
+        let option = record_option(record.directory());
+        say!("nothing waits; `plumb queue add CELL{option}` queues a run")?;
         return Ok(());
     }
     for queue in entries.chunk_by(|one, other| one.cell_file == other.cell_file) {

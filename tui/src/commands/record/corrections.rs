@@ -7,7 +7,7 @@ use plumb_cell::give_or_take;
 use plumb_document::{did_you_mean, one_of};
 use plumb_record::{
     AppliedCorrection, CellLock, CorrectionKey, Record, RecordError, Revision, RolledBack, StoredCorrection,
-    StoredZeroLoss,
+    StoredZeroLoss, record_option,
 };
 
 use super::{Rollback, Zeros};
@@ -53,8 +53,9 @@ pub(super) fn list(record: &Record, arguments: &Zeros) -> CommandResult {
         }
     }
     say!(
-        "`plumb record rollback {} REVISION` brings a revision back; 0 is what was before the first",
-        arguments.cell
+        "`plumb record rollback {} REVISION{}` brings a revision back; 0 is what was before the first",
+        arguments.cell,
+        record_option(record.directory())
     )?;
     Ok(ExitCode::SUCCESS)
 }

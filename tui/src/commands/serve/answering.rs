@@ -56,7 +56,10 @@ fn offer(record: &mut Record, given: &GivenAnswer, holder: &str) -> Result<(), N
         return Err(conflict(AnswerError::Ended(given.run)));
     }
     if !is_alive(&run) {
-        return Err(conflict(AnswerError::Killed(given.run)));
+        return Err(conflict(AnswerError::Killed(
+            given.run,
+            plumb_record::record_option(record.directory()),
+        )));
     }
     let stored = record.open_prompt(run.run).map_err(|error| internal(&error))?;
     let stored = stored.ok_or_else(|| conflict(AnswerError::NothingAsked(given.run)))?;
