@@ -88,6 +88,7 @@ fn history_is_filtered_and_a_correction_is_followed_over_time() {
     let trend = lab.plumb(&["history", "--trend", "arm.waist"]).out();
     assert!(trend.contains("joint zero of arm.waist, deg"), "{trend}");
     assert!(trend.contains("2 findings: mean 1.7") && trend.contains('●'), "{trend}");
+    assert!(!trend.contains("of cell"), "one cell needs no name: {trend}");
     let csv = lab.plumb(&["history", "--trend", "arm.waist", "--csv"]).out();
     assert_eq!(csv.lines().count(), 3, "{csv}");
     let unknown = lab.plumb(&["history", "--trend", "arm.wrist"]);
@@ -99,6 +100,26 @@ fn history_is_filtered_and_a_correction_is_followed_over_time() {
         "{}",
         unknown.err()
     );
+}
+
+#[test]
+fn what_two_cells_of_one_record_found_is_not_mixed() {
+    let lab = Lab::new();
+    let cell = fs::read_to_string(lab.path("cell.yaml")).unwrap();
+    lab.write("second.yaml", &cell.replacen("cell: teachmover", "cell: second", 1));
+    for (cell, line) in [("cell.yaml", "0"), ("cell.yaml", "1"), ("second.yaml", "3")] {
+        let set = format!("line_a_deg={line}");
+        assert_eq!(lab.plumb(&["run", cell, "waist-initialization", "--set", &set]).code(), 0);
+    }
+    let trend = lab.plumb(&["history", "--trend", "arm.waist"]).out();
+    for title in
+        ["joint zero of arm.waist of cell teachmover, deg", "joint zero of arm.waist of cell second, deg"]
+    {
+        assert!(trend.contains(title), "{trend}");
+    }
+    assert!(trend.contains("2 findings") && !trend.contains("3 findings"), "{trend}");
+    let one = lab.plumb(&["history", "--trend", "arm.waist", "--cell", "second"]).out();
+    assert!(one.contains("4.7000") && !one.contains("1.7000"), "{one}");
 }
 
 #[test]

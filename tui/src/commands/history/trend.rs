@@ -61,12 +61,32 @@ pub(super) fn print(record: &Record, place: &str, arguments: &Arguments) -> Comm
     Ok(ExitCode::SUCCESS)
 }
 
+/// One table; where cells share the record, one for each: what is found in one says nothing of another, whatever its devices are called.
 fn print_for_people(place: &str, points: &[TrendPoint]) -> io::Result<()> {
+    let mut cells: Vec<(&str, Vec<&TrendPoint>)> = Vec::new();
+    for point in points {
+        match cells.iter_mut().find(|(cell, _)| *cell == point.cell) {
+            Some((_, found)) => found.push(point),
+            None => cells.push((&point.cell, vec![point])),
+        }
+    }
+    let several = cells.len() > 1;
+    for (index, (cell, found)) in cells.iter().enumerate() {
+        if index > 0 {
+            say!()?;
+        }
+        let of_cell = if several { format!(" of cell {cell}") } else { String::new() };
+        print_table(place, &of_cell, found)?;
+    }
+    Ok(())
+}
+
+fn print_table(place: &str, of_cell: &str, points: &[&TrendPoint]) -> io::Result<()> {
     let Some(newest) = points.last() else { return Ok(()) };
     let unit = &newest.unit;
     let (least, most) = range(points);
     let unit_in_words = if unit.is_empty() { String::new() } else { format!(", {unit}") };
-    say!("{}{unit_in_words}; the newest last", title(&newest.quantity, place))?;
+    say!("{}{of_cell}{unit_in_words}; the newest last", title(&newest.quantity, place))?;
     say!(
         "{:>5}  {:<16}  {:>11}  {:>16}  {:>10}  {:<8}",
         "run",
@@ -131,7 +151,7 @@ fn run_number(point: &TrendPoint) -> String {
     point.run.map_or_else(|| "-".to_owned(), |run| run.to_string())
 }
 
-fn range(points: &[TrendPoint]) -> (f64, f64) {
+fn range(points: &[&TrendPoint]) -> (f64, f64) {
     let values = points.iter().map(|point| point.new);
     values
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), value| (least.min(value), most.max(value)))
@@ -148,7 +168,7 @@ fn dot(value: f64, least: f64, most: f64) -> String {
 }
 
 /// Mean and standard deviation (of a sample).
-fn statistics(points: &[TrendPoint]) -> (f64, f64) {
+fn statistics(points: &[&TrendPoint]) -> (f64, f64) {
     let count = points.len() as f64;
     let mean = points.iter().map(|point| point.new).sum::<f64>() / count;
     let squares: f64 = points.iter().map(|point| (point.new - mean).powi(2)).sum();
