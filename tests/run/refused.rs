@@ -8,7 +8,7 @@ fn a_start_outside_the_tolerance_is_refused_with_the_reason() {
     lab.edit("answers.yaml", "place: done", "place: {pose_deg: {shoulder: 50, elbow: -65}}");
     let run = lab.plumb(&["run", "cell.yaml"]);
     assert_eq!(run.code(), 1, "{}", run.all());
-    assert!(run.out().contains("The forearm stands at 295.00 degrees"), "{}", run.out());
+    assert!(run.out().contains("The forearm is at 295.00 degrees"), "{}", run.out());
     assert!(run.out().contains("270 +- 17.25 degrees"), "{}", run.out());
     assert!(!run.out().contains("waist.lower"), "nothing was searched");
 }
@@ -34,6 +34,10 @@ fn a_step_over_its_time_limit_by_the_clock_of_a_world_that_runs_ahead_ends_the_r
     let run = lab.plumb(&["run", "cell.yaml", "--pace", "fast"]);
     assert_eq!(run.code(), 2, "{}", run.all());
     assert!(run.out().contains("its time limit of 0.2 s has passed by the cell's clock"), "{}", run.out());
+    // A step that holds others has no number, and no brackets for one.
+    let frame = run.out();
+    let frame = frame.lines().find(|line| line.contains(" waist: ERROR")).unwrap_or_default();
+    assert!(!frame.is_empty() && !frame.contains('['), "{}", run.out());
 }
 
 #[test]

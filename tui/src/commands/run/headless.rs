@@ -111,9 +111,12 @@ impl Printer {
             return None;
         }
         let numbers = step_numbers(&depths(&self.plan));
-        let number =
-            numbers.get(index).copied().flatten().map_or_else(String::new, |number| number.to_string());
-        let place = format!("[{number:>2}/{}]", numbers.iter().flatten().count());
+        let count = numbers.iter().flatten().count();
+        // A step that only holds others has no number of its own.
+        let place = match numbers.get(index).copied().flatten() {
+            Some(number) => format!("[{number:>2}/{count}]"),
+            None => "       ".to_owned(),
+        };
         Some(match outcome {
             StepOutcome::Passed => format!("{place} {step}: {}: {message}", planned.title),
             StepOutcome::NotNeeded => format!("{place} {step}: not needed"),
