@@ -169,10 +169,7 @@ impl Drop for Arm {
 #[test]
 fn what_befalls_a_move_ends_the_run_with_its_reason_and_leaves_no_row() {
     for (event, words) in [
-        (
-            "alarm 0x51",
-            "alarm 0x51: a joint lost steps: where the arm stands is not known any more (rear_arm)",
-        ),
+        ("alarm 0x51", "alarm 0x51: a joint lost steps: the arm's position is not known any more (rear_arm)"),
         ("block", "though the Dobot has ended its move without an alarm: does it touch something?"),
         ("lose 1000", "is its 12 V supply in and its power button lit"),
         ("unplug", "the port is gone"),

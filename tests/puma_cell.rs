@@ -96,7 +96,7 @@ fn an_instrument_that_is_not_there_is_named() {
     let end = events.last().unwrap()["message"].as_str().unwrap();
     assert!(
         end.contains("cannot do `read_ruler`")
-            && end.contains("the ruler stands under the `flange` or the `tip`, not at `elbow`"),
+            && end.contains("the ruler goes under the `flange` or the `tip`, not at `elbow`"),
         "{end}"
     );
 }

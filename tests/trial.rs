@@ -183,7 +183,7 @@ fn mistakes_are_told_with_what_would_be_right() {
     assert!(new(&["--outliers", "0.9"]).contains("--outliers 0.9: a share from 0 to 0.5"));
     assert!(message(&["trial", "reveal", "nowhere"]).contains("cannot read nowhere/answer.sealed"));
     plumb(&["trial", "new", "--seed", "1", "-o", "t"], home.path());
-    assert!(new(&[]).contains("t/table.csv stands there already: a trial is not overwritten"));
+    assert!(new(&[]).contains("t/table.csv is there already: a trial is not overwritten"));
 }
 
 /// What the lab says of a trial with these options.
@@ -424,7 +424,7 @@ fn an_effect_is_hidden_in_a_users_own_measurements_and_the_size_that_would_be_fo
     let diagnosis: serde_json::Value = serde_json::from_str(&said(&diagnosis)).unwrap();
     assert_eq!(diagnosis["named"]["effect"], "joint_compliance", "{}", diagnosis["sentence"]);
     let again = inject("joint_compliance(lift)", "with");
-    assert!(complained(&again).contains("stands there already"), "{}", complained(&again));
+    assert!(complained(&again).contains("is there already"), "{}", complained(&again));
     let unknown = inject("joint_complience(lift)", "other");
     assert!(
         complained(&unknown).contains("there is no effect `joint_complience`"),

@@ -34,7 +34,7 @@ fn what_is_wrong_is_told_with_how_to_mend_it_and_ends_with_one() {
     let said = lab.plumb(&["doctor", "cell.yaml", "--plugins", "plugins", "--record", "record"]);
     assert_eq!(said.code(), 1, "{}", said.all());
     for (what, mend) in [
-        ("plugin 'old-arm' was built for contract 0.3", "plumb plugins verify tells more"),
+        ("plugin 'old-arm' was built for contract 0.3", "plumb plugins verify says more"),
         ("file is not a database", "the last copy that `plumb record backup` made"),
         ("/dev/ttyUSB77 is not there", "switch the controller on"),
     ] {

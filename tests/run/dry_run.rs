@@ -186,14 +186,14 @@ fn a_point_whose_joints_would_be_beyond_their_limits_is_found_before_anything_mo
     assert_eq!(plan("z_mm=200").code(), 0, "{}", plan("z_mm=200").all());
     let low = plan("z_mm=20");
     assert_eq!(low.code(), 2, "{}", low.all());
-    let told = "step `there` would send arm's tip to [400, 0, 20] mm: slide would stand at ";
+    let told = "step `there` would send arm's tip to [400, 0, 20] mm: slide would be at ";
     assert!(low.err().contains(told) && low.err().contains(" mm, beyond its limits: "), "{}", low.err());
     // From an elbow that is nearly stretched the nearest way is beyond the cell's limits; the run takes the other one, and so does the plan.
     lab.edit("cell.yaml", "    model:", "    limits_deg: {elbow: [-130, 20]}\n    model:");
     assert_eq!(plan("elbow_deg=10").code(), 0, "{}", plan("elbow_deg=10").all());
     lab.edit("cell.yaml", "elbow: [-130, 20]", "elbow: [-20, 20]");
     let neither = plan("elbow_deg=10");
-    assert!(neither.err().contains("elbow would stand at "), "{}", neither.all());
+    assert!(neither.err().contains("elbow would be at "), "{}", neither.all());
 }
 
 #[test]
@@ -212,7 +212,7 @@ fn a_hand_whose_joints_would_be_beyond_their_limits_is_found_where_the_run_would
     let plan = || lab.plumb(&[&cell[..], &["--dry-run"]].concat());
     assert_eq!(plan().code(), 0, "{}", plan().all());
     lab.edit("cell.yaml", "    model:", "    limits_deg: {waist: [40, 90]}\n    model:");
-    let told = "step `there` would send arm's hand to [330, 380, 0] mm: waist would stand at 30 deg, beyond its limits: 40 to 90 deg";
+    let told = "step `there` would send arm's hand to [330, 380, 0] mm: waist would be at 30 deg, beyond its limits: 40 to 90 deg";
     assert!(plan().code() == 2 && plan().err().contains(told), "{}", plan().all());
     let run = lab.plumb(&cell);
     assert!(

@@ -63,7 +63,8 @@ fn a_sensor_without_the_input_its_settings_need_is_found() {
 fn an_arm_that_does_not_stand_in_the_world_is_found() {
     let lab = Lab::new();
     lab.edit("cell.yaml", "arm: teachmover", "arm: techmover");
-    let words = ["device `arm`: no arm `techmover` stands in the cell's world", "did you mean `teachmover`?"];
+    let words =
+        ["device `arm`: there is no arm `techmover` in the cell's world", "did you mean `teachmover`?"];
     assert_found(&lab, &["cell.yaml"], "initialize", &words);
 }
 

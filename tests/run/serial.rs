@@ -206,7 +206,7 @@ fn stop_on_the_pendant_in_mid_move_is_a_stop_and_no_error() {
     let stopped = running.until(|event| event["event"] == "stopped");
     let reason = stopped["reason"].as_str().unwrap();
     assert!(
-        reason.contains("the STOP key on the pendant ended the move; the arm stands at waist 9.3 deg"),
+        reason.contains("the STOP key on the pendant ended the move; the arm is at waist 9.3 deg"),
         "{reason}"
     );
     let (last, code) = running.end();

@@ -133,7 +133,7 @@ fn a_scan_in_motion_over_a_line_that_tells_no_pose_on_the_way_keeps_nothing() {
         let message = end(&events);
         assert_eq!(code, 2, "{message}");
         assert!(
-            message.contains("arm does not tell where it is while it moves")
+            message.contains("arm does not report where it is while it moves")
                 && message.contains("Scan at rest"),
             "{message}"
         );

@@ -69,7 +69,7 @@ fn every_ordinary_cell_refuses_a_forearm_too_far_from_vertical_and_says_why() {
         session.wait_for("elbow          -69.");
         session.press("\r");
         let page = session.wait_for("b  Go back to \u{201c}Bring the hand");
-        for reason in ["The forearm stands at", "17.25", "strike"] {
+        for reason in ["The forearm is at", "17.25", "strike"] {
             assert!(page.contains(reason), "{reason}:\n{page}");
         }
         // Past doing it again, moving the arm, going back and leaving it out: ending the run.

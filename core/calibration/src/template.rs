@@ -164,7 +164,7 @@ fn triple(vector: Vector3<f64>) -> String {
 fn urdf_model(name: &str, path: &str, arm: &UrdfArm) -> String {
     let (root, tip) = &arm.ends;
     let mut text = format!(
-        "# From {path}, `{root}` to `{tip}`: the axes of its joints as distal rows. At coordinates zero the arm stands as in the file.\n\
+        "# From {path}, `{root}` to `{tip}`: the axes of its joints as distal rows. At coordinates zero the arm is as in the file.\n\
          arm: {name}\nconvention: distal\njoints:\n"
     );
     // On top, where they are seen.
@@ -209,7 +209,7 @@ fn urdf_model(name: &str, path: &str, arm: &UrdfArm) -> String {
     let gravity = triple(arm.root_from_base.rotation.inverse() * -Vector3::z());
     let point = triple(arm.flange_from_tip.translation.vector);
     text.push_str(&format!(
-        "base: {{xyz_mm: {xyz}, rpy_deg: {rpy}, free: true}}     # where the first row stands in `{root}`; then wherever the instrument is\n\
+        "base: {{xyz_mm: {xyz}, rpy_deg: {rpy}, free: true}}     # where the first row is in `{root}`; then wherever the instrument is\n\
          targets: {{p1: {{xyz_mm: {point}, free: true}}}}     # the origin of `{tip}`; write where the measured point is\n\
          free: [\"joint_zero(*)\"]\neffects: []\nmeasured_from: instrument\n\
          gravity: {gravity}     # in the frame of the first row: what is down in `{root}`. Turn it for an arm that hangs or leans\n"

@@ -108,7 +108,7 @@ fn a_start_outside_the_tolerance_is_refused_with_the_reason_before_anything_is_s
     let (outcome, events) = watch(start(run, &world), |_, _| {});
     assert_eq!(outcome, RunOutcome::Failed);
     let message = message_of(&events);
-    assert!(message.contains("The forearm stands at 290.00 degrees"), "{message}");
+    assert!(message.contains("The forearm is at 290.00 degrees"), "{message}");
     assert!(message.contains("270 +- 17.25 degrees"), "{message}");
     assert_eq!(world.moves.load(Ordering::SeqCst), 0);
 }

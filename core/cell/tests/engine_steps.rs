@@ -310,7 +310,7 @@ steps:
     });
     assert_eq!(outcome, RunOutcome::Passed);
     assert!(
-        refused[0].contains("waist stands at 11.00 deg; it has to be between 12.00 and 14.00 deg"),
+        refused[0].contains("waist is at 11.00 deg; it has to be between 12.00 and 14.00 deg"),
         "{refused:?}"
     );
     assert!(refused[1].contains("did you mean `waist`?"), "{refused:?}");
@@ -517,7 +517,7 @@ fn an_unattended_resume_with_an_arm_that_was_moved_needs_an_operator() {
     let (outcome, events) = watch(start(again, &another), |_, _| {});
     assert_eq!(outcome, RunOutcome::NeedsOperator);
     assert!(
-        message_of(&events).contains("arm says its shoulder stands at 38.000; the run left it at 41.000"),
+        message_of(&events).contains("arm reports its shoulder at 38.000; the run left it at 41.000"),
         "{}",
         message_of(&events)
     );

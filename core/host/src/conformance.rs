@@ -32,7 +32,7 @@ const READ: Duration = Duration::from_millis(100);
 const ARRIVAL: Duration = Duration::from_millis(50);
 
 /// What a robot behind a host must do beside what it must do in any case.
-const IN_A_HOST: RobotCheck = ("whoever is wired to it hears of it at rest", heard_at_rest);
+const IN_A_HOST: RobotCheck = ("a device wired to it learns of it at rest", heard_at_rest);
 
 /// Who hears of each check as it is done.
 type Told<'t> = &'t mut dyn FnMut(&'static str, &CheckOutcome);

@@ -178,7 +178,7 @@ pub enum AxisRunError {
     },
     /// The table does not say from which side positions were approached.
     #[error(
-        "{table}: no column `{column}`: ISO 230-2 tells the two directions of approach apart; add it with 1 where the axis arrived moving in its positive direction, and -1 where in its negative"
+        "{table}: no column `{column}`: ISO 230-2 treats the two directions of approach apart; add it with 1 where the axis arrived moving in its positive direction, and -1 where in its negative"
     )]
     NoDirection {
         /// The table.
@@ -200,7 +200,7 @@ pub enum AxisRunError {
     },
     /// Returns to one pose with different commands.
     #[error(
-        "{table}: line {line}: `repeat` {id} stands for {axis} at {first} and at {second}; returns to one target have the same commanded position"
+        "{table}: line {line}: `repeat` {id} is used for {axis} at {first} and at {second}; returns to one target have the same commanded position"
     )]
     RepeatMoves {
         /// The table.

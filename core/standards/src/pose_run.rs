@@ -94,7 +94,7 @@ pub enum PoseRunError {
     },
     /// Returns to one pose with different commands.
     #[error(
-        "{table}: line {line}: `repeat` {id} stands for two poses: q{joint} differs from line {first}; returns to one pose have the same commanded joints"
+        "{table}: line {line}: `repeat` {id} is used for two poses: q{joint} differs from line {first}; returns to one pose have the same commanded joints"
     )]
     RepeatMoves {
         /// The table.

@@ -118,7 +118,7 @@ fn what_is_no_run_along_an_axis_is_refused_with_its_place_and_what_would_be_righ
         ),
         (
             format!("{head}{rows}").replace("9,-1,b,9\n", "9,-1,a,9\n"),
-            "`repeat` a stands for q1_mm at 0 and at 9",
+            "`repeat` a is used for q1_mm at 0 and at 9",
         ),
         (format!("{head}{rows}").replace("9,1,b,9\n", "9,1,b,\n"), "line 6: p1_x is empty"),
         ("q1_deg,approach_q1,p1_x_mm\n0,1,0\n9,1,9\n".to_owned(), "nothing was read in deg"),
@@ -191,7 +191,7 @@ fn what_holds_no_returns_to_poses_is_refused() {
         ("q1_deg,repeat,p1_x_mm\n0,a,1\n5,b,2\n".to_owned(), "line 2: pose a was reached once"),
         (
             "q1_deg,repeat,p1_x_mm\n0,a,1\n5,a,2\n".to_owned(),
-            "line 3: `repeat` a stands for two poses: q1 differs from line 2",
+            "line 3: `repeat` a is used for two poses: q1 differs from line 2",
         ),
         (POSES.replace("199.955", ""), "line 4: p1_y is empty"),
         (POSES.replace("commanded_z_mm", "wanted_z"), "no column for commanded z"),

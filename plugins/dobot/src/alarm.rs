@@ -47,7 +47,7 @@ const GROUPS: [Group; 7] = [
     Group {
         codes: 0x50..=0x5f,
         is_of_reach: false,
-        says: "a joint lost steps: where the arm stands is not known any more",
+        says: "a joint lost steps: the arm's position is not known any more",
         remedy: "free the arm, switch it off and on, and home it (hold its Key button for some seconds)",
     },
     Group {

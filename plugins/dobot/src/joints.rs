@@ -82,7 +82,7 @@ pub(crate) fn check_reach(wanted: &Angles, configuration: &Configuration) -> Res
     let open = between_arms(wanted);
     if open < least - BESIDE_LIMITS || open > most + BESIDE_LIMITS {
         return Err(PluginError::OutOfRange(format!(
-            "rear_arm at {:.2} and forearm at {:.2} degrees would stand {open:.2} degrees apart (90 + rear_arm - forearm); the parallelogram goes from {least} to {most}",
+            "rear_arm at {:.2} and forearm at {:.2} degrees would be {open:.2} degrees apart (90 + rear_arm - forearm); the parallelogram goes from {least} to {most}",
             wanted[REAR_ARM], wanted[FOREARM]
         )));
     }

@@ -126,7 +126,7 @@ impl Travel<'_> {
             }
             if Instant::now() > deadline || stands_since.elapsed() > STANDS_TOO_LONG {
                 let what = if stands {
-                    "it stands, and its queue does not go on"
+                    "it is at rest, and its queue does not go on"
                 } else {
                     "the move takes too long"
                 };
@@ -147,7 +147,7 @@ impl Travel<'_> {
         for (((name, _), now), target) in joints {
             if (now - target).abs() > self.configuration.settles_within {
                 return Err(PluginError::Failed(format!(
-                    "{name} was sent to {target:.2} and stands at {now:.2} degrees, though the Dobot has ended its move without an alarm: does it touch something?"
+                    "{name} was sent to {target:.2} and is at {now:.2} degrees, though the Dobot has ended its move without an alarm: does it touch something?"
                 )));
             }
         }

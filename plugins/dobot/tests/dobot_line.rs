@@ -124,7 +124,7 @@ fn what_the_arm_cannot_reach_is_refused_and_nothing_moves() {
         ([0.0, 90.0, 45.0, 0.0], "rear_arm would go to 90.00 degrees; it goes from 0 to 85"),
         (
             [0.0, 80.0, 0.0, 0.0],
-            "rear_arm at 80.00 and forearm at 0.00 degrees would stand 170.00 degrees apart (90 + rear_arm - forearm); the parallelogram goes from 20 to 145",
+            "rear_arm at 80.00 and forearm at 0.00 degrees would be 170.00 degrees apart (90 + rear_arm - forearm); the parallelogram goes from 20 to 145",
         ),
     ] {
         assert_eq!(bench.go(pose).unwrap_err(), PluginError::OutOfRange(words.to_owned()));
@@ -236,7 +236,7 @@ fn an_alarm_in_mid_move_stops_the_arm_and_says_what_to_do() {
     for (code, words, clears) in [
         (
             0x52,
-            "alarm 0x52: a joint lost steps: where the arm stands is not known any more (forearm); free the arm",
+            "alarm 0x52: a joint lost steps: the arm's position is not known any more (forearm); free the arm",
             false,
         ),
         (0x45, "alarm 0x45: a joint is at its end (forearm); move it back from there", true),
@@ -258,7 +258,7 @@ fn an_alarm_in_mid_move_stops_the_arm_and_says_what_to_do() {
 fn a_move_that_ends_elsewhere_or_not_at_all_is_no_success() {
     let mut bench = Bench::in_real_time();
     let (error, _) = bench.move_while(|emulator, _| emulator.tell(Event::Block));
-    assert!(error.text().starts_with("base was sent to 80.00 and stands at "), "{error}");
+    assert!(error.text().starts_with("base was sent to 80.00 and is at "), "{error}");
     assert!(
         error
             .text()
@@ -269,7 +269,7 @@ fn a_move_that_ends_elsewhere_or_not_at_all_is_no_success() {
     bench.go([0.0, 45.0, 45.0, 0.0]).unwrap();
     let (error, after) = bench.move_while(|emulator, _| emulator.tell(Event::Hold));
     assert!(matches!(error, PluginError::TimedOut(_)), "{error:?}");
-    assert!(error.text().starts_with("it stands, and its queue does not go on: base "), "{error}");
+    assert!(error.text().starts_with("it is at rest, and its queue does not go on: base "), "{error}");
     assert!(after < Duration::from_secs(4), "{after:?}");
 }
 

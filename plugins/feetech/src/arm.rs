@@ -268,7 +268,7 @@ impl FeetechArm {
             let setting = &joint.setting;
             if !(*degrees >= setting.from_deg - BESIDE_LIMITS && *degrees <= setting.to_deg + BESIDE_LIMITS) {
                 return Err(PluginError::OutOfRange(format!(
-                    "{} cannot stand at {degrees:.2} degrees; it goes from {} to {}",
+                    "{} cannot be at {degrees:.2} degrees; it goes from {} to {}",
                     setting.name, setting.from_deg, setting.to_deg
                 )));
             }

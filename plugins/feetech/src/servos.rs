@@ -136,7 +136,7 @@ impl Servos {
             if state.status & NO_POSITION != 0 {
                 let why = state.fault().unwrap_or_default();
                 return Err(PluginError::Failed(format!(
-                    "{}: {why}; where it stands is not known",
+                    "{}: {why}; its position is not known",
                     joint.in_words()
                 )));
             }

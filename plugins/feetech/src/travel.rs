@@ -167,7 +167,7 @@ impl Travel<'_> {
         let worst = self.targets.iter().filter_map(off).max_by_key(|(off, ..)| *off);
         let Some((_, joint, state, target)) = worst else { return String::new() };
         format!(
-            "{} was sent to {:.2} and stands at {:.2} degrees ({})",
+            "{} was sent to {:.2} and is at {:.2} degrees ({})",
             joint.setting.name,
             joint.direction.degrees(target),
             joint.direction.degrees(state.position),

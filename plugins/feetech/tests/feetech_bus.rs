@@ -279,7 +279,7 @@ fn load_is_made_up_for_until_it_is_too_much() {
     bench.assert_at([0.0, 40.0, 0.0, 0.0, 0.0, 0.0]);
     bench.emulator.tell(Event::Sag(2, 90));
     let error = bench.go([0.0, 20.0, 0.0, 0.0, 0.0, 0.0]).unwrap_err();
-    assert!(error.text().starts_with("shoulder_lift was sent to 20.04 and stands at"), "{error}");
+    assert!(error.text().starts_with("shoulder_lift was sent to 20.04 and is at"), "{error}");
     assert!(error.text().contains("does it touch something, or carry too much?"), "{error}");
 }
 

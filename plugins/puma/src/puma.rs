@@ -298,9 +298,8 @@ impl Puma {
                 return Ok(end);
             }
         }
-        let text =
-            "the arm does not stand where it was read a moment ago: does somebody drive it with the pendant?"
-                .to_owned();
+        let text = "the arm is not where it was read a moment ago: does somebody drive it with the pendant?"
+            .to_owned();
         self.doubt = Some(text.clone());
         Err(PluginError::Failed(text))
     }

@@ -50,7 +50,7 @@ impl Robot for SimulatedRobot {
         let there = &world.welcome().arm;
         if *there != config.arm {
             return Err(PluginError::Refused(format!(
-                "no arm `{}` stands in the world `{}`; write `arm: {there}`",
+                "there is no arm `{}` in the world `{}`; write `arm: {there}`",
                 config.arm,
                 world.welcome().world
             )));

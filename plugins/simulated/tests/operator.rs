@@ -95,7 +95,7 @@ fn a_closing_gripper_feels_what_it_holds() {
     let served = Served::start("world-ideal.yaml", Pace::Fast);
     let mut client = served.connect();
     let refused = client.read(Verb::Hold { width_mm: 30.0 }).unwrap_err();
-    assert_eq!(refused.to_string(), "the fingers do not stand so far open; open them first");
+    assert_eq!(refused.to_string(), "the fingers are not so far open; open them first");
     client.read(Verb::Hold { width_mm: 12.7 }).unwrap();
     let mut reading = client.read(Verb::Read {}).unwrap();
     while !reading.grip {

@@ -194,7 +194,7 @@ fn what_cannot_be_measured_or_reached_is_said() {
     );
     assert_eq!(
         measure(Instrument::Ruler, "elbow"),
-        "the ruler stands under the `flange` or the `tip`, not at `elbow`"
+        "the ruler goes under the `flange` or the `tip`, not at `elbow`"
     );
     assert!(
         measure(Instrument::Level, "forearm")

@@ -174,7 +174,7 @@ fn bad_configurations_are_refused_with_what_would_be_right() {
         (json!({"arm": "teachmover", "world": served.socket, "speed": 3}), "unknown field `speed`"),
         (
             json!({"arm": "puma", "world": served.socket}),
-            "no arm `puma` stands in the world `TeachMover over a T target, ideal`; write `arm: teachmover`",
+            "there is no arm `puma` in the world `TeachMover over a T target, ideal`; write `arm: teachmover`",
         ),
     ] {
         let error = SimulatedRobot::create(&config, RecordingHost::new().host()).unwrap_err();

@@ -51,7 +51,7 @@ pub enum ControllerError {
     LookAlike,
     /// The half-steps are counted here, and something ended them uncounted.
     #[error(
-        "where the arm stands is not known any more: {why}, and without @READ nobody has counted how far it came. Bring it by hand to the pose of `registers_zero` and start anew, or declare where it stands"
+        "the arm's position is not known any more: {why}, and without @READ nobody has counted how far it came. Bring it by hand to the pose of `registers_zero` and start anew, or declare where it is"
     )]
     Lost {
         /// What ended them.

@@ -132,7 +132,7 @@ impl Robot for TeachMover {
         self.refuse_at_the_pendant()?;
         if let Mode::Doubtful(reason) = &self.mode {
             return Err(PluginError::NotReady(format!(
-                "the arm is not moved after a failed conversation ({reason}): look where it stands, then activate it again"
+                "the arm is not moved after a failed conversation ({reason}): look where it is, then activate it again"
             )));
         }
         if self.host.should_stop() {
@@ -155,7 +155,7 @@ impl Robot for TeachMover {
         self.refuse_at_the_pendant()?;
         if self.configuration.dead_reckoning {
             return Err(PluginError::Unsupported(
-                "by dead reckoning there are no inputs: @READ tells them, and this controller does not know it".to_owned(),
+                "by dead reckoning there are no inputs: @READ reports them, and this controller does not know it".to_owned(),
             ));
         }
         self.observe(None)?;

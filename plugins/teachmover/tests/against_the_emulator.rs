@@ -133,7 +133,7 @@ fn a_pendant_stop_anywhere_leaves_driver_and_controller_with_the_same_registers(
                 match cell.arm.move_joints(&motion(target, 0b111, 1.0)) {
                     Err(PluginError::Stopped(text)) => {
                         prop_assert!(
-                            text.starts_with("the STOP key on the pendant ended the move; the arm stands at")
+                            text.starts_with("the STOP key on the pendant ended the move; the arm is at")
                         );
                     }
                     Err(PluginError::OutOfRange(_)) => {}

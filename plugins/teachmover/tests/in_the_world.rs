@@ -150,7 +150,7 @@ fn a_stop_at_the_worlds_pendant_is_a_stop_of_the_move() {
     cell.world.read(Verb::Key { key: PendantKey::Stop }).unwrap();
     let stopped = cell.turn(Joint::Waist, -9.0).unwrap_err();
     assert!(
-        stopped.text().starts_with("the STOP key on the pendant was pressed; the arm stands at"),
+        stopped.text().starts_with("the STOP key on the pendant was pressed; the arm is at"),
         "{stopped}"
     );
     cell.assert_agreed(0.0);

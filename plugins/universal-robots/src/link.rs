@@ -278,7 +278,7 @@ impl Agreeing {
             let found = types.get(place).map_or("nothing", String::as_str);
             if found != *wanted {
                 return Err(self.failed(&format!(
-                    "the controller tells `{name}` as {found}, not {wanted}: its software is of another version than this driver knows"
+                    "the controller sends `{name}` as {found}, not {wanted}: its software is of another version than this driver knows"
                 )));
             }
         }

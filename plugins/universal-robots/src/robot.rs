@@ -237,7 +237,7 @@ impl UniversalRobot {
             )
         } else {
             format!(
-                "the controller's states are {:.1} s old when they come: they are late, or its clock stands; is the network sound?",
+                "the controller's states are {:.1} s old when they come: they are late, or its clock has stopped; is the network sound?",
                 age.as_secs_f64()
             )
         };
@@ -317,7 +317,7 @@ impl UniversalRobot {
         match self.comes_to_rest(limit, None).map_err(|error| self.doubted(error))? {
             Some(received) => Ok(received),
             None => {
-                let text = "the controller does not confirm that the arm stands after a stop: use its emergency stop, and look";
+                let text = "the controller does not confirm that the arm is at rest after a stop: use its emergency stop, and look";
                 Err(self.doubted(PluginError::Failed(text.to_owned())))
             }
         }

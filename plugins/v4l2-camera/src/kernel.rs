@@ -70,7 +70,7 @@ enum OpenError {
     NoSize { width: Option<u32>, height: Option<u32>, format: String, nearest: (u32, u32) },
     #[error("its rows of {width} pixels in {format} would have {stride} bytes, which cannot be")]
     BadRows { width: u32, format: String, stride: u32 },
-    #[error("it cannot be set to `{key}: {value}`: {cause} (`v4l2-ctl --list-ctrls` tells what it takes)")]
+    #[error("it cannot be set to `{key}: {value}`: {cause} (`v4l2-ctl --list-ctrls` lists what it takes)")]
     NotSet { key: &'static str, value: f64, cause: io::Error },
     #[error("{doing} failed: {cause}")]
     System { doing: &'static str, cause: io::Error },

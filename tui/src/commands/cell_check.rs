@@ -57,7 +57,7 @@ fn check_arm<'a>(
     for device in devices {
         let asked = device.config.get("arm").and_then(serde_json::Value::as_str);
         if let Some(asked) = asked.filter(|asked| *asked != name) {
-            let message = format!("device `{}`: no arm `{asked}` stands in the cell's world", device.name);
+            let message = format!("device `{}`: there is no arm `{asked}` in the cell's world", device.name);
             problems.add(device.place, message, did_you_mean(asked, [name]));
         }
     }

@@ -135,7 +135,7 @@ fn print_next(example: &Shipped, directory: &Path) -> io::Result<()> {
         say!("  plumb run {cell}              # do it, on the screens")?;
     }
     if folder.join("README.md").is_file() {
-        say!("  {} tells the rest", folder.join("README.md").display())?;
+        say!("  Read on in {}", folder.join("README.md").display())?;
     }
     Ok(())
 }

@@ -120,7 +120,7 @@ fn new(arguments: &NewArguments) -> Result<Outcome, TrialError> {
     write_case(&case, &arguments.output)?;
     let directory = arguments.output.display();
     Ok(Outcome::done(format!(
-        "{} readings of an arm `{}` stand in {directory}.\n  plumb model diagnose {directory}/{MODEL} --data {directory}/{TABLE}\n  \
+        "{} readings of an arm `{}` are in {directory}.\n  plumb model diagnose {directory}/{MODEL} --data {directory}/{TABLE}\n  \
          plumb trial reveal {directory}\n",
         case.readings.len(),
         specification.arm.name
@@ -140,5 +140,5 @@ fn batch(arguments: &BatchArguments) -> Result<Outcome, TrialError> {
         let text = serde_json::Value::Object(answers);
         write(&arguments.output.join(ANSWERS), &format!("{text:#}\n"))?;
     }
-    Ok(Outcome::done(format!("{} trials stand in {}.\n", arguments.count, arguments.output.display())))
+    Ok(Outcome::done(format!("{} trials are in {}.\n", arguments.count, arguments.output.display())))
 }

@@ -305,7 +305,7 @@ impl Model {
             parts.extend(self.residual_map.is_some().then(|| "the residual map".to_owned()));
             let held = if parts.len() == 1 { "holds" } else { "hold" };
             format!(
-                "{}. {} of the model {held} only where was measured: measure there and `grow` again, or take them out (`plumb model remove`)",
+                "{}. {} of the model {held} only in the measured region: measure there and `grow` again, or take them out (`plumb model remove`)",
                 outside.describe(&self.chain),
                 parts.join(" and ")
             )

@@ -1,4 +1,4 @@
-//! The base stands elsewhere in the frame of the measurements.
+//! The base is elsewhere in the frame of the measurements.
 
 use nalgebra::DMatrix;
 
@@ -40,7 +40,7 @@ pub(super) const KIND: Kind = Kind {
     is_event: false,
     search: Search::Nothing,
     driven_by: DrivenBy::Several,
-    sentence: "The base stands elsewhere than the model says.",
+    sentence: "The base is elsewhere than the model says.",
     how_to_see: "Any poses; turns of the first joint tell it from a displaced target.",
     sketch: ["    ╎     ┃", "    ╎     ┃", "  ╌╌┴╌╌ →━┻━━ stands here"],
     build: |_: &Setting<'_>| {

@@ -1,4 +1,4 @@
-//! The base stands tilted in the frame of the measurements.
+//! The base is tilted in the frame of the measurements.
 
 use nalgebra::{DMatrix, Vector3};
 use plumb_kinematics::{Motion, Posture};
@@ -59,7 +59,7 @@ pub(super) const KIND: Kind = Kind {
     is_event: false,
     search: Search::Nothing,
     driven_by: DrivenBy::Several,
-    sentence: "The base stands tilted in the frame of the measurements (a wrong heading is the first joint's zero).",
+    sentence: "The base is tilted in the frame of the measurements (a wrong heading is the first joint's zero).",
     how_to_see: "Poses all around the arm.",
     sketch: ["        ┃  ╱", "     ╱━━┻━━", "  ╌╌╱╌╌╌╌╌╌╌ level"],
     build: |setting: &Setting<'_>| {

@@ -54,7 +54,7 @@ pub(super) const KIND: Kind = Kind {
     is_event: false,
     search: Search::Nothing,
     driven_by: DrivenBy::Several,
-    sentence: "The instrument stands out of level.",
+    sentence: "The instrument is out of level.",
     how_to_see: "A spirit level on the instrument; with the base fixed, poses all around the arm.",
     sketch: ["     ╱▔╲ the instrument", "    ╱  ╱ leans", "  ━┻━━┻━━━"],
     build: |_: &Setting<'_>| {

@@ -36,7 +36,7 @@ pub(super) const KIND: Kind = Kind {
     is_event: false,
     search: Search::Nothing,
     driven_by: DrivenBy::Coordinate,
-    sentence: "The joint turns in proportion more or less than it is told.",
+    sentence: "The joint turns in proportion more or less than commanded.",
     how_to_see: "Poses from one end of the joint's travel to the other.",
     sketch: ["says 0   30   60   90", "     ┼────┼────┼────┤", "is   0    31    62    93"],
     build: |setting: &Setting<'_>| {

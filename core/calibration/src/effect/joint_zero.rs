@@ -31,9 +31,9 @@ pub(super) const KIND: Kind = Kind {
     is_event: false,
     search: Search::Nothing,
     driven_by: DrivenBy::Coordinate,
-    sentence: "The joint stands off by a constant angle: its zero is not where the controller believes.",
+    sentence: "The joint is off by a constant angle: its zero is not where the controller believes.",
     how_to_see: "Any poses that turn the joints before and after it.",
-    sketch: ["     ╱ where it stands", "    ╱ ↕", "   ◯╌╌╌╌ where it says"],
+    sketch: ["     ╱ where it is", "    ╱ ↕", "   ◯╌╌╌╌ where it says"],
     build: |setting: &Setting<'_>| {
         let joint = setting.joint()?;
         let parameter = match setting.slides(joint) {

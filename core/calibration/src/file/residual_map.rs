@@ -31,7 +31,7 @@ impl Checker<'_> {
             None if failed => {}
             None => self.problems.add(
                 map.span,
-                "a residual map holds only where was measured, and the file does not say where",
+                "a residual map holds only in the measured region, and the file does not say where",
                 "give `measured_region:` as `plumb model grow` writes it, or leave the map out",
             ),
         }

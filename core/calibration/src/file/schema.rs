@@ -28,7 +28,7 @@ const WORDS: &[(&str, &str)] = &[
     ("joints.less", "The reading is an attitude: the joint turns by it less that of this joint."),
     ("links", "What the parts weigh, for effects of gravity."),
     ("links.centre_mm", "Centre of mass in the frame of the joint's row."),
-    ("base", "Where the arm stands in what measures it."),
+    ("base", "Where the arm's base is in the frame of what measures it."),
     ("base.per", "`session`: each session has a base of its own."),
     ("targets", "What is measured: points in the frame of the last row."),
     ("targets.rpy_deg", "How a body or a camera is turned on the flange: roll, pitch, yaw."),

@@ -28,7 +28,7 @@ impl Checker<'_> {
                 return self.fail(at, reason);
             }
             (_, Some(urdf)) => {
-                let reason = "`urdf:` goes with `convention: urdf`; with another convention the rows stand under `joints:`";
+                let reason = "`urdf:` goes with `convention: urdf`; with another convention the rows go under `joints:`";
                 return self.fail(&urdf.span, reason);
             }
             (_, None) => {
@@ -73,7 +73,7 @@ impl Checker<'_> {
             let placed = [typed.a_mm, typed.alpha_deg, typed.d_mm, typed.theta_deg];
             if placed.iter().any(|number| *number != 0.0) || typed.less.is_some() || typed.slides {
                 let reason = format!(
-                    "the URDF file says where joint `{}` stands and how it moves; here it may have limits, a sign and a gear ratio",
+                    "the URDF file says where joint `{}` is and how it moves; here it may have limits, a sign and a gear ratio",
                     name.value
                 );
                 return self.fail(&name.span, reason);

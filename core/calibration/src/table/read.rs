@@ -169,7 +169,7 @@ fn column(name: &str, naming: &Naming, before: &[Column]) -> Result<Column, Stri
     let meaning = header::parse(&read_as)?;
     if let Some(other) = before.iter().find(|other| other.read_as == read_as && !read_as.is_empty()) {
         return Err(match other.name == name {
-            true => format!("the column `{name}` stands twice"),
+            true => format!("the column `{name}` appears twice"),
             false => format!("it says the same as `{}`; keep one", other.name),
         });
     }

@@ -101,7 +101,7 @@ pub(crate) fn check_state(
     }
     for (joint, value) in robot.joints.iter().zip(state.joints.as_slice()) {
         if !value.is_finite() {
-            return Err(source.blame(&format!("{device} says that its {} stands at {value}", joint.name)));
+            return Err(source.blame(&format!("{device} reports its {} at {value}", joint.name)));
         }
     }
     check_time(source, state.time_ns, asked, OLDEST_STATE)
@@ -117,7 +117,7 @@ pub(crate) fn check_limits(
         let beyond = (joint.lower - value).max(value - joint.upper);
         if beyond > tolerance(joint) {
             return Err(format!(
-                "{} says that its {} stands at {}, but by its own description it goes from {} to {}. Bring it back with its pendant, or correct plugin `{}`",
+                "{} reports its {} at {}, but by its own description it goes from {} to {}. Bring it back with its pendant, or correct plugin `{}`",
                 source.device,
                 joint.name,
                 shown(joint, *value),
@@ -147,7 +147,7 @@ pub(crate) fn check_end(
         if off > tolerance(joint) {
             let moving = if end.is_moving() { " and still moves" } else { "" };
             return Err(source.blame(&format!(
-                "{device} was sent with its {} to {} and says after the move that it stands at {}{moving}; {} are allowed",
+                "{device} was sent with its {} to {} and reports {} after the move{moving}; {} are allowed",
                 joint.name,
                 shown(joint, *commanded),
                 shown(joint, *reported),
@@ -201,7 +201,7 @@ pub(crate) fn check_reading(
     if reading.time_ns < after_ns {
         let old = age(after_ns, reading.time_ns);
         return Err(source.blame(&format!(
-            "the reading of {device} is stale: it is dated {old} before the end of the last motion, so it does not belong to where the arm stands"
+            "the reading of {device} is stale: it is dated {old} before the end of the last motion, so it does not belong to the arm's position"
         )));
     }
     if let Some((_, answered)) = asked.between_ns
@@ -441,7 +441,7 @@ mod tests {
         let check = |edge: &ProximityEdge| check_edge(ARM, &robot(), edge);
         assert_eq!(check(&edge([0.5, 1.0])), Ok(()));
         says(check(&edge([f64::NAN, 1.0])), &["turn", "NaN"]);
-        says(check(&edge([9.0, 1.0])), &["turn", "stands at"]);
+        says(check(&edge([9.0, 1.0])), &["turn", "reports"]);
         says(check(&wide([0.5, 1.0], [0.0, -0.1])), &["slide", "1 +- -0.1"]);
         says(check(&wide([0.5, 1.0], [f64::NAN, 0.1])), &["turn", "NaN"]);
         let without = ProximityEdge { joints: vector([0.5, 1.0]), ..ProximityEdge::default() };

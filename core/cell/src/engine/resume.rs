@@ -147,7 +147,7 @@ impl Engine {
     pub(crate) fn confirm_poses(&mut self, position: usize) -> Result<(), StepError> {
         let poses = self.journal.record.poses(self.journal.run)?;
         if self.links.is_new_world() {
-            let message = "the world in which the run stood has ended, and one that began anew is in its place: \
+            let message = "the world of the run has ended, and one that began anew is in its place: \
                            what the operator did to it is as the world file says";
             self.journal.log(LogLevel::Warning, "world", None, message)?;
         }
@@ -205,7 +205,7 @@ impl Engine {
             step: &path,
             title: "Is the arm where the run stopped?",
             text: format!(
-                "The run was interrupted. {}\nLook at {robot}: confirm if it stands so, nobody has moved it since, and its way on is free; otherwise abort and begin a new run.",
+                "The run was interrupted. {}\nLook at {robot}: confirm if it is there, nobody has moved it since, and its path is clear; otherwise abort and start a new run.",
                 differences_in_words(recorded, reported, &moved_by_step)
             ),
             help: None,
@@ -251,13 +251,13 @@ impl Engine {
             if !is_same && !moved_by_step.contains(&before.0) {
                 if self.links.is_new_world() {
                     return Err(StepError::NeedsOperator(format!(
-                        "the simulated world in which the run stood has ended, and one that began anew has {robot}'s {} at {:.3}, where the run left \
+                        "the simulated world of the run has ended, and one that began anew has {robot}'s {} at {:.3}, where the run left \
                          it at {:.3}: begin a new run",
                         before.0, now.1, before.1
                     )));
                 }
                 return Err(StepError::NeedsOperator(format!(
-                    "{robot} says its {} stands at {:.3}; the run left it at {:.3}. Somebody has to look: resume without --headless, or say \
+                    "{robot} reports its {} at {:.3}; the run left it at {:.3}. Somebody has to look: resume without --headless, or say \
                      `confirm_pose: true` in the answers",
                     before.0, now.1, before.1
                 )));

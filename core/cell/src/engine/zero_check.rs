@@ -181,7 +181,7 @@ impl Engine {
         self.journal.record.note_zero_loss(&cell, robot, self.journal.run, reason)?;
         let joints = self.cell.robot(robot).map(|setting| setting.initialize.clone()).unwrap_or_default();
         let message = format!(
-            "{reason}. Until a run has found its zeros again it stands elsewhere than its numbers say, and its keep-out planes are not watched"
+            "{reason}. Until a run has found its zeros again it is elsewhere than its numbers say, and its keep-out planes are not watched"
         );
         self.journal.record.note_log(self.journal.run, "warning", robot, None, &message)?;
         self.journal.show(Event::ZerosLost { device: robot.to_owned(), joints, reason: message });
@@ -198,7 +198,7 @@ impl Engine {
                 "{robot}: {reason}.\nIf its power was off, its zeros no longer hold and it would go elsewhere than it is sent."
             ),
             help: Some(
-                "A drive that was only moved with its pendant has kept its count. One that was switched off counts anew from wherever it stood."
+                "A drive that was only moved with its pendant has kept its count. One that was switched off counts anew from wherever it was."
                     .to_owned(),
             ),
             kind: PromptKind::Choice {

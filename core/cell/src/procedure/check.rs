@@ -142,7 +142,7 @@ impl Checker<'_> {
 
     fn id(&mut self, step: &Step, names: &Names) {
         if let Some((_, first)) = self.ids.iter().find(|(id, _)| *id == step.id) {
-            let message = format!("a step `{}` stands in line {} already", step.id, first.line);
+            let message = format!("there is a step `{}` in line {} already", step.id, first.line);
             self.problems.add(step.place, message, "give each step an id of its own");
         } else if step.id == "all" || names.get(&step.id).is_some() {
             self.problems.add(

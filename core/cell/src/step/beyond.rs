@@ -41,7 +41,7 @@ pub(super) fn standing_beyond(
         let (place, unit) = (place?, robot.unit(joint)?);
         let limits = limits_passed((robot.name(), joint), place, unit, context)?;
         let shown = (unit.from_internal(place) * 1e3).round() / 1e3;
-        Some(format!("{joint} would stand at {shown} {}, beyond its limits: {limits}", unit.symbol()))
+        Some(format!("{joint} would be at {shown} {}, beyond its limits: {limits}", unit.symbol()))
     })
 }
 

@@ -85,7 +85,7 @@ pub(super) const KIND: Kind = Kind::entry::<DeclareStep>();
 
 impl StepKind for DeclareStep {
     const NAME: &'static str = "declare";
-    const SENTENCE: &'static str = "has a robot's controller take where the arm stands for a stated pose from now on: its own zeros are set";
+    const SENTENCE: &'static str = "has a robot's controller take the arm's position for a stated pose from now on: its own zeros are set";
     const SCHEMA: &'static str = r##"{
   "type": "object",
   "additionalProperties": false,
@@ -220,7 +220,7 @@ impl Engine {
             step: &at.path,
             title: &at.title,
             text: format!(
-                "Have the controller take where the arm stands now for this pose?\n{}",
+                "Have the controller take the arm's present position for this pose?\n{}",
                 lines.collect::<Vec<_>>().join("\n")
             ),
             help: Some(

@@ -86,7 +86,7 @@ fn read(node: &Node, context: &ReadContext<'_>) -> Option<ListenStep> {
             context.problems.add(
                 name.span,
                 message,
-                "the step itself tells how many messages came, and in how many seconds; choose another name",
+                "the step itself says how many messages came, and in how many seconds; choose another name",
             );
         }
         kept.push(read_value(&name.name, name.span, node, context)?);

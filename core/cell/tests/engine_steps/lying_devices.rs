@@ -20,7 +20,7 @@ steps:
 #[test]
 fn a_move_that_ended_elsewhere_or_not_at_all_is_an_error_and_no_row() {
     let lies: [(Lie, &[&str]); 6] = [
-        (|state| state.joints.set(0, 20.0), &["waist", "to 14.300 deg", "stands at 1145.916 deg"]),
+        (|state| state.joints.set(0, 20.0), &["waist", "to 14.300 deg", "reports 1145.916 deg"]),
         (|state| state.joints.set(0, state.joints.get(0).unwrap_or(0.0) - 0.01), &["waist", "to 14.300 deg"]),
         (|state| state.moving = 1, &["still moves"]),
         (|state| state.joints.set(1, f64::NAN), &["shoulder", "NaN"]),
@@ -71,8 +71,7 @@ fn a_robot_beyond_its_own_limits_is_not_measured_with() {
     assert_eq!(outcome, RunOutcome::Error);
     let message = message_of(&events);
     assert!(
-        message
-            .contains("elbow stands at -279.300 deg, but by its own description it goes from -183.346 deg"),
+        message.contains("elbow at -279.300 deg, but by its own description it goes from -183.346 deg"),
         "{message}"
     );
     assert_eq!(world.moves.load(Ordering::SeqCst), 0);

@@ -77,12 +77,12 @@ const READINGS: [Reading; 9] = [
         form: QUATERNION,
     },
     Reading {
-        what: "inverted, as the turn from the axes of whoever measured to the body's (change the sign of its last three numbers)",
+        what: "inverted, as the rotation from the measuring frame to the body's (change the sign of its last three numbers)",
         read: inverted,
         form: QUATERNION,
     },
     Reading {
-        what: "inverted, as the turn from the axes of whoever measured to the body's (change the sign of its three numbers)",
+        what: "inverted, as the rotation from the measuring frame to the body's (change the sign of its three numbers)",
         read: inverted,
         form: VECTOR,
     },
@@ -353,7 +353,7 @@ fn in_few_pictures(machine: &ResidualModel<'_>, state: &State, body: SeenBody) -
     (pictures < FEWEST_OF_A_CAMERA).then(|| {
         let name = name_of(machine.model, body);
         let times = if pictures == 1 { "1 picture".to_owned() } else { format!("{pictures} pictures") };
-        format!("{name} is in {times} only: it lies where that puts it by the camera that the other boards tell, and hardly anything shows whether it does; take 3 at least, from several sides")
+        format!("{name} is in {times} only: its place follows from the camera as the other boards give it, and hardly anything confirms it; take 3 at least, from several sides")
     })
 }
 

@@ -43,7 +43,7 @@ pub enum ImplausibleError {
     },
     /// Orientations written by another convention.
     #[error(
-        "{table}: the orientations of {body} cannot be meant as they stand: {off}. Read {what}, they fit this arm to \
+        "{table}: the orientations of {body} cannot be meant as written: {off}. Read {what}, they fit this arm to \
          {left_deg:.1} deg"
     )]
     Orientation {

@@ -42,7 +42,7 @@ pub enum AdjustError {
     Fit(#[from] FitError),
     /// Too few points lie near any surface.
     #[error(
-        "only {near} of {all} points lie near a surface, for {unknowns} unknowns: do the surfaces stand about where they are said to?"
+        "only {near} of {all} points lie near a surface, for {unknowns} unknowns: are the surfaces about where they are said to be?"
     )]
     TooFew {
         /// Points near a surface.

@@ -54,7 +54,7 @@ enum RawSurface {
 pub fn scene_schema() -> serde_json::Value {
     let words = [(
         "surfaces",
-        "What there is to be scanned, by name, about where it stands: mm in the arm's base frame.",
+        "What there is to be scanned, by name, about where it is: mm in the arm's base frame.",
     )];
     with_words(schema_of::<RawScene>(), "A scene for the light stripe", &words)
 }

@@ -97,7 +97,7 @@ fn what_does_not_go_with_a_urdf_file_is_refused_with_its_place() {
     says("arm: a\nconvention: udrf\n", &["`udrf`, which is not known", "urdf"]);
     let joint = |joint: &str| format!("arm: a\nconvention: {{urdf: arms/column.urdf}}\njoints: [{joint}]\n");
     says(&joint("{name: elbw}"), &[":3:", "there is no joint `elbw`", "elbow"]);
-    says(&joint("{name: elbow, a_mm: 150}"), &[":3:", "the URDF file says where joint `elbow` stands"]);
+    says(&joint("{name: elbow, a_mm: 150}"), &[":3:", "the URDF file says where joint `elbow` is"]);
 }
 
 /// As the ROS-Industrial files of KUKA arms have it: the first axis points down.

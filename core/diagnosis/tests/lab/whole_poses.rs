@@ -199,10 +199,7 @@ fn orientations_of_another_convention_are_recognized_and_told() {
             quaternions(|turn| vec![turn.i, turn.j, turn.k, turn.w]),
             "with w last, in the order x, y, z, w (change",
         ),
-        (
-            quaternions(|turn| plain(&turn.inverse())),
-            "inverted, as the turn from the axes of whoever measured",
-        ),
+        (quaternions(|turn| plain(&turn.inverse())), "inverted, as the rotation from the measuring frame"),
         (quaternions(mirrored), "as those of left-handed axes"),
         (
             quaternions(|turn| vec![-turn.i, -turn.j, -turn.k, turn.w]),
@@ -219,7 +216,7 @@ fn orientations_of_another_convention_are_recognized_and_told() {
     ] {
         let said = refused(&text);
         assert!(
-            said.contains("the orientations of p1 cannot be meant as they stand") && said.contains(expected),
+            said.contains("the orientations of p1 cannot be meant as written") && said.contains(expected),
             "{expected}: {said}"
         );
         assert!(!said.contains(", or "), "the places say which: {said}");

@@ -131,7 +131,7 @@ const LESSONS: &[(&str, Lesson)] = &[
         },
     ),
     (
-        "whoever is wired to it hears of it at rest",
+        "a device wired to it learns of it at rest",
         Lesson {
             contract: "after a reading at rest there is a message on each stream that is not older than what was read; the host adds what a robot leaves out",
             change: "declare the stream `joints` (and `inputs` with `read_inputs`) in plugin.yaml",

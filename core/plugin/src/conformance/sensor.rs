@@ -164,10 +164,10 @@ fn readings_fit(bench: &mut dyn SensorBench) -> Result<CheckOutcome, PluginError
     bench.poll()?;
     let Some(reading) = bench.read(0)? else { return nothing_to_read(bench) };
     if !sensor.switches && (reading.fired.is_some() || !reading.edges.is_empty()) {
-        return failed("it does not switch and yet tells of an output".to_owned());
+        return failed("it does not switch and yet reports an output".to_owned());
     }
     if !reading.edges.is_empty() {
-        return failed("it tells of edges right after it was armed".to_owned());
+        return failed("it reports edges right after it was armed".to_owned());
     }
     // What a sensor measures on other devices' messages may depend on what it sees there.
     let lacks = sensor.quantities.iter().find(|described| {

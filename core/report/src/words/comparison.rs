@@ -17,7 +17,7 @@ pub fn comparison_sentence(comparison: &Comparison) -> String {
     );
     match floor.sigma_mm {
         Some(sigma) => format!("{shown}; the noise is {sigma:.3} mm an axis."),
-        None => format!("{shown}; nobody knows the noise: return to some poses, or declare it."),
+        None => format!("{shown}; the noise is not known: return to some poses, or declare it."),
     }
 }
 
@@ -56,7 +56,7 @@ mod tests {
         told.floor.sigma_mm = None;
         assert_eq!(
             comparison_sentence(&told),
-            "The model misses by 0.123 mm RMS; nobody knows the noise: return to some poses, or declare it."
+            "The model misses by 0.123 mm RMS; the noise is not known: return to some poses, or declare it."
         );
         told.rms_mm.check = Some(0.2);
         told.floor.sigma_mm = Some(0.05);

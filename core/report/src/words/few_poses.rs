@@ -6,7 +6,7 @@ use plumb_diagnosis::{AcrossPoses, ConditionAtPoses, Diagnosis, FewPoses, PoseSh
 /// How much goes with the pose alone.
 pub(super) fn share_in_words(share: &PoseShare) -> String {
     format!(
-        "{:.0} % of what is left goes with the pose alone, more than the returns to {} poses scatter",
+        "{:.0} % of what is left depends on the pose alone, more than the returns to {} poses scatter",
         100.0 * share.share,
         share.poses
     )
@@ -46,7 +46,7 @@ fn at_work(diagnosis: &Diagnosis, condition: &ConditionAtPoses) -> String {
             let tied: Vec<String> =
                 diagnosis.tied.iter().map(|one| format!("{}({})", one.effect, one.place)).collect();
             format!(
-                "{} cannot be told apart with these data: what goes with the way of arrival differs from pose to pose by {scatter_mm:.4} mm (standard deviation), more than the returns scatter. \
+                "{} cannot be told apart with these data: what depends on the direction of arrival differs from pose to pose by {scatter_mm:.4} mm (standard deviation), more than the returns scatter. \
                  Measure at more places, and let the moves to them be of several lengths.",
                 listed(&tied, "and")
             )
@@ -83,7 +83,7 @@ mod tests {
     #[test]
     fn the_share_of_the_pose_is_said_once() {
         let share =
-            "62 % of what is left goes with the pose alone, more than the returns to 10 poses scatter";
+            "62 % of what is left depends on the pose alone, more than the returns to 10 poses scatter";
         assert_eq!(share_in_words(&few().share), share);
         assert_eq!(added_to("Nothing is named.".to_owned(), &few()), format!("Nothing is named. {share}."));
         let has_it = format!("0.1 mm is left: {share}.");

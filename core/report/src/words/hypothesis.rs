@@ -7,11 +7,11 @@ pub fn hypothesis_sentence(hypothesis: &Hypothesis) -> String {
     let Hypothesis { place, formula, explains, before_mm, after_mm, or, .. } = hypothesis;
     let others = match or.len() {
         0 => String::new(),
-        _ => format!(" As well does {}.", or.join("; or ")),
+        _ => format!(" Just as good: {}.", or.join("; or ")),
     };
     format!(
         "A formula for it, as a hypothesis: {place}, {formula}. It predicts rows that were left out, takes away {:.0} % of what is beyond the noise, and leaves {after_mm:.3} of {before_mm:.3} mm.{others} \
-         What it means is for you to say: put the block into the model file, and add `{HYPOTHESIS}`.",
+         To try it, put the block into the model file and add `{HYPOTHESIS}`.",
         100.0 * explains
     )
 }
@@ -35,10 +35,11 @@ mod tests {
         assert_eq!(
             hypothesis_sentence(&hypothesis(&[])),
             "A formula for it, as a hypothesis: elbow, q_rad: \"a * q2 * q3\". It predicts rows that were left out, takes away 87 % of what is beyond the noise, and leaves 0.090 of 0.310 mm. \
-             What it means is for you to say: put the block into the model file, and add `hypothesis`."
+             To try it, put the block into the model file and add `hypothesis`."
         );
         assert!(
-            hypothesis_sentence(&hypothesis(&["one", "two"])).contains(" mm. As well does one; or two. What")
+            hypothesis_sentence(&hypothesis(&["one", "two"]))
+                .contains(" mm. Just as good: one; or two. To try")
         );
     }
 }

@@ -18,7 +18,7 @@ pub fn note_in_words(note: &Note) -> String {
             format!("the search looked at {looked_at} of {fitted} fitted rows, spread at random")
         }
         Note::RisesUnderLoad(label) => format!(
-            "gravity seems to point the other way in this model: {label} explains most, and would rise under its load; check `gravity:`, and how the base stands"
+            "gravity seems to point the other way in this model: {label} explains most, and would rise under its load; check `gravity:`, and how the base is mounted"
         ),
         Note::Twin { label, twin } => format!("{label}: {twin}"),
         Note::NegativePlay(joint) => format!(
@@ -30,11 +30,11 @@ pub fn note_in_words(note: &Note) -> String {
         ),
         Note::Corrections(count) => format!(
             "{count} of the effects added are corrections: they predict rows they have not seen, but their mechanism is not identified; use them only \
-             where was measured"
+             in the measured region"
         ),
         Note::DoesNotExtrapolate(way) => format!(
             "does not extrapolate: with {} left out it misses there by {:.3} mm, and by {:.3} mm without what was added; \
-             use it only where was measured",
+             use it only in the measured region",
             way.left_out, way.rms_mm, way.without_mm
         ),
     }

@@ -14,7 +14,7 @@ pub fn rejection_in_words(rejection: &Rejection) -> String {
         Rejection::IndistinguishableFrom(others) => {
             format!("indistinguishable from {}", listed(others, "and"))
         }
-        Rejection::Outvoted => "it stands only when some rows are called wild".to_owned(),
+        Rejection::Outvoted => "it holds only where some rows count as outliers".to_owned(),
         Rejection::NotPredicted => "it does not predict rows it has not seen".to_owned(),
         Rejection::WorseThan(better) => format!("worse than {better}"),
         Rejection::SmoothExplains => {

@@ -5,7 +5,7 @@ use plumb_diagnosis::laboratory::{MapNote, MapStep};
 /// What the map of a model does, as part of a sentence.
 pub fn map_in_words(map: &MapNote) -> String {
     format!(
-        "a residual map takes {:.0} % of the variance that the model leaves: not understood; it acts in {} of {} rows, where was measured",
+        "a residual map takes {:.0} % of the variance that the model leaves: not understood; it acts in {} of {} rows, in the measured region",
         100.0 * map.not_understood,
         map.rows_inside,
         map.rows
@@ -16,7 +16,7 @@ pub fn map_in_words(map: &MapNote) -> String {
 pub fn map_sentence(step: &MapStep) -> String {
     let [without_mm, with_mm] = step.left_out_mm;
     let sentence = format!(
-        "A residual map of {} takes {:.0} % of the variance that is left ({without_mm:.3} -> {with_mm:.3} mm on rows left out): not understood, and good only where was measured.",
+        "A residual map of {} takes {:.0} % of the variance that is left ({without_mm:.3} -> {with_mm:.3} mm on rows left out): not understood, and good only in the measured region.",
         step.goes_by.join(" and "),
         100.0 * step.not_understood,
     );
@@ -47,7 +47,7 @@ mod tests {
         };
         assert_eq!(
             map_sentence(&step(false)),
-            "A residual map of pose and side of approach takes 62 % of the variance that is left (0.200 -> 0.123 mm on rows left out): not understood, and good only where was measured."
+            "A residual map of pose and side of approach takes 62 % of the variance that is left (0.200 -> 0.123 mm on rows left out): not understood, and good only in the measured region."
         );
         assert!(map_sentence(&step(true)).ends_with("which nothing here checks."));
     }

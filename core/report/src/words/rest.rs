@@ -26,7 +26,7 @@ fn two_positions(places: &[TwoPositions]) -> String {
         places.iter().map(|one| format!("about {} {} apart at {}", figure(one.apart), one.unit, one.place));
     let each: Vec<String> = each.collect();
     format!(
-        "returns to one pose fall into two camps {}, for no reason the table records",
+        "returns to one pose fall into two groups {}, for no reason the table records",
         listed(&each, "and")
     )
 }
@@ -36,7 +36,7 @@ fn description_in_words(description: &Description) -> String {
         Description::Trend(trend) => trend_in_words(trend),
         Description::Categories(means) => categories_in_words(means),
         Description::Unrelated(conditions) => format!(
-            "no single joint, moment or condition on record goes with it ({}); return to some poses from either side, after waiting, and under load",
+            "no single joint, moment or condition on record correlates with it ({}); return to some poses from either side, after waiting, and under load",
             listed(conditions, "and")
         ),
     }

@@ -58,7 +58,7 @@ fn verdict_in_words(diagnosis: &Diagnosis) -> String {
             format!("The arm does not come back to where it was: {}.", rest_in_words(&diagnosis.remaining))
         }
         Verdict::FloorUnknown => format!(
-            "Nothing can be named, and nobody knows how large the noise is: {miss:.3} mm may be all noise; return to some poses."
+            "Nothing can be named, and the noise is not known: {miss:.3} mm may be all noise; return to some poses."
         ),
     };
     match diagnosis.left_unexplained_mm {

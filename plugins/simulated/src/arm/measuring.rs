@@ -20,7 +20,7 @@ pub enum MeasuringError {
         places: String,
     },
     /// The ruler does not go there.
-    #[error("the ruler stands under the `flange` or the `tip`, not at `{0}`")]
+    #[error("the ruler goes under the `flange` or the `tip`, not at `{0}`")]
     NotRuled(String),
     /// No reflector is there.
     #[error("the tracker's reflector sits at the `tip` or the `flange`, not at `{0}`")]

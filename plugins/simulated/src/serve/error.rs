@@ -32,7 +32,7 @@ pub enum ServeError {
         source: io::Error,
     },
     /// The file for the cell's time cannot be written.
-    #[error("{}: the cell's time cannot be told there: {source}", file.display())]
+    #[error("{}: the cell's time cannot be written there: {source}", file.display())]
     Clock {
         /// The file.
         file: PathBuf,

@@ -421,7 +421,7 @@ fn read_profile(state: &mut State, of: &str, point: usize, axis: Axis) -> Say {
 
 fn read_point(state: &State, axis: u8, ahead_mm: f64) -> Say {
     let Some(switch) = state.world.switch() else {
-        let why = "no measuring arm stands by this arm's target".to_owned();
+        let why = "there is no measuring arm at this arm's target".to_owned();
         return Say::Refused { why };
     };
     match switch.read_point(usize::from(axis), ahead_mm) {

@@ -149,7 +149,7 @@ impl Operator for World {
             Instrument::Level => (self.read_level().to_degrees(), "deg"),
             Instrument::Ruler => (self.read_ruler(), "mm"),
             Instrument::Probe => return Err("no measuring probe is on this hand".to_owned()),
-            Instrument::Tracker => return Err("no laser tracker stands in this world".to_owned()),
+            Instrument::Tracker => return Err("there is no laser tracker in this world".to_owned()),
             Instrument::Board | Instrument::BoardTurn => {
                 return Err("no camera on this hand sees a board".to_owned());
             }
@@ -207,7 +207,7 @@ impl StepperMotors for World {
 impl Fingers for World {
     fn put_between_fingers(&mut self, width_mm: f64) -> Result<(), String> {
         let fits = World::put_between_fingers(self, width_mm);
-        fits.then_some(()).ok_or_else(|| "the fingers do not stand so far open; open them first".to_owned())
+        fits.then_some(()).ok_or_else(|| "the fingers are not so far open; open them first".to_owned())
     }
 }
 

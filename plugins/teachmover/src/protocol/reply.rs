@@ -31,10 +31,10 @@ pub struct ControllerState {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Fault {
     /// Something else than the digit of a status.
-    #[error("a single 0, 1 or 2 should stand there")]
+    #[error("a single 0, 1 or 2 should be there")]
     NotAStatus,
     /// Another number of numbers.
-    #[error("{expected} numbers should stand there, not {found}")]
+    #[error("{expected} numbers should be there, not {found}")]
     Count {
         /// How many there should be.
         expected: usize,

@@ -78,7 +78,7 @@ impl TeachMover {
         };
         if let Mode::Doubtful(reason) = &self.mode {
             return Err(PluginError::NotReady(format!(
-                "the arm is not handed over after a failed conversation ({reason}): look where it stands, then activate it again"
+                "the arm is not handed over after a failed conversation ({reason}): look where it is, then activate it again"
             )));
         }
         self.observe(None)?;

@@ -128,7 +128,7 @@ impl TeachMover {
         let words: Vec<String> =
             wrong.map(|(motor, (counted, sent))| format!("{motor} {counted} instead of {sent}")).collect();
         PluginError::Failed(format!(
-            "the controller counted {} half-steps: a command was damaged on the line, or carried out in part; the arm stands at {}",
+            "the controller counted {} half-steps: a command was damaged on the line, or carried out in part; the arm is at {}",
             words.join(", "),
             self.pose_in_words()
         ))

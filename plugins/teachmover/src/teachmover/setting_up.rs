@@ -23,14 +23,14 @@ fn is_silence(error: &ControllerError) -> bool {
 }
 
 /// What to set for a controller that does not know `@READ`.
-const WITHOUT_READ: &str = "where a controller carries moves out and does not know @READ, as owners of a TeachMover II have reported, `dead_reckoning: true` in the cell file has its half-steps counted here; what that cannot see stands in the driver's manual";
+const WITHOUT_READ: &str = "where a controller carries moves out and does not know @READ, as owners of a TeachMover II have reported, `dead_reckoning: true` in the cell file has its half-steps counted here; what that cannot see is in the driver's manual";
 
 impl TeachMover {
     /// Where the arm stands when it is connected, or how it can be connected where the controller does not say it.
     pub(super) fn first_reading(&mut self) -> Result<ControllerState, PluginError> {
         if self.configuration.dead_reckoning {
             self.require_somebody_without_read()?;
-            let text = "dead reckoning: the arm is taken to stand in the pose of `registers_zero` now. Nothing confirms where it stands: steps that stall or get lost are not seen, nor are inputs and the pendant's keys, and a move that its STOP key ends loses the place";
+            let text = "dead reckoning: the arm is taken to be in the pose of `registers_zero` now. Nothing confirms where it is: steps that stall or get lost are not seen, nor are inputs and the pendant's keys, and a move that its STOP key ends loses the place";
             self.host.log(LogLevel::Warn, text);
             return self.read_twice_alike(None);
         }

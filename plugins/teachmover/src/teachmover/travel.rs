@@ -98,7 +98,7 @@ impl TeachMover {
     /// A move that ended early with the arm at rest.
     fn stopped(&mut self, what: &str) -> PluginError {
         match self.tell_rest() {
-            Ok(_) => PluginError::Stopped(format!("{what}; the arm stands at {}", self.pose_in_words())),
+            Ok(_) => PluginError::Stopped(format!("{what}; the arm is at {}", self.pose_in_words())),
             Err(error) => error,
         }
     }
@@ -109,12 +109,12 @@ impl TeachMover {
         let unplugged = matches!(&error, ControllerError::Line(SerialError::WriteCommand { .. }));
         let error = PluginError::from(error);
         let where_it_is = if refused && self.observe(None).is_ok() {
-            format!("the arm stands at {}", self.pose_in_words())
+            format!("the arm is at {}", self.pose_in_words())
         } else if unplugged {
-            format!("the arm stood at {} before", self.pose_in_words())
+            format!("the arm was at {} before", self.pose_in_words())
         } else {
             format!(
-                "before that command the arm stood at {}; where it stands now is not known",
+                "before that command the arm was at {}; where it is now is not known",
                 self.pose_in_words()
             )
         };

@@ -122,7 +122,11 @@ fn half_a_state_is_no_state() {
 fn states_that_stop_coming_repeat_or_come_late_end_a_move_and_are_no_reading() {
     for (event, healed, words) in [
         (Event::Silence(true), Event::Silence(false), "the controller has sent nothing for"),
-        (Event::Freeze(true), Event::Freeze(false), "old when they come: they are late, or its clock stands"),
+        (
+            Event::Freeze(true),
+            Event::Freeze(false),
+            "old when they come: they are late, or its clock has stopped",
+        ),
         (Event::Late(Duration::from_millis(900)), Event::Late(Duration::ZERO), "the controller"),
     ] {
         let (mut cell, error) = in_mid_move(|emulator| emulator.tell(event.clone()), words);

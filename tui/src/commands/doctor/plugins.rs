@@ -32,7 +32,7 @@ pub(super) fn look(directories: &[PathBuf]) -> Vec<Finding> {
             Err(error) => Finding::wrong(
                 TOPIC,
                 error.to_string(),
-                "plumb plugins verify tells more; other plugins work all the same",
+                "plumb plugins verify says more; other plugins work all the same",
             ),
         });
     }

@@ -163,7 +163,7 @@ fn fall(growth: &Growth) -> String {
     let mut text = format!("{:<34} fit {:.4} mm\n", "start", growth.start.fit);
     for step in &growth.steps {
         let ratio =
-            step.floor_ratio.map_or_else(String::new, |ratio| format!(", {ratio:.2} times the floor"));
+            step.floor_ratio.map_or_else(String::new, |ratio| format!(", {ratio:.2} times the noise"));
         let claim = match step.claim {
             Claim::Mechanism => String::new(),
             Claim::Correction => format!("  correction: may be {}", step.may_be.join(", or ")),

@@ -201,9 +201,7 @@ fn open_prompt(record: &Record, run: &RunSummary) -> Result<Option<PromptBox>, R
 pub(super) fn only_at_the_arm(kind: &PromptKind) -> Option<&'static str> {
     match kind {
         PromptKind::JogTo { .. } => Some("it moves the arm: answer it where the arm is seen"),
-        PromptKind::ConfirmPose { .. } => {
-            Some("it asks where the arm stands: answer it where the arm is seen")
-        }
+        PromptKind::ConfirmPose { .. } => Some("it asks where the arm is: answer it where the arm is seen"),
         PromptKind::Photo => Some("it asks for a file on the cell's own machine"),
         _ => None,
     }

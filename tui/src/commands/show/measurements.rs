@@ -22,7 +22,7 @@ enum RobotError {
     Several(String),
     #[error("the cell names no robots, so nothing has a pose")]
     None,
-    #[error("run {run} is of another cell, {cell}: rows of different cells do not stand in one table")]
+    #[error("run {run} is of another cell, {cell}: rows of different cells do not go into one table")]
     OtherCell { run: i64, cell: String },
 }
 

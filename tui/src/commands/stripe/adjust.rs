@@ -57,12 +57,12 @@ pub(super) fn write(lab: &Lab, found: &Adjustment, from: &Path, to: &Path) -> Re
     let cell = plumb_document::read_text(from, plumb_document::FileKind::CELL)
         .map_err(|cause| failed(from, cause.to_string()))?;
     let changed = with_value(&cell, "model", &arm_name).and_then(|cell| with_value(&cell, "rig", &rig_name));
-    let what = "`model:` and `rig:` must stand in it once each, for them to be replaced".to_owned();
+    let what = "`model:` and `rig:` must appear in it once each, for them to be replaced".to_owned();
     let mut changed = changed.ok_or_else(|| failed(from, what))?;
     if found.late_s() != 0.0 {
         let delay_ms = lab.exposure_delay_ms + 1000.0 * found.late_s();
         let what = format!(
-            "`{DELAY}:` must stand in the light stripe's `config` once, if only as 0, for {delay_ms:.4} to be written"
+            "`{DELAY}:` must appear in the light stripe's `config` once, if only as 0, for {delay_ms:.4} to be written"
         );
         changed = with_value(&changed, DELAY, &format!("{delay_ms:.5}")).ok_or_else(|| failed(from, what))?;
     }

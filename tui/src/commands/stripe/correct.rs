@@ -88,7 +88,7 @@ fn write(rig: &Rig, from: &Path, to: &Path) -> Result<Vec<PathBuf>, CorrectError
     let name = format!("{}.rig.yaml", to.file_stem().unwrap_or_default().to_string_lossy());
     let cell = plumb_document::read_text(from, plumb_document::FileKind::CELL)
         .map_err(|cause| failed(from, cause.to_string()))?;
-    let what = "`rig:` must stand in it once, for it to be replaced".to_owned();
+    let what = "`rig:` must appear in it once, for it to be replaced".to_owned();
     let cell = with_value(&cell, "rig", &name).ok_or_else(|| failed(from, what))?;
     let rig_file = to.with_file_name(name);
     let text = write_rig(rig).map_err(|what| failed(&rig_file, what))?;

@@ -38,7 +38,7 @@ const WORDS: &[(&str, &str)] = &[
     ("study", "Its name: a command of plumb-studies."),
     ("title", "Its title."),
     ("about", "What it is about, in words."),
-    ("runs", "How many runs each line and each point rests on, unless told otherwise."),
+    ("runs", "How many runs each line and each point rests on, unless said otherwise."),
     ("cell", "The cell, relative to this file."),
     ("procedure", "The procedure of the cell that is run; its first when left out."),
     ("check_pose", "Where the error is taken: the arm's joints there, in the cell's units."),

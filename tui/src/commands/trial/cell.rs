@@ -164,7 +164,7 @@ fn seal_world(directory: &Path, world: &str, truth: &Truth) -> Result<(), TrialE
 fn stands(directory: &Path, commands: impl Fn(&str) -> String) -> Outcome {
     let at = directory.display().to_string();
     Outcome::done(format!(
-        "A cell with something hidden in it, or nothing, stands in {at}.\n{}  plumb trial reveal {at}\n",
+        "A cell with something hidden in it, or nothing, is in {at}.\n{}  plumb trial reveal {at}\n",
         commands(&at)
     ))
 }

@@ -109,7 +109,7 @@ pub enum TrialError {
         columns: String,
     },
     /// A trial stands there already.
-    #[error("{0} stands there already: a trial is not overwritten; give another directory")]
+    #[error("{0} is there already: a trial is not overwritten; give another directory")]
     Exists(PathBuf),
     /// A file cannot be written.
     #[error("cannot write {path}: {source}")]

@@ -53,7 +53,7 @@ pub(super) fn run(arguments: &MeasureArguments) -> Result<Outcome, TrialError> {
     write(&path, &format!("{table}{line_end}{added}"))?;
     let count = chosen.len() - before;
     Ok(Outcome::done(format!(
-        "{count} more readings stand in {}: {} in all.\n",
+        "{count} more readings are in {}: {} in all.\n",
         path.display(),
         planned + chosen.len()
     )))

@@ -66,7 +66,9 @@ fn list(state: &State, history: &HistoryState, frame: &mut Frame, area: Rect) {
         let text = match (&history.problem, &history.runs) {
             (Some(problem), _) => problem.clone(),
             (None, None) => "Reading the record \u{2026}".to_owned(),
-            (None, Some(runs)) if runs.is_empty() => "No runs yet. The first one will stand here.".to_owned(),
+            (None, Some(runs)) if runs.is_empty() => {
+                "No runs yet. The first one will be listed here.".to_owned()
+            }
             (None, Some(_)) => "No run holds these words. / changes them.".to_owned(),
         };
         let style = if history.problem.is_some() { theme.bad } else { theme.faint };

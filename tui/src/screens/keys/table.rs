@@ -59,7 +59,7 @@ pub(crate) const BINDINGS: &[Binding] = &[
     bind(&[code(KeyCode::Down)], "Down", Context::Everywhere, Command::Down, "", "The choice or line below."),
     bind(&[code(KeyCode::PageUp)], "PgUp", Context::Everywhere, Command::PageUp, "", "A page up."),
     bind(&[code(KeyCode::PageDown)], "PgDn", Context::Everywhere, Command::PageDown, "", "A page down."),
-    bind(&[code(KeyCode::Enter)], "Enter", Context::Prompt, Command::Answer, "answer", "Give the answer that stands in the prompt."),
+    bind(&[code(KeyCode::Enter)], "Enter", Context::Prompt, Command::Answer, "answer", "Give the answer shown in the prompt."),
     bind(&[letter('s')], "s", Context::Simulated, Command::LeaveToWorld, "simulate the rest", "Leave this and everything like it for the rest of the run to the simulated operator: what hands do, where an arm is driven by hand, what instruments read. Other questions are still asked."),
     bind(&[letter('p')], "p", Context::Run, Command::Pause, "pause", "Pause at the next point where the run can be taken up again."),
     bind(&[letter('r')], "r", Context::Run, Command::Resume, "resume", "Go on after a pause or a stop. Nothing moves again without it."),

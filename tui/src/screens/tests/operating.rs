@@ -339,7 +339,7 @@ fn who_jogs_a_simulated_arm_to_a_level_sees_its_bubble() {
         "{shown}"
     );
     tell(&mut state, read(None, &prompt.step));
-    assert!(page(&state, 80, 24).contains("the bubble stands at an end"));
+    assert!(page(&state, 80, 24).contains("the bubble is at an end"));
 }
 
 #[test]

@@ -318,7 +318,7 @@ fn an_arm_of_a_urdf_file_takes_limits_signs_and_gears_from_the_model_file() {
         ),
         (
             "convention: {urdf: r.urdf}\njoints: [{name: turn, a_mm: 5}]\n",
-            "the URDF file says where joint `turn` stands",
+            "the URDF file says where joint `turn` is",
         ),
         (
             "convention: {urdf: r.urdf}\njoints: [{name: reach, limits_deg: [0, 5]}]\n",

@@ -223,7 +223,7 @@ impl Heard {
         for (kept, numbers) in step.values.iter().zip(&mut self.numbers) {
             let Some(number) = number_at(&fields, &kept.field) else {
                 return Err(StepError::error(format!(
-                    "{} tells a `{}` that is no number",
+                    "{} sends a `{}` that is not a number",
                     step.stream_name(),
                     kept.field
                 )));

@@ -72,7 +72,7 @@ fn joint_values(
         return Ok(Map::new());
     }
     if drive.len() != joints {
-        return Err(format!("tells of {} joints, and {} has {joints}", drive.len(), arm.name));
+        return Err(format!("reports {} joints, and {} has {joints}", drive.len(), arm.name));
     }
     let values = match quantity {
         JointQuantity::Position => arm.corrected(drive),

@@ -203,7 +203,7 @@ impl Engine {
         }
         let Some((header, points)) = self.stripes_of(step)?.pop() else {
             return Err(StepError::error(format!(
-                "{} has told no stripe: it is no light stripe sensor, or looks for something else",
+                "{} has reported no stripe: it is no light stripe sensor, or looks for something else",
                 step.sensor
             )));
         };

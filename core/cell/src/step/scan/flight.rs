@@ -64,7 +64,7 @@ impl Engine {
     /// Without poses under way nothing of a flight can be kept: a pose between its ends would be made up.
     fn blind_on_the_way(&self, step: &ScanStep) -> StepError {
         StepError::error(format!(
-            "{} does not tell where it is while it moves, so that a picture taken in motion has no pose: nothing of this scan is kept. Scan at rest (`fly_mm_s` 0), or wire `pose` of {} if it is not",
+            "{} does not report where it is while it moves, so that a picture taken in motion has no pose: nothing of this scan is kept. Scan at rest (`fly_mm_s` 0), or wire `pose` of {} if it is not",
             step.robot, step.sensor
         ))
     }
@@ -87,7 +87,7 @@ impl Engine {
             let taken = self.sensor(camera)?.link.read(0).map_err(|error| self.device_error(error))?;
             let waiting = taken.quantities.iter().find(|quantity| quantity.name == WAITING);
             let waiting = waiting.map(|quantity| quantity.value).ok_or_else(|| {
-                StepError::error(format!("{camera} takes no pictures by itself: it tells no `{WAITING}`"))
+                StepError::error(format!("{camera} takes no pictures by itself: it reports no `{WAITING}`"))
             })?;
             let read = self.sensor(&step.sensor)?.link.read(taken.time_ns);
             read.map_err(|error| self.device_error(error))?;

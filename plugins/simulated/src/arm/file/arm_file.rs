@@ -226,7 +226,7 @@ impl Reader<'_> {
         let placed = [&typed.a_mm, &typed.alpha_deg, &typed.d_mm, &typed.theta_deg, &typed.sign];
         if typed.slides || placed.iter().any(|number| number.is_some()) {
             let problem = format!(
-                "the URDF file says where joint `{}` stands and how it moves; here it may have limits, a speed, a step and a home",
+                "the URDF file says where joint `{}` is and how it moves; here it may have limits, a speed, a step and a home",
                 joint.name
             );
             return self.typed.wrong(typed.name.span, &problem);

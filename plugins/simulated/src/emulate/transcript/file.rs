@@ -189,7 +189,7 @@ fn parse_quoted(text: &str) -> Result<Vec<u8>, String> {
                     let digits: String = rest.by_ref().take(2).collect();
                     u8::from_str_radix(&digits, 16).map_err(|_| format!("`\\x{digits}` is no byte"))?
                 }
-                other => return Err(format!("`\\{}` stands for nothing", other.unwrap_or(' '))),
+                other => return Err(format!("`\\{}` means nothing", other.unwrap_or(' '))),
             }),
             other => {
                 let byte = u8::try_from(other).ok().filter(u8::is_ascii);
@@ -239,7 +239,7 @@ mod tests {
             ("> 1", "line 1: `1` is no byte of two hexadecimal digits"),
             (">", "line 1: no bytes follow"),
             ("> \"abc", "line 1: the closing quotation mark is missing"),
-            ("> \"a\\q\"", "line 1: `\\q` stands for nothing"),
+            ("> \"a\\q\"", "line 1: `\\q` means nothing"),
             ("> \"a\" b", "line 1: `b` follows the closing quotation mark"),
         ] {
             let error = Transcript::parse(text).unwrap_err().to_string();

@@ -33,7 +33,7 @@ impl LedArm {
         if joints.len() != AXES || joints.iter().any(|joint| joint.unit != JointUnit::Rad) {
             let there = &client.welcome().model;
             return Err(ArmError(format!(
-                "a {there} stands in that world, no arm whose six joints all turn"
+                "there is a {there} in that world, no arm whose six joints all turn"
             )));
         }
         Ok(Self { client })

@@ -36,7 +36,10 @@ impl DrivenArm {
     pub(super) fn connect(socket: &Path) -> Result<Self, ArmError> {
         let client = WorldClient::connect(socket, "VAL-II").map_err(gone)?;
         if client.welcome().arm != puma560::NAME {
-            return Err(ArmError(format!("a {} stands in that world, no PUMA 560", client.welcome().model)));
+            return Err(ArmError(format!(
+                "there is a {} in that world, no PUMA 560",
+                client.welcome().model
+            )));
         }
         let mut mover = WorldClient::connect(socket, "VAL-II servos").map_err(gone)?;
         let (motions, orders) = channel::<Verb>();

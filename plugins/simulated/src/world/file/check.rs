@@ -27,7 +27,7 @@ impl Checker<'_> {
     pub(super) fn world(&self, raw: raw::World) -> Option<WorldDescription> {
         let raw::Arm::TeachMover(arm) = raw.arm else {
             self.typed
-                .wrong(raw.world.span, "another arm stands in this world, but a TeachMover is wanted here");
+                .wrong(raw.world.span, "there is another arm in this world, but a TeachMover is wanted here");
             return None;
         };
         let raw::Target::T(target) = raw.target;

@@ -39,7 +39,7 @@ impl MotorsInWorld {
         let mut client = WorldClient::connect(socket, "teachmover controller").map_err(gone)?;
         let welcome = client.welcome();
         if welcome.arm != "teachmover" {
-            return Err(MotorsError(format!("a {} stands in that world, no TeachMover", welcome.model)));
+            return Err(MotorsError(format!("there is a {} in that world, no TeachMover", welcome.model)));
         }
         let mover = WorldClient::connect(socket, "teachmover motors").map_err(gone)?;
         let last = client.read(Verb::Read {}).map_err(gone)?;
