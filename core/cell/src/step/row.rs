@@ -193,8 +193,8 @@ impl StepKind for RowStep {
   "propertyNames": {"anyOf": [{"pattern": "^(p[1-9]|board)_([xyz]_mm|q[wxyz]|r[xyz]_rad)$"}, {"pattern": "^profile([1-9][0-9]{0,2})?_[xz]_mm$"}, {"enum": ["robot", "joints_deg", "joints_mm", "on", "level", "board", "session", "touch", "distance_to", "repeat", "height_mm", "tilt_x_deg", "tilt_y_deg", "distance_mm", "std_x_mm", "std_y_mm", "std_z_mm", "payload_kg", "temperature_c", "p1_x_mm", "p1_y_mm", "p1_z_mm", "p2_x_mm", "p2_y_mm", "p2_z_mm", "p3_x_mm", "p3_y_mm", "p3_z_mm", "p4_x_mm", "p4_y_mm", "p4_z_mm"]}]},
   "properties": {
     "robot": {"$ref": "#/definitions/text"},
-    "joints_deg": {"description": "Joints that were read elsewhere than the arm stands now.", "$ref": "#/definitions/joint_numbers"},
-    "joints_mm": {"description": "Joints that were read elsewhere than the arm stands now.", "$ref": "#/definitions/joint_numbers"},
+    "joints_deg": {"description": "Joints that were read where the arm is not any more.", "$ref": "#/definitions/joint_numbers"},
+    "joints_mm": {"description": "Joints that were read where the arm is not any more.", "$ref": "#/definitions/joint_numbers"},
     "on": {"description": "The surface of the model file that `height_mm` is over.", "$ref": "#/definitions/text"},
     "level": {"description": "The level of the model file that was read.", "$ref": "#/definitions/text"},
     "board": {"description": "Which of the model file's boards the camera sees.", "$ref": "#/definitions/text"},
