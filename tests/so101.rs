@@ -141,7 +141,7 @@ fn two_zeros_and_a_direction_that_are_wrong_are_found_written_back_and_verified(
     let before = lab.plumb(&["run", "cell.yaml", "verify", "--headless"]);
     assert_eq!(before.code(), 1, "{}", before.all());
     assert!(
-        before.all().contains("shoulder_lift stands 16.0 degrees from where it says: run `calibrate`"),
+        before.all().contains("shoulder_lift is 16.0 degrees from where it says: run `calibrate`"),
         "{}",
         before.all()
     );

@@ -172,7 +172,7 @@ fn what_is_printed_to_go_on_with_names_the_record_that_was_given() {
     // So do the errors and the hints of the commands that look back.
     let asked: [(&[&str], &str); 4] = [
         (&["show", "99"], "`plumb history --record 'my record'`"),
-        (&["certificate", "2", "-o", "c.html"], "`plumb show 2 --record 'my record'`"),
+        (&["certificate", "1", "-o", "c.html"], "`plumb show 1 --record 'my record'`"),
         (&["show", "--cell", "nowhere"], "`plumb history --record 'my record'`"),
         (&["queue", "list"], "`plumb queue add CELL --record 'my record'`"),
     ];

@@ -92,7 +92,7 @@ fn every_example_comes_with_what_it_needs_and_is_in_order() {
     for name in &names {
         let said = place.plumb(&["init", name, "--cell", name]);
         assert_eq!(said.code(), 0, "{name}: {}", said.all());
-        let page = format!("Read on in {name}/README.md");
+        let page = format!("Read on in {name}/{name}/README.md");
         assert!(said.out().contains(&page), "{}", said.out());
         let cells = files_with(&place.path(name), "cell: ");
         assert!(!cells.is_empty() || *name == "arms", "{name} holds a cell");

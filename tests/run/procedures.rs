@@ -58,7 +58,7 @@ fn what_is_set_by_hand_is_asked_for_and_a_tilted_hand_is_sent_back() {
     let run = lab.plumb(&["run", "cell-worn.yaml", "pre-initialization"]);
     assert_eq!(run.code(), 1, "{}", run.all());
     assert!(
-        run.all().contains("The hand stands 3.00 degrees from vertical, more than 1: bring it upright"),
+        run.all().contains("The hand is 3.00 degrees from vertical, more than 1: bring it upright"),
         "{}",
         run.all()
     );

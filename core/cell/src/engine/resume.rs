@@ -12,6 +12,7 @@ use super::start::describe_changed;
 use super::step_context::StepContext;
 use super::step_error::StepError;
 use crate::event::{Event, LogLevel, NamedValue, StepOutcome, StepPath};
+use crate::in_words::sentence_case;
 use crate::prompt::PromptKind;
 use crate::step::MovedJoints;
 
@@ -175,8 +176,8 @@ impl Engine {
             step: &path,
             title: "A plugin has changed. Run with it?",
             text: format!(
-                "{}.\nThat is right after an update. If nobody has updated it, abort and find out who did.",
-                describe_changed(changed)
+                "{}.\nAfter an update that is as it should be. If nobody has updated it, abort and find out who changed it.",
+                sentence_case(&describe_changed(changed))
             ),
             help: None,
             kind: PromptKind::Acknowledge { label: "Run with it".to_owned() },

@@ -458,7 +458,7 @@ mod tests {
         assert!(Left::of(&slipped).unwrap().size() > 1.0);
         let found = others(&slipped, body, VECTOR);
         assert!(
-            found[0].0.size() < 1e-6 && found[0].1.what.starts_with("inverted, as the turn"),
+            found[0].0.size() < 1e-6 && found[0].1.what.starts_with("inverted, as the rotation"),
             "{}",
             found[0].1.what
         );

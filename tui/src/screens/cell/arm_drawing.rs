@@ -80,21 +80,22 @@ impl Scene {
     fn around(reach: f64, table: f64, points: &[PlanePoint], area: Rect) -> Self {
         let (across, up) = (f64::from(area.width.max(1)) * 2.0, f64::from(area.height.max(1)) * 4.0);
         let below = table - 0.07 * reach;
+        let (wide, high) = (0.72 * reach, 0.62 * reach);
         let step = (0.25 * reach).max(1.0);
-        let [left, right] = grown([-0.12 * reach, 0.6 * reach], points.iter().map(|point| point.0), step);
-        let [low, high] = grown([below, below + 0.62 * reach], points.iter().map(|point| point.1), step);
-        let dot = ((right - left) / across).max((high - low) / up).max(1e-9);
-        let left = left - 0.5 * (dot * across - (right - left));
+        let [left, right] = more([-0.12 * reach, 0.6 * reach], points.iter().map(|point| point.0), step);
+        let [down, above] = more([below, below + high], points.iter().map(|point| point.1), step);
+        let (wide, high) = (wide + left + right, high + down + above);
+        let dot = (wide / across).max(high / up).max(1e-9);
+        let (left, low) = (-0.12 * reach - left - 0.5 * (dot * across - wide), below - down);
         Self { x: [left, left + dot * across], y: [low, low + dot * up], dot }
     }
 }
 
-/// A range that holds all of `values`: made longer at either end by whole steps.
-fn grown([low, high]: [f64; 2], values: impl Iterator<Item = f64>, step: f64) -> [f64; 2] {
-    values.fold([low, high], |[low, high], value| {
-        let below = ((low - value) / step).ceil().max(0.0);
-        let above = ((value - high) / step).ceil().max(0.0);
-        [low - below * step, high + above * step]
+/// By how much a range has to be longer at its beginning and at its end to hold all of `values`: whole steps.
+fn more([low, high]: [f64; 2], values: impl Iterator<Item = f64>, step: f64) -> [f64; 2] {
+    values.fold([0.0, 0.0], |[before, behind], value| {
+        let steps = |short: f64| (short / step).ceil().max(0.0) * step;
+        [steps(low - value).max(before), steps(value - high).max(behind)]
     })
 }
 

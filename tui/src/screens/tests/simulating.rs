@@ -48,7 +48,8 @@ fn readings_of_simulated_instruments_are_left_to_the_program_by_one_key() {
 fn in_the_smallest_terminal_the_question_begins_to_be_read_before_the_keys_are_named_twice() {
     let mut state = begun();
     let Event::PromptAsked { mut prompt } = number_asked() else { panic!("a prompt") };
-    (prompt.simulated, prompt.text) = (true, "Lay the spirit level on the hand, and read it.".to_owned());
+    let text = "Lay the spirit level on the hand, read it, turn it end for end and read it once more.";
+    (prompt.simulated, prompt.text) = (true, text.to_owned());
     tell(&mut state, Event::PromptAsked { prompt });
     let shown = page(&state, 40, 12);
     assert!(shown.contains("Lay the spirit") && shown.contains("PgDn reads on"), "{shown}");
