@@ -32,7 +32,7 @@ impl JointWatcher {
         let ended = Arc::new(AtomicBool::new(false));
         let end = Arc::clone(&ended);
         let thread = std::thread::spawn(move || {
-            let mut reported = Instant::now();
+            let mut reported: Option<Instant> = None;
             while !end.load(Ordering::Relaxed) {
                 if signal.wait(Duration::from_millis(100)).is_err() {
                     return;
@@ -46,9 +46,10 @@ impl JointWatcher {
                         Err(_) => {}
                     }
                 }
-                if let Some(state) = last.filter(|state| !state.is_moving() || reported.elapsed() >= PAUSE) {
+                let is_due = reported.is_none_or(|at| at.elapsed() >= PAUSE);
+                if let Some(state) = last.filter(|state| !state.is_moving() || is_due) {
                     listener(&state);
-                    reported = Instant::now();
+                    reported = Some(Instant::now());
                 }
             }
         });
@@ -87,7 +88,6 @@ mod tests {
         };
         let watcher = JointWatcher::start(&bus, "arm", &stream, Box::new(listener)).unwrap();
         let long = Duration::from_secs(20);
-        std::thread::sleep(2 * PAUSE);
         for (time_ns, moving) in [(1, true), (2, false), (3, false)] {
             let state = JointState::new(time_ns, JointVector::zeros(6), moving);
             sender.emit(bytemuck::bytes_of(&state)).unwrap();
