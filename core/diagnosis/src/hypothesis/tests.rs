@@ -168,3 +168,61 @@ fn a_searched_number_is_tried_again_on_either_side_of_where_it_was() {
     // Nine tenths of the first search's spacing, a share of a range of some 200 deg.
     assert!((0.05..1.5).contains(&(tried[18] - at)), "{tried:?}");
 }
+
+#[test]
+fn a_bump_and_a_half_turn_are_tried_again_about_their_numbers() {
+    let lab = two_links(30, "joint_zero(*)", 0.05, 71, |_| [0.0; 2]);
+    let site = grammar::probes(&lab)[0].0.site;
+    let (angle, factor) = (Angle::of(1), forms::Factor::One);
+    let tried = |shape: Shape| {
+        let forms = grammar::finer(&lab, &forms::Form { site, factor, shape });
+        forms.into_iter().map(|(form, _)| form.shape).collect::<Vec<Shape>>()
+    };
+    let bumps = tried(Shape::Bump(angle, 0.2, 0.3));
+    assert_eq!(bumps.len(), 3 * 19);
+    for (index, shape) in bumps.iter().enumerate() {
+        let Shape::Bump(_, _, wide) = shape else { panic!("{shape:?}") };
+        // Narrower and wider by a root of two.
+        assert!((wide - [0.21, 0.3, 0.42][index % 3]).abs() < 1e-9, "{shape:?}");
+    }
+    let halves = tried(Shape::Half(angle, 0.5));
+    assert_eq!(halves.len(), 19);
+    let at = |index: usize| match halves[index] {
+        Shape::Half(_, at) => at,
+        other => panic!("{other:?}"),
+    };
+    // An eighth of half a turn lies between two that were tried: nine tenths of it on either side.
+    let reach = 0.9 * 0.125 * std::f64::consts::PI;
+    assert!((at(9) - 0.5).abs() < 1e-9, "{}", at(9));
+    assert!((at(0) - (0.5 - reach)).abs() < 1e-3 && (at(18) - (0.5 + reach)).abs() < 1e-3, "{halves:?}");
+    assert_eq!(tried(Shape::One), [Shape::One]);
+    let beyond = tried(Shape::Beyond(angle, 0.1));
+    assert!(beyond.iter().all(|shape| matches!(shape, Shape::Beyond(_, at) if *at > 0.0)), "{beyond:?}");
+    assert!((10..19).contains(&beyond.len()), "{}: those below zero begin nowhere", beyond.len());
+}
+
+#[test]
+fn an_angle_that_stays_where_it_is_has_no_steps_and_slopes() {
+    let bent = |elbow: fn(f64) -> f64| {
+        let mut text = "q1_deg,q2_deg,p1_x_mm,p1_y_mm,p1_z_mm\n".to_owned();
+        for row in 0..40 {
+            let q = [-150.0 + 7.0 * f64::from(row), elbow(f64::from(row))];
+            text.push_str(&format!("{},{},{},0,0\n", q[0], q[1], 100.0 + q[0]));
+        }
+        let model = Model::parse("model.yaml", &format!("{}free: []\n", crate::testing::TWO_LINKS)).unwrap();
+        let table = Table::parse("table.csv", &text).unwrap();
+        let options = Options { holdout: Holdout::None, ..Options::default() };
+        Laboratory::new(model, table, options).unwrap()
+    };
+    let kinks = |lab: &Laboratory| {
+        let of_elbow = Angle::of(1);
+        let forms = grammar::probes(lab).into_iter().map(|(form, _)| form.shape);
+        forms
+            .filter(
+                |shape| matches!(shape, Shape::Above(angle, _) | Shape::Step(angle, _) if *angle == of_elbow),
+            )
+            .count()
+    };
+    assert_eq!(kinks(&bent(|_| 30.0)), 0);
+    assert!(kinks(&bent(|row| -60.0 + 3.0 * row)) > 0);
+}

@@ -475,6 +475,70 @@ mod tests {
         assert_eq!(plot.curve[1].0, plot.curve[1].1, "the diagonal");
     }
 
+    /// The shoulder's motion moves a point of a folded arm of two links, 200 mm and 195 mm, hardly at all.
+    #[test]
+    fn rows_in_which_the_motion_hardly_moves_the_point_are_not_drawn() {
+        let model =
+            crate::testing::TWO_LINKS.replace("a_mm: 150", "a_mm: 195").replace("150, 150", "180, 180");
+        let model = Model::parse("model.yaml", &format!("{model}free: []\n")).unwrap();
+        let mut text = "q1_deg,q2_deg,p1_x_mm,p1_y_mm,p1_z_mm\n".to_owned();
+        let levers: Vec<f64> = (0..40)
+            .map(|row| {
+                let (first, second) = (-80.0 + 4.0 * f64::from(row), 4.4 * f64::from(row));
+                let [own, both] = [first, first + second].map(f64::to_radians);
+                let (x, y) = (200.0 * own.cos() + 195.0 * both.cos(), 200.0 * own.sin() + 195.0 * both.sin());
+                text.push_str(&format!("{first},{second},{:.9},{y:.9},0\n", x + 0.01 * f64::from(row % 3)));
+                x.hypot(y)
+            })
+            .collect();
+        let table = plumb_calibration::table::Table::parse("table.csv", &text).unwrap();
+        let options = crate::laboratory::Options {
+            holdout: crate::split::Holdout::None,
+            ..crate::laboratory::Options::default()
+        };
+        let laboratory = Laboratory::new(model, table, options).unwrap();
+        let typical = root_mean_square(levers.iter().copied());
+        let far = levers.iter().filter(|lever| **lever > 0.2 * typical).count();
+        assert!((30..40).contains(&far), "{far}");
+        assert_eq!(plot_of(&laboratory, "joint_zero(shoulder)").points.len(), far);
+    }
+
+    #[test]
+    fn a_curve_goes_through_the_means_of_what_shares_a_place() {
+        let drawn = vec![(10.0, 0.0, 5.0, 0), (0.0, 9.0, 1.0, 1), (0.0, -9.0, 3.0, 2), (5.0, 0.0, 4.0, 3)];
+        assert_eq!(through(&drawn), [(0.0, 2.0), (5.0, 4.0), (10.0, 5.0)]);
+        assert_eq!(through(&Vec::new()), []);
+        // A column is the 240th part of the picture: what is nearer shares a point, in the middle of its places.
+        let near = vec![(0.0, 0.0, 1.0, 0), (0.9, 0.0, 3.0, 1), (2.0, 0.0, 7.0, 2), (240.0, 0.0, 8.0, 3)];
+        assert_eq!(through(&near), [(0.45, 2.0), (2.0, 7.0), (240.0, 8.0)]);
+    }
+
+    /// Two points of the hand, and the base 1.5 mm further along x than the model has it.
+    #[test]
+    fn where_all_that_is_left_is_the_effect_its_points_lie_on_the_diagonal_for_one_point_of_a_row() {
+        let model = crate::testing::TWO_LINKS
+            .replace("targets: {", "targets: {p2: {xyz_mm: [0, 0, 20], free: false}, ");
+        let model = Model::parse("model.yaml", &format!("{model}free: []\n")).unwrap();
+        let mut text = "q1_deg,q2_deg,p1_x_mm,p1_y_mm,p1_z_mm,p2_x_mm,p2_y_mm,p2_z_mm\n".to_owned();
+        for row in 0..30 {
+            let (first, second) = (-140.0 + 9.0 * f64::from(row), -90.0 + 37.0 * f64::from(row % 6));
+            let [own, both] = [first, first + second].map(f64::to_radians);
+            let (x, y) = (200.0 * own.cos() + 150.0 * both.cos(), 200.0 * own.sin() + 150.0 * both.sin());
+            text.push_str(&format!("{first},{second},{:.9},{y:.9},0,{:.9},{y:.9},20\n", x + 1.5, x + 1.5));
+        }
+        let table = plumb_calibration::table::Table::parse("table.csv", &text).unwrap();
+        let options = crate::laboratory::Options {
+            holdout: crate::split::Holdout::None,
+            ..crate::laboratory::Options::default()
+        };
+        let laboratory = Laboratory::new(model, table, options).unwrap();
+        let plot = plot_of(&laboratory, "base_position");
+        assert_eq!(plot.points.len(), 30);
+        for (predicted, left, _) in &plot.points {
+            assert!((predicted - 1.5).abs() < 1e-6 && (left - 1.5).abs() < 1e-6, "{predicted} {left}");
+        }
+    }
+
     #[test]
     fn what_the_rows_cannot_show_or_nobody_knows_has_no_plot() {
         let laboratory = wavy();

@@ -158,3 +158,25 @@ fn returns_make_the_floor_from_six_degrees_of_freedom_on_else_what_is_declared_d
         "readings that are rounded to the same number are no floor"
     );
 }
+
+#[test]
+fn a_candidate_gains_what_it_takes_beyond_the_columns_that_are_in() {
+    let mut all = with_condition(3.0);
+    // A second candidate that does the same as the first, and one that moves another coordinate with the order in the group.
+    all.candidates.push((EffectId::at("joint_settling", Spot::Joint(0)), 1..2));
+    all.candidates.push((EffectId::at("drift", Spot::Base), 2..3));
+    for (member, columns) in all.columns.iter_mut().enumerate() {
+        let side = if member % 2 == 0 { 1.0 } else { -1.0 };
+        let late = if member % 4 < 2 { -1.0 } else { 1.0 };
+        *columns = DMatrix::from_column_slice(3, 3, &[side, 0.0, 0.0, 2.0 * side, 0.0, 0.0, 0.0, late, 0.0]);
+    }
+    let nothing_in = all.gains(&all.scatter(&[]), &[]);
+    // 120 replicates, each 3 sigmas off by its side: 9 squares each, and the noise of one parameter.
+    assert!((nothing_in[0].0 - 9.0 * 120.0).abs() < 250.0, "{nothing_in:?}");
+    assert!((nothing_in[1].0 - nothing_in[0].0).abs() < 1e-6, "{nothing_in:?}");
+    assert_eq!(nothing_in.iter().map(|(_, freedom)| *freedom).collect::<Vec<_>>(), [1, 1, 1]);
+    let first_in = all.gains(&all.scatter(&[0]), &[0]);
+    assert_eq!((first_in[0].1, first_in[1].1), (0, 0), "{first_in:?}");
+    assert!(first_in[0].0 < 1e-6 && first_in[1].0 < 1e-6, "{first_in:?}");
+    assert!(first_in[2].1 == 1 && first_in[2].0 < 12.0, "noise of one parameter: {first_in:?}");
+}

@@ -240,3 +240,11 @@ fn effects_of_sensor_and_instrument_change_what_is_read_and_not_where_the_arm_is
     assert!(is_of_sensor(&EffectId::at("scale", Spot::Axis(0))));
     assert!(!is_of_sensor(&EffectId::at("joint_gain", Spot::Joint(0))));
 }
+
+#[test]
+fn a_root_mean_square_falls_by_the_difference_of_the_roots() {
+    // 4 points: from 5 to 4, and never below nothing.
+    assert!((expected_fall(100.0, 36.0, 4.0) - 1.0).abs() < 1e-12);
+    assert!((expected_fall(100.0, 200.0, 4.0) - 5.0).abs() < 1e-12);
+    assert_eq!(expected_fall(100.0, 0.0, 4.0), 0.0);
+}
