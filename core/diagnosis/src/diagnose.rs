@@ -343,6 +343,7 @@ mod tests {
         let promised = best.cv_gain.unwrap();
         // 150 mm times a hundredth of an elbow angle of 58 degrees RMS about its mean is 1.5 mm.
         assert!((1.0..2.0).contains(&promised), "{promised}");
+        assert!((best.explains_mm - promised).abs() < 1e-12, "{best:?}");
         assert!(
             (told.rms_mm.cv.unwrap() - best.leaves_mm.unwrap() - promised).abs() < 0.05 * promised,
             "{best:?}"

@@ -422,3 +422,21 @@ impl Laboratory {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::two_links;
+
+    #[test]
+    fn what_is_left_along_a_joint_is_that_of_its_own_motion() {
+        // The elbow swings 10 mrad about where it should be, on a lever of 150 mm: 1.06 mm RMS.
+        let lab = two_links(80, "", 0.02, 9, |q| [0.0, 0.01 * (3.0 * q[1]).sin()]);
+        let comparison = lab.compare(&Progress::unwatched()).unwrap();
+        let along: Vec<(&str, f64)> =
+            comparison.along_joints.iter().map(|one| (one.joint.as_str(), one.rms_mm)).collect();
+        let [("shoulder", shoulder), ("elbow", elbow)] = along[..] else { panic!("{along:?}") };
+        assert!((0.9..1.2).contains(&elbow), "{elbow}");
+        assert!(shoulder < 0.95 * elbow, "the forearm stands askew to the shoulder's motion: {along:?}");
+    }
+}

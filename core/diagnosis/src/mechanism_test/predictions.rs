@@ -46,7 +46,7 @@ impl Predictions {
                 for (falls, without) in falls.iter_mut().zip([&without.fit, &beside]) {
                     let (before, _) = bench.mixed.predict(without, &left_out)?;
                     for ((equation, before), (_, after)) in before.into_iter().zip(&after) {
-                        falls[equation] = loss(before, scale) - loss(*after, scale);
+                        falls[equation] = fall(before, *after, scale);
                     }
                 }
                 // The jackknife wants blocks of one kind: regions, the first way.
@@ -86,6 +86,11 @@ fn loss(residual: f64, scale: f64) -> f64 {
     if size <= knee { residual * residual } else { knee * (2.0 * size - knee) }
 }
 
+/// By how much a residual's loss falls: below zero where it is predicted worse.
+fn fall(before: f64, after: f64, scale: f64) -> f64 {
+    loss(before, scale) - loss(after, scale)
+}
+
 /// Sigma of some residuals by the median of their amounts; they have mean zero.
 fn robust_scale(residuals: &[f64]) -> f64 {
     let sizes: Vec<f64> = residuals.iter().map(|one| one.abs()).collect();
@@ -115,6 +120,8 @@ mod tests {
         assert!((loss(-0.99 * corner, 2.0) - (0.99 * corner).powi(2)).abs() < 1e-12);
         let (near, far) = (loss(3.0 * corner, 2.0), loss(4.0 * corner, 2.0));
         assert!((far - near - 2.0 * corner * corner).abs() < 1e-9, "{near} {far}");
+        assert!((fall(0.5, -0.25, 2.0) - (0.25 - 0.0625)).abs() < 1e-12);
+        assert!((fall(-0.25, 0.5, 2.0) + (0.25 - 0.0625)).abs() < 1e-12, "it grows");
     }
 
     #[test]
