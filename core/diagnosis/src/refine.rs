@@ -208,10 +208,8 @@ mod tests {
         assert_eq!(variance_of_logarithm([5.0; 3], 0.1, 10.0), 1.0, "nothing is known beyond a factor of e");
     }
 
-    #[test]
-    fn a_time_constant_between_those_of_the_grid_is_settled_with_its_error() {
-        // The elbow creeps: an error of 0.4 deg that decays by the hour, at rows a hundred seconds apart.
-        let clock = std::cell::Cell::new(0.0);
+    /// Rows a hundred seconds apart, the elbow off by so much (deg) at a time (s).
+    fn dated(rows: usize, off: impl Fn(f64) -> f64) -> Laboratory {
         let model = plumb_calibration::arm_model::Model::parse(
             "m.yaml",
             &format!("{}free: [joint_zero(*)]\n", crate::testing::TWO_LINKS),
@@ -219,12 +217,11 @@ mod tests {
         .unwrap();
         let mut random = plumb_estimation::Random::seeded(5);
         let mut text = "time_s,q1_deg,q2_deg,p1_x_mm,p1_y_mm,p1_z_mm\n".to_owned();
-        for _ in 0..80 {
-            let time = clock.replace(clock.get() + 100.0);
+        for row in 0..rows {
+            let time = 100.0 * row as f64;
             let q = [300.0 * random.uniform() - 150.0, 200.0 * random.uniform() - 100.0];
-            let warm = 0.4 * (1.0 - (-time / 2000.0_f64).exp());
             let first = q[0].to_radians();
-            let second = first + (q[1] + warm).to_radians();
+            let second = first + (q[1] + off(time)).to_radians();
             let x = 200.0 * first.cos() + 150.0 * second.cos() + 0.02 * random.normal();
             let y = 200.0 * first.sin() + 150.0 * second.sin() + 0.02 * random.normal();
             text.push_str(&format!(
@@ -239,11 +236,33 @@ mod tests {
             holdout: crate::split::Holdout::None,
             ..crate::laboratory::Options::default()
         };
-        let lab = Laboratory::new(model, table, options).unwrap();
+        Laboratory::new(model, table, options).unwrap()
+    }
+
+    /// What explains the rows best, with what is searched for in it settled.
+    fn likeliest(lab: &Laboratory) -> crate::forward_selection::Contender {
         let candidates =
-            crate::candidates::Candidates { listed: crate::candidates::probes(&lab), unlisted: Vec::new() };
-        let stage = lab.stage(Vec::new(), None, &candidates, &Progress::unwatched()).unwrap();
-        let first = &stage.contenders[0];
+            crate::candidates::Candidates { listed: crate::candidates::probes(lab), unlisted: Vec::new() };
+        let mut stage = lab.stage(Vec::new(), None, &candidates, &Progress::unwatched()).unwrap();
+        stage.contenders.swap_remove(0)
+    }
+
+    #[test]
+    fn a_jump_between_the_moments_that_were_tried_is_dated_to_its_row() {
+        // Of 180 rows every third is tried.
+        for row in [60, 61, 62] {
+            let lab = dated(180, |time| if time < 100.0 * f64::from(row) { 0.0 } else { 0.4 });
+            let first = likeliest(&lab);
+            assert_eq!(first.id.name, "joint_step", "{:?}", first.id);
+            assert_eq!(first.id.inner, Some(100.0 * f64::from(row)));
+        }
+    }
+
+    #[test]
+    fn a_time_constant_between_those_of_the_grid_is_settled_with_its_error() {
+        // The elbow creeps: an error of 0.4 deg that it comes to with a time constant of 2,000 s.
+        let lab = dated(80, |time| 0.4 * (1.0 - (-time / 2000.0).exp()));
+        let first = likeliest(&lab);
         assert_eq!(first.id.name, "warm_up", "{:?}", first.id);
         let constant = first.id.inner.unwrap();
         assert!((constant / 2000.0 - 1.0).abs() < 0.05, "{constant}");
