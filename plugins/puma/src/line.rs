@@ -38,7 +38,7 @@ pub enum LineFailure {
     Silent,
     /// A character was not echoed.
     #[error(
-        "the character `{character}` was not echoed; the line was cancelled and nothing moved. Check the cable; if it happens again, type carefully (`typing: careful`)"
+        "the character `{character}` was not echoed; the line was cancelled and nothing moved. Check the cable; where the computer or the controller is slow, wait longer for the echo (`echo_within_ms`)"
     )]
     NotEchoed {
         /// The character.
@@ -75,6 +75,13 @@ pub enum LineFailure {
         "the controller was started anew: its points and its calibration are lost. Press ARM POWER, see that the arm is clear, and activate the arm again"
     )]
     Rebooted,
+}
+
+impl LineFailure {
+    /// Whether what was typed did not come back as it was typed.
+    pub(crate) fn is_of_echo(&self) -> bool {
+        matches!(self, Self::NotEchoed { .. } | Self::WrongEcho { .. })
+    }
 }
 
 impl LineError {

@@ -7,7 +7,7 @@ use plumb_plugin::PluginError;
 use crate::configuration::Configuration;
 use crate::controller_error::ControllerError;
 use crate::joints::{AXES, JOINTS, folded, unfolded};
-use crate::line::{LineError, LineFailure};
+use crate::line::LineError;
 use crate::profile::Profile;
 use crate::reply::{Ending, Reply};
 use crate::typist::{Typist, Waited};
@@ -269,10 +269,8 @@ impl Monitor {
 
     /// Where something else came back than was typed, a message of the controller may have come in between: then that is what happened.
     fn instead_of_echo(&mut self, error: LineError) -> MonitorError {
-        let failed_echo =
-            matches!(error.failure, LineFailure::WrongEcho { .. } | LineFailure::NotEchoed { .. });
         match self.unrequested_error() {
-            Ok(Some(error)) if failed_echo => MonitorError::ControllerError(error),
+            Ok(Some(message)) if error.failure.is_of_echo() => MonitorError::ControllerError(message),
             _ => error.into(),
         }
     }

@@ -201,34 +201,38 @@ impl Typist {
         }
     }
 
-    /// Types a line up to and with its carriage return. What does not come back as it was typed is cancelled, and does not count.
+    /// Types a line up to and with its carriage return. What does not come back as it was typed is cancelled, and does not count; a line whose echo was late is typed once more.
     fn type_line(&mut self, text: &str) -> Result<(), LineError> {
         self.hear_unasked(text)?;
         self.require_no_new_start(text)?;
-        let typed = match self.typing {
+        let mut was_late = false;
+        loop {
+            let heard = self.unasked.len();
+            let error = match self.type_once(text) {
+                Err(error) if error.failure.is_of_echo() => error,
+                other => return other,
+            };
+            self.cancel()?;
+            self.require_no_new_start(text)?;
+            if self.typing == Typing::Fast {
+                // The controller did not keep up: from here on a character at a time.
+                self.typing = Typing::Careful;
+                continue;
+            }
+            // An echo that is only late is that of a computer or a controller that is busy. Something else in its place, or a message of the controller, is not.
+            let is_late =
+                matches!(error.failure, LineFailure::NotEchoed { .. }) && self.unasked.len() == heard;
+            if was_late || !is_late {
+                return Err(error);
+            }
+            was_late = true;
+        }
+    }
+
+    fn type_once(&mut self, text: &str) -> Result<(), LineError> {
+        match self.typing {
             Typing::Careful => self.type_carefully(text),
             Typing::Fast => self.type_fast(text),
-        };
-        match typed {
-            Err(LineError {
-                failure: LineFailure::NotEchoed { .. } | LineFailure::WrongEcho { .. }, ..
-            }) if self.typing == Typing::Fast => {
-                // The controller did not keep up: from here on a character at a time.
-                self.cancel()?;
-                self.typing = Typing::Careful;
-                self.type_line(text)
-            }
-            Err(
-                error @ LineError {
-                    failure: LineFailure::NotEchoed { .. } | LineFailure::WrongEcho { .. },
-                    ..
-                },
-            ) => {
-                self.cancel()?;
-                self.require_no_new_start(text)?;
-                Err(error)
-            }
-            other => other,
         }
     }
 

@@ -132,6 +132,29 @@ fn a_character_that_comes_back_as_another_cancels_the_line_in_careful_typing() {
 }
 
 #[test]
+fn a_line_whose_echo_comes_late_or_not_at_all_is_typed_once_more() {
+    // A busy computer is late itself now and then; nothing has counted before the carriage return. The default waits 400 ms for an echo.
+    for fault in ["late:900 to-arm 3", "late:900 from-arm 3", "drop to-arm 3", "drop from-arm 3"] {
+        let mut cell = Cell::of(EmulatorOptions::default(), Pace::Fast, &json!({"typing": "careful"}));
+        cell.emulator.tell(format!("fault {fault}").parse().unwrap());
+        cell.go(LEFTY).unwrap_or_else(|error| panic!("{fault}: {error}"));
+        cell.assert_at(LEFTY);
+    }
+}
+
+#[test]
+fn a_line_whose_echo_is_lost_twice_is_an_error_and_moves_nothing() {
+    let mut cell = Cell::of(EmulatorOptions::default(), Pace::Fast, &json!({"typing": "careful"}));
+    // The fourth byte that the controller gets is then the control C, the fifth to seventh the line again.
+    for fault in ["drop to-arm 3", "drop to-arm 7"] {
+        cell.emulator.tell(format!("fault {fault}").parse().unwrap());
+    }
+    let error = cell.go(LEFTY).unwrap_err();
+    assert!(error.text().contains("was not echoed"), "{error}");
+    cell.assert_world_at(READY);
+}
+
+#[test]
 fn a_damaged_line_typed_fast_is_cancelled_before_it_counts_and_typed_again_with_care() {
     // With the comparison off the controller would be told the damaged line, and report an error, or take another number. The first line has 8 characters;
     // nothing echoes whether its carriage return arrives.
