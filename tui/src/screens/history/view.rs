@@ -1,6 +1,6 @@
 //! Draws the History screen.
 
-use plumb_cell::give_or_take;
+use plumb_cell::{give_or_take, with_decimals};
 use plumb_record::{RunEnd, RunState, RunSummary};
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
@@ -197,7 +197,11 @@ fn trend(history: &HistoryState, theme: &Theme, frame: &mut Frame, area: Rect) {
         frame.render_widget(Paragraph::new(text).style(theme.faint).wrap(Wrap { trim: true }), inner);
         return;
     };
-    let title = format!("{}, {} ({} of {})", trend.name, trend.unit, history.trend + 1, history.trends.len());
+    // Two cells may well call their arms alike.
+    let several = history.trends.iter().any(|other| other.cell != trend.cell);
+    let of_cell = if several { format!(", {}", trend.cell) } else { String::new() };
+    let (name, unit) = (&trend.name, &trend.unit);
+    let title = format!("{name}{of_cell}, {unit} ({} of {})", history.trend + 1, history.trends.len());
     let inner =
         pane::open(frame, area, theme, &fitted(&title, usize::from(area.width.saturating_sub(4))), false);
     let Some(scale) = Scale::of(&trend.points) else { return };
@@ -208,7 +212,7 @@ fn trend(history: &HistoryState, theme: &Theme, frame: &mut Frame, area: Rect) {
     }
     for (value, row) in [(scale.high, plot.top()), (scale.low, plot.bottom().saturating_sub(1))] {
         let place = Rect { y: row, height: 1, ..left };
-        frame.render_widget(Line::styled(format!("{value:>8.3} "), theme.faint), place);
+        frame.render_widget(Line::styled(format!("{:>8} ", with_decimals(value, 3)), theme.faint), place);
     }
     let chosen = history.run().map(|run| run.run.0);
     draw(trend, &scale, chosen, theme, frame, plot);
@@ -230,6 +234,9 @@ struct Scale {
     high: f64,
 }
 
+/// What is shown above and below at least, deg or mm: ten times the last digit that stands at the axis, so that its ends differ.
+const LEAST_AIR: f64 = 0.01;
+
 impl Scale {
     fn of(points: &[TrendPoint]) -> Option<Self> {
         let ends = |value: fn(&TrendPoint, f64) -> f64| {
@@ -242,7 +249,7 @@ impl Scale {
         let (low, high) = ends(|point, sign| point.value + sign * point.uncertainty.unwrap_or(0.0))?;
         // A single moment or a value that never changed still gets an axis.
         let wide = 0.04 * (to - from).max(60.0);
-        let air = 0.12 * (high - low).max(1e-3);
+        let air = (0.12 * (high - low)).max(LEAST_AIR);
         Some(Self { from: from - wide, to: to + wide, low: low - air, high: high + air })
     }
 }

@@ -176,3 +176,17 @@ fn the_wheel_moves_the_choice() {
     update(&mut state, Message::Scroll(-1));
     assert_eq!(state.history.as_ref().map(|history| history.chosen), Some(0));
 }
+
+#[test]
+fn a_correction_over_time_names_its_cell_among_several_and_has_two_ends_of_its_axis() {
+    let mut state = recorded();
+    assert!(!page(&state, 120, 40).contains("waist zero of arm, teachmover"), "one cell needs no name");
+    let history = state.history.as_mut().expect("a history");
+    history.trends[1].cell = "second".to_owned();
+    let point = history.trends[0].points.first_mut().expect("a point");
+    (point.value, point.uncertainty) = (0.0, None);
+    history.trends[0].points.truncate(1);
+    let shown = page(&state, 120, 40);
+    assert!(shown.contains("waist zero of arm, teachmover, deg (1 of 2)"), "{shown}");
+    assert!(shown.contains(" 0.010 ") && shown.contains("-0.010 ") && !shown.contains("-0.000"), "{shown}");
+}
