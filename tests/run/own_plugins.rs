@@ -263,10 +263,38 @@ const FAULTS: &[Fault] = &[
     },
     Fault {
         kind: "sensor",
+        from: "\\\"name\\\": \\\"height\\\", \\\"unit\\\"",
+        to: "\\\"name\\\": \\\"hight\\\", \\\"unit\\\"",
+        check: "its manifest lists the quantities, input lines and joints it describes",
+        told: "the manifest lists height [mm]; the sensor describes hight [mm]",
+    },
+    Fault {
+        kind: "sensor",
         from: "    char words[160];",
         to: "    char words[160]; volatile int *nowhere = NULL; *nowhere = 1;",
         check: "it can be armed, polled and read at once",
         told: "ended by SIGSEGV",
+    },
+    Fault {
+        kind: "robot",
+        from: "\\\"name\\\": \\\"waist\\\"",
+        to: "\\\"name\\\": \\\"joint-1\\\"",
+        check: "its description makes sense",
+        told: "joint 'joint-1' cannot be named in an expression: use letters, digits and '_', a letter first",
+    },
+    Fault {
+        kind: "robot",
+        from: "\\\"lower\\\": -1.5707963267948966, \\\"upper\\\": 1.5707963267948966",
+        to: "\\\"lower\\\": -90, \\\"upper\\\": 90",
+        check: "its description makes sense",
+        told: "waist goes from -90 to 90 rad, which is 28.6 turns: are these degrees?",
+    },
+    Fault {
+        kind: "robot",
+        from: "\\\"lower\\\": 0, \\\"upper\\\": 200",
+        to: "\\\"lower\\\": 0, \\\"upper\\\": 150",
+        check: "its manifest lists the quantities, input lines and joints it describes",
+        told: "by the manifest slide goes from 0.000000 to 200.000000 mm; the robot describes 0.000000 to 150.000000",
     },
     Fault {
         kind: "robot",

@@ -5,8 +5,9 @@ use std::time::{Duration, Instant};
 
 use plumb_bus::{Bus, OpenError, Subscriber};
 use plumb_plugin::conformance::{
-    CheckOutcome, CheckReport, Interruption, ROBOT_CHECKS, RobotBench, RobotCheck, SENSOR_CHECKS,
-    SensorBench, leaves_at_rest, manifest_is_good, not_run, run_robot_check,
+    CheckOutcome, CheckReport, Interruption, LISTS, ROBOT_CHECKS, RobotBench, RobotCheck, SENSOR_CHECKS,
+    SensorBench, check_quantities, check_robot_lists, leaves_at_rest, manifest_is_good, not_run,
+    run_robot_check,
 };
 use plumb_plugin::{
     DeviceKind, DigitalInputs, JointState, Manifest, Message, Motion, PluginError, Reading, RobotDescription,
@@ -78,11 +79,31 @@ pub fn check_plugin(
         Err(error) => CheckOutcome::Failed(error.to_string()),
     };
     add(&mut report, told, "its functions are whole", whole);
+    let listed = lists(bus, plugin, arguments, command());
+    add(&mut report, told, LISTS, listed.unwrap_or_else(|error| CheckOutcome::Failed(error.to_string())));
     match plugin.manifest.kind {
         DeviceKind::Robot => robot_rows(bus, arguments, may_move, &command, &mut report, told),
         DeviceKind::Sensor => sensor_rows(bus, arguments, &command, &mut report, told),
     }
     report
+}
+
+/// Holds what a device says of itself against what its manifest lists.
+fn lists(
+    bus: &Bus,
+    plugin: &Plugin,
+    arguments: &HostArguments,
+    command: HostCommand,
+) -> Result<CheckOutcome, PluginError> {
+    let manifest = &plugin.manifest;
+    Ok(match manifest.kind {
+        DeviceKind::Robot => {
+            check_robot_lists(manifest, &RobotInHost::start(bus, arguments, command)?.describe()?)
+        }
+        DeviceKind::Sensor => {
+            check_quantities(manifest, &SensorInHost::start(bus, arguments, command)?.describe()?)
+        }
+    })
 }
 
 fn add(report: &mut CheckReport, told: Told<'_>, name: &'static str, outcome: CheckOutcome) {

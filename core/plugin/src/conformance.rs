@@ -8,6 +8,7 @@
 mod in_process;
 mod lesson;
 mod lists;
+mod names;
 mod outcome;
 mod robot;
 mod sensor;

@@ -9,6 +9,10 @@ pub struct Lesson {
     pub change: &'static str,
 }
 
+/// What has a lesson and is no check of its own: each shows in whatever check meets it.
+pub(super) const CALL_ENDS: &str = "its calls end in time";
+pub(super) const PROCESS_LIVES: &str = "its process lives on";
+
 /// The lesson of each check, by its name.
 const LESSONS: &[(&str, Lesson)] = &[
     (
@@ -191,6 +195,20 @@ const LESSONS: &[(&str, Lesson)] = &[
         Lesson {
             contract: "a plugin emits on the streams of its manifest alone, in the layout each declares",
             change: "declare the stream, or mend its layout",
+        },
+    ),
+    (
+        CALL_ENDS,
+        Lesson {
+            contract: "a call that moves nothing ends within 5 s (`activate` 60 s, `set_zero` 900 s, a `read` what read_time_limit_s of the manifest says)",
+            change: "give an error where the device does not answer, in place of waiting for it; declare read_time_limit_s for a slow instrument",
+        },
+    ),
+    (
+        PROCESS_LIVES,
+        Lesson {
+            contract: "a call returns, with an error where something went wrong; it does not exit, abort, unwind or crash",
+            change: "hold it with a debugger: `plumb run --debugger` gives it all the time it wants, and `ps` shows its process",
         },
     ),
 ];

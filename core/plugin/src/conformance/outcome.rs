@@ -4,7 +4,7 @@ use std::any::Any;
 use std::fmt;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use super::lesson::lesson;
+use super::lesson::{CALL_ENDS, PROCESS_LIVES, lesson};
 use crate::PluginError;
 
 /// What came of one check.
@@ -57,9 +57,21 @@ pub fn row_in_words(name: &str, outcome: &CheckOutcome) -> String {
     }
 }
 
-/// The check whose lesson fits a failure: a host refuses what is dated by another clock, whatever the check was about.
+/// Words of failures that whatever check meets them, and the lesson that fits: a host refuses what is dated by another clock and what was not declared,
+/// and knows how a process ended or that a call does not.
+const CAUSES: [(&str, &str); 7] = [
+    ("host's `now_ns`", "its times are those of the cell's clock"),
+    ("which its plugin.yaml does not declare", "it emits what its manifest declares"),
+    ("did not answer '", CALL_ENDS),
+    ("was ended by SIG", PROCESS_LIVES),
+    ("ended with code", PROCESS_LIVES),
+    ("has ended (", PROCESS_LIVES),
+    ("the plugin panicked", PROCESS_LIVES),
+];
+
+/// The check whose lesson fits a failure.
 fn taught_by<'c>(name: &'c str, how: &str) -> &'c str {
-    if how.contains("host's `now_ns`") { "its times are those of the cell's clock" } else { name }
+    CAUSES.iter().find(|(words, _)| how.contains(words)).map_or(name, |(_, lesson)| lesson)
 }
 
 /// Runs a check. An error is a failure, and so is a panic: the report goes on.
@@ -74,4 +86,30 @@ pub(super) fn caught(check: impl FnOnce() -> Result<CheckOutcome, PluginError>) 
 fn panic_text(payload: &(dyn Any + Send)) -> &str {
     let text = payload.downcast_ref::<&str>().copied();
     text.or_else(|| payload.downcast_ref::<String>().map(String::as_str)).unwrap_or("no message")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_any_check_may_meet_is_taught_by_its_cause() {
+        for (words, cause) in CAUSES {
+            assert!(lesson(cause).is_some(), "{words}");
+        }
+        let taught = |how: &str| {
+            row_in_words("a move ends where it was told to", &CheckOutcome::Failed(how.to_owned()))
+        };
+        for (how, contract) in [
+            (
+                "the driver emits on 'extra', which its plugin.yaml does not declare",
+                "a plugin emits on the streams",
+            ),
+            ("arm did not answer 'read joints' within 5s", "a call that moves nothing ends within 5 s"),
+            ("the host of arm was ended by SIGSEGV", "a call returns, with an error"),
+            ("waist ends at 1 instead of 2 rad", "`move_joints` returns when the robot is at rest"),
+        ] {
+            assert!(taught(how).contains(&format!("contract: {contract}")), "{}", taught(how));
+        }
+    }
 }

@@ -5,6 +5,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use super::CheckOutcome;
+use super::names::{WRITABLE, can_be_written};
 use super::outcome::caught;
 use super::times::wrong_time;
 use crate::{
@@ -169,6 +170,9 @@ fn description_makes_sense(bench: &mut dyn RobotBench) -> Result<CheckOutcome, P
         if name.is_empty() || !names.insert(name) {
             return failed(format!("two joints are called '{name}', or one has no name"));
         }
+        if !can_be_written(name) {
+            return failed(format!("joint '{name}' cannot be named in an expression: {WRITABLE}"));
+        }
         let numbers = [joint.lower, joint.upper, joint.resolution, joint.max_speed, joint.home];
         if !numbers.iter().all(|number| number.is_finite()) {
             return failed(format!("{name} has a number that is none: {joint:?}"));
@@ -185,6 +189,9 @@ fn description_makes_sense(bench: &mut dyn RobotBench) -> Result<CheckOutcome, P
                 joint.max_speed, joint.resolution
             ));
         }
+        if let Some(how) = looks_like_degrees(joint) {
+            return failed(how);
+        }
     }
     for lines in [&robot.inputs, &robot.outputs] {
         let mut bits = HashSet::new();
@@ -196,6 +203,26 @@ fn description_makes_sense(bench: &mut dyn RobotBench) -> Result<CheckOutcome, P
         }
     }
     Ok(CheckOutcome::Passed)
+}
+
+/// From here on a range whose ends are whole numbers of radians is taken for one in degrees, rad: nearly five turns, more than a joint with cables
+/// in it makes, and no stop lies at a whole number of radians.
+const LIKE_DEGREES_RAD: f64 = 30.0;
+
+/// A turning joint whose range was described in degrees. All of it would be off by 57, and alike both ways, so that moves seem to end where they should.
+fn looks_like_degrees(joint: &JointDescription) -> Option<String> {
+    let (lower, upper) = (joint.lower, joint.upper);
+    let is_like = joint.unit == JointUnit::Radian
+        && lower.fract() == 0.0
+        && upper.fract() == 0.0
+        && upper - lower >= LIKE_DEGREES_RAD;
+    let turns = (upper - lower) / std::f64::consts::TAU;
+    is_like.then(|| {
+        format!(
+            "{} goes from {lower} to {upper} rad, which is {turns:.1} turns: are these degrees? Joints that turn are described, read and moved in rad",
+            joint.name
+        )
+    })
 }
 
 fn stands_when_read(bench: &mut dyn RobotBench) -> Result<CheckOutcome, PluginError> {

@@ -3,6 +3,7 @@
 use std::collections::HashSet;
 
 use super::CheckOutcome;
+use super::names::{WRITABLE, can_be_written};
 use super::times::wrong_time;
 use crate::{PluginError, Reading, SensorDescription, Value};
 
@@ -78,9 +79,8 @@ fn description_makes_sense(bench: &mut dyn SensorBench) -> Result<CheckOutcome, 
         if name.is_empty() || !names.insert(name) {
             return failed(format!("two quantities are called '{name}', or one has no name"));
         }
-        let is_word = |letter: char| letter.is_ascii_alphanumeric() || letter == '_';
-        if !name.chars().all(is_word) {
-            return failed(format!("'{name}' cannot be named in an expression: use letters, digits and '_'"));
+        if !can_be_written(name) {
+            return failed(format!("'{name}' cannot be named in an expression: {WRITABLE}"));
         }
         if !KNOWN_UNITS.contains(&unit.as_str()) {
             let known =

@@ -71,9 +71,11 @@ impl Project<'_> {
                 "it loads anything. After a change build the library again: the same text is built into it."
             }
         };
-        // With its quantities named here `plumb check` finds a procedure that misspells one.
+        // With its joints or quantities named here `plumb check` finds a procedure that misspells one, or goes beyond.
         let streams = match self.is_robot {
-            true => "streams:\n  - {name: joints, message: joint-state/1}\n",
+            true => {
+                "streams:\n  - {name: joints, message: joint-state/1}\njoints:\n  - {name: waist, from_deg: -90, to_deg: 90}\n  - {name: slide, from_mm: 0, to_mm: 200}\n"
+            }
             false => "quantities:\n  - {name: height, unit: mm}\n",
         };
         let build: String = self.commands().iter().map(|line| format!("$ {line}\n")).collect();

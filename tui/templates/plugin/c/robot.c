@@ -66,7 +66,7 @@ static void destroy(plumb_instance *arm) {
 static plumb_status describe(plumb_instance *arm, const plumb_sink *answer) {
     (void)arm;
     answer->write(answer->context, text("{\"model\": \"{name}, in memory\", \"joints\": ["
-        "{\"name\": \"waist\", \"unit\": \"rad\", \"lower\": -1.5, \"upper\": 1.5, \"resolution\": 1e-4, \"max_speed\": 1, \"home\": 0},"
+        "{\"name\": \"waist\", \"unit\": \"rad\", \"lower\": -1.5707963267948966, \"upper\": 1.5707963267948966, \"resolution\": 1e-4, \"max_speed\": 1, \"home\": 0},"
         "{\"name\": \"slide\", \"unit\": \"mm\", \"lower\": 0, \"upper\": 200, \"resolution\": 0.01, \"max_speed\": 100, \"home\": 0}],"
         "\"capabilities\": {\"interruptible\": true, \"stop_time_ms\": 50}}"));
     return PLUMB_OK;

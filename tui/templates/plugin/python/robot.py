@@ -17,7 +17,7 @@ class {Type}(plumb_driver.Robot):
         return {
             "model": "{name}, in memory",
             "joints": [
-                {"name": "waist", "unit": "rad", "lower": -1.5, "upper": 1.5, "resolution": 1e-4, "max_speed": MAX_SPEED[0], "home": 0},
+                {"name": "waist", "unit": "rad", "lower": math.radians(-90), "upper": math.radians(90), "resolution": 1e-4, "max_speed": MAX_SPEED[0], "home": 0},
                 {"name": "slide", "unit": "mm", "lower": 0, "upper": 200, "resolution": 0.01, "max_speed": MAX_SPEED[1], "home": 0},
             ],
             "capabilities": {"interruptible": True, "stop_time_ms": 50},

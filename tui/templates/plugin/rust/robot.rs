@@ -50,7 +50,7 @@ impl Robot for {Type} {
         RobotDescription {
             model: "{name}, in memory".to_owned(),
             joints: vec![
-                joint("waist", JointUnit::Radian, -1.5, 1.5, 1e-4, MAX_SPEED[0]),
+                joint("waist", JointUnit::Radian, (-90_f64).to_radians(), 90_f64.to_radians(), 1e-4, MAX_SPEED[0]),
                 joint("slide", JointUnit::Millimetre, 0.0, 200.0, 0.01, MAX_SPEED[1]),
             ],
             inputs: Vec::new(),
