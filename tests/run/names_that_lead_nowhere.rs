@@ -74,3 +74,77 @@ fn a_dry_run_finds_what_is_wrong_with_the_world_file() {
     lab.edit("world-ideal.yaml", "arm:", "amr:");
     assert_found(&lab, &["cell.yaml"], "initialize", &["world-ideal.yaml", "did you mean `arm`?"]);
 }
+
+/// A cell of an arm and a gauge as `plumb plugins new` makes them. Nothing of them is started, so that Python need not be there.
+fn own_devices() -> Lab {
+    let lab = Lab::new();
+    for arguments in [["robot", "quill"], ["sensor", "gauge"]] {
+        let made = lab.plumb(&[&["plugins", "new"], &arguments[..], &["--lang", "python"]].concat());
+        assert_eq!(made.code(), 0, "{}", made.all());
+    }
+    lab.write(
+        "cell-own.yaml",
+        "cell: own\ntitle: own\ndevices:\n  arm: {plugin: quill}\n  gauge: {plugin: gauge}\nrobots:\n  arm: {joints: {waist: deg, slide: mm}}\nprocedures: [quill/procedure.yaml]\n",
+    );
+    let good = lab.plumb(&["check", "cell-own.yaml"]);
+    assert_eq!(good.code(), 0, "{}", good.all());
+    lab
+}
+
+#[test]
+fn a_robot_that_is_none_and_joints_that_its_manifest_has_not_are_found() {
+    // The same slip in cell and procedure: they agree with each other, and not with the plugin.
+    let waist =
+        "procedure: there-and-back\nsteps:\n  - {id: out, do: {move: {robot: arm, to_mm: {waist: 3}}}}\n";
+    let slide =
+        "procedure: there-and-back\nsteps:\n  - {id: out, do: {move: {robot: arm, to_deg: {slide: 3}}}}\n";
+    let slid =
+        "procedure: there-and-back\nsteps:\n  - {id: out, do: {move: {robot: arm, to_mm: {slid: 3}}}}\n";
+    for (from, to, procedure, words) in [
+        (
+            "arm: {plugin: quill}",
+            "arm: {plugin: gauge}",
+            None,
+            ["cell-own.yaml:4:", "device `arm` is under `robots:`, and plugin `gauge` is a sensor"],
+        ),
+        (
+            "gauge: {plugin: gauge}",
+            "gauge: {plugin: quill}",
+            None,
+            ["device `gauge` is a robot, and the cell file says nothing about it", "name it under `robots:`"],
+        ),
+        (
+            "{waist: deg, slide: mm}",
+            "{waist: deg, slid: mm}",
+            Some(slid),
+            ["robot `arm`: its plugin has no joint `slid`", "did you mean `slide`?"],
+        ),
+        (
+            "{waist: deg, slide: mm}",
+            "{waist: mm, slide: mm}",
+            Some(waist),
+            ["robot `arm`: joint `waist` is given in mm", "it turns: write `deg`"],
+        ),
+        (
+            "{waist: deg, slide: mm}",
+            "{waist: deg, slide: deg}",
+            Some(slide),
+            ["robot `arm`: joint `slide` is given in deg", "it slides: write `mm`"],
+        ),
+    ] {
+        let lab = own_devices();
+        lab.edit("cell-own.yaml", from, to);
+        if let Some(procedure) = procedure {
+            lab.write("quill/procedure.yaml", procedure);
+        }
+        assert_found(&lab, &["cell-own.yaml"], "there-and-back", &words);
+    }
+}
+
+/// The template lists its joints with their ends.
+#[test]
+fn a_place_beyond_the_joints_of_a_new_robot_is_found() {
+    let lab = own_devices();
+    lab.edit("quill/procedure.yaml", "to_mm: {slide: 40}", "to_mm: {slide: 240}");
+    assert_found(&lab, &["cell-own.yaml"], "there-and-back", &["slide", "240", "200"]);
+}

@@ -1,13 +1,15 @@
 //! How far the joints of robots go by what the robots themselves allow, as far as that is known before they are started: a manifest lists them, or
 //! a setting does that its schema marks `are_joints: true`.
 
+use plumb_document::{Problems, did_you_mean};
 use plumb_host::Catalogue;
 use plumb_plugin::{Manifest, ManifestJoint};
 use serde_json::Value;
 
 use crate::check_context::OwnLimits;
+use crate::deg_or_mm::DegOrMm;
 use crate::joint_range::JointRange;
-use crate::workcell::{DeviceSetting, Workcell};
+use crate::workcell::{DeviceSetting, RobotSetting, Workcell};
 
 /// The joints of a cell's robots whose ranges are known: those of `told`, which holds more than a manifest knows, and those of manifests and settings.
 pub fn joint_ranges(cell: &Workcell, catalogue: &Catalogue, told: &[JointRange]) -> Vec<JointRange> {
@@ -20,8 +22,17 @@ pub fn joint_ranges(cell: &Workcell, catalogue: &Catalogue, told: &[JointRange])
     told.iter().cloned().chain(own.flat_map(of_manifest)).collect()
 }
 
-/// What a device's manifest and settings say.
+/// How far the joints go that a device's manifest and settings list.
 fn ranges_of(device: &DeviceSetting, manifest: &Manifest) -> Vec<JointRange> {
+    let range = |joint: ManifestJoint| {
+        let (least, most) = joint.range()?;
+        Some(JointRange { device: device.name.clone(), joint: joint.name, least, most })
+    };
+    listed_joints(device, manifest).into_iter().filter_map(range).collect()
+}
+
+/// The joints that a device's manifest and settings list; none where they leave them open.
+fn listed_joints(device: &DeviceSetting, manifest: &Manifest) -> Vec<ManifestJoint> {
     let settings = device.config.as_object().into_iter().flatten();
     let marked = settings.filter(|(key, _)| manifest.config["properties"][key]["are_joints"] == true);
     // A joint that cannot be read is told of where the settings are checked.
@@ -36,12 +47,34 @@ fn ranges_of(device: &DeviceSetting, manifest: &Manifest) -> Vec<JointRange> {
         })
     };
     let given = marked.flat_map(|(_, list)| list.as_array().into_iter().flatten()).filter_map(joint);
-    let listed = manifest.joints.iter().flatten().cloned();
-    let range = |joint: ManifestJoint| {
-        let (least, most) = joint.range()?;
-        Some(JointRange { device: device.name.clone(), joint: joint.name, least, most })
-    };
-    listed.chain(given).filter_map(range).collect()
+    manifest.joints.iter().flatten().cloned().chain(given).collect()
+}
+
+/// Checks the joints that the cell names of a robot against those that its manifest and settings list, where they list any.
+pub(super) fn check_joints(
+    robot: &RobotSetting,
+    device: &DeviceSetting,
+    manifest: &Manifest,
+    problems: &Problems,
+) {
+    let listed = listed_joints(device, manifest);
+    if listed.is_empty() {
+        return;
+    }
+    for (joint, unit) in &robot.joints {
+        let Some(known) = listed.iter().find(|known| known.name == *joint) else {
+            let message = format!("robot `{}`: its plugin has no joint `{joint}`", device.name);
+            let help = did_you_mean(joint, listed.iter().map(|known| known.name.as_str()));
+            problems.add(device.place, message, help);
+            continue;
+        };
+        let is = if known.from_mm.is_some() { DegOrMm::Mm } else { DegOrMm::Deg };
+        if is != *unit {
+            let (slides, turns) = ("it slides: write `mm`", "it turns: write `deg`");
+            let message = format!("robot `{}`: joint `{joint}` is given in {}", device.name, unit.symbol());
+            problems.add(device.place, message, if is == DegOrMm::Mm { slides } else { turns });
+        }
+    }
 }
 
 /// The limits of a robot's own of its joints, each with how far the cell's procedures may correct its zero: a joint's numbers in a procedure are those of its

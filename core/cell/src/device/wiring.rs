@@ -1,11 +1,12 @@
 //! Streams led from device to device, as the plugins' manifests know them.
 
 use plumb_host::{Catalogue, Plugin, WiredInput};
-use plumb_plugin::{InputDescription, StreamDescription};
+use plumb_plugin::{DeviceKind, InputDescription, StreamDescription};
 use serde_json::Value;
 
 use super::configuration;
 use super::input_lines::{InputLines, check_input_lines};
+use super::joint_ranges::check_joints;
 use crate::workcell::{DeviceSetting, Workcell};
 use plumb_document::{FileProblems, Problems, did_you_mean};
 
@@ -37,6 +38,7 @@ pub(crate) fn check_plugins(
         for (message, help) in configuration::mistakes(&device.config, &plugin.manifest.config, given) {
             problems.add(device.place, format!("device `{}`: {message}", device.name), help);
         }
+        check_kind(cell, device, plugin, &problems);
         check_corrections(cell, device, plugin, &problems);
         let lines_of = |name: &str| lines_of(cell, catalogue, lines, name);
         check_input_lines(device, plugin, &lines_of, &problems);
@@ -63,6 +65,24 @@ pub(crate) fn check_plugins(
         }
     }
     problems.into_result(&cell.file, &cell.text)
+}
+
+/// Checks that what is under `robots:` is a robot, with the joints that are named there, and that a robot is.
+fn check_kind(cell: &Workcell, device: &DeviceSetting, plugin: &Plugin, problems: &Problems) {
+    let (name, id) = (&device.name, &plugin.manifest.id);
+    match (cell.robot(name), plugin.manifest.kind) {
+        (Some(robot), DeviceKind::Robot) => check_joints(robot, device, &plugin.manifest, problems),
+        (Some(_), DeviceKind::Sensor) => {
+            let message = format!("device `{name}` is under `robots:`, and plugin `{id}` is a sensor");
+            let help = format!("name the plugin of a robot, or take `{name}` away under `robots:`");
+            problems.add(device.place, message, help);
+        }
+        (None, DeviceKind::Robot) => {
+            let message = format!("device `{name}` is a robot, and the cell file says nothing about it");
+            problems.add(device.place, message, "name it under `robots:` with its joints");
+        }
+        (None, DeviceKind::Sensor) => {}
+    }
 }
 
 /// How many input lines a device has, if that is known before it is started.
