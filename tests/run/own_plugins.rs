@@ -393,6 +393,27 @@ fn a_misspelt_measurement_of_a_new_sensor_is_found_before_anything_runs() {
 }
 
 #[test]
+fn what_a_gauge_says_of_another_moment_or_leaves_out_is_no_value() {
+    for (reading, told) in [
+        (
+            "{\"time_ns\": 5, \"quantities\": [{\"name\": \"height\", \"value\": 12.5, \"standard_uncertainty\": 0}]}",
+            "the reading of gauge is stale: it is dated ",
+        ),
+        ("{}", "the reading of gauge lacks `height`, which it describes"),
+        ("None", "gauge says that it has nothing to read yet"),
+    ] {
+        let own = Own::new("sensor", "gauge", "python");
+        if own.tool("python3", &["--version"]).is_none() {
+            return;
+        }
+        own.edit("driver.py", "{\"height\": (12.5, 0.01)}", reading);
+        let run = own.plumb(&["run", "cell.yaml", "--headless"]);
+        assert_eq!(run.code(), 2, "{reading}: {}", run.all());
+        assert!(run.all().contains(told) && !run.all().contains("is lost"), "{reading}: {}", run.all());
+    }
+}
+
+#[test]
 fn what_cannot_be_checked_is_said_with_what_would_be_right() {
     let own = Own::new("sensor", "gauge", "python");
     let refused = own.plumb(&["plugins", "check", ".", "--config", "{port: /dev/ttyUSB0}"]);

@@ -231,6 +231,39 @@ pub(crate) fn check_reading(
     Ok(())
 }
 
+/// From when on a value is one that was measured because it was asked for, ns: a driver may round its time down, and a camera dates the opening of its
+/// shutter.
+pub(crate) fn asked_from(asked_ns: u64) -> u64 {
+    asked_ns.saturating_sub(nanoseconds(PICTURE_EARLY))
+}
+
+/// Whether a sensor that takes nothing in from other devices measured because it was asked (from `asked_from_ns` on), and measured all that it describes.
+pub(crate) fn check_own_reading(
+    source: Source<'_>,
+    sensor: &SensorDescription,
+    reading: &Reading,
+    asked_from_ns: u64,
+) -> Result<(), String> {
+    let device = source.device;
+    if reading.time_ns < asked_from_ns {
+        let old = age(asked_from_ns, reading.time_ns);
+        return Err(source
+            .blame(&format!("the reading of {device} is stale: it is dated {old} before it was asked for")));
+    }
+    let is_there = |name: &str| reading.quantities.iter().any(|quantity| quantity.name == name);
+    let lacks: Vec<String> = sensor
+        .quantities
+        .iter()
+        .filter(|described| !is_there(&described.name))
+        .map(|described| format!("`{}`", described.name))
+        .collect();
+    if !lacks.is_empty() {
+        let lacks = lacks.join(", ");
+        return Err(source.blame(&format!("the reading of {device} lacks {lacks}, which it describes")));
+    }
+    Ok(())
+}
+
 /// Whether an edge names a pose its robot can have been in.
 pub(crate) fn check_edge(
     source: Source<'_>,
@@ -416,6 +449,20 @@ mod tests {
         says(check(&reading(5, &[("x", 1.0), ("z", 2.0)]), 0), &["`z`", "does not describe", "`x`"]);
         says(check(&reading(5, &[("x", 1.0), ("x", 2.0)]), 0), &["`x` twice"]);
         says(check(&reading(5, &[("x", f64::NAN)]), 0), &["NaN"]);
+    }
+
+    #[test]
+    fn a_reading_of_a_sensors_own_is_whole_and_was_measured_when_it_was_asked_for() {
+        let source = Source { device: "tracker", plugin: "leica" };
+        let check =
+            |reading: &Reading| check_own_reading(source, &tracker(), reading, asked_from(5_000_000_000));
+        assert_eq!(check(&reading(5_000_000_000, &[("x", 1.0), ("y", 2.0)])), Ok(()));
+        assert_eq!(check(&reading(4_900_000_000, &[("x", 1.0), ("y", 2.0)])), Ok(()), "dated a little early");
+        says(
+            check(&reading(1_900_000_000, &[("x", 1.0), ("y", 2.0)])),
+            &["tracker", "stale", "3.000 s before it was asked for", "`leica`"],
+        );
+        says(check(&reading(5_000_000_000, &[("x", 1.0)])), &["tracker lacks `y`", "`leica`"]);
     }
 
     /// A picture dated 12 ms early is one of the arm at rest; one of a second ago is not.

@@ -140,7 +140,8 @@ impl Host {
             description: Box::new(description.clone()),
         });
         let mut service =
-            Service::new(name, device, description, limits, guard, rest_report, context, watchdog);
+            Service::new(name, device, description, limits, guard, rest_report, context, watchdog)
+                .with_inputs(!inputs.is_empty());
         service.report_health();
         Ok(Self { service, server, inputs, stopped, context, ending })
     }

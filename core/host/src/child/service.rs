@@ -34,6 +34,8 @@ pub(super) struct Service {
     poll_error: Option<PluginError>,
     health: Health,
     health_sent: Instant,
+    /// Whether it takes in what other devices send.
+    has_inputs: bool,
 }
 
 /// The stream on which a host reports its health.
@@ -47,6 +49,9 @@ pub(super) const INPUT_WAIT: Duration = Duration::from_millis(20);
 
 /// The longest a reading waits for its inputs, whatever time the client allows.
 const LONGEST_WAIT: Duration = UNDER_DEBUGGER;
+
+/// How long before the end of its time a reading gives up, so that its client hears why; of a short time a fifth.
+const SAYS_WHY: Duration = Duration::from_millis(200);
 
 /// How long a request may wait for its device's inputs.
 struct Wait<'a> {
@@ -141,7 +146,14 @@ impl Service {
             poll_error: None,
             health: Health::default(),
             health_sent: Instant::now(),
+            has_inputs: false,
         }
+    }
+
+    /// The device takes in what others send.
+    pub(super) fn with_inputs(mut self, has_inputs: bool) -> Self {
+        self.has_inputs = has_inputs;
+        self
     }
 
     /// Does one request. `wait_for_input` waits a little for new messages on the inputs.
@@ -156,7 +168,8 @@ impl Service {
         let result = match request {
             Ok(request) => {
                 let watchdog = self.watchdog;
-                let end = begin + call.time_limit.min(LONGEST_WAIT);
+                let limit = call.time_limit.min(LONGEST_WAIT);
+                let end = begin + limit.saturating_sub(SAYS_WHY.min(limit / 5));
                 let mut wait = Wait { end, for_input: wait_for_input };
                 watchdog.watch(request.name(), call.time_limit, || self.answer(&request, &mut wait))
             }
@@ -271,11 +284,7 @@ impl Service {
             }
             let left = wait.end.saturating_duration_since(Instant::now());
             if left.is_zero() {
-                return Err(PluginError::TimedOut(format!(
-                    "{} has not seen its inputs up to {:.3} s of the cell's clock",
-                    self.name,
-                    after_ns as f64 * 1e-9
-                )));
+                return Err(PluginError::TimedOut(self.nothing_seen(after_ns)));
             }
             if self.context.stop.is_asked() {
                 return Err(PluginError::Stopped(format!(
@@ -285,6 +294,17 @@ impl Service {
             }
             (wait.for_input)(left.min(INPUT_WAIT));
         }
+    }
+
+    /// Why a reading gave up: its plugin had nothing as new as it was asked for.
+    fn nothing_seen(&self, after_ns: u64) -> String {
+        let (name, after_s) = (&self.name, after_ns as f64 * 1e-9);
+        if self.has_inputs {
+            return format!("{name} has not seen its inputs up to {after_s:.3} s of the cell's clock");
+        }
+        format!(
+            "{name} says that it has nothing to read yet, nothing as new as {after_s:.3} s of the cell's clock, and has no inputs to wait for"
+        )
     }
 
     /// Lets the plugin take in what has come on its inputs.
