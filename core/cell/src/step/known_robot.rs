@@ -11,11 +11,17 @@ use crate::joint_range::JointRange;
 /// How long a robot takes to be told a move and to answer, where nobody knows, s.
 const TYPICAL_COMMAND_S: f64 = 0.02;
 
-/// Full speed of a joint that nobody knows, rad/s or mm/s.
-const TYPICAL_SPEED: f64 = 0.3;
+/// Full speed of a joint that turns and that nobody knows, rad/s: 17 deg/s, a slow arm.
+const TYPICAL_TURNING_SPEED: f64 = 0.3;
 
-/// How far a joint goes that is sent to a place, or from one, that is not known yet: a typical way, rad or mm.
-pub(super) const TYPICAL_WAY: f64 = 0.3;
+/// Full speed of a joint that slides and that nobody knows, mm/s: a slow axis with a screw.
+const TYPICAL_SLIDING_SPEED: f64 = 50.0;
+
+/// How far a joint turns that is sent to a place, or from one, that is not known yet: a typical way, rad.
+pub(super) const TYPICAL_TURN: f64 = 0.3;
+
+/// How far a joint slides that is sent to a place, or from one, that is not known yet: a typical way, mm.
+const TYPICAL_SLIDE: f64 = 50.0;
 
 /// What a robot says of a joint once it is started, or what is known of it without that.
 #[derive(Debug, Clone, PartialEq)]
@@ -84,9 +90,20 @@ impl<'a> KnownRobot<'a> {
     /// Full speed of a joint, rad/s or mm/s.
     pub(crate) fn full_speed(&self, joint: &str) -> f64 {
         let listed = self.facts.joints.iter().find(|known| known.name == joint).map(|known| known.max_speed);
-        let slides = self.joints.iter().any(|(name, unit)| name == joint && *unit == DegOrMm::Mm);
-        let alike = if slides { self.facts.sliding_speed } else { self.facts.turning_speed };
-        listed.or(alike).map_or(TYPICAL_SPEED, |speed| speed.max(1e-3))
+        let (alike, typical) = match self.slides(joint) {
+            true => (self.facts.sliding_speed, TYPICAL_SLIDING_SPEED),
+            false => (self.facts.turning_speed, TYPICAL_TURNING_SPEED),
+        };
+        listed.or(alike).map_or(typical, |speed| speed.max(1e-3))
+    }
+
+    fn slides(&self, joint: &str) -> bool {
+        self.unit(joint) == Some(DegOrMm::Mm)
+    }
+
+    /// How far a joint goes when nobody knows, rad or mm.
+    fn typical_way(&self, joint: &str) -> f64 {
+        if self.slides(joint) { TYPICAL_SLIDE } else { TYPICAL_TURN }
     }
 
     /// Where a joint is, rad or mm, as far as that is known.
@@ -115,7 +132,8 @@ impl<'a> KnownRobot<'a> {
     /// How long joints take to these places at full speed, all starting and ending together, s. `None` stands for a place that is not known.
     pub(crate) fn way_s<'j>(&self, goals: impl IntoIterator<Item = (&'j str, Option<f64>)>) -> f64 {
         let times = goals.into_iter().map(|(joint, goal)| {
-            let way = self.place(joint).zip(goal).map_or(TYPICAL_WAY, |(here, goal)| (goal - here).abs());
+            let way = self.place(joint).zip(goal);
+            let way = way.map_or_else(|| self.typical_way(joint), |(here, goal)| (goal - here).abs());
             way / self.full_speed(joint)
         });
         times.fold(0.0, f64::max)
@@ -173,5 +191,21 @@ impl<'a> KnownRobot<'a> {
                 *place = None;
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_slide_that_nobody_knows_goes_millimetres_where_a_joint_turns_by_parts_of_a_radian() {
+        let joints = [("turn".to_owned(), DegOrMm::Deg), ("slide".to_owned(), DegOrMm::Mm)];
+        let mut robot = KnownRobot::new("arm", &joints, None, None);
+        assert_eq!((robot.full_speed("turn"), robot.full_speed("slide")), (0.3, 50.0));
+        // Each a typical way at its own speed.
+        assert_eq!(robot.way_s(robot.anywhere()), 1.0);
+        robot.went([("slide", Some(100.0))]);
+        assert_eq!(robot.way_s([("slide", Some(600.0))]), 10.0);
     }
 }

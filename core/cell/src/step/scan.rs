@@ -5,7 +5,7 @@ use plumb_document::{MapReader, Node, Span};
 
 use super::declaration::{Action, MovedJoints, numbers_shape};
 use super::kind::{Kind, StepKind};
-use super::known_robot::{KnownRobot, TYPICAL_WAY};
+use super::known_robot::{KnownRobot, TYPICAL_TURN};
 use super::motions::{MotionContext, PlannedMotion};
 use super::point::{known_attitude, known_place, place_in_words, read_place};
 use super::read::check_name;
@@ -173,8 +173,9 @@ impl Action for ScanStep {
         let pitch = context.known(&self.step).unwrap_or(TYPICAL_PITCH_MM).max(0.01);
         let stripes = (length / pitch + 1e-9).floor() + 1.0;
         // The speed of a hand at full speed is that of joints turning about something as far away as a hand usually is.
-        let typical =
-            |way_mm: f64| robot.way_s(robot.anywhere()).max(1e-6) * way_mm / (TYPICAL_REACH_MM * TYPICAL_WAY);
+        let typical = |way_mm: f64| {
+            robot.way_s(robot.anywhere()).max(1e-6) * way_mm / (TYPICAL_REACH_MM * TYPICAL_TURN)
+        };
         let joints = line.as_ref().and_then(|line| line.joints(robot, pitch));
         let (there, hop) = match &joints {
             Some([first, second]) => {
