@@ -125,6 +125,11 @@ fn what_cannot_be_reported_is_refused_with_what_would_be_right() {
     let lab = lab();
     lab.write("one-sided.csv", &axis("q1_mm,side,repeat,p1_x_mm"));
     lab.write("inches.csv", &axis("q1_mm,approach_q1,repeat,p1_x_in"));
+    let places = "q1_deg,repeat,commanded_x_mm,p1_x_mm\n0,P1,10,10.1\n0,P1,10.5,10.2\n";
+    lab.write("two-places.csv", places);
+    let head = "q1_deg,repeat,commanded_x_mm,commanded_rx_deg,commanded_ry_deg,commanded_rz_deg,p1_x_mm,p1_rx_deg,p1_ry_deg,p1_rz_deg";
+    let turned = |degrees: u32| format!("0,P1,10,0,0,{degrees},10,0,0,90");
+    lab.write("two-ways.csv", &format!("{head}\n{}\n{}\n", turned(90), turned(91)));
     for (arguments, needed) in [
         (&["iso230", "one-sided.csv"][..], "no column `approach_q1`"),
         (&["iso230", "inches.csv"], "p1_x changes by 25.4"),
@@ -133,6 +138,11 @@ fn what_cannot_be_reported_is_refused_with_what_would_be_right() {
         (&["iso230", "none.csv"], "none.csv"),
         (&["iso230", "axis.csv", "-o", "nowhere/axis.html"], "nowhere/axis.html cannot be written"),
         (&["iso9283", "axis.csv", "--target", "p2"], "nothing was read of a target `p2`; there are p1"),
+        (
+            &["iso9283", "two-places.csv"],
+            "line 3: pose P1 was commanded to another position than in line 2; returns to one pose have the same commanded place",
+        ),
+        (&["iso9283", "two-ways.csv"], "line 3: pose P1 was commanded to another orientation than in line 2"),
     ] {
         let mut words = vec!["report"];
         words.extend(arguments);

@@ -108,6 +108,22 @@ pub enum PoseRunError {
         /// Line of the first return.
         first: u32,
     },
+    /// Returns to one pose with different commanded places.
+    #[error(
+        "{table}: line {line}: pose {pose} was commanded to another {what} than in line {first}; returns to one pose have the same commanded place"
+    )]
+    CommandMoves {
+        /// The table.
+        table: String,
+        /// Line of the file.
+        line: u32,
+        /// The pose.
+        pose: String,
+        /// Position or orientation.
+        what: &'static str,
+        /// Line of the first return.
+        first: u32,
+    },
     /// No pose was reached twice.
     #[error(
         "{0}: no pose was reached twice: a repeatability needs at least two returns, and ISO 9283 asks for thirty; give returns to one pose the same id in a column `repeat`"
@@ -168,6 +184,10 @@ const UNITS: [(&str, f64); 3] = [("mm", 1.0), ("m", 1000.0), ("in", 25.4)];
 
 /// Commanded coordinates closer than this are the same, rad or mm.
 const SAME_PLACE: f64 = 1e-9;
+
+/// Commanded places are the same to so much, mm and rad: what is lost in reading a number, far below what any robot repeats.
+const SAME_COMMAND_MM: f64 = 1e-6;
+const SAME_COMMAND_RAD: f64 = 1e-7;
 
 impl PoseRun {
     /// Reads the returns to poses off a table; `predicted` is where a model has the target in each row.
@@ -263,11 +283,35 @@ impl PoseRun {
         }
     }
 
+    /// One pose has one commanded place, by whatever way it is reached. A model has equal joints at one place anyway.
+    fn check_commands(&self, table: &Table) -> Result<(), PoseRunError> {
+        if self.commanded_from != CommandedFrom::Table {
+            return Ok(());
+        }
+        for known in &self.poses {
+            let of_the_pose = self.poses.iter().find(|pose| pose.pose == known.pose);
+            let Some(first) = of_the_pose.and_then(|pose| pose.visits.first()) else { continue };
+            for visit in &known.visits {
+                if let Some(what) = commanded_elsewhere(first, visit) {
+                    return Err(PoseRunError::CommandMoves {
+                        table: table.source.clone(),
+                        line: line(table, visit.row),
+                        pose: known.pose.clone(),
+                        what,
+                        first: line(table, first.row),
+                    });
+                }
+            }
+        }
+        Ok(())
+    }
+
     fn check(&self, table: &Table) -> Result<(), PoseRunError> {
         let source = || table.source.clone();
         if self.poses.is_empty() {
             return Err(PoseRunError::NoReturns(source()));
         }
+        self.check_commands(table)?;
         match self.poses.iter().find(|pose| pose.visits.len() < 2) {
             Some(pose) => Err(PoseRunError::Once {
                 table: source(),
@@ -277,6 +321,17 @@ impl PoseRun {
             None => Ok(()),
         }
     }
+}
+
+/// What differs between the commanded places of two returns, as the table has them.
+fn commanded_elsewhere(one: &Visit, other: &Visit) -> Option<&'static str> {
+    let apart = one.commanded.zip(other.commanded).map_or(0.0, |(one, other)| (one - other).norm());
+    let turned =
+        one.commanded_turn.zip(other.commanded_turn).map_or(0.0, |(one, other)| one.angle_to(&other));
+    if apart > SAME_COMMAND_MM {
+        return Some("position");
+    }
+    (turned > SAME_COMMAND_RAD).then_some("orientation")
 }
 
 fn line(table: &Table, row: usize) -> u32 {
