@@ -1,8 +1,9 @@
 /* plumb_config.h - what a cell file gives a plugin under `config:`, by its keys, for plugins in C. It is no part of the contract: read the JSON that
  * create gets as you like.
  *
- * That JSON is one object that fits the schema under `config` in plugin.yaml: with a `default` there a key is never missing, and no value is of
- * another kind than the schema says. Lists and objects inside it are passed over; take a JSON parser where you need them.
+ * That JSON is one object that fits the schema under `config` in plugin.yaml, or null where the cell gives nothing: no value is of another kind than
+ * the schema says, and what it has under `required` is there. A `default` in the schema is for people to read; a key that the cell leaves out is not
+ * there, and what is asked for stays as it was set before. Lists and objects inside are passed over; take a JSON parser where you need them.
  *
  *     double offset_mm = 0;
  *     char port[128] = "/dev/ttyUSB0";
