@@ -55,6 +55,7 @@ fn the_archive_runs_wherever_it_is_unpacked_and_the_debian_package_holds_the_sam
     ] {
         assert!(tree.join(file).is_file(), "{file}");
     }
+    a_plugin_in_rust_is_built_against_what_was_installed(place.path(), &tree, &program);
     every_kind_of_schema_is_there(&tree, &plumb(&["schema", "--help"]).out());
     every_link_of_the_manual_leads_somewhere(&tree.join("share/doc/plumb"));
     let licences = fs::read_to_string(tree.join("share/doc/plumb/THIRD-PARTY-LICENSES")).unwrap();
@@ -74,6 +75,26 @@ fn the_archive_runs_wherever_it_is_unpacked_and_the_debian_package_holds_the_sam
     assert_eq!(installed.out(), verified.out(), "{}", installed.all());
     let information = run(place.path(), "dpkg-deb", &["-f", debian, "Package", "Depends"]).out();
     assert!(information.contains("Package: plumb") && information.contains("libc6 (>= 2."), "{information}");
+}
+
+/// The project of a plugin in Rust names the installed crates, and cargo builds it with them.
+fn a_plugin_in_rust_is_built_against_what_was_installed(place: &Path, tree: &Path, program: &Path) {
+    let new = ["plugins", "new", "sensor", "quick", "--lang", "rust"];
+    assert_eq!(run(place, program.to_str().unwrap(), &new).code(), 0);
+    let project = place.join("quick");
+    let crates = fs::canonicalize(tree.join("share/plumb/source/core/plugin")).unwrap();
+    let manifest = fs::read_to_string(project.join("Cargo.toml")).unwrap();
+    assert!(manifest.contains(&format!("plumb-plugin = {{ path = {crates:?} }}")), "{manifest}");
+    assert!(tree.join("share/plumb/source/core/abi/examples/counting_arm").is_dir());
+    // What its dependencies build into is kept.
+    let kept = Path::new(env!("CARGO_TARGET_TMPDIR")).join("own-plugins");
+    fs::create_dir_all(&kept).unwrap();
+    let cargo = std::env::var("CARGO").unwrap_or_else(|_| "cargo".to_owned());
+    let mut build = Command::new(cargo);
+    build.args(["build", "--offline", "--quiet", "--target-dir"]).arg(&kept).current_dir(&project);
+    build.env_remove("CARGO_TARGET_DIR").env_remove("CARGO_BUILD_TARGET_DIR");
+    let built = Said::of(build.stdin(Stdio::null()).output().unwrap());
+    assert_eq!(built.code(), 0, "{}", built.all());
 }
 
 /// A schema for each kind that `plumb schema --help` lists.

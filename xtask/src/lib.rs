@@ -10,3 +10,4 @@ mod licences;
 pub mod package;
 mod run;
 mod stage;
+mod written_against;

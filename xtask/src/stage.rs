@@ -7,6 +7,7 @@ use std::process::Command;
 
 use crate::error::PackageError;
 use crate::run::output;
+use crate::written_against;
 
 /// The source, and what was built of it.
 pub(crate) struct Built<'a> {
@@ -57,6 +58,7 @@ pub(crate) fn stage(built: &Built<'_>, tree: &Path, third_party: &str) -> Result
         output(Command::new("strip").arg("--strip-unneeded").arg(binary))?;
     }
     copy_tree(&built.root.join("workcells"), &tree.join("share/plumb/workcells"))?;
+    written_against::crates(built.root, tree)?;
     for (from, to) in FILES {
         copy(&built.root.join(from), &tree.join(to))?;
     }

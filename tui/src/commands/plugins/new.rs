@@ -1,5 +1,6 @@
 //! `plumb plugins new`: the project of a plugin, which builds, passes the conformance suite and runs in the cell beside it as it stands.
 
+use std::env;
 use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -51,8 +52,19 @@ enum NewError {
     Write { path: PathBuf, cause: io::Error },
 }
 
-/// The crate that a plugin in Rust is written against, in the source this program was built from.
-const SOURCE_OF_THE_CRATE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../core/plugin");
+/// Where an installed program has the crate that a plugin in Rust is written against, from the folder it lies in.
+const INSTALLED: &str = "../share/plumb/source/core/plugin";
+
+/// That crate in the source this program was built from.
+const SOURCE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../core/plugin");
+
+/// The crate that a plugin in Rust is written against: that of the installed program, else of the source it was built from.
+fn crate_of_plugins() -> Option<PathBuf> {
+    let program = env::current_exe().ok();
+    let beside = program.as_deref().and_then(Path::parent).map(|folder| folder.join(INSTALLED));
+    let mut places = beside.into_iter().chain([PathBuf::from(SOURCE)]);
+    places.find_map(|place| fs::canonicalize(place).ok())
+}
 
 /// Writes the project, and says what to type next.
 pub(super) fn run(arguments: &NewArguments, output: &mut impl Write) -> CommandResult {
@@ -68,7 +80,7 @@ pub(super) fn run(arguments: &NewArguments, output: &mut impl Write) -> CommandR
     if folder.symlink_metadata().is_ok() {
         return Err(NewError::Exists(folder).into());
     }
-    let source = fs::canonicalize(SOURCE_OF_THE_CRATE).ok();
+    let source = crate_of_plugins();
     let project = Project {
         name,
         is_robot: arguments.kind == KindArgument::Robot,
