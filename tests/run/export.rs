@@ -101,7 +101,7 @@ fn a_ur_driver_gets_the_calibration_in_its_own_form_and_another_arm_does_not() {
     assert!(refused.err().contains("of six joints; `scara4` has 4"), "{}", refused.err());
     let unknown = export(&lab, "../arms/ur5.yaml", &["sdf"]);
     assert!(
-        unknown.err().contains("[possible values: urdf, ros-calibration, dh, targets, linuxcnc]"),
+        unknown.err().contains("[possible values: urdf, ros-calibration, dh, targets, linuxcnc, fluidnc]"),
         "{}",
         unknown.err()
     );
@@ -189,4 +189,37 @@ fn what_a_compensation_file_cannot_hold_is_refused() {
     }
     let rest = export(&lab, "settling.yaml", &["linuxcnc", "--leave-out"]);
     assert!(rest.code() == 0 && rest.err().contains("left out: axis_skew(x)"), "{}", rest.all());
+}
+
+/// FluidNC has a scale for each axis and nothing else.
+#[test]
+fn fluidnc_gets_the_scale_of_an_axis_and_what_it_cannot_hold_is_said() {
+    let lab = Lab::of("ur5");
+    let gain = SLIDE.replace("measured_region", "#").replace("residual_map", "#");
+    let straight = gain.replace("  - {effect: joint_backlash, where: x, values: {play_mm: 0.02}}\n", "");
+    lab.write("gain.yaml", &straight);
+    lab.write("play.yaml", &gain);
+    lab.write("rail.yaml", &straight.replace("name: x", "name: rail").replace("where: x", "where: rail"));
+    let steps = ["fluidnc", "--steps-per-mm", "80"];
+    let written = export(&lab, "gain.yaml", &steps);
+    assert_eq!(written.code(), 0, "{}", written.all());
+    // 80 steps moved it 1.0001 mm, whichever way it counts.
+    assert_eq!(written.out(), "axes:\n  x:\n    steps_per_mm: 79.992001\n");
+    assert!(written.err().contains("becomes 0.000000 + 1.000100000 P"), "{}", written.err());
+    for (model, more, needed) in [
+        ("play.yaml", &steps[..], "still up to 0.010000 mm off. --leave-out writes the scale"),
+        ("rail.yaml", &steps, "FluidNC's axes are x, y, z, a, b, c; say which `rail` is, as in --axis x"),
+        ("gain.yaml", &["fluidnc"], "--steps-per-mm <NUMBER>"),
+        ("gain.yaml", &["fluidnc", "--steps-per-mm", "-3"], "give a number above 0"),
+        ("../arms/puma560.yaml", &steps, "a scale is of one joint; say which, as in --joint waist"),
+    ] {
+        let refused = export(&lab, model, more);
+        assert_eq!((refused.code(), refused.out().as_str()), (2, ""), "{}", refused.all());
+        assert!(refused.err().contains(needed), "{}\nwanted: {needed}", refused.err());
+    }
+    let rest = export(&lab, "play.yaml", &[&steps[..], &["--leave-out"]].concat());
+    assert_eq!(rest.out(), written.out(), "{}", rest.all());
+    assert!(rest.err().contains("left out: FluidNC holds a scale"), "{}", rest.err());
+    let named = export(&lab, "rail.yaml", &[&steps[..], &["--axis", "y"]].concat());
+    assert!(named.out().starts_with("axes:\n  y:\n"), "{}", named.all());
 }

@@ -276,12 +276,27 @@ pub(crate) struct ExportArguments {
     /// For `targets`: the joint targets of a program, worked out by the drawing; a table with columns q1_deg, q2_deg and so on.
     #[arg(long, value_name = "CSV", required_if_eq("form", "targets"))]
     pub(crate) poses: Option<PathBuf>,
-    /// The joint of a compensation table (linuxcnc), where the model has several.
+    /// The joint of a compensation table (linuxcnc) or a scale (fluidnc), where the model has several.
     #[arg(long, value_name = "JOINT")]
     pub(crate) joint: Option<String>,
     /// Lines of a compensation table.
     #[arg(long, default_value_t = 101, value_name = "N", value_parser = clap::value_parser!(u16).range(2..=256))]
     pub(crate) lines: u16,
+    /// For `fluidnc`: the axis's `steps_per_mm` as the controller has it now.
+    #[arg(long, value_name = "NUMBER", required_if_eq("form", "fluidnc"), value_parser = steps, allow_negative_numbers = true)]
+    pub(crate) steps_per_mm: Option<f64>,
+    /// For `fluidnc`: which axis the joint is, where it is not called so.
+    #[arg(long, value_parser = FLUIDNC_AXES)]
+    pub(crate) axis: Option<String>,
+}
+
+/// As FluidNC calls axes.
+pub(crate) const FLUIDNC_AXES: [&str; 6] = ["x", "y", "z", "a", "b", "c"];
+
+/// Reads a number of steps.
+fn steps(text: &str) -> Result<f64, String> {
+    let number = text.parse::<f64>().ok().filter(|number| number.is_finite() && *number > 0.0);
+    number.ok_or_else(|| "give a number above 0".to_owned())
 }
 
 /// What other programs read.
@@ -297,6 +312,8 @@ pub(crate) enum ExportForm {
     Targets,
     /// A compensation file of LinuxCNC for one joint (COMP_FILE, type 0): its zero, gain, waves, map and play. mm or degrees.
     Linuxcnc,
+    /// The `steps_per_mm` of an axis for FluidNC, which holds a scale for each axis and nothing else: what play, waves and maps leave is said.
+    Fluidnc,
 }
 
 /// Options of `template`.

@@ -4,14 +4,15 @@ use std::error::Error;
 
 use plumb_calibration::arm_model::Model;
 use plumb_calibration::export::{
-    CompensatedTarget, RigidArm, compensated_targets, compensation, dh_table, linuxcnc, ros_calibration, urdf,
+    CompensatedTarget, Compensation, RigidArm, axis_scale, compensated_targets, compensation, dh_table,
+    fluidnc, linuxcnc, ros_calibration, urdf,
 };
 use plumb_calibration::forward::ForwardModel;
 use plumb_calibration::revision::{Entry, Family};
 use plumb_calibration::table::Table;
 use plumb_kinematics::Motion;
 
-use super::arguments::{ExportArguments, ExportForm};
+use super::arguments::{ExportArguments, ExportForm, FLUIDNC_AXES};
 
 /// What a form cannot hold.
 #[derive(Debug, thiserror::Error)]
@@ -39,8 +40,10 @@ pub(super) fn run(arguments: &ExportArguments) -> Result<String, Box<dyn Error>>
         return targets(&entry, &Family::of(&arguments.model)?, &Table::read(poses)?);
     }
     let model = entry.model;
-    if let ExportForm::Linuxcnc = arguments.form {
-        return compensation_file(&model, arguments);
+    match arguments.form {
+        ExportForm::Linuxcnc => return compensation_file(&model, arguments),
+        ExportForm::Fluidnc => return scale_of_an_axis(&model, arguments),
+        _ => {}
     }
     let arm = RigidArm::of(&model)?;
     for effect in &arm.not_the_robot {
@@ -64,6 +67,7 @@ pub(super) fn run(arguments: &ExportArguments) -> Result<String, Box<dyn Error>>
         ExportForm::Dh => dh_table(&arm, &model),
         ExportForm::Targets => return Err("give the program's targets with --poses".into()),
         ExportForm::Linuxcnc => compensation_file(&model, arguments)?,
+        ExportForm::Fluidnc => scale_of_an_axis(&model, arguments)?,
     })
 }
 
@@ -118,8 +122,12 @@ fn as_table(found: &[CompensatedTarget], model: &Model) -> String {
     text
 }
 
-/// One joint's errors for LinuxCNC; how to use the file goes to standard error.
-fn compensation_file(model: &Model, arguments: &ExportArguments) -> Result<String, Box<dyn Error>> {
+/// One joint's errors over its travel, and the joint.
+fn errors_of_a_joint(
+    model: &Model,
+    arguments: &ExportArguments,
+    what: &str,
+) -> Result<(usize, Compensation), Box<dyn Error>> {
     let joints = &model.chain.joints;
     let joint = match (&arguments.joint, joints.as_slice()) {
         (Some(name), _) => model.chain.position_of(name),
@@ -130,28 +138,67 @@ fn compensation_file(model: &Model, arguments: &ExportArguments) -> Result<Strin
         let names: Vec<&str> = joints.iter().map(|joint| joint.name.as_str()).collect();
         let said =
             arguments.joint.as_ref().map_or_else(String::new, |name| format!("there is no joint `{name}`: "));
-        format!(
-            "{said}a compensation file is of one joint; say which, as in --joint {}",
-            names.join(" or --joint ")
-        )
+        format!("{said}{what} is of one joint; say which, as in --joint {}", names.join(" or --joint "))
     })?;
     let table = compensation(model, joint, usize::from(arguments.lines))?;
     if !table.left_out.is_empty() {
-        let what = table.left_out.join(", ");
+        let left_out = table.left_out.join(", ");
         if !arguments.leave_out {
             return Err(format!(
-                "a compensation file holds what goes by the joint's own position and direction, and cannot hold {what}; --leave-out writes the rest"
+                "{what} holds what goes by the joint's own position and direction, and cannot hold {left_out}; --leave-out writes the rest"
             )
             .into());
         }
-        eprintln!("left out: {what}");
+        eprintln!("left out: {left_out}");
     }
+    Ok((joint, table))
+}
+
+/// One joint's errors for LinuxCNC; how to use the file goes to standard error.
+fn compensation_file(model: &Model, arguments: &ExportArguments) -> Result<String, Box<dyn Error>> {
+    let (_, table) = errors_of_a_joint(model, arguments, "a compensation file")?;
     eprintln!(
         "for the joint's section of the INI file: COMP_FILE = NAME, COMP_FILE_TYPE = 0, no BACKLASH beside it. Lengths are in mm, as of a machine with LINEAR_UNITS = mm. \
          Between its lines the file is off by up to {:.6} {}",
         table.between, table.unit
     );
     Ok(linuxcnc(&table))
+}
+
+/// What a scale may miss without a word, mm or degrees: rounding in the model.
+const NO_MISS: f64 = 1e-6;
+
+/// A joint's scale for FluidNC; what it leaves, and the zero, go to standard error.
+fn scale_of_an_axis(model: &Model, arguments: &ExportArguments) -> Result<String, Box<dyn Error>> {
+    let steps_per_mm = arguments.steps_per_mm.ok_or("give the axis's steps_per_mm with --steps-per-mm")?;
+    let (joint, table) = errors_of_a_joint(model, arguments, "a scale")?;
+    let name = model.chain.joints.get(joint).map_or("", |joint| joint.name.as_str());
+    let axis = arguments.axis.as_deref().unwrap_or(name);
+    if !FLUIDNC_AXES.contains(&axis) {
+        let known = FLUIDNC_AXES.join(", ");
+        return Err(format!("FluidNC's axes are {known}; say which `{name}` is, as in --axis x").into());
+    }
+    let (scale, unit) = (axis_scale(&table), table.unit);
+    if scale.off > NO_MISS {
+        let what = format!(
+            "FluidNC holds a scale for each axis, no table and no play: with it the joint is still up to {:.6} {unit} off",
+            scale.off
+        );
+        if !arguments.leave_out {
+            return Err(format!(
+                "{what}. --leave-out writes the scale; a program's targets are corrected whole by --as targets"
+            )
+            .into());
+        }
+        eprintln!("left out: {what}");
+    }
+    // Rounded here, so that nothing is shown as less than nothing.
+    let zero = (scale.zero * 1e6).round() / 1e6 + 0.0;
+    eprintln!(
+        "the axis's `mpos_mm` under `homing`, P as it is now, becomes {zero:.6} + {:.9} P; find work offsets anew",
+        scale.slope
+    );
+    Ok(fluidnc(axis, &scale, steps_per_mm))
 }
 
 /// By how much the flange differs at most, mm and degrees, where the whole model and its rigid part stand in the same pose.

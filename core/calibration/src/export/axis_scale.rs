@@ -1,0 +1,58 @@
+//! What a controller can hold of a joint's errors that knows a scale for each axis and no table: FluidNC has `steps_per_mm`, and neither a table nor a
+//! compensation of play or skew (bdring/FluidNC, FluidNC/docs/config_items.yaml; issues 405 and 1153).
+
+use super::Compensation;
+
+/// The straight line nearest to a joint's errors, by least squares over its travel and both directions.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AxisScale {
+    /// How far the joint really goes for one mm, or one degree, that is commanded.
+    pub slope: f64,
+    /// Where it really is when 0 is commanded; mm or degrees.
+    pub zero: f64,
+    /// By how much the line misses the joint at most, mm or degrees: play, waves, maps.
+    pub off: f64,
+}
+
+/// The line through a table's means of both directions.
+pub fn axis_scale(table: &Compensation) -> AxisScale {
+    let count = table.lines.len() as f64;
+    let middle = |[_, forward, reverse]: &[f64; 3]| 0.5 * (forward + reverse);
+    let commanded = table.lines.iter().map(|line| line[0]).sum::<f64>() / count;
+    let reached = table.lines.iter().map(middle).sum::<f64>() / count;
+    let apart = |line: &[f64; 3]| line[0] - commanded;
+    let square: f64 = table.lines.iter().map(|line| apart(line) * apart(line)).sum();
+    let along: f64 = table.lines.iter().map(|line| apart(line) * (middle(line) - reached)).sum();
+    let slope = along / square;
+    let zero = reached - slope * commanded;
+    let misses = |line: &[f64; 3]| {
+        let straight = zero + slope * line[0];
+        (line[1] - straight).abs().max((line[2] - straight).abs())
+    };
+    AxisScale { slope, zero, off: table.lines.iter().map(misses).fold(0.0, f64::max) }
+}
+
+/// The part of FluidNC's configuration that holds it: as many steps less as the joint goes further than it is told.
+pub fn fluidnc(axis: &str, scale: &AxisScale, steps_per_mm: f64) -> String {
+    format!("axes:\n  {axis}:\n    steps_per_mm: {:.6}\n", steps_per_mm / scale.slope)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn table(lines: Vec<[f64; 3]>) -> Compensation {
+        Compensation { lines, unit: "mm", left_out: Vec::new(), between: 0.0 }
+    }
+
+    #[test]
+    fn a_scale_and_a_zero_are_found_and_play_is_what_a_line_misses() {
+        // Reached: 0.5 + 1.002 q, 0.03 mm less or more by the way of arrival.
+        let line = |q: f64| [q, 0.5 + 1.002 * q - 0.03, 0.5 + 1.002 * q + 0.03];
+        let scale = axis_scale(&table([0.0, 100.0, 400.0].map(line).to_vec()));
+        assert!((scale.slope - 1.002).abs() < 1e-12 && (scale.zero - 0.5).abs() < 1e-10, "{scale:?}");
+        assert!((scale.off - 0.03).abs() < 1e-10, "{scale:?}");
+        // 80 steps moved it 1.002 mm.
+        assert_eq!(fluidnc("x", &scale, 80.0), "axes:\n  x:\n    steps_per_mm: 79.840319\n");
+    }
+}
