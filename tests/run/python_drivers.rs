@@ -135,6 +135,18 @@ fn a_driver_that_hangs_ends_with_its_host_and_is_named() {
     wait_gone(driver.unwrap());
 }
 
+/// As at a breakpoint: 7 s in a call that may take 5.
+#[test]
+fn a_driver_that_a_debugger_holds_for_longer_than_a_call_may_take_ends_nothing() {
+    let held = "if not hasattr(self, 'held'):\n            self.held = time.sleep(7)\n        return self.joints\n\n    def move";
+    let changes = [("import math", "import math, time"), ("return self.joints\n\n    def move", held)];
+    let Some(lab) = cell(&changes) else { return };
+    let run = lab.plumb(&["run", "cell-py.yaml", "--headless", "--no-watchdog"]);
+    assert_eq!(run.code(), 0, "{}", run.all());
+    let run = lab.plumb(&["run", "cell-py.yaml", "--headless"]);
+    assert_eq!(run.code(), 2, "without it the call is too late: {}", run.all());
+}
+
 #[test]
 fn an_exception_is_the_error_of_its_call_with_its_kind() {
     for (raised, told) in [
