@@ -126,7 +126,7 @@ impl Laboratory {
             return Ok(diagnosis);
         }
         let hypothesis = match self.dated(progress)? {
-            Some((dated, _)) => dated.hypothesis(&diagnosis.floor, progress),
+            Some(dated) => dated.laboratory.hypothesis(&diagnosis.floor, progress),
             None => self.hypothesis(&diagnosis.floor, progress),
         }?;
         Ok(Diagnosis { hypothesis, ..diagnosis })
@@ -141,7 +141,7 @@ impl Laboratory {
         }
         progress.report(0.0, "looking for jumps")?;
         let found = match self.dated(progress)? {
-            Some((dated, jumps)) => dated.diagnose_with(jumps, progress),
+            Some(dated) => dated.laboratory.diagnose_with(dated.jumps.clone(), progress),
             None => self.diagnose_with(Vec::new(), progress),
         }?;
         let (mut diagnosis, found) = self.ask_beside_poses(found, progress)?;

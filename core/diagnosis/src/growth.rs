@@ -274,7 +274,7 @@ impl Laboratory {
         progress: &Progress,
     ) -> Result<(Self, Vec<Step>), LaboratoryError> {
         let jumped = self.table().len() >= BATCH_ROWS
-            && self.dated(progress)?.is_some_and(|(_, jumps)| !jumps.is_empty());
+            && self.dated(progress)?.is_some_and(|dated| !dated.jumps.is_empty());
         if !jumped {
             return Ok((self, Vec::new()));
         }

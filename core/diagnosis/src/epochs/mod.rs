@@ -31,6 +31,13 @@ pub struct Jump {
     pub at_s: Option<f64>,
 }
 
+/// A laboratory with the epochs that its rows show.
+#[derive(Debug)]
+pub(crate) struct Dated {
+    pub(crate) laboratory: Laboratory,
+    pub(crate) jumps: Vec<Jump>,
+}
+
 /// What was found of epochs.
 #[derive(Debug, Clone, PartialEq)]
 struct Found {
@@ -48,11 +55,20 @@ const ROUNDS: usize = 4;
 
 impl Laboratory {
     /// The same laboratory with the epochs that its rows show, and the jumps between them; nothing where the model has epochs
-    /// already, or the rows show none.
+    /// already, or the rows show none. Searched for once, however many questions begin with it.
     ///
     /// # Errors
     /// Nothing can be fitted, or cancellation.
-    pub(crate) fn dated(&self, progress: &Progress) -> Result<Option<(Self, Vec<Jump>)>, LaboratoryError> {
+    pub(crate) fn dated(&self, progress: &Progress) -> Result<Option<&Dated>, LaboratoryError> {
+        if let Some(known) = self.known_epochs().get() {
+            return Ok(known.as_deref());
+        }
+        let found = self.search_epochs(progress)?.map(Box::new);
+        // Another thread may have been first: it found the same.
+        Ok(self.known_epochs().get_or_init(|| found).as_deref())
+    }
+
+    fn search_epochs(&self, progress: &Progress) -> Result<Option<Dated>, LaboratoryError> {
         // Pictures of one scan lie beside each other in pose as in time: from scan to scan whatever depends on the pose jumps.
         if self.model().epochs.is_some() || self.table().is_of_stripes() {
             return Ok(None);
@@ -73,7 +89,7 @@ impl Laboratory {
                 found = other;
             }
         }
-        Ok(Some((self.with_epochs(found.epochs), found.jumps)))
+        Ok(Some(Dated { laboratory: self.with_epochs(found.epochs), jumps: found.jumps }))
     }
 
     /// Epochs looked for again beside what explains them, until they stay; and the loss that is left then, at the scatter of the fit `without` them.
@@ -149,7 +165,7 @@ impl Laboratory {
         progress: &Progress,
     ) -> Result<Option<Self>, LaboratoryError> {
         match ids.any(|id| acts_by_epoch(&id.name)) {
-            true => Ok(self.dated(progress)?.map(|(dated, _)| dated)),
+            true => Ok(self.dated(progress)?.map(|dated| dated.laboratory.clone())),
             false => Ok(None),
         }
     }

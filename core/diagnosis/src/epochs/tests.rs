@@ -71,7 +71,7 @@ fn laboratory(rows: usize, wire: bool, seed: u64, wrong: impl Fn(usize) -> Wrong
 /// The first rows after the jumps that are found, from 1.
 fn found(lab: &Laboratory) -> Vec<usize> {
     let dated = lab.dated(&Progress::unwatched()).unwrap();
-    dated.map_or_else(Vec::new, |(_, jumps)| jumps.iter().map(|jump| jump.between_rows[1]).collect())
+    dated.map_or_else(Vec::new, |dated| dated.jumps.iter().map(|jump| jump.between_rows[1]).collect())
 }
 
 fn length(length: f64) -> Wrong {
@@ -92,6 +92,15 @@ fn one_two_and_three_jumps_of_a_wires_zero_are_dated_to_the_row() {
     let three =
         laboratory(300, true, 3, |row| length(by_epoch(row, &[40, 140, 220], &[0.0, 0.4, -0.2, 0.3])));
     assert_eq!(found(&three), [41, 141, 221]);
+}
+
+#[test]
+fn epochs_are_searched_once_however_many_questions_begin_with_them() {
+    let lab = laboratory(200, true, 1, |row| length(by_epoch(row, &[80], &[0.0, 0.3])));
+    let [one, other] = [(); 2].map(|()| lab.dated(&Progress::unwatched()).unwrap().unwrap());
+    assert!(std::ptr::eq(one, other));
+    // A copy is made to be changed: it searches anew.
+    assert_eq!(found(&lab.clone()), [81]);
 }
 
 #[test]

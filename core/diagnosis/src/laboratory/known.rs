@@ -2,6 +2,7 @@
 
 use std::sync::OnceLock;
 
+use crate::epochs::Dated;
 use plumb_calibration::fit::Fit;
 
 /// Kept from question to question. A copy knows nothing: it is made to be changed.
@@ -9,6 +10,8 @@ use plumb_calibration::fit::Fit;
 pub(super) struct Known {
     /// Of the model as it stands, to all rows that are not held out.
     pub(super) fit: OnceLock<Fit>,
+    /// The same rows with the epochs they show; nothing where they show none.
+    pub(super) dated: OnceLock<Option<Box<Dated>>>,
 }
 
 impl Clone for Known {

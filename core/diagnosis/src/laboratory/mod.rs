@@ -33,10 +33,12 @@ pub use regressor::PlotAxis;
 pub use rows::{RowResidual, Series};
 
 use std::path::Path;
+use std::sync::OnceLock;
 
 use known::Known;
 use thiserror::Error;
 
+use crate::epochs::Dated;
 use crate::split::{Holdout, HoldoutError, Split};
 use plumb_calibration::arm_model::{AddedEffect, Epochs, Model};
 use plumb_calibration::effect::{
@@ -344,6 +346,11 @@ impl Laboratory {
             let _ = self.known.fit.set(fit.clone());
         }
         Ok(fit)
+    }
+
+    /// What was found of epochs, once it was asked for.
+    pub(crate) fn known_epochs(&self) -> &OnceLock<Option<Box<Dated>>> {
+        &self.known.dated
     }
 
     /// Keeps about `most` of the fitted rows, chosen at random; returns to one pose stay together. The locked ones stay.
