@@ -123,11 +123,10 @@ pub(super) fn fit(
     check(machine, &rows)?;
     let start = align(machine, start, &rows, progress)?;
     let ones = vec![1.0; machine.observations.rows()];
-    refit(machine, &start, &rows, ones, options, progress)
+    fit_within_ranges(machine, &start, (&rows, ones), (options, CAREFUL), progress)
 }
 
-/// Fits again from a near place. Where the rows hardly determine a number of the geometry, or it leaves the range that a machine can have, the ranges count as
-/// weak prior knowledge: where such a number runs to is no result.
+/// Fits again from a near place: the damping of a descent from anywhere would hold back what the rows hardly determine for five steps more.
 pub(super) fn refit(
     machine: &ResidualModel<'_>,
     start: &State,
@@ -136,24 +135,62 @@ pub(super) fn refit(
     options: FitOptions,
     progress: &Progress,
 ) -> Result<Fit, FitError> {
-    let again = |from: &State, weights: Vec<f64>, prior: Option<&Prior>| {
+    fit_within_ranges(machine, start, (rows, weights), (options, NEAR), progress)
+}
+
+/// Where a fit begins.
+#[derive(Clone)]
+struct Start {
+    state: State,
+    /// The normal equations of the rows there, at the weights to begin with and without plausible ranges.
+    normal: NormalEquations,
+    /// Of the first step: how near it is taken to be.
+    damping: f64,
+}
+
+impl Start {
+    fn at(
+        machine: &ResidualModel<'_>,
+        state: State,
+        (rows, weights): (&[usize], &[f64]),
+        damping: f64,
+    ) -> Self {
+        let normal = machine.normal(&state, rows, weights, &[]);
+        Self { state, normal, damping }
+    }
+
+    fn factor(&self) -> RankRevealingCholesky {
+        RankRevealingCholesky::new(&self.normal.matrix)
+    }
+}
+
+/// Fits from a place. Where the rows hardly determine a number of the geometry, or it leaves the range that a machine can have, the ranges count as weak prior
+/// knowledge: where such a number runs to is no result.
+fn fit_within_ranges(
+    machine: &ResidualModel<'_>,
+    start: &State,
+    (rows, weights): (&[usize], Vec<f64>),
+    (options, damping): (FitOptions, f64),
+    progress: &Progress,
+) -> Result<Fit, FitError> {
+    let again = |from: &Start, weights: Vec<f64>, prior: Option<&Prior>| {
         descend_robustly(machine, from, (rows, weights), (options, prior), progress)
     };
-    let factor = factor_at(machine, start, (rows, &weights));
-    let start_scale = Distances::of(machine, &machine.residuals(start)).scale(rows, factor.rank());
+    let mut start = Start::at(machine, start.clone(), (rows, &weights), damping);
+    let factor = start.factor();
+    let start_scale = Distances::of(machine, &machine.residuals(&start.state)).scale(rows, factor.rank());
     // What the rows cannot tell at all stays where the model file has it, as ever.
     let mut prior = Prior { variance: start_scale * start_scale, spared: factor.dependent.clone() };
     let mut far = undetermined(machine, &factor, start_scale);
-    let mut near = None;
     if !far.is_empty() {
         // From far off the scatter is no measure: they are asked again where a bounded fit arrives.
-        let bounded = again(start, weights.clone(), Some(&prior))?;
+        let bounded = again(&start, weights.clone(), Some(&prior))?;
         prior.variance = bounded.scale * bounded.scale;
-        far = undetermined(machine, &factor_at(machine, &bounded.state, (rows, &weights)), bounded.scale);
-        near = Some(bounded.state);
+        start = Start::at(machine, bounded.state, (rows, &weights), damping);
+        far = undetermined(machine, &start.factor(), bounded.scale);
     }
     if far.is_empty() {
-        let free = again(near.as_ref().unwrap_or(start), weights.clone(), None)?;
+        let free = again(&start, weights.clone(), None)?;
         far = out_of_range(machine, &free.state);
         if far.is_empty() {
             return Ok(free);
@@ -161,21 +198,13 @@ pub(super) fn refit(
         // Where a fit has run away to is neither a place to begin nor a scatter to go by.
         prior.variance = prior.variance.min(free.scale * free.scale);
     }
-    let mut fit = again(near.as_ref().unwrap_or(start), weights.clone(), Some(&prior))?;
+    let mut fit = again(&start, weights, Some(&prior))?;
     prior.variance = fit.scale * fit.scale;
-    fit = again(&fit.state, fit.weights, Some(&prior))?;
+    start = Start::at(machine, fit.state, (rows, &fit.weights), damping);
+    fit = again(&start, fit.weights, Some(&prior))?;
     let doubts = range_doubts(machine, &far, &fit.state);
     fit.doubts.extend(doubts);
     Ok(fit)
-}
-
-/// The factor of the normal equations at a state.
-fn factor_at(
-    machine: &ResidualModel<'_>,
-    state: &State,
-    (rows, weights): (&[usize], &[f64]),
-) -> RankRevealingCholesky {
-    RankRevealingCholesky::new(&machine.normal(state, rows, weights, &[]).matrix)
 }
 
 /// Rounds in which numbers that were held may be let go because the place reached shows them.
@@ -187,14 +216,17 @@ const RELEASED: f64 = 0.5;
 /// One fit, with plausible ranges as prior knowledge or without.
 fn descend_robustly(
     machine: &ResidualModel<'_>,
-    start: &State,
+    start: &Start,
     (rows, weights): (&[usize], Vec<f64>),
     (options, prior): (FitOptions, Option<&Prior>),
     progress: &Progress,
 ) -> Result<Fit, FitError> {
     // What cannot be told from the rest stays where it is from the first step on. Let go, it would drift, and where it drifts
     // to other numbers look alike.
-    let first = machine.over(rows, &weights).knowing(prior).normal_equations(start);
+    let mut first = start.normal.clone();
+    if let Some(prior) = prior {
+        prior.add(machine, &start.state, &mut first);
+    }
     let factor = RankRevealingCholesky::new(&first.matrix);
     let parameters = factor.rank();
     // With as many numbers as equations everything fits, and nothing is known of the scatter.
@@ -203,10 +235,10 @@ fn descend_robustly(
         return Err(FitError::TooFewRows { table, equations: first.equations, parameters });
     }
     let mut held = prior.map_or(factor.dependent, |prior| prior.spared.clone());
-    let first = (start.clone(), first);
-    let careful = Settings { steps: options.steps, damping: CAREFUL };
+    let first = (start.state.clone(), first);
+    let settings = Settings { steps: options.steps, damping: start.damping };
     let mut descent =
-        descend_from(&machine.over(rows, &weights).knowing(prior), first, &held, careful, progress)?;
+        descend_from(&machine.over(rows, &weights).knowing(prior), first, &held, settings, progress)?;
     let mut steps = descent.steps;
     for _ in 1..if prior.is_some() { 1 } else { ROUNDS } {
         // Numbers that look alike at the start (offsets along axes that should be parallel) may matter at the end.
@@ -218,6 +250,7 @@ fn descend_robustly(
         }
         held = factor.dependent;
         let reached = (descent.state, descent.normal);
+        let careful = Settings { steps: options.steps, damping: CAREFUL };
         descent =
             descend_from(&machine.over(rows, &weights).knowing(prior), reached, &held, careful, progress)?;
         steps += descent.steps;
