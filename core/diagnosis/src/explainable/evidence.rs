@@ -3,6 +3,7 @@
 //! which the rows are likeliest, estimated anew for each model (Rasmussen & Williams 2006, section 5.4.1); effects are not penalised.
 
 use std::ops::Range;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use nalgebra::{DMatrix, DVector};
 
@@ -34,7 +35,39 @@ pub(crate) struct Mixed {
     reduced: Reduced,
     /// One over the root mean square of each suspect's column.
     units: Vec<f64>,
+    begun: Begun,
 }
+
+/// The inverse of a flexible part's matrix, and the logarithm of its determinant.
+type Inverse = (DMatrix<f64>, f64);
+
+/// Inverses of the flexible part at ratios at which fits have begun: many sets of suspects begin at the same, and an inverse costs more than all the rest of a round.
+#[derive(Default)]
+struct Begun {
+    known: Mutex<Vec<(Vec<f64>, Arc<Inverse>)>>,
+}
+
+impl Begun {
+    /// That at these ratios, worked out where no fit has begun at them yet.
+    fn at(&self, ratios: &[f64], work_out: impl FnOnce() -> Option<Inverse>) -> Option<Arc<Inverse>> {
+        let known = || self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        let same = known().iter().find(|(own, _)| own == ratios).map(|(_, inverse)| Arc::clone(inverse));
+        if same.is_some() {
+            return same;
+        }
+        // Two threads may both work it out: neither waits for the other.
+        let inverse = Arc::new(work_out()?);
+        let mut known = known();
+        if known.len() >= MOST_BEGUN {
+            known.remove(0);
+        }
+        known.push((ratios.to_vec(), Arc::clone(&inverse)));
+        Some(inverse)
+    }
+}
+
+/// Inverses kept at most: sets are grown from a few at a time.
+const MOST_BEGUN: usize = 8;
 
 /// A model fitted.
 #[derive(Debug, Clone)]
@@ -122,7 +155,8 @@ impl Mixed {
         products.add(&features.knowledge.widened(count));
         let reduced = Reduced::of(&products, fixed)?;
         let components = features.components.clone();
-        Some(Self { design, products, fixed, components, flexible, reduced, units })
+        let begun = Begun::default();
+        Some(Self { design, products, fixed, components, flexible, reduced, units, begun })
     }
 
     /// The model with these of the suspects' parameters in, from these ratios on; nothing where the numbers break down.
@@ -143,8 +177,14 @@ impl Mixed {
             None => self.components.iter().map(|one| FIRST_RATIO * one.len() as f64).collect(),
         };
         let mut best: Option<(Vec<f64>, Round)> = None;
-        for _ in 0..rounds {
-            let round = self.round(&self.reduced, &suspects, &ratios)?;
+        for number in 0..rounds {
+            let round = match number {
+                0 => {
+                    let inverse = self.begun.at(&ratios, || self.inverse(&self.reduced, &ratios))?;
+                    self.round(&self.reduced, &suspects, &ratios, &inverse)
+                }
+                _ => self.round(&self.reduced, &suspects, &ratios, &self.inverse(&self.reduced, &ratios)?),
+            };
             let fall = best.as_ref().map_or(f64::INFINITY, |(_, best)| best.deviance - round.deviance);
             let next = round.better.clone();
             // MacKay's rule may step past the optimum of a component that is hardly needed: only a better round is kept.
@@ -186,21 +226,25 @@ impl Mixed {
     }
 
     /// One round at these ratios: everything that is fitted then, and ratios under which the rows are likelier (MacKay 1992, equations 4.9 and 4.10).
-    fn round(&self, reduced: &Reduced, suspects: &[usize], ratios: &[f64]) -> Option<Round> {
+    fn round(
+        &self,
+        reduced: &Reduced,
+        suspects: &[usize],
+        ratios: &[f64],
+        (inverse, logarithm): &Inverse,
+    ) -> Round {
         let active: Vec<usize> = (0..self.components.len()).filter(|one| ratios[*one].is_finite()).collect();
         let (columns, of_column) = self.active_columns(ratios);
-        let rows = reduced.matrix.select_rows(&columns);
-        let (inverse, logarithm) = regularized_inverse(rows.select_columns(&columns), &of_column)?;
         let right = reduced.right.select_rows(&columns);
-        let across = rows.select_columns(suspects);
-        let through = &inverse * &across;
+        let across = reduced.matrix.select_columns(suspects).select_rows(&columns);
+        let through = inverse * &across;
         let own = reduced.matrix.select_rows(suspects).select_columns(suspects);
         let information = &own - across.tr_mul(&through);
         let score = reduced.right.select_rows(suspects) - through.tr_mul(&right);
         let (inverse_information, rank) = inverse_and_rank(&own, &information);
         let found = &inverse_information * &score;
-        let weights = &inverse * (&right - &across * &found);
-        let squares = reduced.squares - right.dot(&(&inverse * &right)) - score.dot(&found);
+        let weights = inverse * (&right - &across * &found);
+        let squares = reduced.squares - right.dot(&(inverse * &right)) - score.dot(&found);
         // A perfect fit of made-up data must not have infinite likelihood.
         let squares = squares.max(1e-12 * reduced.squares).max(f64::MIN_POSITIVE);
         let noise = squares / reduced.freedom;
@@ -221,25 +265,31 @@ impl Mixed {
         }
         // Restricted likelihood with the noise's variance at its own optimum: n ln s2 + ln |X'X + diag| - ln |diag|, but for constants.
         let deviance = reduced.freedom * noise.ln() + logarithm - prior;
-        Some(Round { deviance, rank, suspects: found, inverse_information, noise, columns, weights, better })
+        Round { deviance, rank, suspects: found, inverse_information, noise, columns, weights, better }
+    }
+
+    /// The inverse of the flexible part at these ratios.
+    fn inverse(&self, reduced: &Reduced, ratios: &[f64]) -> Option<Inverse> {
+        let (columns, of_column) = self.active_columns(ratios);
+        regularized_inverse(reduced.matrix.select_columns(&columns).select_rows(&columns), &of_column)
     }
 
     /// What the rows say of all suspects while the flexible part keeps these ratios; nothing where the numbers break down.
     pub(crate) fn outlook(&self, ratios: &[f64]) -> Option<Outlook> {
         let suspects: Vec<usize> = (self.flexible..self.reduced.right.len()).collect();
         let matrix = &self.reduced.matrix;
-        let (columns, of_column) = self.active_columns(ratios);
-        let rows = matrix.select_rows(&columns);
-        let (inverse, _) = regularized_inverse(rows.select_columns(&columns), &of_column)?;
+        let (columns, _) = self.active_columns(ratios);
+        let begun = self.begun.at(ratios, || self.inverse(&self.reduced, ratios))?;
+        let (inverse, _) = begun.as_ref();
         let right = self.reduced.right.select_rows(&columns);
-        let across = rows.select_columns(&suspects);
-        let through = &inverse * &across;
+        let across = matrix.select_columns(&suspects).select_rows(&columns);
+        let through = inverse * &across;
         let own = matrix.select_rows(&suspects).select_columns(&suspects);
         Some(Outlook {
             information: &own - across.tr_mul(&through),
             score: self.reduced.right.select_rows(&suspects) - through.tr_mul(&right),
             own,
-            squares: self.reduced.squares - right.dot(&(&inverse * &right)),
+            squares: self.reduced.squares - right.dot(&(inverse * &right)),
             freedom: self.reduced.freedom,
         })
     }
@@ -302,7 +352,8 @@ impl Mixed {
 
     /// A fitted model without some rows, at the same ratios: what is left of each of their equations, and the values of its parameters.
     pub(crate) fn predict(&self, fit: &MixedFit, left_out: &LeftOutRows) -> Option<(LeftOver, Vec<f64>)> {
-        let round = self.round(&left_out.rest, &fit.columns, &fit.ratios)?;
+        let inverse = self.inverse(&left_out.rest, &fit.ratios)?;
+        let round = self.round(&left_out.rest, &fit.columns, &fit.ratios, &inverse);
         let coefficients = left_out.rest.coefficients(&self.weights(&round, &fit.columns));
         let design = self.design.select_rows(&left_out.equations);
         let last = design.ncols() - 1;
