@@ -75,7 +75,7 @@ pub(crate) struct Stage<'a> {
 }
 
 impl Laboratory {
-    /// Fits the model with `taken` in and weighs every other candidate against the rest.
+    /// Fits the model with `taken` in and weighs every other candidate against the rest; the likeliest are refitted.
     pub(crate) fn stage<'a>(
         &'a self,
         taken: Vec<AddedEffect>,
@@ -83,6 +83,21 @@ impl Laboratory {
         candidates: &Candidates,
         progress: &Progress,
     ) -> Result<Stage<'a>, LaboratoryError> {
+        let (mut stage, robust) = self.scored_stage(taken, near, candidates, progress)?;
+        self.refit_handful(&mut stage, progress)?;
+        self.ask_all_rows(&mut stage, &robust, progress)?;
+        self.refine(&mut stage, progress)?;
+        Ok(stage)
+    }
+
+    /// The same as the scores have it, and the robust fit to all rows.
+    fn scored_stage<'a>(
+        &'a self,
+        taken: Vec<AddedEffect>,
+        near: Option<&Fitted<'_>>,
+        candidates: &Candidates,
+        progress: &Progress,
+    ) -> Result<(Stage<'a>, Fitted<'a>), LaboratoryError> {
         let probes = &candidates.listed;
         let robust = self.fit_with(&taken, near, progress)?;
         // Plain least squares on rows that are kept: weights that change with the effects would make sums of squares incomparable.
@@ -130,11 +145,7 @@ impl Laboratory {
             })
             .collect();
         contenders.sort_by(|left, right| left.bic.total_cmp(&right.bic));
-        let mut stage = Stage { taken, fitted, bic: own, contenders };
-        self.refit_handful(&mut stage, progress)?;
-        self.ask_all_rows(&mut stage, &robust, progress)?;
-        self.refine(&mut stage, progress)?;
-        Ok(stage)
+        Ok((Stage { taken, fitted, bic: own, contenders }, robust))
     }
 
     /// Rows that are not wild even when the effect that explains most is in, whether it has a name or not: outliers are
@@ -274,7 +285,7 @@ impl Laboratory {
         Ok(())
     }
 
-    /// Takes in one effect after another, as long as one passes; the stages, the first with none taken in.
+    /// Takes in one effect after another, as long as one passes; the stages, the first with none taken in. With as many in as may be, no contender is refitted any more.
     pub(crate) fn forward(
         &self,
         candidates: &Candidates,
@@ -288,7 +299,12 @@ impl Laboratory {
             let Some(best) = last.contenders.iter().find(|contender| contender.passes()) else { break };
             let mut taken = last.taken.clone();
             taken.push(AddedEffect { id: best.id.clone(), values: best.values.clone() });
-            let next = self.stage(taken, Some(&last.fitted), candidates, progress)?;
+            let near = Some(&last.fitted);
+            let next = match taken.len() < MOST_EFFECTS {
+                true => self.stage(taken, near, candidates, progress)?,
+                // Only what it leaves is asked of it.
+                false => self.scored_stage(taken, near, candidates, progress)?.0,
+            };
             stages.push(next);
         }
         Ok(stages)
