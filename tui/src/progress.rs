@@ -8,7 +8,10 @@ use std::time::{Duration, Instant};
 
 use plumb_estimation::Progress;
 
-/// Runs `work`, telling on a terminal what it does once it has taken longer than a second.
+/// What takes less is over before a line could be read.
+const SHOWN_AFTER: Duration = Duration::from_millis(500);
+
+/// Runs `work`, telling on a terminal what it does from half a second on.
 pub fn watched<T>(work: impl FnOnce(&Progress) -> T) -> T {
     let progress = Progress::unwatched();
     if !io::stderr().is_terminal() {
@@ -30,7 +33,7 @@ fn watch(progress: &Progress, done: &AtomicBool) {
     let mut shown = false;
     while !done.load(Ordering::Relaxed) {
         thread::sleep(Duration::from_millis(50));
-        if start.elapsed() > Duration::from_secs(1) {
+        if start.elapsed() > SHOWN_AFTER {
             let (fraction, doing) = progress.state();
             eprint!("\r\x1b[K{:3.0} % {doing}", fraction * 100.0);
             let _ = io::stderr().flush();
