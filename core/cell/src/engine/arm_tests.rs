@@ -70,6 +70,18 @@ fn a_pose_out_of_an_answer_is_where_the_corrected_joints_shall_be() {
 }
 
 #[test]
+fn a_refusal_names_target_and_limits_of_the_corrected_joint() {
+    let mut arm = guarded();
+    arm.set_zeros(&[zero("shoulder", 10.0)], true);
+    let refused = arm.check_move(&drive([0.0; 4]), &drive([85.0, 0.0, 0.0, 0.0]));
+    let Err(NotAllowed::Limit { joint, target, lower, upper, unit }) = refused else { panic!("{refused:?}") };
+    assert_eq!((joint.as_str(), unit), ("shoulder", "deg"));
+    assert_near(target, 95.0);
+    assert_near(lower, -90.0);
+    assert_near(upper, 90.0);
+}
+
+#[test]
 fn the_cells_limits_hold_for_the_corrected_joint() {
     let mut arm = guarded();
     let shoulder = arm.joint("shoulder").unwrap();

@@ -341,6 +341,37 @@ mod tests {
         }
     }
 
+    #[test]
+    fn a_joint_that_cannot_be_is_told_with_what_it_says_of_itself() {
+        assert_eq!(check_description(ARM, &robot()), Ok(()));
+        let with = |change: fn(&mut JointDescription)| {
+            let mut robot = robot();
+            change(&mut robot.joints[1]);
+            check_description(ARM, &robot)
+        };
+        for change in [
+            (|joint| joint.lower = joint.upper) as fn(&mut JointDescription),
+            |joint| joint.lower = joint.upper + 1.0,
+            |joint| joint.lower = f64::NEG_INFINITY,
+            |joint| joint.upper = f64::INFINITY,
+            |joint| joint.upper = f64::NAN,
+        ] {
+            says(with(change), &["its slide goes from", "mm", "scara4"]);
+        }
+        for speed in [
+            (|joint| joint.max_speed = 0.0) as fn(&mut JointDescription),
+            |joint| joint.max_speed = -1.0,
+            |joint| joint.max_speed = f64::INFINITY,
+        ] {
+            says(with(speed), &["its slide has a greatest speed of", "above 0"]);
+        }
+        for step in [(|joint| joint.resolution = -0.1) as fn(&mut JointDescription), |joint| {
+            joint.resolution = f64::NAN
+        }] {
+            says(with(step), &["its slide has a smallest step of", "0 or above"]);
+        }
+    }
+
     fn vector(values: [f64; 2]) -> JointVector {
         JointVector::from_slice(&values).unwrap()
     }

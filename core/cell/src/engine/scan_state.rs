@@ -96,3 +96,19 @@ impl EmptyPictures {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn empty_pictures_are_counted_by_what_they_lack() {
+        let mut pictures = EmptyPictures::default();
+        for fault in [StripeFault::Dark, StripeFault::Flat, StripeFault::Dark] {
+            pictures.add(fault);
+        }
+        let [dark, flat] = [StripeFault::Dark, StripeFault::Flat].map(StripeFault::name);
+        assert_eq!((pictures.stripes, pictures.counts_by_cause()), (3, format!("2 {dark}, 1 {flat}")));
+        assert!(pictures.cure().contains("is the laser on"), "{}", pictures.cure());
+    }
+}
