@@ -237,6 +237,7 @@ impl Robot for MisbehavingRobot {
     }
 
     fn read_inputs(&mut self) -> Result<DigitalInputs, PluginError> {
+        self.misbehave("inputs")?;
         self.host.emit_in_place("frames", 1_300_000, |frame| {
             frame[..8].copy_from_slice(&self.host.now_ns().to_ne_bytes());
             frame[16..].fill(7);

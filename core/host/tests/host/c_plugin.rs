@@ -156,3 +156,19 @@ fn a_robot_of_an_older_minor_version_with_a_shorter_table_is_loaded() {
     assert!(error.contains("this device cannot read inputs"), "{error}");
     assert!(host.finish(LONG).is_orderly());
 }
+
+#[test]
+fn a_robot_with_the_functions_of_a_sensor_is_refused_with_what_it_seems_to_be() {
+    let place = Place::new();
+    let example = fs::read_to_string(example()).unwrap();
+    let other = example.replace("\"plumb.robot/1\"", "\"plumb.sensor/1\"");
+    assert_ne!(other, example);
+    let Some(plugin) = compiled_from_text(&other, place.directory.path()) else { return };
+    let message = verify(&plugin).unwrap_err().to_string();
+    assert!(
+        message.contains(
+            "its `extension` gives NULL for 'plumb.robot/1': it has one for 'plumb.sensor/1': is it a sensor?"
+        ),
+        "{message}"
+    );
+}

@@ -4,8 +4,8 @@ use std::time::Duration;
 
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
-use plumb_host::DeviceError;
-use plumb_plugin::{JointState, PluginError, Value};
+use plumb_host::{DeviceError, HostEvent};
+use plumb_plugin::{JointState, LogLevel, PluginError, Value};
 
 use crate::place::{LONG, Place, stream, until, waist_to};
 
@@ -141,4 +141,17 @@ fn a_refusal_is_told_in_the_plugins_words() {
     let host = place.robot_with("refuse", "activate");
     let error = host.robot().unwrap().activate().unwrap_err();
     assert_eq!(error.to_string(), "arm: the robot does not want to");
+}
+
+#[test]
+fn lines_that_cannot_be_read_at_rest_are_reported_once() {
+    let place = Place::new();
+    let config = serde_json::json!({"fault": "refuse", "in": "inputs"});
+    let (host, events) = place.spawn_listening(&place.arguments("arm", "misbehaving_robot", config));
+    for _ in 0..3 {
+        host.robot().unwrap().read_joints().unwrap();
+    }
+    host.finish(LONG);
+    let is_told = |event: &HostEvent| matches!(event, HostEvent::Log { level: LogLevel::Warn, text } if text.contains("its input lines cannot be read at rest: the robot does not want to"));
+    assert_eq!(events.iter().filter(is_told).count(), 1);
 }

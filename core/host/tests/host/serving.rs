@@ -17,6 +17,7 @@ fn a_robot_is_described_activated_moved_and_read() {
     let Description::Robot(robot) = host.description() else { panic!("a robot was loaded") };
     assert_eq!(robot.joints[0].name, "waist");
     assert_eq!(host.manifest().id, "misbehaving-robot");
+    assert_eq!(host.device(), "arm");
 
     let robot = host.robot().unwrap();
     assert_eq!(robot.state().unwrap(), DeviceState::Inactive);
