@@ -141,6 +141,15 @@ mod tests {
     use super::*;
 
     #[test]
+    fn how_long_ago_a_time_is_follows_the_wall_clock_and_what_is_no_time_is_none() {
+        assert!((0.0..60.0).contains(&seconds_since(&timestamp()).expect("a time")));
+        let ago = seconds_since("2001-09-09T01:46:40.000Z").expect("the billionth second since 1970");
+        let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).expect("after 1970");
+        assert!((ago + 1e9 - now.as_secs_f64()).abs() < 60.0, "{ago}");
+        assert_eq!(seconds_since("yesterday"), None);
+    }
+
+    #[test]
     fn a_record_of_a_newer_program_is_refused_with_both_versions() {
         let directory = tempfile::tempdir().expect("a directory");
         let record = Record::open(directory.path()).expect("a new record");
