@@ -50,8 +50,7 @@ pub struct Settings {
 /// is not far off).
 pub const CAREFUL: f64 = 1e-3;
 
-/// Damping of the first step from a state that is nearly the minimum: it was that until a few weights changed or a number came in. Where it turns out to be
-/// farther off, the first step that is refused makes the descent [`CAREFUL`].
+/// Damping of the first step from a state that was the minimum until a few weights changed.
 pub const NEAR: f64 = 1e-8;
 
 /// Least damping: below it the damped matrix is the undamped one in double precision.
@@ -143,7 +142,7 @@ pub fn descend_from<P: Problem>(
 ) -> Result<Descent<P::State>, Cancelled> {
     let scales = normal.matrix.diagonal();
     let damping = Damping { value: settings.damping, growth: 2.0 };
-    let mut run = Run { problem, held, state, normal, scales, damping, idle: 0, refused: 0, began: false };
+    let mut run = Run { problem, held, state, normal, scales, damping, idle: 0, refused: 0 };
     for step in 0..settings.steps {
         progress.check()?;
         if let Some(converged) = run.step() {
@@ -190,8 +189,6 @@ struct Run<'a, P: Problem> {
     idle: usize,
     /// Refused steps in a row.
     refused: usize,
-    /// Whether a step was taken.
-    began: bool,
 }
 
 impl<P: Problem> Run<'_, P> {
@@ -206,7 +203,7 @@ impl<P: Problem> Run<'_, P> {
             *scale = scale.max(*fresh);
         }
         let Some((change, predicted)) = self.damped_step() else {
-            self.damp();
+            self.damping.refuse();
             return self.damping.is_exhausted().then_some(false);
         };
         let no_gain = NO_GAIN * self.normal.squares / self.normal.equations.max(1) as f64 + NO_GAIN_AT_ALL;
@@ -221,7 +218,7 @@ impl<P: Problem> Run<'_, P> {
         let finite = normal.squares.is_finite() && self.problem.is_finite(&state);
         if finite && gain_ratio > LEAST_GAIN_RATIO {
             self.idle = if gain <= no_gain { self.idle + 1 } else { 0 };
-            (self.refused, self.began) = (0, true);
+            self.refused = 0;
             (self.state, self.normal) = (state, normal);
             self.damping.accept(gain_ratio);
             return None;
@@ -254,18 +251,8 @@ impl<P: Problem> Run<'_, P> {
         if self.damping.is_exhausted() || (self.refused >= REFUSED_STEPS && little) {
             return Some(predicted <= NEGLIGIBLE * self.normal.squares || little);
         }
-        self.damp();
+        self.damping.refuse();
         None
-    }
-
-    /// More damping after a step that was refused.
-    fn damp(&mut self) {
-        // A start that is farther off than it was taken for: doubled again and again, the damping would be as many steps below what such a start needs.
-        if !self.began && self.damping.value < CAREFUL {
-            self.damping.value = CAREFUL;
-        } else {
-            self.damping.refuse();
-        }
     }
 }
 

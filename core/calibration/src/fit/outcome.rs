@@ -123,10 +123,29 @@ pub(super) fn fit(
     check(machine, &rows)?;
     let start = align(machine, start, &rows, progress)?;
     let ones = vec![1.0; machine.observations.rows()];
-    fit_within_ranges(machine, &start, (&rows, ones), (options, CAREFUL), progress)
+    refit(machine, &start, &rows, ones, options, progress)
 }
 
-/// Fits again from a near place: the damping of a descent from anywhere would hold back what the rows hardly determine for five steps more.
+/// Where a fit begins.
+struct Start {
+    state: State,
+    /// The normal equations of the rows there, at the weights to begin with and without plausible ranges.
+    normal: NormalEquations,
+}
+
+impl Start {
+    fn at(machine: &ResidualModel<'_>, state: State, (rows, weights): (&[usize], &[f64])) -> Self {
+        let normal = machine.normal(&state, rows, weights, &[]);
+        Self { state, normal }
+    }
+
+    fn factor(&self) -> RankRevealingCholesky {
+        RankRevealingCholesky::new(&self.normal.matrix)
+    }
+}
+
+/// Fits again from a near place. Where the rows hardly determine a number of the geometry, or it leaves the range that a machine can have, the ranges count as weak prior
+/// knowledge: where such a number runs to is no result.
 pub(super) fn refit(
     machine: &ResidualModel<'_>,
     start: &State,
@@ -135,48 +154,10 @@ pub(super) fn refit(
     options: FitOptions,
     progress: &Progress,
 ) -> Result<Fit, FitError> {
-    fit_within_ranges(machine, start, (rows, weights), (options, NEAR), progress)
-}
-
-/// Where a fit begins.
-#[derive(Clone)]
-struct Start {
-    state: State,
-    /// The normal equations of the rows there, at the weights to begin with and without plausible ranges.
-    normal: NormalEquations,
-    /// Of the first step: how near it is taken to be.
-    damping: f64,
-}
-
-impl Start {
-    fn at(
-        machine: &ResidualModel<'_>,
-        state: State,
-        (rows, weights): (&[usize], &[f64]),
-        damping: f64,
-    ) -> Self {
-        let normal = machine.normal(&state, rows, weights, &[]);
-        Self { state, normal, damping }
-    }
-
-    fn factor(&self) -> RankRevealingCholesky {
-        RankRevealingCholesky::new(&self.normal.matrix)
-    }
-}
-
-/// Fits from a place. Where the rows hardly determine a number of the geometry, or it leaves the range that a machine can have, the ranges count as weak prior
-/// knowledge: where such a number runs to is no result.
-fn fit_within_ranges(
-    machine: &ResidualModel<'_>,
-    start: &State,
-    (rows, weights): (&[usize], Vec<f64>),
-    (options, damping): (FitOptions, f64),
-    progress: &Progress,
-) -> Result<Fit, FitError> {
     let again = |from: &Start, weights: Vec<f64>, prior: Option<&Prior>| {
         descend_robustly(machine, from, (rows, weights), (options, prior), progress)
     };
-    let mut start = Start::at(machine, start.clone(), (rows, &weights), damping);
+    let mut start = Start::at(machine, start.clone(), (rows, &weights));
     let factor = start.factor();
     let start_scale = Distances::of(machine, &machine.residuals(&start.state)).scale(rows, factor.rank());
     // What the rows cannot tell at all stays where the model file has it, as ever.
@@ -186,7 +167,7 @@ fn fit_within_ranges(
         // From far off the scatter is no measure: they are asked again where a bounded fit arrives.
         let bounded = again(&start, weights.clone(), Some(&prior))?;
         prior.variance = bounded.scale * bounded.scale;
-        start = Start::at(machine, bounded.state, (rows, &weights), damping);
+        start = Start::at(machine, bounded.state, (rows, &weights));
         far = undetermined(machine, &start.factor(), bounded.scale);
     }
     if far.is_empty() {
@@ -200,7 +181,7 @@ fn fit_within_ranges(
     }
     let mut fit = again(&start, weights, Some(&prior))?;
     prior.variance = fit.scale * fit.scale;
-    start = Start::at(machine, fit.state, (rows, &fit.weights), damping);
+    start = Start::at(machine, fit.state, (rows, &fit.weights));
     fit = again(&start, fit.weights, Some(&prior))?;
     let doubts = range_doubts(machine, &far, &fit.state);
     fit.doubts.extend(doubts);
@@ -236,9 +217,9 @@ fn descend_robustly(
     }
     let mut held = prior.map_or(factor.dependent, |prior| prior.spared.clone());
     let first = (start.state.clone(), first);
-    let settings = Settings { steps: options.steps, damping: start.damping };
+    let careful = Settings { steps: options.steps, damping: CAREFUL };
     let mut descent =
-        descend_from(&machine.over(rows, &weights).knowing(prior), first, &held, settings, progress)?;
+        descend_from(&machine.over(rows, &weights).knowing(prior), first, &held, careful, progress)?;
     let mut steps = descent.steps;
     for _ in 1..if prior.is_some() { 1 } else { ROUNDS } {
         // Numbers that look alike at the start (offsets along axes that should be parallel) may matter at the end.
@@ -250,7 +231,6 @@ fn descend_robustly(
         }
         held = factor.dependent;
         let reached = (descent.state, descent.normal);
-        let careful = Settings { steps: options.steps, damping: CAREFUL };
         descent =
             descend_from(&machine.over(rows, &weights).knowing(prior), reached, &held, careful, progress)?;
         steps += descent.steps;

@@ -209,13 +209,6 @@ fn a_small_promise_that_is_refused_three_times_ends_a_descent() {
 }
 
 #[test]
-fn a_start_that_is_not_as_near_as_it_was_taken_for_is_damped_like_any_other() {
-    let worse = MadeUp { gradient: 0.4_f64.sqrt(), squares: |taken| 1000.0 + f64::from(taken), finite: true };
-    // One refusal to 1e-3, and the ten of a start from anywhere. From 1e-8 by doublings it would be twelve.
-    assert_eq!(ended(&worse, NEAR), (0, 11, true));
-}
-
-#[test]
 fn a_step_to_where_nothing_is_finite_is_not_taken() {
     let better =
         |finite: bool| MadeUp { gradient: 20.0, squares: |taken| 1000.0 - 300.0 * f64::from(taken), finite };
