@@ -275,6 +275,10 @@ fn first_lot(seed: u64, effect: &str) -> u64 {
 /// One injection in lines: what was hidden, the sentence, and why the first candidates are not the name.
 fn told(effect: &str, place: &str, found: Found, diagnosis: &Diagnosis) -> String {
     let mut text = format!("  {effect}({place}): {found:?}. {}\n", diagnosis_sentence(diagnosis));
+    if !diagnosis.besides.is_empty() {
+        // Writing to a text cannot fail.
+        let _ = writeln!(text, "    also at work: {}", diagnosis.besides.join(", "));
+    }
     for candidate in diagnosis.candidates.iter().take(4) {
         // Writing to a text cannot fail.
         let _ = writeln!(

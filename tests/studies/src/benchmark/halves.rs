@@ -2,9 +2,11 @@
 
 use std::path::Path;
 
+use plumb_calibration::effect::kind;
 use plumb_diagnosis::laboratory::LaboratoryError;
 use plumb_diagnosis::{Diagnosis, Verdict};
 use plumb_estimation::Random;
+use plumb_simulated::physics::campaign::Case;
 use serde::Serialize;
 
 use super::cells::Work;
@@ -75,6 +77,8 @@ fn place(diagnosis: &Diagnosis) -> Option<&str> {
 #[derive(Debug, Serialize)]
 pub(super) struct Row {
     cut: Cut,
+    /// Only tables in which nothing goes by time.
+    steady: bool,
     tables: usize,
     /// Of the tables of which a half names or locates something: the other says the same.
     replicated: Share,
@@ -84,11 +88,11 @@ pub(super) struct Row {
 }
 
 impl Row {
-    fn of(cut: Cut, agreements: Vec<Agreement>) -> Self {
+    fn of(cut: Cut, steady: bool, agreements: Vec<Agreement>) -> Self {
         let told = || agreements.iter().filter(|one| **one != Agreement::Neither);
         let share = |wanted: Agreement| Share::of(told().map(|one| *one == wanted));
         let (replicated, contrary) = (share(Agreement::Same), share(Agreement::Contrary));
-        Self { cut, tables: agreements.len(), replicated, contrary, agreements }
+        Self { cut, steady, tables: agreements.len(), replicated, contrary, agreements }
     }
 }
 
@@ -146,20 +150,33 @@ fn agreements(model: &str, table: &str, seed: u64) -> Result<Vec<Agreement>, Lab
     Cut::ALL.into_iter().map(of_cut).collect()
 }
 
-fn rows(told: &[Vec<Agreement>]) -> Vec<Row> {
+/// A row for each way of cutting.
+fn rows(steady: bool, told: &[&Vec<Agreement>]) -> Vec<Row> {
     let of_cut = |(at, cut): (usize, Cut)| {
-        Row::of(cut, told.iter().filter_map(|agreements| agreements.get(at).copied()).collect())
+        Row::of(cut, steady, told.iter().filter_map(|agreements| agreements.get(at).copied()).collect())
     };
     (0..).zip(Cut::ALL).map(of_cut).collect()
+}
+
+/// Whether something hidden happens once or goes by time: then earlier and later rows may each show another part of it, or only one of them any.
+fn goes_by_time(case: &Case) -> bool {
+    let mut kinds = case.truth.hidden.iter().filter_map(|hidden| kind(&hidden.effect));
+    kinds.any(|kind| kind.is_event || kind.depends_on_time)
 }
 
 /// Cuts every trial of a cell in two.
 pub(super) fn replicated(work: &Work, seed: u64, count: usize) -> Result<Vec<Row>, BenchmarkError> {
     let told = over_cases(work, seed, count, |case| {
-        agreements(&case.model_yaml(), &case.table_csv(), case.truth.seed)
-            .map_err(|source| BenchmarkError::Lab { seed: case.truth.seed, source: Box::new(source) })
+        let said = agreements(&case.model_yaml(), &case.table_csv(), case.truth.seed);
+        let said =
+            said.map_err(|source| BenchmarkError::Lab { seed: case.truth.seed, source: Box::new(source) })?;
+        Ok((goes_by_time(case), said))
     })?;
-    Ok(rows(&told))
+    let all: Vec<&Vec<Agreement>> = told.iter().map(|(_, said)| said).collect();
+    let steady: Vec<&Vec<Agreement>> =
+        told.iter().filter(|(timed, _)| !timed).map(|(_, said)| said).collect();
+    let by_order = rows(true, &steady).into_iter().filter(|row| row.cut == Cut::Order);
+    Ok(rows(false, &all).into_iter().chain(by_order).collect())
 }
 
 /// Cuts one table of a real machine in two.
@@ -169,7 +186,7 @@ pub(super) fn of_files(model: &Path, table: &Path, seed: u64) -> Result<Vec<Row>
     };
     let told = agreements(&read(model)?, &read(table)?, seed)
         .map_err(|source| BenchmarkError::Table { path: table.to_owned(), source: Box::new(source) })?;
-    Ok(rows(&[told]))
+    Ok(rows(false, &[&told]))
 }
 
 /// The head of the table.
@@ -188,7 +205,9 @@ pub(super) fn lines(title: &str, rows: &[Row]) -> String {
     };
     let line = |row: &Row| {
         let said = format!("{} of {}", row.replicated.trials, row.tables);
-        let (name, same, other) = (row.cut.name(), percent(&row.replicated), percent(&row.contrary));
+        let without = if row.steady { ", nothing that goes by time" } else { "" };
+        let name = format!("{}{without}", row.cut.name());
+        let (same, other) = (percent(&row.replicated), percent(&row.contrary));
         format!("  {name:<58} {said:>12} {same:>24} {other:>22}\n")
     };
     format!("{title}\n{}", rows.iter().map(line).collect::<String>())
@@ -224,6 +243,7 @@ mod tests {
     fn shares_are_of_the_tables_of_which_a_half_says_something() {
         let row = Row::of(
             Cut::Lot,
+            false,
             vec![
                 Agreement::Same,
                 Agreement::Same,
