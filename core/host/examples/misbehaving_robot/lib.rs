@@ -1,5 +1,6 @@
 //! A robot in memory that goes wrong on request, for tests of what surrounds it.
 
+use std::f64::consts::TAU;
 use std::fs::OpenOptions;
 use std::io::Write;
 use std::process;
@@ -184,7 +185,7 @@ impl Robot for MisbehavingRobot {
                 _ => "misbehaving robot".to_owned(),
             },
             joints: vec![
-                joint("waist", JointUnit::Radian, -100.0, 100.0),
+                joint("waist", JointUnit::Radian, -16.0 * TAU, 16.0 * TAU),
                 joint("gripper", JointUnit::Millimetre, 0.0, 75.0),
             ],
             inputs: vec![LineDescription { name: "line 0".to_owned(), bit: 0 }],
