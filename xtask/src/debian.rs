@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::error::PackageError;
+use crate::files::{copy, copy_tree, sorted, write};
 use crate::run::output;
-use crate::stage::{copy, copy_tree, sorted, write};
 
 /// Writes `plumb_VERSION_ARCHITECTURE.deb` from the tree.
 pub(crate) fn package(

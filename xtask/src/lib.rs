@@ -6,6 +6,7 @@
 
 mod debian;
 mod error;
+mod files;
 mod licences;
 pub mod package;
 mod run;

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 
 use crate::error::PackageError;
-use crate::stage::{copy, copy_tree, write};
+use crate::files::{copy, copy_tree, write};
 
 /// Their folders, in the source and under [`PLACE`] alike.
 const CRATES: [&str; 3] = ["core/abi", "core/document", "core/plugin"];

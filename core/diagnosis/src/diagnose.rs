@@ -1,9 +1,9 @@
 //! One diagnosis from beginning to end: fit, noise floor, search, verdict, and what goes with the verdict.
 
 use crate::candidates::{self, Candidates};
-use crate::epochs::Jump;
 use crate::fitted::Fitted;
 use crate::found::Found;
+use crate::jump::Jump;
 use crate::laboratory::{Comparison, Laboratory, LaboratoryError};
 use crate::lack_of_fit::LackOfFit;
 use crate::noise_floor::{Floor, Replicates};

@@ -17,6 +17,7 @@ mod found;
 mod growth;
 mod hypothesis;
 mod joint_range;
+mod jump;
 pub mod laboratory;
 mod lack_of_fit;
 mod mechanism_test;
@@ -46,11 +47,11 @@ mod verdict;
 mod working_volume;
 
 pub use claim::Claim;
-pub use epochs::Jump;
 pub use explainable::{BlockedExplainable, Explainable, ExplainableGroup};
 pub use extrapolation::Extrapolation;
 pub use growth::{Growth, Step, StepRms};
 pub use hypothesis::{HYPOTHESIS, Hypothesis, HypothesisValue};
+pub use jump::Jump;
 pub use next_poses::{Asked, Instead, NextPoses, OtherWay, Wanted};
 pub use note::Note;
 pub use outcome::{

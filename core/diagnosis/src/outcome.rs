@@ -4,9 +4,9 @@
 use serde::Serialize;
 use serde_json::Value;
 
-use crate::epochs::Jump;
 use crate::explainable::Explainable;
 use crate::hypothesis::Hypothesis;
+use crate::jump::Jump;
 use crate::laboratory::{Errors, Rms};
 use crate::noise_floor::Floor;
 use crate::note::Note;

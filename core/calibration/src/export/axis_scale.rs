@@ -14,22 +14,27 @@ pub struct AxisScale {
     pub off: f64,
 }
 
-/// The line through a table's means of both directions.
+/// The line through a table's means of both directions (least squares in one variable; Draper & Smith 1998, 1.2).
 pub fn axis_scale(table: &Compensation) -> AxisScale {
     let count = table.lines.len() as f64;
-    let middle = |[_, forward, reverse]: &[f64; 3]| 0.5 * (forward + reverse);
     let commanded = table.lines.iter().map(|line| line[0]).sum::<f64>() / count;
-    let reached = table.lines.iter().map(middle).sum::<f64>() / count;
-    let apart = |line: &[f64; 3]| line[0] - commanded;
-    let square: f64 = table.lines.iter().map(|line| apart(line) * apart(line)).sum();
-    let along: f64 = table.lines.iter().map(|line| apart(line) * (middle(line) - reached)).sum();
-    let slope = along / square;
+    let reached = table.lines.iter().map(mean_reached).sum::<f64>() / count;
+    let square: f64 = table.lines.iter().map(|line| (line[0] - commanded).powi(2)).sum();
+    let products = table.lines.iter().map(|line| (line[0] - commanded) * (mean_reached(line) - reached));
+    let slope = products.sum::<f64>() / square;
     let zero = reached - slope * commanded;
-    let misses = |line: &[f64; 3]| {
-        let straight = zero + slope * line[0];
-        (line[1] - straight).abs().max((line[2] - straight).abs())
-    };
-    AxisScale { slope, zero, off: table.lines.iter().map(misses).fold(0.0, f64::max) }
+    let off = table.lines.iter().map(|line| greatest_miss(line, zero + slope * line[0])).fold(0.0, f64::max);
+    AxisScale { slope, zero, off }
+}
+
+/// The mean of where a joint arrives from below and from above.
+fn mean_reached([_, forward, reverse]: &[f64; 3]) -> f64 {
+    f64::midpoint(*forward, *reverse)
+}
+
+/// By how much either way of arrival misses a place.
+fn greatest_miss([_, forward, reverse]: &[f64; 3], place: f64) -> f64 {
+    (forward - place).abs().max((reverse - place).abs())
 }
 
 /// The part of FluidNC's configuration that holds it: as many steps less as the joint goes further than it is told.

@@ -6,10 +6,9 @@ mod search;
 #[cfg(test)]
 mod tests;
 
-use serde::Serialize;
-
 use crate::fitted::Fitted;
-use crate::laboratory::{Laboratory, LaboratoryError};
+use crate::jump::Jump;
+use crate::laboratory::{Dated, Laboratory, LaboratoryError};
 use crate::thresholds::{JUMP_ROWS, SEARCH_ROWS};
 use columns::Columns;
 use plumb_calibration::arm_model::{AddedEffect, Epochs, Model};
@@ -18,25 +17,6 @@ use plumb_calibration::table::MOST_LEVELS;
 use plumb_estimation::{Progress, for_each};
 pub(crate) use rivals::with_rivals;
 use search::Search;
-
-/// A place in the order of the rows where something was re-set.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Jump {
-    /// The last row before it and the first after it; rows count from 1, in the order of the table.
-    pub between_rows: [usize; 2],
-    /// The same as lines of the file.
-    pub between_lines: [u32; 2],
-    /// Time of the first row after it, s; nothing where no time is logged.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub at_s: Option<f64>,
-}
-
-/// A laboratory with the epochs that its rows show.
-#[derive(Debug)]
-pub(crate) struct Dated {
-    pub(crate) laboratory: Laboratory,
-    pub(crate) jumps: Vec<Jump>,
-}
 
 /// What was found of epochs.
 #[derive(Debug, Clone, PartialEq)]

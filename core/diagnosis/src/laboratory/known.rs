@@ -2,19 +2,24 @@
 
 use std::sync::OnceLock;
 
-use crate::epochs::Dated;
 use plumb_calibration::fit::Fit;
 
-/// Kept from question to question. A copy knows nothing: it is made to be changed.
-#[derive(Debug, Default)]
-pub(super) struct Known {
+/// Kept from question to question; `Dated` is the same laboratory with its epochs. A copy knows nothing: it is made to be changed.
+#[derive(Debug)]
+pub(super) struct Known<Dated> {
     /// Of the model as it stands, to all rows that are not held out.
     pub(super) fit: OnceLock<Fit>,
     /// The same rows with the epochs they show; nothing where they show none.
     pub(super) dated: OnceLock<Option<Box<Dated>>>,
 }
 
-impl Clone for Known {
+impl<Dated> Default for Known<Dated> {
+    fn default() -> Self {
+        Self { fit: OnceLock::new(), dated: OnceLock::new() }
+    }
+}
+
+impl<Dated> Clone for Known<Dated> {
     fn clone(&self) -> Self {
         Self::default()
     }

@@ -38,7 +38,7 @@ use std::sync::OnceLock;
 use known::Known;
 use thiserror::Error;
 
-use crate::epochs::Dated;
+use crate::jump::Jump;
 use crate::split::{Holdout, HoldoutError, Split};
 use plumb_calibration::arm_model::{AddedEffect, Epochs, Model};
 use plumb_calibration::effect::{
@@ -171,7 +171,14 @@ pub struct Laboratory {
     passport: Passport,
     split: Split,
     options: Options,
-    known: Known,
+    known: Known<Dated>,
+}
+
+/// A laboratory with the epochs that its rows show.
+#[derive(Debug)]
+pub(crate) struct Dated {
+    pub(crate) laboratory: Laboratory,
+    pub(crate) jumps: Vec<Jump>,
 }
 
 impl Laboratory {
