@@ -399,7 +399,7 @@ fn what_a_gauge_says_of_another_moment_or_leaves_out_is_no_value() {
             "{\"time_ns\": 5, \"quantities\": [{\"name\": \"height\", \"value\": 12.5, \"standard_uncertainty\": 0}]}",
             "the reading of gauge is stale: it is dated ",
         ),
-        ("{}", "the reading of gauge lacks `height`, which it describes"),
+        ("{}", "the reading of gauge has no value; it describes `height`"),
         ("None", "gauge says that it has nothing to read yet"),
     ] {
         let own = Own::new("sensor", "gauge", "python");

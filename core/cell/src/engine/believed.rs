@@ -237,7 +237,7 @@ pub(crate) fn asked_from(asked_ns: u64) -> u64 {
     asked_ns.saturating_sub(nanoseconds(PICTURE_EARLY))
 }
 
-/// Whether a sensor that takes nothing in from other devices measured because it was asked (from `asked_from_ns` on), and measured all that it describes.
+/// Whether a sensor that takes nothing in from other devices measured because it was asked (from `asked_from_ns` on), and measured anything that it describes.
 pub(crate) fn check_own_reading(
     source: Source<'_>,
     sensor: &SensorDescription,
@@ -250,16 +250,16 @@ pub(crate) fn check_own_reading(
         return Err(source
             .blame(&format!("the reading of {device} is stale: it is dated {old} before it was asked for")));
     }
-    let is_there = |name: &str| reading.quantities.iter().any(|quantity| quantity.name == name);
-    let lacks: Vec<String> = sensor
+    // What was not seen may be left out (a stripe in a dark picture): a step that uses it says that it is missing. A reading of nothing at all is none.
+    let has_one = sensor
         .quantities
         .iter()
-        .filter(|described| !is_there(&described.name))
-        .map(|described| format!("`{}`", described.name))
-        .collect();
-    if !lacks.is_empty() {
-        let lacks = lacks.join(", ");
-        return Err(source.blame(&format!("the reading of {device} lacks {lacks}, which it describes")));
+        .any(|described| reading.quantities.iter().any(|quantity| quantity.name == described.name));
+    if !has_one && !sensor.quantities.is_empty() {
+        let names: Vec<String> =
+            sensor.quantities.iter().map(|described| format!("`{}`", described.name)).collect();
+        let describes = names.join(", ");
+        return Err(source.blame(&format!("the reading of {device} has no value; it describes {describes}")));
     }
     Ok(())
 }
@@ -483,7 +483,7 @@ mod tests {
     }
 
     #[test]
-    fn a_reading_of_a_sensors_own_is_whole_and_was_measured_when_it_was_asked_for() {
+    fn a_reading_of_a_sensors_own_has_a_value_and_was_measured_when_it_was_asked_for() {
         let source = Source { device: "tracker", plugin: "leica" };
         let check =
             |reading: &Reading| check_own_reading(source, &tracker(), reading, asked_from(5_000_000_000));
@@ -493,7 +493,11 @@ mod tests {
             check(&reading(1_900_000_000, &[("x", 1.0), ("y", 2.0)])),
             &["tracker", "stale", "3.000 s before it was asked for", "`leica`"],
         );
-        says(check(&reading(5_000_000_000, &[("x", 1.0)])), &["tracker lacks `y`", "`leica`"]);
+        assert_eq!(check(&reading(5_000_000_000, &[("x", 1.0)])), Ok(()), "what was not seen is left out");
+        says(
+            check(&reading(5_000_000_000, &[])),
+            &["tracker has no value; it describes `x`, `y`", "`leica`"],
+        );
     }
 
     /// A picture dated 12 ms early is one of the arm at rest; one of a second ago is not.

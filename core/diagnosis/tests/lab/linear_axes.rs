@@ -62,7 +62,7 @@ fn the_play_of_an_axis_is_named_beside_an_error_of_position_which_a_map_then_tak
         sentence.contains("joint_backlash(x) is at work: ") && sentence.contains("; add it. "),
         "{sentence}"
     );
-    assert!(sentence.contains("goes with the pose alone"), "{sentence}");
+    assert!(sentence.contains("depends on the pose alone"), "{sentence}");
     assert!(sentence.contains("`positioning_error(x, 7)` holds it"), "{sentence}");
 
     let growth = lab.grow_with_map(&watch).unwrap();
@@ -79,7 +79,7 @@ fn what_goes_with_the_position_is_told_so_where_no_condition_is_at_work() {
     assert!(
         diagnosis_sentence(&told)
             .to_lowercase()
-            .contains("goes with the pose alone, more than the returns to 10 poses scatter"),
+            .contains("depends on the pose alone, more than the returns to 10 poses scatter"),
         "{}",
         diagnosis_sentence(&told)
     );

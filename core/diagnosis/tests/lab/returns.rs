@@ -44,7 +44,7 @@ fn a_base_that_stands_in_two_places_is_the_hardwares_fault() {
         assert_eq!(found.verdict, Verdict::NotRepeatable, "{}", diagnosis_sentence(&found));
         assert_eq!(found.remaining.places, ["base"], "{}", diagnosis_sentence(&found));
         let sentence = diagnosis_sentence(&found);
-        assert!(sentence.contains("two camps about 0.") && sentence.contains(" mm apart"), "{sentence}");
+        assert!(sentence.contains("two groups about 0.") && sentence.contains(" mm apart"), "{sentence}");
     }
 }
 

@@ -236,7 +236,7 @@ fn orientations_of_another_convention_are_recognized_and_told() {
     let alone: String = quaternions(|turn| vec![turn.i, turn.j, turn.k, turn.w]).lines().map(bare).collect();
     let said = refused(&alone);
     assert!(
-        said.contains("with w last") && said.contains(", or ") && said.contains("inverted, as the turn"),
+        said.contains("with w last") && said.contains(", or ") && said.contains("inverted, as the rotation"),
         "{said}"
     );
     assert_eq!(refused(&quaternions(plain)), "taken: []");
