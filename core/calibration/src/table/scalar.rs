@@ -1,4 +1,4 @@
-//! Columns of one number a row that kinds of measurement read: `height_mm`, `distance_mm`. A new one is a line in [`SCALARS`]: how its header and its
+//! Columns of one number a row that kinds of measurement read: `height_mm`, `distance_mm`. A new one is a line in `SCALARS`: how its header and its
 //! cells are read, how it is written, and its key of `noise:` follow from it.
 
 /// What a column of one number is of.
