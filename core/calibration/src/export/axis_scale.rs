@@ -37,7 +37,7 @@ fn greatest_miss([_, forward, reverse]: &[f64; 3], place: f64) -> f64 {
     (forward - place).abs().max((reverse - place).abs())
 }
 
-/// The part of FluidNC's configuration that holds it: as many steps less as the joint goes further than it is told.
+/// The part of FluidNC's configuration that holds it: fewer steps by the factor by which the joint goes further than commanded.
 pub fn fluidnc(axis: &str, scale: &AxisScale, steps_per_mm: f64) -> String {
     format!("axes:\n  {axis}:\n    steps_per_mm: {:.6}\n", steps_per_mm / scale.slope)
 }

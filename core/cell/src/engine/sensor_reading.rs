@@ -28,7 +28,7 @@ impl Engine {
         Ok(reading)
     }
 
-    /// Whether a device takes in what others send: it can know of no moment that they have not told of.
+    /// Whether a device takes in what others send: it knows of no moment that they have not reported.
     fn takes_in(&self, device: &str) -> bool {
         self.cell.devices.iter().any(|setting| setting.name == device && !setting.inputs.is_empty())
     }

@@ -132,14 +132,9 @@ impl Bench<'_> {
         rivals
     }
 
-    /// Whether something else is at work at the joint of a set's foremost: what was taken in before and can imitate anything too; or, where it explains more than
-    /// [`SITE_LEFT`] of what that does, another of the set, or overtones of a wave.
+    /// Whether something else is at work at the joint of a set's foremost, and explains more than [`SITE_LEFT`] of what that does: another of the set, or overtones of a wave.
     fn company(&self, foremost: usize, set: &Set) -> Option<Doubt> {
         let suspect = self.suspects.get(foremost).filter(|one| imitates(&one.id))?;
-        // Taken in before, another such at the same joint is in no set; two of them bend to whatever is there.
-        if self.stage.taken.iter().any(|taken| taken.id.spot == suspect.id.spot && imitates(&taken.id)) {
-            return Some(Doubt::MoreAtItsJoint);
-        }
         let most = SITE_LEFT * self.explained(&set.fit, foremost);
         let others = set.members.iter().filter(|one| **one != foremost);
         let mut others = others.filter_map(|one| Some((*one, self.suspects.get(*one)?)));

@@ -2,10 +2,7 @@
 
 use super::*;
 use crate::Verdict;
-use crate::candidates::{self, Candidates};
-use crate::testing::{contender, two_links};
-use crate::unlisted;
-use plumb_calibration::arm_model::AddedEffect;
+use crate::testing::two_links;
 use plumb_estimation::Progress;
 
 /// An error of the shoulder that no effect of the library describes: it goes with both joints at once.
@@ -51,25 +48,6 @@ fn a_sawtooth_is_no_wave() {
         let told = lab.diagnose(&Progress::unwatched()).unwrap();
         assert_ne!(told.verdict, Verdict::Named, "{told:#?}");
     }
-}
-
-#[test]
-fn what_can_imitate_anything_is_not_identified_beside_another_such_at_its_joint() {
-    const GAIN: f64 = 0.004;
-    // What is said against the wave of the elbow where a gain of one of the joints was taken in.
-    let doubt = |joint: usize, off: fn([f64; 2]) -> [f64; 2]| {
-        let lab = two_links(150, "joint_zero(*)", 0.05, 3, off);
-        let asked = Candidates { listed: candidates::probes(&lab), unlisted: unlisted::probes(&lab) };
-        let id = contender("joint_gain", joint, 0.0).id;
-        let taken = vec![AddedEffect { id, values: vec![GAIN] }];
-        let stage = lab.stage(taken, None, &asked, &Progress::unwatched()).unwrap();
-        let mechanism = Mechanism::of(&stage, &asked.unlisted).unwrap();
-        let foremost = &stage.contenders[mechanism.close[0]].id;
-        assert_eq!((foremost.spot, foremost.order), (Spot::Joint(1), Some(12.0)));
-        mechanism.doubt
-    };
-    assert_eq!(doubt(0, |q| [dirt(q) + GAIN * q[0], wave(q[1])]), None);
-    assert_eq!(doubt(1, |q| [dirt(q), GAIN * q[1] + wave(q[1])]), Some(Doubt::MoreAtItsJoint));
 }
 
 #[test]
