@@ -98,6 +98,49 @@ fn beside(machine: &ResidualModel<'_>, start: &State, beside: &[f64]) -> State {
     if moved.is_finite() { moved } else { start.clone() }
 }
 
+/// Times that a step which makes the fit worse is halved. A thousandth of the step follows the derivatives wherever these mean anything.
+const HALVINGS: i32 = 10;
+
+/// Where a fit with more effects than an earlier one begins: at the end of the step that a score expects, or of that part of it (a half, a quarter, ...) with which the
+/// rows fit better than at the earlier fit. Where rows hardly determine a number the whole step may lead far away, and a descent from there may end in another valley
+/// (a Gauss-Newton step with halving: Björck 1996, Numerical Methods for Least Squares Problems, section 9.2).
+fn start_toward(
+    machine: &ResidualModel<'_>,
+    near: &Fitted<'_>,
+    moved: &[f64],
+    (rows, weights): (&[usize], &[f64]),
+) -> State {
+    let whole = start_near(machine, near);
+    let mut start = beside(machine, &whole, moved);
+    let stay = part_of(machine, near, (&whole, moved), 0.0);
+    let squares = machine.squares(&stay, rows, weights);
+    for halvings in 1..=HALVINGS {
+        // Written so that what is not a number is no better.
+        if machine.squares(&start, rows, weights) < squares {
+            return start;
+        }
+        start = part_of(machine, near, (&whole, moved), 0.5_f64.powi(halvings));
+    }
+    stay
+}
+
+/// A share of the step from an earlier fit to `whole`, with what was fitted then moved by `moved`: effects that the earlier fit did not have begin at nothing.
+fn part_of(
+    machine: &ResidualModel<'_>,
+    near: &Fitted<'_>,
+    (whole, moved): (&State, &[f64]),
+    share: f64,
+) -> State {
+    let mut start = whole.clone();
+    for (values, part) in start.effects.iter_mut().zip(&machine.parts) {
+        if !near.machine.parts.iter().any(|known| known.id == part.id) {
+            values.iter_mut().for_each(|value| *value *= share);
+        }
+    }
+    let shares: Vec<f64> = moved.iter().map(|one| share * one).collect();
+    beside(machine, &start, &shares)
+}
+
 impl Laboratory {
     /// The model with more effects than an earlier fit has, and the state that is expected there: the effects at the values they
     /// are put in with, and what was fitted earlier moved so far.
@@ -112,8 +155,8 @@ impl Laboratory {
         Ok((machine, start))
     }
 
-    /// Fits the model with more effects than an earlier fit has, from where everything is [`expected`](Self::expected), to the
-    /// same rows with the same weights.
+    /// Fits the model with more effects than an earlier fit has to the same rows with the same weights, from where everything is expected, or from as far toward it
+    /// as the rows fit better.
     pub(crate) fn fit_beside<'a>(
         &'a self,
         more: &[AddedEffect],
@@ -122,12 +165,14 @@ impl Laboratory {
         options: FitOptions,
         progress: &Progress,
     ) -> Result<Fitted<'a>, LaboratoryError> {
-        let (machine, start) = self.expected(more, near, moved)?;
+        let machine = self.machine(more)?;
+        let start = start_toward(&machine, near, moved, (&near.fit.rows, &near.fit.weights));
         let fit = machine.refit(&start, &near.fit.rows, &near.fit.weights, options, progress)?;
         Ok(Fitted { machine, fit })
     }
 
-    /// Fits the model with `more` effects to some rows with these weights, starting from an earlier fit's state.
+    /// Fits the model with `more` effects to some rows with these weights, starting from an earlier fit's state, with as much of the effects' values as makes the rows
+    /// fit better.
     pub(crate) fn fit_near<'a>(
         &'a self,
         more: &[AddedEffect],
@@ -137,7 +182,8 @@ impl Laboratory {
         progress: &Progress,
     ) -> Result<Fitted<'a>, LaboratoryError> {
         let machine = self.machine(more)?;
-        let start = start_near(&machine, near);
+        // Nothing is known of how far the rest moves beside them: the values alone may miss by more than nothing does.
+        let start = start_toward(&machine, near, &[], (rows, weights));
         let fit = machine.refit(&start, rows, weights, options, progress)?;
         Ok(Fitted { machine, fit })
     }
@@ -152,9 +198,9 @@ impl Laboratory {
     ) -> Result<Fitted<'a>, LaboratoryError> {
         let mut machine = self.machine(more)?;
         machine.admit(probe.id.clone(), Arc::clone(&probe.effect), score.values.clone());
-        let start = beside(&machine, &start_near(&machine, near), &score.beside);
-        let ones = vec![1.0; self.table().len()];
-        let fit = machine.refit(&start, &self.measured_rows(), &ones, self.options().fit, progress)?;
+        let (rows, ones) = (self.measured_rows(), vec![1.0; self.table().len()]);
+        let start = start_toward(&machine, near, &score.beside, (&rows, &ones));
+        let fit = machine.refit(&start, &rows, &ones, self.options().fit, progress)?;
         Ok(Fitted { machine, fit })
     }
 
@@ -211,6 +257,25 @@ mod tests {
         assert_eq!(fitted.tame().len(), 30);
         fitted.fit.scale = 0.999 * edge;
         assert_eq!(fitted.tame().len(), 29);
+    }
+
+    #[test]
+    fn a_fit_with_one_effect_more_begins_where_the_rows_fit_better_than_without() {
+        let lab = two_links(20, "", 0.01, 94, |q| [0.0, 0.01 * q[1]]);
+        let near = lab.fit_with(&[], None, &Progress::unwatched()).unwrap();
+        let (rows, weights) = (near.fit.rows.as_slice(), near.fit.weights.as_slice());
+        let before = near.fit.normal.squares;
+        // One that helps is taken whole. One five times too long is halved twice: half of it would not help. One that helps at no length is not taken.
+        for (step, taken, least, most) in
+            [(0.01, 0.01, 0.0, 0.2), (0.05, 0.0125, 0.0, 0.2), (-0.01, 0.0, 0.999, 1.001)]
+        {
+            let gain = AddedEffect { id: EffectId::at("joint_gain", Spot::Joint(1)), values: vec![step] };
+            let machine = lab.machine(&[gain]).unwrap();
+            let start = start_toward(&machine, &near, &[], (rows, weights));
+            assert_eq!(start.effects.last().unwrap(), &[taken]);
+            let part = machine.squares(&start, rows, weights) / before;
+            assert!((least..=most).contains(&part), "{step}: {part} of the squares");
+        }
     }
 
     #[test]

@@ -41,8 +41,8 @@ impl ResidualModel<'_> {
         total
     }
 
-    /// Weighted sum of squares over `rows`, without derivatives.
-    pub(crate) fn squares(&self, state: &State, rows: &[usize], weights: &[f64]) -> f64 {
+    /// Weighted sum of squares over `rows`, in declared sigmas squared, without derivatives.
+    pub fn squares(&self, state: &State, rows: &[usize], weights: &[f64]) -> f64 {
         let mut total = 0.0;
         over_chunks(
             rows,
