@@ -10,6 +10,7 @@ use plumb_simulated::physics::machine::{Conditions, Machine, Stance};
 use plumb_simulated::physics::random::Random;
 use plumb_simulated::physics::rigid::Vector;
 use plumb_simulated::physics::shape::Shape;
+use plumb_simulated::physics::transmission::Transmission;
 
 const QUIET: Conditions = Conditions { time_s: 0.0, temperature_c: 20.0, payload_kg: 0.0 };
 
@@ -286,4 +287,73 @@ fn every_arm_of_the_program_can_be_read() {
         assert!(!arm.weights.is_empty(), "{name} has no weights, so gravity would not show");
     }
     assert!(arms::by_name("hal").is_none());
+}
+
+/// Two level links of 400 and 300 mm with 2 and 1 kg at their ends, and what yields in their drives.
+fn two_links(transmission: Transmission) -> Machine {
+    let text = "arm: links\nconvention: distal\njoints:\n  - {name: post, alpha_deg: 90}\n  - {name: upper, a_mm: 400}\n  - {name: fore, a_mm: 300}\n\
+                links:\n  - {after: upper, mass_kg: 2, centre_mm: [0, 0, 0]}\n  - {after: fore, mass_kg: 1, centre_mm: [0, 0, 0]}\ntargets: {p1: {}}\n";
+    let arm = ArmDescription { transmission, ..ArmDescription::from_yaml(text).unwrap() };
+    let imperfections = [
+        (Mechanism::JointBacklash { joint: 1 }, 0.02),
+        (Mechanism::CableDrag { joint: 2, driver: 1 }, 0.05),
+        (Mechanism::JointCompliance { joint: 1 }, 0.001),
+        (Mechanism::JointCompliance { joint: 2 }, 0.002),
+    ];
+    let imperfections = imperfections.map(|(mechanism, size)| Imperfection { mechanism, size });
+    Machine::new(&arm, &imperfections)
+}
+
+/// Cables that hold the forearm's attitude: its joint turns by what the upper arm does not.
+fn attitudes() -> Transmission {
+    let rows = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 1.0]];
+    Transmission::Matrix(rows.map(Vec::from).to_vec())
+}
+
+#[test]
+fn a_drive_that_holds_an_attitude_takes_its_moment_past_the_joint_before() {
+    let sag = |transmission| {
+        let mut machine = two_links(transmission);
+        machine.go(&[0.0; 3], 0.0);
+        machine.stand(&QUIET).unwrap().drives
+    };
+    let balance = |lever: f64, give: f64, att: f64| give * GRAVITY * lever * att.cos();
+    let held = sag(attitudes());
+    assert!((held[1] + balance(3.0 * 0.4, 0.001, held[1])).abs() < 1e-12, "only the weight at its own end");
+    assert!((held[2] + balance(0.3, 0.002, held[2])).abs() < 1e-12);
+    let direct = sag(Transmission::Direct);
+    let forearm = balance(0.3, 0.001, direct[1] + direct[2]);
+    assert!(
+        (direct[1] + balance(3.0 * 0.4, 0.001, direct[1]) + forearm).abs() < 1e-12,
+        "the forearm's moment too"
+    );
+}
+
+#[test]
+fn a_copy_of_a_machine_remembers_its_play_and_goes_its_own_way() {
+    let mut machine = two_links(attitudes());
+    machine.go(&[0.0; 3], 0.0);
+    machine.go(&[0.0, 0.5, 0.0], 1.0);
+    let mut copy = machine.clone();
+    copy.go(&[0.0, 0.485, 0.0], 2.0);
+    assert_eq!(copy.driven()[1], 0.49, "within the gap it rests where the first machine came to");
+    copy.go(&[0.0, 0.1, 0.0], 3.0);
+    assert!((copy.driven()[1] - 0.11).abs() < 1e-15);
+    assert_eq!(machine.driven()[1], 0.49);
+    assert!((machine.driven()[2] - 0.05 * 0.49).abs() < 1e-15, "what is behind the play drags the cable");
+}
+
+#[test]
+fn the_command_for_a_stance_leads_there() {
+    let load = Conditions { payload_kg: 0.7, ..QUIET };
+    for goal in [[0.3, -0.4, 0.9], [0.0, 0.0, 0.0], [-1.2, 1.1, -0.6]] {
+        let mut machine = two_links(attitudes());
+        machine.go(&machine.command_for(&goal, &load), 0.0);
+        let stance = machine.stand(&load).unwrap();
+        for (drive, goal) in stance.drives.iter().zip(goal) {
+            assert!((drive - goal).abs() < 1e-13, "{drive} {goal}");
+        }
+        let stiff = machine.stiff(&goal);
+        assert!((stiff.posture.target - stance.posture.target).norm() < 1e-9);
+    }
 }

@@ -7,6 +7,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use super::rigid::{Rigid, Vector};
+use super::transmission::Transmission;
 
 /// Standard gravity, m/s2.
 pub const GRAVITY: f64 = 9.80665;
@@ -93,6 +94,9 @@ pub struct ArmDescription {
     pub flange: Rigid,
     /// Measured target in the flange's frame, mm.
     pub target: Vector,
+    /// How its drives work its joints.
+    #[serde(skip, default)]
+    pub transmission: Transmission,
     /// Standard deviation that the file declares for each axis of a measured position, mm.
     pub declared_noise: Option<f64>,
 }
@@ -307,6 +311,7 @@ impl ArmDescription {
             base_orientation: raw.base.rpy_deg.map(f64::to_radians),
             flange: Rigid::IDENTITY,
             target: target.xyz_mm.into(),
+            transmission: Transmission::Direct,
             declared_noise: raw.noise.p1_mm,
         })
     }

@@ -7,6 +7,8 @@ mod shaft;
 mod torsion_spring;
 mod wind_up;
 
+use std::fmt::Debug;
+
 use super::imperfection::{Imperfection, Mechanism};
 use super::posture::{Load, Posture};
 use super::rigid::{Rigid, Vector};
@@ -24,7 +26,7 @@ pub struct Loaded<'arm> {
     pub angles: &'arm [f64],
     /// What hangs beyond each joint.
     pub loads: &'arm [Load],
-    /// Gravity's moment on each joint, N m.
+    /// Gravity's moment on each drive, N m: on each joint, where each has a drive of its own.
     pub moments: &'arm [f64],
     /// At the target, kg.
     pub payload: f64,
@@ -33,7 +35,7 @@ pub struct Loaded<'arm> {
 /// How far everything has yielded.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Yielding {
-    /// Turn of each joint, rad.
+    /// Turn of each drive, rad: of each joint, where each has a drive of its own.
     pub turns: Vec<f64>,
     /// Motion of each link's far end, base frame at home.
     pub bends: Vec<Rigid>,
@@ -43,13 +45,13 @@ pub struct Yielding {
 
 impl Yielding {
     /// Nothing has yielded yet.
-    pub fn none(joints: usize) -> Self {
-        Self { turns: vec![0.0; joints], bends: Vec::new(), rocking: Vector::ZERO }
+    pub fn none(drives: usize) -> Self {
+        Self { turns: vec![0.0; drives], bends: Vec::new(), rocking: Vector::ZERO }
     }
 
-    /// Adds to a joint's turn.
-    pub fn turn(&mut self, joint: usize, angle: f64) {
-        if let Some(turn) = self.turns.get_mut(joint) {
+    /// Adds to a drive's turn.
+    pub fn turn(&mut self, drive: usize, angle: f64) {
+        if let Some(turn) = self.turns.get_mut(drive) {
             *turn += angle;
         }
     }
@@ -64,7 +66,7 @@ impl Yielding {
 }
 
 /// One part that yields.
-pub trait ElasticPart: Send {
+pub trait ElasticPart: Debug + Send + Sync {
     /// Adds how far this part yields to the present load.
     fn yield_to(&self, loaded: &Loaded<'_>, yielding: &mut Yielding);
 }

@@ -70,6 +70,8 @@ pub enum Mechanism {
     JointSettling { joint: usize, forgetting_s: f64 },
     /// Turning `driver` drags `joint`; rad per rad.
     JointCoupling { joint: usize, driver: usize },
+    /// Cables that run over `driver`, behind the play, drag `joint` along; rad per rad.
+    CableDrag { joint: usize, driver: usize },
     /// The joint jumps at a time, as when the motor loses steps; rad, in its own sense.
     JointStep { joint: usize, at_s: f64 },
     /// The link after the joint bends as a beam; 1/(N m2), the reciprocal of its bending stiffness.
@@ -140,7 +142,7 @@ impl Mechanism {
             Self::AxisYaw { .. } => "axis_yaw",
             Self::JointBacklash { .. } => "joint_backlash",
             Self::JointSettling { .. } => "joint_settling",
-            Self::JointCoupling { .. } => "joint_coupling",
+            Self::JointCoupling { .. } | Self::CableDrag { .. } => "joint_coupling",
             Self::JointStep { .. } => "joint_step",
             Self::LinkSag { .. } => "link_sag",
             Self::LinkTorsion { .. } => "link_torsion",
@@ -182,6 +184,7 @@ impl Mechanism {
             Self::JointGain { .. }
             | Self::JointSettling { .. }
             | Self::JointCoupling { .. }
+            | Self::CableDrag { .. }
             | Self::CableWindUp { .. } => "rad/rad",
             Self::JointCompliance { .. } | Self::JointStiffening { .. } => "rad/(N m)",
             Self::LinkSag { .. } | Self::LinkTorsion { .. } => "1/(N m2)",
@@ -211,6 +214,7 @@ impl Mechanism {
             | Self::JointBacklash { joint }
             | Self::JointSettling { joint, .. }
             | Self::JointCoupling { joint, .. }
+            | Self::CableDrag { joint, .. }
             | Self::JointStep { joint, .. }
             | Self::LinkSag { joint }
             | Self::LinkTorsion { joint }

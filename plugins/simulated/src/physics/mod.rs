@@ -20,3 +20,4 @@ pub mod rigid;
 pub mod rotation_vector;
 pub mod shape;
 pub mod slow_change;
+pub mod transmission;

@@ -29,6 +29,7 @@ use crate::arm::drive::{Drive, JointDrive};
 use crate::joint_values::MOST_JOINTS;
 use crate::physics::description::{ArmDescription, Convention, Joint, Motion, Weight};
 use crate::physics::rigid::{Rigid, Vector};
+use crate::physics::transmission::Transmission;
 use crate::world::file::WorldFileError;
 use crate::world::file::typed::Typed;
 
@@ -447,6 +448,7 @@ fn on_its_base(name: String, convention: Convention, joints: Vec<Joint>) -> ArmD
         base_orientation: [0.0; 3],
         flange: Rigid::IDENTITY,
         target: Vector::ZERO,
+        transmission: Transmission::Direct,
         declared_noise: None,
     }
 }

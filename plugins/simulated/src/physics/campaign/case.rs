@@ -139,7 +139,9 @@ pub(super) fn describe(
             tell("pitch_mm", pitch.into());
             tell("phase_rad", phase.into());
         }
-        Mechanism::JointCoupling { driver, .. } => tell("with", arm.joint_name(driver).into()),
+        Mechanism::JointCoupling { driver, .. } | Mechanism::CableDrag { driver, .. } => {
+            tell("with", arm.joint_name(driver).into())
+        }
         Mechanism::JointStep { at_s, .. } => tell("at_s", at_s.into()),
         Mechanism::JointStiffening { knee, .. } => tell("knee_nm", knee.into()),
         Mechanism::JointSettling { forgetting_s, .. } => tell("forgetting_s", forgetting_s.into()),

@@ -1,7 +1,5 @@
 //! A wheel, or the disc of an encoder, whose centre is not its axis.
 
-use super::DrivePart;
-
 /// A wheel that turns `per_turn` times for a turn of the joint about an axis beside its centre.
 ///
 /// Centre, axis and reading point (or tooth in mesh) form a triangle. With the centre at distance `e` from the axis, the track of radius `R`
@@ -41,8 +39,8 @@ impl EccentricWheel {
     }
 }
 
-impl DrivePart for EccentricWheel {
-    fn pass(&mut self, angles: &mut [f64], _time_s: f64) {
+impl EccentricWheel {
+    pub(super) fn pass(&mut self, angles: &mut [f64]) {
         if let Some(angle) = angles.get_mut(self.joint) {
             *angle = self.true_angle(*angle);
         }

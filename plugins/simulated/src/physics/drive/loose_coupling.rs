@@ -1,10 +1,10 @@
 //! A coupling with a loose screw: after each move it sits in one of two places, for no reason anyone recorded.
 
-use super::DrivePart;
 use crate::physics::random::Random;
 
 /// Half of `gap` to either side, by chance.
-pub(super) struct LooseCoupling {
+#[derive(Debug, Clone)]
+pub(in crate::physics) struct LooseCoupling {
     joint: usize,
     gap: f64,
     chance: Random,
@@ -16,8 +16,8 @@ impl LooseCoupling {
     }
 }
 
-impl DrivePart for LooseCoupling {
-    fn pass(&mut self, angles: &mut [f64], _time_s: f64) {
+impl LooseCoupling {
+    pub(super) fn pass(&mut self, angles: &mut [f64]) {
         let side = self.chance.sign();
         if let Some(angle) = angles.get_mut(self.joint) {
             *angle += 0.5 * self.gap * side;

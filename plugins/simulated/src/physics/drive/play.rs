@@ -1,7 +1,5 @@
 //! Play: the driven side rests until the driving side has crossed the gap.
 
-use super::DrivePart;
-
 /// The play operator: the output follows the input at half a width's distance and remembers the side.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Play {
@@ -43,8 +41,8 @@ impl Play {
     }
 }
 
-impl DrivePart for Play {
-    fn pass(&mut self, angles: &mut [f64], _time_s: f64) {
+impl Play {
+    pub(super) fn pass(&mut self, angles: &mut [f64]) {
         if let Some(angle) = angles.get_mut(self.joint) {
             *angle = self.follow(*angle);
         }

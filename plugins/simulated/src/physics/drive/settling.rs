@@ -1,7 +1,5 @@
 //! Creep: a belt or spring that takes its time after a move.
 
-use super::DrivePart;
-
 /// Every move leaves the joint short by a share of its length; what is left is forgotten exponentially.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settling {
@@ -28,8 +26,8 @@ impl Settling {
     }
 }
 
-impl DrivePart for Settling {
-    fn pass(&mut self, angles: &mut [f64], time_s: f64) {
+impl Settling {
+    pub(super) fn pass(&mut self, angles: &mut [f64], time_s: f64) {
         if let Some(angle) = angles.get_mut(self.joint) {
             *angle = self.follow(*angle, time_s);
         }

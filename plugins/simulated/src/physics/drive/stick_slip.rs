@@ -1,6 +1,5 @@
 //! Stick and slip: the joint hangs in rough spots along its travel and jumps from one to the next.
 
-use super::DrivePart;
 use crate::physics::random::Random;
 
 /// Rough spots along the travel. Moving on from a spot the joint stays while the drive winds up, then slips and is ahead; a controller's friction
@@ -41,8 +40,8 @@ impl Detents {
     }
 }
 
-impl DrivePart for Detents {
-    fn pass(&mut self, angles: &mut [f64], _time_s: f64) {
+impl Detents {
+    pub(super) fn pass(&mut self, angles: &mut [f64]) {
         let Some(angle) = angles.get_mut(self.joint) else { return };
         let input = *angle;
         if let Some(last) = self.last

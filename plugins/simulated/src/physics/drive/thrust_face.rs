@@ -2,12 +2,11 @@
 
 use std::f64::consts::TAU;
 
-use super::DrivePart;
-
 /// The motor turns the screw by the travel that is commanded over its pitch. Its thrust face leans: at a turn by `a` from where it is highest it lifts the
 /// screw, and the nut with it,
 /// by `runout sin(a)`, as a swash plate does; a face with two high places does so twice a turn.
-pub(super) struct ThrustFace {
+#[derive(Debug, Clone)]
+pub(in crate::physics) struct ThrustFace {
     pub(super) joint: usize,
     /// Travel for a turn of the screw, mm.
     pub(super) pitch: f64,
@@ -19,8 +18,8 @@ pub(super) struct ThrustFace {
     pub(super) runout: f64,
 }
 
-impl DrivePart for ThrustFace {
-    fn pass(&mut self, angles: &mut [f64], _time_s: f64) {
+impl ThrustFace {
+    pub(super) fn pass(&mut self, angles: &mut [f64]) {
         if let Some(travel) = angles.get_mut(self.joint) {
             let turned = TAU * *travel / self.pitch;
             *travel += self.runout * (self.per_turn * turned + self.phase).sin();

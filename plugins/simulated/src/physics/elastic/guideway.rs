@@ -30,6 +30,7 @@ fn sides(loaded: &Loaded<'_>, travel: Vector) -> (Vector, Vector) {
 }
 
 /// A guideway that is an arc of a circle: it leaves the straight line at the slide's zero, where it is its tangent.
+#[derive(Debug)]
 pub(super) struct Bowed {
     pub(super) joint: usize,
     /// One over the radius, 1/mm.
@@ -55,6 +56,7 @@ impl ElasticPart for Bowed {
 }
 
 /// A guideway that is twisted about its own line.
+#[derive(Debug)]
 pub(super) struct Twisted {
     pub(super) joint: usize,
     /// rad for a mm.

@@ -5,6 +5,7 @@ use crate::physics::rigid::Vector;
 
 /// The base leans by `tilt` rad about a horizontal line through its origin towards the side to which the arm's weight pulls it; between the two
 /// sides, within `softness` N m, the feet's rubber gives evenly.
+#[derive(Debug)]
 pub(super) struct RockingBase {
     pub(super) direction: f64,
     pub(super) softness: f64,

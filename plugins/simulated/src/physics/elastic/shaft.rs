@@ -9,6 +9,7 @@ use crate::physics::rigid::{Rigid, Rotation, Vector};
 ///
 /// A torque T at the free end of a shaft of length L twists it by `T L / GJ`; a link's own weight at distance b from the clamped end twists it by `T b / GJ`, and
 /// what is beyond turns along.
+#[derive(Debug)]
 pub(super) struct Shaft {
     pub(super) joint: usize,
     pub(super) flexibility: f64,

@@ -3,6 +3,7 @@
 use super::{ElasticPart, Loaded, Yielding};
 
 /// A linear spring: the joint turns by `compliance` rad/(N m) times gravity's moment.
+#[derive(Debug)]
 pub(super) struct TorsionSpring {
     pub(super) joint: usize,
     pub(super) compliance: f64,

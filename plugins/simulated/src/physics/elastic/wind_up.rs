@@ -3,6 +3,7 @@
 use super::{ElasticPart, Loaded, Yielding};
 
 /// Beyond `slack` rad of the two joints' sum the cable drags the joint back by `pull` rad for each further rad.
+#[derive(Debug)]
 pub(super) struct WindUp {
     pub(super) joint: usize,
     pub(super) pull: f64,
