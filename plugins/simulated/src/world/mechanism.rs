@@ -1,9 +1,16 @@
 //! From the motors' rotors to the true attitudes of the arm: play in the drives, cables that do not keep attitudes quite,
 //! and parts that give way under their weight; and what the arm cannot enter.
 
-use super::drive::{HalfSteps, Joint, Joints};
+use std::f64::consts::FRAC_PI_2;
+
+use super::drive::{AXES, HalfSteps, Joint, Joints};
 use super::geometry::{ArmGeometry, ArmPose};
 use super::play::follow;
+use crate::physics::description::{ArmDescription, Convention, Joint as Row, Motion, Weight};
+use crate::physics::imperfection::{Imperfection, Mechanism as Flaw};
+use crate::physics::machine::Machine;
+use crate::physics::rigid::{Rigid, Vector};
+use crate::physics::transmission::Transmission;
 
 const GRAVITY: f64 = 9.806_65;
 const METRES_PER_MM: f64 = 1e-3;
@@ -24,6 +31,26 @@ pub struct Mechanism {
     /// Mass that hangs at the fingers' tips, kg.
     pub carried_mass: f64,
 }
+
+/// The arm's joints, each relative to the link before: waist, shoulder, elbow, wrist pitch and wrist roll. The gripper is none of the chain.
+const CHAIN: [Joint; 5] = [Joint::Waist, Joint::Shoulder, Joint::Elbow, Joint::WristPitch, Joint::WristRoll];
+
+/// The cables hold forearm and hand from the base: what a drive sets is the attitude of its link, and the joint turns by what the link before does not. A row a
+/// joint of the chain, a column a drive.
+const JOINTS_FROM_ATTITUDES: [[f64; AXES]; 5] = [
+    [1.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+    [0.0, 1.0, 0.0, 0.0, 0.0, 0.0],
+    [0.0, -1.0, 1.0, 0.0, 0.0, 0.0],
+    [0.0, 0.0, -1.0, 1.0, 0.0, 0.0],
+    [0.0, 0.0, 0.0, 0.0, 1.0, 0.0],
+];
+
+/// Mechanical stops of the chain's joints, degrees.
+const STOPS_DEG: [[f64; 2]; 5] =
+    [[-90.0, 90.0], [-35.0, 144.0], [-149.0, 0.0], [-90.0, 90.0], [-360.0, 360.0]];
+
+/// The gripper's greatest opening, mm: 3 inches.
+const WIDEST: f64 = 76.2;
 
 /// How far (mm of its drive) the gripper's cable can be drawn past the touch of the fingers before the motor stalls: the
 /// greatest grip of 8 pounds, at 32 half-steps a pound.
@@ -63,6 +90,84 @@ pub struct Droop {
 }
 
 impl Mechanism {
+    /// The arm with what is not ideal about it, its drives at 0 and without a history.
+    pub fn machine(&self) -> Machine {
+        Machine::new(&self.on_paper(), &self.imperfections())
+    }
+
+    fn on_paper(&self) -> ArmDescription {
+        let ArmGeometry { shoulder_height, upper_arm, forearm, hand } = self.geometry;
+        // Length, twist, offset and rest angle of each row; the roll's axis runs along the hand.
+        let rows = [
+            [0.0, FRAC_PI_2, shoulder_height, 0.0],
+            [upper_arm, 0.0, 0.0, 0.0],
+            [forearm, 0.0, 0.0, 0.0],
+            [0.0, FRAC_PI_2, 0.0, FRAC_PI_2],
+            [0.0, 0.0, hand, 0.0],
+        ];
+        let rows = CHAIN.into_iter().zip(rows).zip(STOPS_DEG);
+        let joints = rows.map(|((joint, [length, twist, offset, rest_angle]), stops)| Row {
+            name: joint.name().to_owned(),
+            motion: Motion::Turns,
+            mounted: Rigid::IDENTITY,
+            length,
+            twist,
+            offset,
+            rest_angle,
+            sign: 1.0,
+            limits: stops.map(f64::to_radians),
+            gear_ratio: None,
+            screw_pitch: None,
+        });
+        // Every weight acts at the middle of its link; the rows' frames sit at the far ends.
+        let weight =
+            |joint: Joint, mass, centre| Weight { after: joint.place(), mass, centre: Vector::from(centre) };
+        let weights = vec![
+            weight(Joint::Shoulder, self.droop.upper_arm_mass, [-upper_arm / 2.0, 0.0, 0.0]),
+            weight(Joint::Elbow, self.droop.forearm_mass, [-forearm / 2.0, 0.0, 0.0]),
+            weight(Joint::WristRoll, self.droop.hand_mass, [0.0, 0.0, -hand / 2.0]),
+        ];
+        ArmDescription {
+            name: "TeachMover".to_owned(),
+            convention: Convention::Distal,
+            joints: joints.collect(),
+            weights,
+            base_position: Vector::ZERO,
+            base_orientation: [0.0; 3],
+            flange: Rigid::IDENTITY,
+            target: Vector::ZERO,
+            transmission: Transmission::Matrix(JOINTS_FROM_ATTITUDES.map(Vec::from).to_vec()),
+            declared_noise: None,
+        }
+    }
+
+    fn imperfections(&self) -> Vec<Imperfection> {
+        let Self { drag, droop, .. } = self;
+        let play =
+            Joint::ALL.map(|joint| (Flaw::JointBacklash { joint: joint.place() }, self.backlash.of(joint)));
+        let dragged = [
+            (Joint::Elbow, Joint::Shoulder, drag.elbow_by_shoulder),
+            (Joint::WristPitch, Joint::Shoulder, drag.wrist_pitch_by_shoulder),
+            (Joint::WristPitch, Joint::Elbow, drag.wrist_pitch_by_elbow),
+            (Joint::Gripper, Joint::Elbow, drag.gripper_by_elbow),
+        ];
+        let dragged = dragged.map(|(joint, driver, share)| {
+            (Flaw::CableDrag { joint: joint.place(), driver: driver.place() }, share)
+        });
+        let give = [
+            (Joint::Shoulder, droop.shoulder_give),
+            (Joint::Elbow, droop.elbow_give),
+            (Joint::WristPitch, droop.wrist_pitch_give),
+        ];
+        let give = give.map(|(joint, give)| (Flaw::JointCompliance { joint: joint.place() }, give));
+        play.into_iter()
+            .chain(dragged)
+            .chain(give)
+            .filter(|(_, size)| *size != 0.0)
+            .map(|(mechanism, size)| Imperfection { mechanism, size })
+            .collect()
+    }
+
     /// Where the links stand behind their drives' play, once the rotors have come straight to `rotors`.
     pub fn carried(&self, before: &Joints, rotors: &HalfSteps) -> Joints {
         let drives = rotors.to_joints();
@@ -121,7 +226,7 @@ fn past_stops(attitudes: &Joints, arm_length: f64) -> f64 {
         .max(degrees_outside(elbow, -149.0, 0.0))
         .max(degrees_outside(wrist, -90.0, 90.0))
         .max(degrees_outside(attitudes.of(Joint::WristRoll), -360.0, 360.0))
-        .max(opening - 76.2)
+        .max(opening - WIDEST)
 }
 
 impl CableDrag {
@@ -197,6 +302,8 @@ impl Droop {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::physics::machine::Conditions;
+    use crate::physics::slow_change::COLD_C;
     use proptest::prelude::*;
 
     fn mechanism() -> Mechanism {
@@ -222,7 +329,50 @@ mod tests {
         }
     }
 
+    fn at_load(payload_kg: f64) -> Conditions {
+        Conditions { time_s: 0.0, temperature_c: COLD_C, payload_kg }
+    }
+
     proptest! {
+        #[test]
+        fn the_description_stands_where_the_worlds_own_geometry_does(
+            attitudes in prop::array::uniform6(-3.0..3.0_f64).prop_map(Joints),
+        ) {
+            let mechanism = mechanism();
+            let own = mechanism.geometry.pose(&attitudes);
+            let posture = mechanism.machine().stiff(&attitudes.0).posture;
+            let off = |own: super::super::geometry::Point, made: Vector| (Vector::new(own.x, own.y, own.z) - made).norm();
+            prop_assert!(off(own.elbow, posture.axes[2].point) < 1e-9);
+            prop_assert!(off(own.wrist, posture.axes[3].point) < 1e-9);
+            prop_assert!(off(own.tool, posture.target) < 1e-9);
+            prop_assert!(off(own.looks, posture.axes[4].direction) < 1e-12);
+        }
+
+        #[test]
+        fn the_description_droops_and_plays_as_the_worlds_own_mechanism_does(
+            path in prop::collection::vec(prop::array::uniform6(-1.5..1.5_f64).prop_map(Joints), 1..8),
+            load in 0.0..0.454_f64,
+        ) {
+            let mut mechanism = mechanism();
+            (mechanism.carried_mass, mechanism.held_width) = (load, -100.0);
+            mechanism.backlash = Joints([0.01, 0.02, 0.03, 0.04, 0.05, 0.5]);
+            let mut machine = mechanism.machine();
+            let mut carried = path[0];
+            for attitudes in path {
+                let rotors = HalfSteps::from_joints(&attitudes);
+                carried = mechanism.carried(&carried, &rotors);
+                machine.go(&rotors.to_joints().0, 0.0);
+                let own = mechanism.attitudes(&carried);
+                let made = machine.stand(&at_load(load)).unwrap().drives;
+                let back = mechanism.carried_for(&own);
+                let command = machine.command_for(&own.0, &at_load(load));
+                for axis in 0..AXES {
+                    prop_assert!((made[axis] - own.0[axis]).abs() < 1e-12);
+                    prop_assert!((command[axis] - back.0[axis]).abs() < 1e-12);
+                }
+            }
+        }
+
         #[test]
         fn attitudes_and_the_links_behind_their_drives_belong_together(
             carried in prop::array::uniform6(-1.5..1.5_f64).prop_map(Joints),
