@@ -1,9 +1,10 @@
 //! A simulated robot, and the world it stands in.
 //!
-//! [`world`] is the world of a TeachMover, [`arm`] that of any other arm (a PUMA 560, or one described by files), [`world_file`] reads the file of either, and [`served_world`] is what
+//! [`physics`] is the mechanics of serial arms of any build, and makes measurements on them. Two worlds use it: [`world`] is that of a TeachMover,
+//! [`arm`] that of any other arm (a PUMA 560, or one described by files). [`world_file`] reads the file of either, and [`served_world`] is what
 //! both are to [`serve`], the process they live in. [`protocol`] is what is said over its socket, and [`client`] the end of that socket which
 //! drivers, emulators and operators hold. [`SimulatedRobot`] is the plugin. [`emulate`] puts controllers of real arms before the world, for
-//! their real drivers. [`physics`] is the mechanics of serial arms of any build, and makes measurements on them.
+//! their real drivers.
 
 pub mod arm;
 pub mod client;

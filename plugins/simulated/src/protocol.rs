@@ -502,7 +502,7 @@ pub struct TruthReport {
 
 impl From<Truth> for TruthReport {
     fn from(truth: Truth) -> TruthReport {
-        let place = |point: crate::world::Point| [point.x, point.y, point.z];
+        let place = |point: crate::physics::rigid::Vector| [point.x, point.y, point.z];
         TruthReport {
             time_ns: truth.time_ns,
             reckoned: truth.reckoned.0.into(),

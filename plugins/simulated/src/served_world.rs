@@ -5,8 +5,9 @@ use std::sync::Arc;
 use crate::joint_values::JointValues;
 use crate::light::{Light, Switches};
 use crate::physics::rigid::Rigid;
+use crate::physics::rigid::Vector;
 use crate::protocol::{Axis, Instrument, JointFacts, Reading, SomeJoints, TruthReport};
-use crate::world::{LineChange, Point};
+use crate::world::LineChange;
 
 /// What a driver may know of the arm that stands in a world.
 #[derive(Debug, Clone, PartialEq)]
@@ -148,7 +149,7 @@ pub trait Switch {
     /// True attitudes with which the switch's face is so high (mm) over the table, only the shoulder having moved; none where there are none.
     fn attitudes_at_height(&mut self, height_mm: f64) -> Option<SomeJoints>;
     /// True attitudes with which the switch's face is over this point, as well as the operator's eye tells; none where there are none.
-    fn attitudes_over(&mut self, point: &Point) -> Option<SomeJoints>;
+    fn attitudes_over(&mut self, point: &Vector) -> Option<SomeJoints>;
     /// Where a point ahead of the switch's face truly is along an axis (0 x, 1 y, 2 z) of the target's frame, mm.
     ///
     /// # Errors

@@ -9,11 +9,11 @@ use serde::de::DeserializeOwned;
 
 use super::shared::{Order, Shared, State};
 use crate::lines::{Lines, Received};
+use crate::physics::rigid::Vector;
 use crate::protocol::{
     Answer, Axis, Call, Hello, Instrument, PIXELS_A_LINE, PROTOCOL, Pace, Reading, Say, SomeJoints, Verb,
 };
 use crate::served_world::{Exposure, MotionRequest, Use};
-use crate::world::Point;
 
 /// How often a client that says nothing is asked whether the world ends.
 const LISTEN: Duration = Duration::from_millis(100);
@@ -127,7 +127,7 @@ impl Session {
                 self.answer_operator(id, resting, "the shoulder cannot bring the hand to that height")
             }
             Verb::PlaceHand { x_mm, y_mm, z_mm } => {
-                let point = Point { x: x_mm, y: y_mm, z: z_mm };
+                let point = Vector { x: x_mm, y: y_mm, z: z_mm };
                 let there = self.shared.now().switch().map(|switch| switch.attitudes_over(&point));
                 self.answer_operator(id, there, "the arm does not reach that point")
             }

@@ -56,7 +56,7 @@ impl World {
     fn make_part(&mut self, motion: &Motion, registers: HalfSteps, time: Range<u64>) {
         let slipped = self.slipping.of_part(self, motion, &registers.minus(&self.registers));
         self.lose(&slipped);
-        let before = self.stance;
+        let before = self.stance.clone();
         let after = before.after(&self.description, registers.plus(&self.slip));
         if after.is_trespassing() {
             self.make_blocked_part(&after.rotors, registers, time);
@@ -117,7 +117,7 @@ impl World {
 
     fn accept(&mut self, after: Stance, registers: HalfSteps, time: Range<u64>) {
         let part = Part {
-            before: self.stance,
+            before: self.stance.clone(),
             after,
             registers_before: self.registers,
             registers_after: registers,
@@ -128,8 +128,8 @@ impl World {
             Resolution::HalfStep => self.watch_at_the_end(&part),
         }
         self.registers = registers;
-        self.stance = after;
-        self.near = self.description.scene.is_near(self.near || self.fired, &after.pose);
+        self.near = self.description.scene.is_near(self.near || self.fired, &part.after.pose);
+        self.stance = part.after;
         self.time_ns = self.time_ns.max(time.end);
     }
 

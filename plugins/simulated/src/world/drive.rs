@@ -65,6 +65,11 @@ impl Joint {
 pub struct Joints(pub [f64; AXES]);
 
 impl Joints {
+    /// The values of the arm's drives, one a joint.
+    pub(super) fn of_drives(values: &[f64]) -> Joints {
+        Joints(std::array::from_fn(|axis| values.get(axis).copied().unwrap_or_default()))
+    }
+
     /// One joint's value, rad or mm.
     pub fn of(&self, joint: Joint) -> f64 {
         self.0[joint.place()]

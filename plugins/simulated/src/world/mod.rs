@@ -9,11 +9,10 @@ mod crossing;
 mod description;
 mod drive;
 pub mod file;
-mod geometry;
 mod instrument;
 mod mechanism;
 mod motion;
-mod play;
+mod pose;
 mod reach;
 mod sensor;
 pub(crate) mod served;
@@ -25,15 +24,17 @@ use std::collections::VecDeque;
 pub(crate) use chance::normal;
 pub use description::{ArmDescription, WorldDescription};
 pub use drive::{AXES, GRIPPER_HALF_STEPS_PER_MM, HALF_STEPS_PER_TURN, HalfSteps, Joint, Joints};
-pub use geometry::{ArmGeometry, ArmPose, Point};
 pub use instrument::{Instrument, Instruments};
-pub use mechanism::{CableDrag, Droop, Mechanism};
+pub use mechanism::{ArmGeometry, CableDrag, Droop, Mechanism};
 pub use motion::Resolution;
+pub use pose::ArmPose;
 pub use sensor::{Optics, ProximitySensor, Scene, Seen, Spot, Table};
 pub use target::TTarget;
 
+use crate::physics::rigid::Vector;
+use mechanism::GRIP_SWITCH;
 use motion::Motion;
-use stance::Stance;
+use stance::{Held, Stance};
 
 /// How many changes of the input lines the world remembers.
 const REMEMBERED_CHANGES: usize = 4096;
@@ -175,19 +176,17 @@ impl World {
     /// A world at its beginning: the arm stands where it was left, and the controller believes what the file says.
     pub fn new(description: WorldDescription) -> World {
         let arm = &description.arm;
-        let carried = arm.mechanism.carried_for(&description.drawn_start());
-        let rotors = HalfSteps::from_joints(&carried);
+        let stance = Stance::at_start(&description);
         let believed = HalfSteps::from_joints(&arm.start.minus(&arm.zero_error));
         let registers = match arm.resolution {
             Resolution::Continuous => believed,
             Resolution::HalfStep => HalfSteps(believed.0.map(f64::round)),
         };
-        let stance = Stance::standing(&description, rotors, carried);
         World {
             time_ns: BEGINS_NS,
             began_ns: BEGINS_NS,
             registers,
-            slip: rotors.minus(&registers),
+            slip: stance.rotors.minus(&registers),
             lost: HalfSteps::default(),
             fired: stance.seen.past_firing >= 0.0,
             near: description.scene.is_near(false, &stance.pose),
@@ -233,7 +232,7 @@ impl World {
             joints: self.registers.to_joints(),
             half_steps: self.registers,
             inputs: self.inputs(),
-            grip: self.description.arm.mechanism.grips(&self.stance.carried),
+            grip: self.stance.grip >= GRIP_SWITCH,
         }
     }
 
@@ -363,8 +362,8 @@ impl World {
         let wanted = Joints(std::array::from_fn(|axis| {
             attitudes[axis].unwrap_or_else(|| self.stance.attitudes.0[axis])
         }));
-        let mechanism = &self.description.arm.mechanism;
-        let short = mechanism.carried_for(&wanted).minus(&mechanism.carried_for(&self.stance.attitudes));
+        let here = self.stance.command_for(&self.stance.attitudes);
+        let short = self.stance.command_for(&wanted).minus(&here);
         MotionOrder { joints: short.0.map(Some), relative: true, speed }
     }
 
@@ -398,8 +397,7 @@ impl World {
     pub fn put_between_fingers(&mut self, width: f64) -> bool {
         let fits = width.is_finite() && width >= 0.0 && self.stance.attitudes.of(Joint::Gripper) >= width;
         if fits {
-            self.description.arm.mechanism.held_width = width;
-            self.look_again();
+            self.hold(Held { width, ..self.stance.held });
         }
         fits
     }
@@ -408,15 +406,18 @@ impl World {
     pub fn carry(&mut self, mass: f64) -> bool {
         let holds = (0.0..=MOST_CARRIED).contains(&mass);
         if holds {
-            self.description.arm.mechanism.carried_mass = mass;
-            self.look_again();
+            self.hold(Held { mass, ..self.stance.held });
         }
         holds
     }
 
     /// Sees anew what stands there, after something other than a motor changed it.
     fn look_again(&mut self) {
-        self.stance = Stance::standing(&self.description, self.stance.rotors, self.stance.carried);
+        self.hold(self.stance.held);
+    }
+
+    fn hold(&mut self, held: Held) {
+        self.stance = self.stance.holding(&self.description, held);
         self.watch_at_rest();
     }
 
@@ -436,15 +437,9 @@ impl World {
 
     /// Where a point truly is that lies so far ahead of the sensor's face, in the target's own frame: that of the world, had the target been laid
     /// where it was meant to.
-    pub fn point_ahead(&self, ahead_mm: f64) -> Point {
+    pub fn point_ahead(&self, ahead_mm: f64) -> Vector {
         let pose = &self.stance.pose;
-        let ahead = |from: f64, looks: f64| from + looks * ahead_mm;
-        let point = Point {
-            x: ahead(pose.tool.x, pose.looks.x),
-            y: ahead(pose.tool.y, pose.looks.y),
-            z: ahead(pose.tool.z, pose.looks.z),
-        };
-        self.description.scene.target.as_meant(point)
+        self.description.scene.target.as_meant(pose.tool + pose.looks * ahead_mm)
     }
 
     fn inputs(&self) -> u64 {

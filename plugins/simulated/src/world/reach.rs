@@ -3,7 +3,7 @@
 use super::World;
 use super::chance::normal;
 use super::drive::{AXES, Joint, Joints};
-use super::geometry::Point;
+use crate::physics::rigid::Vector;
 
 /// As near as the operator's hand is brought, mm, before the eye's own error.
 const NEAR: f64 = 1e-9;
@@ -17,12 +17,12 @@ const LONGEST_REACH: f64 = 0.2;
 impl World {
     /// True attitudes with which the sensor's face is over this point, as well as the operator's eye tells. None when the arm does not
     /// reach there. Each try is seen a little differently.
-    pub fn attitudes_over(&mut self, point: &Point) -> Option<[Option<f64>; AXES]> {
+    pub fn attitudes_over(&mut self, point: &Vector) -> Option<[Option<f64>; AXES]> {
         self.readings_taken += 1;
         let eye = self.description.instruments.eye.error;
         let seed = self.description.seed ^ 0x0e7e_0e7e;
         let slip = |place: u64| eye * normal(seed, self.readings_taken.wrapping_mul(2).wrapping_add(place));
-        let goal = Point { x: point.x + slip(0), y: point.y + slip(1), z: point.z };
+        let goal = Vector { x: point.x + slip(0), y: point.y + slip(1), z: point.z };
         self.reach([Joint::Waist, Joint::Shoulder, Joint::Elbow], |tool| {
             [goal.x - tool.x, goal.y - tool.y, goal.z - tool.z]
         })
@@ -37,10 +37,9 @@ impl World {
     fn reach<const N: usize>(
         &self,
         joints: [Joint; N],
-        missing: impl Fn(&Point) -> [f64; N],
+        missing: impl Fn(&Vector) -> [f64; N],
     ) -> Option<[Option<f64>; AXES]> {
-        let geometry = &self.description.arm.mechanism.geometry;
-        let left = |attitudes: &Joints| missing(&geometry.pose(attitudes).tool);
+        let left = |attitudes: &Joints| missing(&self.stance.pose_at(attitudes).tool);
         let mut attitudes = self.stance.attitudes;
         for _ in 0..MOST_LOOKS {
             let short = left(&attitudes);

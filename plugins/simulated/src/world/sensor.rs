@@ -3,8 +3,9 @@
 use std::f64::consts::TAU;
 
 use super::chance::noise_at;
-use super::geometry::{ArmPose, Point};
+use super::pose::ArmPose;
 use super::target::TTarget;
+use crate::physics::rigid::Vector;
 
 /// The table's top, z = 0.
 #[derive(Debug, Clone, PartialEq)]
@@ -150,7 +151,7 @@ impl Scene {
     }
 
     /// How far the ideal sensor's point lies inside white, mm, negative outside.
-    fn inside_white(&self, point: Point) -> f64 {
+    fn inside_white(&self, point: Vector) -> f64 {
         let outside_black = self.target.outside_black(point);
         if self.looks_white(self.table.reflectance) {
             outside_black
@@ -160,20 +161,20 @@ impl Scene {
     }
 
     /// Mean reflectance of the spot around a point of the table.
-    fn reflectance_of_spot(&self, spot: &Spot, centre: Point) -> f64 {
+    fn reflectance_of_spot(&self, spot: &Spot, centre: Vector) -> f64 {
         let grain = spot.grain();
         let nearest_edge =
             self.target.outside_black(centre).abs().min(self.target.outside_patch(centre).abs());
         if nearest_edge > spot.diameter / 2.0 + grain {
             return self.reflectance(centre, grain);
         }
-        let place = |(x, y)| Point { x: centre.x + x, y: centre.y + y, z: 0.0 };
+        let place = |(x, y)| Vector { x: centre.x + x, y: centre.y + y, z: 0.0 };
         let seen: f64 = spot.samples().map(|offset| self.reflectance(place(offset), grain)).sum();
         seen / f64::from(SPOT_SAMPLES)
     }
 
     /// Reflectance at a point of the table, its edges softened over `grain` mm.
-    fn reflectance(&self, point: Point, grain: f64) -> f64 {
+    fn reflectance(&self, point: Vector, grain: f64) -> f64 {
         let share_outside = |distance: f64| (distance / grain + 0.5).clamp(0.0, 1.0);
         let blend = |inside: f64, outside: f64, share: f64| inside + (outside - inside) * share;
         let background =
@@ -220,13 +221,13 @@ impl Spot {
         self.diameter * (TAU / 8.0 / f64::from(SPOT_SAMPLES)).sqrt()
     }
 
-    fn signal(&self, pose: &ArmPose, reflectance: impl Fn(Point) -> f64) -> f64 {
+    fn signal(&self, pose: &ArmPose, reflectance: impl Fn(Vector) -> f64) -> f64 {
         let downward = -pose.looks.z;
         if downward < STEEPEST_LOOK.cos() {
             return 0.0;
         }
         let distance = pose.tool.z / downward;
-        let centre = Point {
+        let centre = Vector {
             x: pose.tool.x + pose.looks.x * distance,
             y: pose.tool.y + pose.looks.y * distance,
             z: 0.0,
@@ -273,10 +274,10 @@ mod tests {
 
     fn hanging_at(x: f64, y: f64, z: f64) -> ArmPose {
         ArmPose {
-            elbow: Point::default(),
-            wrist: Point { x, y, z: z + 109.0 },
-            tool: Point { x, y, z },
-            looks: Point { x: 0.0, y: 0.0, z: -1.0 },
+            elbow: Vector::default(),
+            wrist: Vector { x, y, z: z + 109.0 },
+            tool: Vector { x, y, z },
+            looks: Vector { x: 0.0, y: 0.0, z: -1.0 },
         }
     }
 
@@ -306,7 +307,7 @@ mod tests {
         for optics in [Optics::Ideal { height: 8.0, release_height: 10.0 }, Optics::Spot(spot())] {
             let scene = scene(optics);
             let mut level = hanging_at(170.0, 20.0, 5.0);
-            level.looks = Point { x: 1.0, y: 0.0, z: 0.0 };
+            level.looks = Vector { x: 1.0, y: 0.0, z: 0.0 };
             assert!(scene.seen(&level).past_release < 0.0);
         }
     }

@@ -1,9 +1,9 @@
 //! The world of a TeachMover as it is served.
 
-use super::{
-    AXES, HalfSteps, Joint, Joints, LineChange, MotionOrder, MotionRefused, Point, Resolution, World,
-};
+use super::mechanism::{WIDEST, attitude_range_deg};
+use super::{AXES, HalfSteps, Joint, Joints, LineChange, MotionOrder, MotionRefused, Resolution, World};
 use crate::joint_values::JointValues;
+use crate::physics::rigid::Vector;
 use crate::protocol::{Instrument, JointFacts, JointUnit, Reading, SomeJoints, TruthReport};
 use crate::served_world::{
     Arm, ArmFacts, Camera, Fingers, LevelledJoints, MotionRequest, Operator, ServedWorld, StepperMotors,
@@ -185,7 +185,7 @@ impl Switch for World {
         World::attitudes_at_height(self, height_mm).map(Vec::from)
     }
 
-    fn attitudes_over(&mut self, point: &Point) -> Option<SomeJoints> {
+    fn attitudes_over(&mut self, point: &Vector) -> Option<SomeJoints> {
         World::attitudes_over(self, point).map(Vec::from)
     }
 
@@ -225,17 +225,11 @@ fn in_words(refused: MotionRefused) -> String {
     refused.to_string()
 }
 
-/// How far a joint's reckoned value may go: its mechanical stops, those of forearm and hand, which are relative to the link
-/// before, taken with that link at its own.
+/// How far a joint's value may go, as the controller counts it.
 fn range(joint: Joint) -> (JointUnit, f64, f64) {
-    let degrees = |lower: f64, upper: f64| (JointUnit::Rad, lower.to_radians(), upper.to_radians());
-    match joint {
-        Joint::Waist => degrees(-90.0, 90.0),
-        Joint::Shoulder => degrees(-35.0, 144.0),
-        Joint::Elbow => degrees(-184.0, 144.0),
-        Joint::WristPitch => degrees(-274.0, 234.0),
-        Joint::WristRoll => degrees(-360.0, 360.0),
-        Joint::Gripper => (JointUnit::Mm, 0.0, 76.2),
+    match attitude_range_deg(joint) {
+        Some([lower, upper]) => (JointUnit::Rad, lower.to_radians(), upper.to_radians()),
+        None => (JointUnit::Mm, 0.0, WIDEST),
     }
 }
 

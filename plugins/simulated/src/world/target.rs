@@ -4,7 +4,7 @@
 //! Its own frame: the waist's axis, as the target was meant to be laid, is the origin; u points to where line B touches its
 //! circle, v to the left of that. Lengths in mm.
 
-use super::geometry::Point;
+use crate::physics::rigid::Vector;
 
 /// The target's shape, colours and place.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,13 +38,13 @@ pub struct TTarget {
 impl TTarget {
     /// How far `point` lies outside the black, mm: positive outside, negative inside. Exact in sign and, near a straight
     /// edge, in size.
-    pub fn outside_black(&self, point: Point) -> f64 {
+    pub fn outside_black(&self, point: Vector) -> f64 {
         let (u, v) = self.own_frame(point);
         self.outside_head(u, v).min(self.outside_body(u, v))
     }
 
     /// How far `point` lies outside the patch of standard background, mm: positive outside, negative inside.
-    pub fn outside_patch(&self, point: Point) -> f64 {
+    pub fn outside_patch(&self, point: Vector) -> f64 {
         let (u, v) = self.own_frame(point);
         let inner = self.line_b_distance - self.head_depth - self.patch_margin;
         let outer = self.body_radius + self.patch_margin;
@@ -52,13 +52,13 @@ impl TTarget {
     }
 
     /// A point of the world in the frame that the target's lines make: that of the world, had it been laid where it was meant to.
-    pub fn as_meant(&self, point: Point) -> Point {
+    pub fn as_meant(&self, point: Vector) -> Vector {
         let (x, y) = (point.x - self.misplaced[0], point.y - self.misplaced[1]);
         let (sine, cosine) = self.misturned.sin_cos();
-        Point { x: x * cosine + y * sine, y: y * cosine - x * sine, z: point.z }
+        Vector { x: x * cosine + y * sine, y: y * cosine - x * sine, z: point.z }
     }
 
-    fn own_frame(&self, point: Point) -> (f64, f64) {
+    fn own_frame(&self, point: Vector) -> (f64, f64) {
         let x = point.x - self.misplaced[0];
         let y = point.y - self.misplaced[1];
         let (sine, cosine) = (self.line_a + self.line_b_offset + self.misturned).sin_cos();
@@ -114,9 +114,9 @@ pub(crate) mod tests {
         }
     }
 
-    fn at(radius: f64, angle_deg: f64) -> Point {
+    fn at(radius: f64, angle_deg: f64) -> Vector {
         let (sine, cosine) = angle_deg.to_radians().sin_cos();
-        Point { x: radius * cosine, y: radius * sine, z: 0.0 }
+        Vector { x: radius * cosine, y: radius * sine, z: 0.0 }
     }
 
     #[test]
@@ -147,7 +147,7 @@ pub(crate) mod tests {
     #[test]
     fn a_target_laid_aside_takes_its_lines_along() {
         let shifted = TTarget { misplaced: [0.0, 1.0], ..target() };
-        let on_line_a = Point { x: 170.0, y: 1.0, z: 0.0 };
+        let on_line_a = Vector { x: 170.0, y: 1.0, z: 0.0 };
         assert!(shifted.outside_black(on_line_a).abs() < 1e-12);
         let turned = TTarget { misturned: 2_f64.to_radians(), ..target() };
         assert!(turned.outside_black(at(170.0, 2.0)).abs() < 1e-12);

@@ -5,15 +5,16 @@ use std::ops::RangeInclusive;
 use plumb_document::Span;
 
 use super::super::drive::{AXES, HalfSteps, Joint, Joints};
-use super::super::geometry::ArmGeometry;
 use super::super::instrument::{Instrument, Instruments};
-use super::super::mechanism::{CableDrag, Droop, Mechanism};
+use super::super::mechanism::{ArmGeometry, CableDrag, Droop, Mechanism};
 use super::super::motion::Resolution;
+use super::super::pose::ArmPose;
 use super::super::sensor::{Optics, ProximitySensor, Scene, Spot, Table};
 use super::super::target::TTarget;
 use super::super::{ArmDescription, WorldDescription};
 use super::raw::{self, Number};
 use super::typed::Typed;
+use crate::physics::machine::Machine;
 
 /// Rated speeds without load: base, shoulder, elbow, wrists, and 20 mm/s of gripper, half-steps/s.
 const RATED_HALF_STEPS_PER_S: [f64; AXES] = [472.0, 405.0, 551.0, 487.0, 487.0, 292.0];
@@ -63,8 +64,6 @@ impl Checker<'_> {
                 backlash: self.joints(&raw.backlash, 0.0..=20.0),
                 drag: self.cable_drag(&raw.cable_drag),
                 droop: self.droop(&raw.droop),
-                held_width: 0.0,
-                carried_mass: 0.0,
             },
             resolution: match raw.resolution {
                 raw::Resolution::Continuous => Resolution::Continuous,
@@ -273,19 +272,23 @@ impl Checker<'_> {
                 arm.start.0[axis] + side * within.0[axis]
             }))
         };
-        let problem = (0..1_u32 << AXES).find_map(|index| hindrance(arm, &corner(index), solid_table));
+        let machine = arm.mechanism.machine();
+        let problem =
+            (0..1_u32 << AXES).find_map(|index| hindrance(arm, &machine, &corner(index), solid_table));
         problem.iter().for_each(|problem| self.typed.wrong(place, problem));
     }
 }
 
 /// Why the arm cannot start there, if it cannot.
-fn hindrance(arm: &ArmDescription, start: &Joints, solid_table: bool) -> Option<String> {
-    let pose = arm.mechanism.geometry.pose(start);
+fn hindrance(arm: &ArmDescription, machine: &Machine, start: &Joints, solid_table: bool) -> Option<String> {
+    let stance = machine.stiff(&start.0);
+    let pose = ArmPose::of(&stance.posture);
     if solid_table && pose.tool.z < 0.0 {
         return Some(format!("the arm would start with its sensor {:.1} mm under the table", -pose.tool.z));
     }
-    let past_stop = arm.mechanism.trespass(start, start, &pose, solid_table) > 0.0;
-    if past_stop || start.of(Joint::Gripper) < 0.0 {
+    let opening = start.of(Joint::Gripper);
+    let under_table = solid_table && pose.under_table() > 0.0;
+    if under_table || arm.mechanism.past_stops(&stance.angles, opening, 0.0) > 0.0 || opening < 0.0 {
         let [_, shoulder, elbow, wrist_pitch, ..] = start.0.map(f64::to_degrees);
         return Some(format!(
             "the arm cannot start so, a joint would be past its stop; waist within 90 deg, shoulder -35 to 144, \
