@@ -107,6 +107,29 @@ fn a_waist_turns_on_while_the_shoulder_is_held_up() {
     assert!(truth.lost.0[1] > 0.0);
 }
 
+/// Whether the waist pushes into the table is told from heights that differ in their last digits only.
+#[test]
+fn a_waist_turns_on_over_the_table_in_every_pose_of_a_drooping_arm() {
+    let droop = "resolution: continuous\n    droop: {upper_arm_kg: 0.9, forearm_kg: 0.5, hand_kg: 0.4, \
+                 shoulder_deg_per_nm: 0.5, elbow_deg_per_nm: 0.5, wrist_pitch_deg_per_nm: 0.5}";
+    let mut world = world_with("world-ideal.yaml", &[("resolution: continuous", droop)]);
+    for pose in 0..8 {
+        let bent = -88.0 + 6.5 * f64::from(pose);
+        let mut raised = only(Joint::Shoulder, 60_f64.to_radians());
+        raised[Joint::Elbow.place()] = Some(bent.to_radians());
+        raised[Joint::WristPitch.place()] = Some((bent - 10.0).to_radians());
+        go(&mut world, raised, false);
+        turn(&mut world, Joint::Shoulder, -80.0);
+        let held_up = world.truth();
+        assert!(held_up.touching, "{bent}");
+        for by in [7.0, -13.0, 6.0] {
+            turn(&mut world, Joint::Waist, by);
+        }
+        assert_eq!(world.truth().lost, held_up.lost, "{bent}");
+        world.set_registers(&world.truth().attitudes).unwrap();
+    }
+}
+
 #[test]
 fn without_a_solid_table_the_arm_goes_through() {
     let mut world = world("world-no-table.yaml");
