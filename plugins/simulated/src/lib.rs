@@ -7,9 +7,11 @@
 //! their real drivers.
 
 pub mod arm;
+mod chance;
 pub mod client;
 pub mod emulate;
 pub mod file_schemas;
+pub mod instrument;
 mod joint_values;
 pub mod light;
 mod lines;

@@ -2,10 +2,10 @@
 
 use super::ArmWorld;
 use super::measuring::MeasuringError;
+use crate::chance::normal;
 use crate::physics::rigid::{Rotation, Vector};
 use crate::physics::rotation_vector::rotation_vector;
 use crate::protocol::Axis;
-use crate::world::normal;
 
 /// The board's pose in one picture, camera's frame.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -5,12 +5,12 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::drive::Drive;
+use crate::instrument::Instrument;
 use crate::light::Light;
 use crate::physics::description::{ArmDescription, Weight};
 use crate::physics::imperfection::Imperfection;
 use crate::physics::random::Random;
 use crate::physics::rigid::{Rigid, Vector};
-use crate::world::Instrument;
 
 /// What hangs on the flange: a PUMA's cage with camera and projector, another arm's tool.
 #[derive(Debug, Clone, PartialEq)]

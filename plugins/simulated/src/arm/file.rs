@@ -11,11 +11,11 @@ use serde::Deserialize;
 
 use super::description::{ArmOnPaper, ArmWorldDescription, BoardCamera, SpiritLevel, Tabletop, Tool};
 use super::puma560;
+use crate::instrument::Instrument;
 use crate::light::file::RawLight;
 use crate::physics::imperfection::{Imperfection, Mechanism};
 use crate::physics::machine::{Conditions, Machine};
 use crate::physics::rigid::{Rotation, Vector};
-use crate::world::Instrument;
 use crate::world::file::typed::Typed;
 use crate::world::file::{WorldFileError, no_world};
 

@@ -3,9 +3,9 @@
 use super::ArmWorld;
 use super::description::Sight;
 use super::measuring::MeasuringError;
+use crate::chance::normal;
 use crate::physics::rigid::Rigid;
 use crate::protocol::Axis;
-use crate::world::normal;
 
 /// Points of a profile.
 pub(super) const POINTS: usize = 5;

@@ -2,11 +2,11 @@
 
 use super::ArmWorld;
 use super::description::{LevelDirection, LevelSurface};
+use crate::instrument::Instrument;
 use crate::physics::description::Motion;
 use crate::physics::machine::{NoEquilibrium, Stance};
 use crate::physics::rigid::{Rotation, Vector};
 use crate::protocol::Axis;
-use crate::world::Instrument;
 
 /// Why nothing can be measured.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

@@ -2,13 +2,13 @@
 
 use std::ops::Range;
 
-use super::chance::uniform;
 use super::crossing::{first_change, summit};
 use super::drive::{AXES, HalfSteps, Joints};
 use super::motion::{Motion, Resolution};
 use super::sensor::Seen;
 use super::stance::{Stance, TOUCH};
 use super::{LineChange, REMEMBERED_CHANGES, World};
+use crate::chance::uniform;
 
 /// Half-steps in one electrical turn of a motor: what it loses, it loses in such turns.
 const HALF_STEPS_PER_ELECTRICAL_TURN: f64 = 8.0;

@@ -1,11 +1,11 @@
 //! What a world is made of, checked and in the world's own units.
 
-use super::chance::uniform;
 use super::drive::{HalfSteps, Joints};
-use super::instrument::Instruments;
 use super::mechanism::Mechanism;
 use super::motion::Resolution;
 use super::sensor::Scene;
+use crate::chance::uniform;
+use crate::instrument::Instrument;
 
 /// A whole world.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,6 +22,17 @@ pub struct WorldDescription {
     pub instruments: Instruments,
     /// The text of the file, if it came under a seal: the truth is hidden until somebody breaks it.
     pub sealed_text: Option<String>,
+}
+
+/// The instruments at hand.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Instruments {
+    /// On the hand: its tilt from hanging straight down, outward positive, rad.
+    pub level: Instrument,
+    /// From the table up to the sensor's face, mm.
+    pub ruler: Instrument,
+    /// With which the operator brings the hand over a mark: how far off it ends along each axis, mm.
+    pub eye: Instrument,
 }
 
 /// The arm and how it was left.

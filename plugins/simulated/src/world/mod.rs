@@ -4,12 +4,10 @@
 //! happens is a function of its description, its seed and what it was told to do.
 
 mod advance;
-mod chance;
 mod crossing;
 mod description;
 mod drive;
 pub mod file;
-mod instrument;
 mod mechanism;
 mod motion;
 mod pose;
@@ -21,10 +19,8 @@ mod target;
 
 use std::collections::VecDeque;
 
-pub(crate) use chance::normal;
-pub use description::{ArmDescription, WorldDescription};
+pub use description::{ArmDescription, Instruments, WorldDescription};
 pub use drive::{AXES, GRIPPER_HALF_STEPS_PER_MM, HALF_STEPS_PER_TURN, HalfSteps, Joint, Joints};
-pub use instrument::{Instrument, Instruments};
 pub use mechanism::{ArmGeometry, CableDrag, Droop, Mechanism};
 pub use motion::Resolution;
 pub use pose::ArmPose;

@@ -1,8 +1,8 @@
 //! Where an operator's eyes and hands bring the arm: over a point, or down onto a gauge block.
 
 use super::World;
-use super::chance::normal;
 use super::drive::{AXES, Joint, Joints};
+use crate::chance::normal;
 use crate::physics::rigid::Vector;
 
 /// As near as the operator's hand is brought, mm, before the eye's own error.

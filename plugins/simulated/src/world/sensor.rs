@@ -2,9 +2,9 @@
 
 use std::f64::consts::TAU;
 
-use super::chance::noise_at;
 use super::pose::ArmPose;
 use super::target::TTarget;
+use crate::chance::noise_at;
 use crate::physics::rigid::Vector;
 
 /// The table's top, z = 0.

@@ -8,8 +8,8 @@ use serde::Deserialize;
 use super::checker::{Checker, Number};
 use super::placed::RawPlaced;
 use crate::arm::description::{LineSensor, Sight, TouchProbe};
+use crate::instrument::Instrument;
 use crate::physics::rigid::Vector;
-use crate::world::Instrument;
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -5,15 +5,15 @@ use std::ops::RangeInclusive;
 use plumb_document::Span;
 
 use super::super::drive::{AXES, HalfSteps, Joint, Joints};
-use super::super::instrument::{Instrument, Instruments};
 use super::super::mechanism::{ArmGeometry, CableDrag, Droop, Mechanism};
 use super::super::motion::Resolution;
 use super::super::pose::ArmPose;
 use super::super::sensor::{Optics, ProximitySensor, Scene, Spot, Table};
 use super::super::target::TTarget;
-use super::super::{ArmDescription, WorldDescription};
+use super::super::{ArmDescription, Instruments, WorldDescription};
 use super::raw::{self, Number};
 use super::typed::Typed;
+use crate::instrument::Instrument;
 use crate::physics::machine::Machine;
 
 /// Rated speeds without load: base, shoulder, elbow, wrists, and 20 mm/s of gripper, half-steps/s.

@@ -1,8 +1,8 @@
 //! Sealed world files: a cell whose faults nobody sees by looking at its file. It keeps a glance from giving them away; it is not
 //! cryptography, for whoever has this program can open it.
 
-use super::super::chance;
 use super::WorldFileError;
+use crate::chance;
 
 /// The first line of a sealed file.
 const HEADING: &str =

@@ -13,7 +13,7 @@ fn bits(seed: u64, place: u64) -> u64 {
 }
 
 /// A number evenly spread over [0, 1).
-pub(super) fn uniform(seed: u64, place: u64) -> f64 {
+pub(crate) fn uniform(seed: u64, place: u64) -> f64 {
     (bits(seed, place) >> 11) as f64 / (1_u64 << 53) as f64
 }
 
@@ -24,7 +24,7 @@ pub(crate) fn normal(seed: u64, place: u64) -> f64 {
 }
 
 /// Noise at a moment: normal numbers one `knot_ns` apart, joined by straight lines.
-pub(super) fn noise_at(seed: u64, time_ns: u64, knot_ns: u64) -> f64 {
+pub(crate) fn noise_at(seed: u64, time_ns: u64, knot_ns: u64) -> f64 {
     let knot = time_ns / knot_ns.max(1);
     let within = (time_ns % knot_ns.max(1)) as f64 / knot_ns.max(1) as f64;
     normal(seed, knot) * (1.0 - within) + normal(seed, knot + 1) * within

@@ -1,17 +1,6 @@
-//! What the operator measures with: a spirit level on the hand and a ruler under it.
+//! What an operator measures with: an instrument that scatters and is read to its divisions.
 
-use super::chance::normal;
-
-/// The instruments at hand.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Instruments {
-    /// On the hand: its tilt from hanging straight down, outward positive, rad.
-    pub level: Instrument,
-    /// From the table up to the sensor's face, mm.
-    pub ruler: Instrument,
-    /// With which the operator brings the hand over a mark: how far off it ends along each axis, mm.
-    pub eye: Instrument,
-}
+use crate::chance::normal;
 
 /// How well an instrument tells.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
