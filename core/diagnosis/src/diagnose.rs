@@ -383,4 +383,33 @@ mod tests {
         assert_eq!(at(1.1 * LACK_OF_FIT_LEVEL), Verdict::AtFloor);
         assert_eq!(settled_verdict(None), Verdict::FloorUnknown);
     }
+
+    /// A planar arm whose weight of 20 N acts 50 mm before the tip of the forearm; the elbow bends by so much under a newton metre.
+    fn loaded(bend: f64) -> Diagnosis {
+        let lines = "free: [joint_zero(*)]\nnoise: {p1_mm: 0.05}\ngravity: [0, -1, 0]\n\
+                     links: [{after: elbow, mass_kg: 2, centre_mm: [-50, 0, 0]}]";
+        let lab = two_links_with(lines, 60, 0.05, 24, |q| {
+            let moment = -2.0 * 9.81 * 0.1 * (q[0] + q[1]).cos();
+            [0.0, bend * moment]
+        });
+        lab.diagnose(&Progress::unwatched()).unwrap()
+    }
+
+    #[test]
+    fn a_joint_that_rises_under_its_load_is_warned_of_and_one_that_gives_way_is_not() {
+        let rises = |told: &Diagnosis| {
+            told.warnings
+                .iter()
+                .any(|warning| matches!(warning, Note::RisesUnderLoad(label) if label.contains("elbow")))
+        };
+        let [gives_way, wrong_way] = [0.002, -0.002].map(loaded);
+        assert!(
+            gives_way
+                .candidates
+                .iter()
+                .any(|one| one.effect.effect == "joint_compliance" && one.holm_p < 1e-6)
+        );
+        assert!(!rises(&gives_way), "{:?}", gives_way.warnings);
+        assert!(rises(&wrong_way), "{:?}", wrong_way.warnings);
+    }
 }

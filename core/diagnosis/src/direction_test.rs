@@ -589,6 +589,13 @@ mod tests {
         assert!((test(3.098_391).along() - 0.05).abs() < 1e-6, "{}", test(3.098_391).along());
         // Upper 0.3 % point of F with 3 and 20 degrees of freedom: 6.499 (bracketed).
         assert_eq!(uneven_sites(&[test(6.8), test(6.2)]), [Spot::Joint(0)]);
+        // One degree of freedom is enough: upper 5 % point of F with 1 and 100 degrees of freedom: 3.9361.
+        let one = |freedom: f64| {
+            let whole = (103.936_1, 100.0 + freedom);
+            DirectionTest { inliers: ((100.0, 100.0), whole), ..test(1.0) }.along()
+        };
+        assert!((one(1.0) - 0.05).abs() < 1e-5, "{}", one(1.0));
+        assert_eq!(one(0.9), 1.0);
         let few = DirectionTest { inliers: ((7.0, 7.0), (70.0, 10.0)), ..test(1.0) };
         assert_eq!(few.along(), 1.0, "too few degrees of freedom say nothing");
         let alike = DirectionTest { least_variance: 4.0, ..test(3.098_391) };

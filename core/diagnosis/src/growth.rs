@@ -344,3 +344,28 @@ impl Laboratory {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::two_links;
+
+    #[test]
+    fn a_model_grows_by_what_is_named_until_nothing_is() {
+        let both = |q: [f64; 2]| [0.002 * (5.0 * q[0]).sin(), 0.0015 * (12.0 * q[1]).sin()];
+        let lab = two_links(150, "joint_zero(*)", 0.05, 3, both);
+        let grown = lab.grow(&Progress::unwatched()).unwrap();
+        let added: Vec<(&str, Option<f64>)> =
+            grown.steps.iter().map(|step| (step.added.effect.place.as_str(), step.added.effect.n)).collect();
+        assert_eq!(added, [("shoulder", Some(5.0)), ("elbow", Some(12.0))]);
+        assert!(grown.steps.iter().all(|step| step.claim == Claim::Mechanism));
+        assert_eq!(grown.model.effects.len(), 2);
+        assert_eq!(grown.mechanisms_alone, None, "no correction was added");
+        // Noise of three coordinates is left.
+        let left = grown.steps[1].rms_mm.fit;
+        assert!(
+            (left / (0.05 * 3.0_f64.sqrt()) - 1.0).abs() < 0.15 && grown.start.fit > 3.0 * left,
+            "{left}"
+        );
+    }
+}

@@ -291,7 +291,7 @@ pub(super) fn long_run_variance_ratio(series: &[f64]) -> f64 {
 /// Probability that a step at a place is chance, where the number also follows a smooth curve of the rows between `from` and `to`: a drift is no jump, nor is what
 /// an error does along a path on which the arm was measured in order. The curve is a polynomial of the degree that explains the rows best beside the step
 /// (Schwarz 1978); a jump must also do better than a curve of any degree without it. Neighbours that err alike count as fewer (Newey and West 1987).
-fn step_beside_a_curve(columns: &Columns, number: usize, at: usize, span: (usize, usize)) -> f64 {
+pub(super) fn step_beside_a_curve(columns: &Columns, number: usize, at: usize, span: (usize, usize)) -> f64 {
     let rows = Span::of(columns, number, at, span);
     let most = CURVE_DEGREES.1.min((span.1.saturating_sub(span.0) / ROWS_A_DEGREE).max(CURVE_DEGREES.0));
     let fits = (CURVE_DEGREES.0..=most).filter_map(|degree| rows.fitted(degree));

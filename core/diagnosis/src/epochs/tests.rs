@@ -264,3 +264,27 @@ fn the_variance_of_a_sum_is_that_of_its_window() {
     assert_eq!(search::long_run_variance_ratio(&[1.0, -1.0, 1.0, -1.0]), 1.0, "never less than independent");
     assert_eq!(search::long_run_variance_ratio(&[0.0; 4]), 1.0);
 }
+
+/// Sixty readings of a polynomial of the ninth degree, the highest that counts as a smooth curve.
+#[test]
+fn a_step_is_chance_where_a_curve_of_any_degree_that_counts_does_as_well_without_it() {
+    let chance = |jump: f64| {
+        let mut random = Random::seeded(12);
+        let residuals = (0..60).map(|row| {
+            let x = (f64::from(row) - 29.5) / 29.5;
+            (9.0 * x.acos()).cos() + if row < 30 { 0.0 } else { jump } + 0.01 * random.normal()
+        });
+        let columns = Columns {
+            rows: (0..60).collect(),
+            positions: (0..60).map(f64::from).collect(),
+            ranges: (0..60).map(|row| row..row + 1).collect(),
+            residuals: residuals.collect(),
+            fitted: nalgebra::DMatrix::from_element(1, 60, 1.0),
+            steps: nalgebra::DMatrix::from_element(1, 60, 1.0),
+            ids: vec![EffectId::at("reading_reset", Spot::Base)],
+        };
+        search::step_beside_a_curve(&columns, 0, 30, (0, 60))
+    };
+    assert_eq!(chance(0.0), 1.0);
+    assert!(chance(0.2) < 1e-6, "{}", chance(0.2));
+}

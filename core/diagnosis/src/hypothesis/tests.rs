@@ -21,6 +21,10 @@ fn a_slope_that_begins_at_an_angle_is_found_with_its_joint_and_its_size() {
     let (value, size) = (&found.values[0], 0.004_f64.to_degrees());
     assert!((value.value - size).abs() < 0.1 * size, "{value:?}");
     assert!(found.explains > 0.7 && found.after_mm < 0.6 * found.before_mm, "{found:?}");
+    // With it only the noise of three coordinates is left; without it what a fit of the zeros leaves.
+    assert!((found.after_mm / (0.05 * 3.0_f64.sqrt()) - 1.0).abs() < 0.15, "{found:?}");
+    let left = lab.left_by_fit(&Progress::unwatched()).unwrap();
+    assert!((found.before_mm / left - 1.0).abs() < 0.02, "{found:?}, {left}");
     assert!(found.define.contains("adds: {joint: elbow, deg: \"a*max(q2 - "), "{}", found.define);
 }
 

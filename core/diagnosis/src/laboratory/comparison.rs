@@ -439,4 +439,13 @@ mod tests {
         assert!((0.9..1.2).contains(&elbow), "{elbow}");
         assert!(shoulder < 0.95 * elbow, "the forearm stands askew to the shoulder's motion: {along:?}");
     }
+
+    #[test]
+    fn how_much_could_be_explained_is_asked_in_a_full_comparison_alone() {
+        let lab = two_links(150, "joint_zero(*)", 0.05, 3, |q| [0.0, 0.004 * (2.0 * q[1] + 0.4).sin()]);
+        let progress = Progress::unwatched();
+        assert_eq!(lab.compare(&progress).unwrap().explainable, None);
+        let explainable = lab.compare_in_full(&progress).unwrap().explainable.unwrap();
+        assert_eq!(explainable.kinds(), ["pose"], "{explainable:?}");
+    }
 }

@@ -537,6 +537,8 @@ mod tests {
         for (predicted, left, _) in &plot.points {
             assert!((predicted - 1.5).abs() < 1e-6 && (left - 1.5).abs() < 1e-6, "{predicted} {left}");
         }
+        let [about_zero, about_curve] = plot.rms_mm;
+        assert!((about_zero - 1.5).abs() < 1e-6 && about_curve < 1e-6, "{about_zero} {about_curve}");
     }
 
     #[test]

@@ -93,19 +93,43 @@ mod tests {
         assert_eq!(to([0.0; 2], &[]), None);
     }
 
-    #[test]
-    fn poses_are_drawn_beside_those_that_were_measured() {
-        let lab = crate::testing::two_links(5, "", 0.05, 3, |_| [0.0; 2]);
+    /// How far poses are drawn beside those of a table, rad: the spread of a joint.
+    fn spread_beside(lab: &Laboratory) -> f64 {
         let mut rng = Random::seeded(8);
         let mut squares = 0.0;
         for _ in 0..200 {
-            let q = beside_a_picture(&lab, &mut rng).unwrap();
+            let q = beside_a_picture(lab, &mut rng).unwrap();
             assert_eq!(q.len(), 2);
             let row = nearest(lab.table(), &q, (0..5).collect::<Vec<_>>().iter()).copied().unwrap();
             squares += lab.table().q_of(row).iter().zip(&q).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
         }
         // Two joints, each by a normal number of this spread.
-        let spread = (squares / 400.0).sqrt();
+        (squares / 400.0).sqrt()
+    }
+
+    #[test]
+    fn poses_are_drawn_beside_those_that_were_measured() {
+        let spread = spread_beside(&crate::testing::two_links(5, "", 0.05, 3, |_| [0.0; 2]));
         assert!((spread / BESIDE_A_BOARD - 1.0).abs() < 0.1, "{spread}");
+    }
+
+    #[test]
+    fn poses_of_a_laser_line_are_drawn_nearer_for_it_must_fall_on_the_same_surface_again() {
+        let model =
+            crate::testing::TWO_LINKS.replace("measured_from", "profile: {seen_by: p1}\nmeasured_from");
+        let model =
+            format!("{model}surfaces: {{table: {{plane: {{normal: [0, 0, 1], offset_mm: 0}}}}}}\nfree: []\n");
+        let mut text = "q1_deg,q2_deg,profile1_x_mm,profile1_z_mm,on\n".to_owned();
+        for row in 0..5 {
+            text.push_str(&format!("{},{},{},100,table\n", 40 * row - 80, 30 * row - 60, 2 * row));
+        }
+        let model = plumb_calibration::arm_model::Model::parse("model.yaml", &model).unwrap();
+        let options = crate::laboratory::Options {
+            holdout: crate::split::Holdout::None,
+            ..crate::laboratory::Options::default()
+        };
+        let lab = Laboratory::new(model, Table::parse("t.csv", &text).unwrap(), options).unwrap();
+        let spread = spread_beside(&lab);
+        assert!((spread / BESIDE - 1.0).abs() < 0.1, "{spread}");
     }
 }

@@ -87,4 +87,20 @@ mod tests {
         assert!(!view.holds(&at([0.0, 0.0, -300.0], 0.0)), "behind the camera");
         assert!(!view.holds(&at([0.0, 0.0, 300.0], 0.7)), "too aslant");
     }
+
+    #[test]
+    fn a_board_may_be_a_little_farther_nearer_further_aside_and_more_aslant_than_before() {
+        let at = |distance: f64, aside: f64, tilt: f64| {
+            let turn = Rotation3::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI + tilt);
+            let place = [distance * aside.sin(), 0.0, distance * aside.cos()];
+            IsometryMatrix3::from_parts(Translation3::from(place), turn)
+        };
+        let view = View { distances: (250.0, 400.0), aside: 0.3, aslant: 0.5 };
+        let (near, far) = (250.0 / FARTHER, 400.0 * FARTHER);
+        assert!(view.holds(&at(1.001 * near, 0.0, 0.0)) && !view.holds(&at(0.999 * near, 0.0, 0.0)));
+        assert!(view.holds(&at(0.999 * far, 0.0, 0.0)) && !view.holds(&at(1.001 * far, 0.0, 0.0)));
+        let (aside, aslant) = (0.3 + WIDER, 0.5 + WIDER);
+        assert!(view.holds(&at(300.0, aside - 0.001, 0.0)) && !view.holds(&at(300.0, aside + 0.001, 0.0)));
+        assert!(view.holds(&at(300.0, 0.0, aslant - 0.001)) && !view.holds(&at(300.0, 0.0, aslant + 0.001)));
+    }
 }

@@ -100,7 +100,12 @@ fn of_a_pair_that_differs_nothing_is_left_and_of_two_outliers_in_a_group_neither
 
 /// Replicates that also depend on one condition: +-1 with a coefficient, and a candidate that says so.
 fn with_condition(coefficient: f64) -> Replicates {
-    let mut all = replicates(&[4; 30], 1.0, 21);
+    condition_among(&[4; 30], coefficient)
+}
+
+/// The same in groups of these sizes.
+fn condition_among(sizes: &[usize], coefficient: f64) -> Replicates {
+    let mut all = replicates(sizes, 1.0, 21);
     all.candidates = vec![(EffectId::at("joint_backlash", Spot::Joint(0)), 0..1)];
     for (member, (columns, residuals)) in all.columns.iter_mut().zip(&mut all.residuals).enumerate() {
         let side = if member % 2 == 0 { 1.0 } else { -1.0 };
@@ -179,4 +184,29 @@ fn a_candidate_gains_what_it_takes_beyond_the_columns_that_are_in() {
     assert_eq!((first_in[0].1, first_in[1].1), (0, 0), "{first_in:?}");
     assert!(first_in[0].0 < 1e-6 && first_in[1].0 < 1e-6, "{first_in:?}");
     assert!(first_in[2].1 == 1 && first_in[2].0 < 12.0, "noise of one parameter: {first_in:?}");
+}
+
+#[test]
+fn no_condition_is_taken_out_of_as_few_degrees_of_freedom_as_a_floor_needs() {
+    // Two pairs have six degrees of freedom, a group of three and a pair nine.
+    let (chosen, scatter) = allow(&condition_among(&[2, 2], 30.0));
+    assert_eq!((chosen.len(), scatter.freedom), (0, FLOOR_FREEDOM));
+    let (chosen, scatter) = allow(&condition_among(&[3, 2], 30.0));
+    assert_eq!((chosen, scatter.freedom), (vec![0], 8));
+}
+
+/// Deviations along x of 0.5 (36 members), 1.2 (24) and 1.7 (4). The first sigma comes from the median: 0.5 over the root of the median of chi squared
+/// with three degrees of freedom, 2.366, so 0.33, and 1.7 lies beyond 4.2 of those. The sigma of what is kept is 0.5, and 1.7 lies within.
+#[test]
+fn what_a_first_sigma_made_too_small_is_taken_back_in_the_next_round() {
+    let mut all = replicates(&[64], 0.0, 1);
+    for (member, residual) in all.residuals.iter_mut().enumerate() {
+        let size =
+            [(36, 0.5), (60, 1.2), (64, 1.7)].into_iter().find(|(below, _)| member < *below).unwrap().1;
+        residual[0] += if member % 2 == 0 { size } else { -size };
+    }
+    let scatter = all.scatter(&[]);
+    assert_eq!(scatter.freedom, 3 * 63, "all are kept");
+    let squares = 36.0 * 0.25 + 24.0 * 1.44 + 4.0 * 2.89;
+    assert!((scatter.sigma - (squares / 189.0_f64).sqrt()).abs() < 1e-9, "{}", scatter.sigma);
 }

@@ -132,6 +132,22 @@ fn two_regions_of_eight_are_locked_away_and_replicates_and_small_tables_are_not(
 }
 
 #[test]
+fn poses_that_were_returned_to_stay_in_the_fit_while_half_of_all_poses_were_not() {
+    let with_returns = |every: usize| {
+        let poses: Vec<f64> = (0..30).map(f64::from).collect();
+        let returned: Vec<f64> = poses.iter().copied().step_by(every).collect();
+        let rows = [poses, returned.clone()].concat();
+        let held = Split::new(&angles(&rows), Holdout::Regions).unwrap().check_rows();
+        let of_returned = held.iter().filter(|row| returned.contains(&rows[**row])).count();
+        (held.len(), of_returned)
+    };
+    let (held, of_returned) = with_returns(3);
+    assert!(held >= 4 && of_returned == 0, "two regions of eight of twenty poses: {held}, {of_returned}");
+    let (_, of_returned) = with_returns(1);
+    assert!(of_returned > 0, "where all were returned to, some of them are held out");
+}
+
+#[test]
 fn of_touched_places_the_last_is_held_out() {
     let rows: Vec<(f64, &str)> =
         [",a", ",b", ",c", ",d", ",d"].iter().enumerate().map(|(row, name)| (row as f64, *name)).collect();
