@@ -231,4 +231,23 @@ mod tests {
     fn without_poses_there_is_no_region() {
         assert!(MeasuredRegion::of(&chain(), &[]).is_none());
     }
+
+    #[test]
+    fn the_end_of_a_range_is_inside_as_a_file_has_it_after_rounding() {
+        let poses: Vec<Vec<f64>> =
+            poses(300, 3).into_iter().map(|pose| vec![pose[0], 1000.0 + pose[1]]).collect();
+        let region = MeasuredRegion::of(&chain(), &poses).unwrap();
+        let range = region.joints[1];
+        // Six digits of a range of some 100 mm; of one shorter than 1, of 1.
+        let slack = ROUNDING * (range.high - range.low);
+        let is_beyond = |q: [f64; 2]| matches!(region.check(&q), Err(Outside::Joint { .. }));
+        assert!(!is_beyond([0.0, range.high + 0.9 * slack]) && is_beyond([0.0, range.high + 1.1 * slack]));
+        assert!(!is_beyond([0.0, range.low - 0.9 * slack]) && is_beyond([0.0, range.low - 1.1 * slack]));
+        let turn = region.joints[0];
+        assert!(turn.high - turn.low < 1.0);
+        let at = 1050.0;
+        assert!(
+            !is_beyond([turn.high + 0.99 * ROUNDING, at]) && is_beyond([turn.high + 1.01 * ROUNDING, at])
+        );
+    }
 }

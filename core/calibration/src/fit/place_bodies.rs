@@ -218,3 +218,38 @@ pub(super) fn place_bodies(machine: &ResidualModel<'_>, state: &mut State, rows:
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::arm_model::Model;
+    use crate::measurement::Observations;
+    use crate::table::Table;
+
+    /// Where base and board are once the base has been seen 40 mm beside the board.
+    fn placed(free: bool) -> (IsometryMatrix3<f64>, IsometryMatrix3<f64>) {
+        let text = format!(
+            "arm: one\nconvention: distal\njoints: [{{name: turn, a_mm: 100}}]\nbase: {{xyz_mm: [5, 0, 0]}}\ntargets: {{p1: {{}}}}\n\
+             board: {{seen_by: p1, xyz_mm: [1, 2, 3], free: {free}}}\n"
+        );
+        let header = "q1_deg,board_x_mm,board_y_mm,board_z_mm,board_rx_deg,board_ry_deg,board_rz_deg";
+        let model = Model::parse("m.yaml", &text).unwrap();
+        let table = Table::parse("t.csv", &format!("{header}\n0,0,0,300,0,0,0\n")).unwrap();
+        let observations = Observations::new(&model, &table).unwrap();
+        let machine = ResidualModel::new(&model, &table, &observations, &[]).unwrap();
+        let body = SeenBody::Board(0);
+        let seen = IsometryMatrix3::translation(40.0, 0.0, 0.0);
+        let state = with_base_seen(&machine, &machine.start(), body, seen);
+        assert!((base_seen(&state, body).to_homogeneous() - seen.to_homogeneous()).norm() < 1e-9);
+        (state.base, state.boards[0])
+    }
+
+    #[test]
+    fn a_board_that_is_free_moves_and_one_that_is_known_moves_the_base() {
+        let x = |pose: &IsometryMatrix3<f64>| pose.translation.vector.x;
+        let (base, board) = placed(true);
+        assert!((x(&base) - 5.0).abs() < 1e-9 && (x(&board) + 35.0).abs() < 1e-9, "{base} {board}");
+        let (base, board) = placed(false);
+        assert!((x(&base) - 41.0).abs() < 1e-9 && (x(&board) - 1.0).abs() < 1e-9, "{base} {board}");
+    }
+}

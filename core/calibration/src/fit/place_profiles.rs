@@ -236,4 +236,94 @@ mod tests {
             .collect();
         assert!((centre_of_ball(&points) - centre).norm() < 1e-6);
     }
+
+    /// A lift and a reach that slide, with a sensor 10 mm along x of the flange: the point (x, z) of a profile is at (10 + x, -reach - z, lift).
+    const GANTRY: &str = "
+arm: gantry
+convention: distal
+joints:
+  - {name: lift, alpha_deg: 90, slides: true}
+  - {name: reach, slides: true}
+base: {free: false}
+targets: {p1: {xyz_mm: [10, 0, 0], free: false}}
+profile: {seen_by: p1}
+surfaces:
+  wall: {plane: {normal: [0.1, 0.9, 0], offset_mm: -250}, free: true}
+  known: {plane: {normal: [0, 1, 0], offset_mm: -300}}
+  ball: {sphere: {centre_mm: [0, 0, 0], radius_mm: 12}, free: true}
+measured_from: world
+";
+
+    /// What a gantry with these rows has to do with profiles.
+    fn gantry(model: &str, rows: &str, look: impl FnOnce(&ResidualModel<'_>, State)) {
+        let header = "q1_mm,q2_mm,profile1_x_mm,profile1_z_mm,profile2_x_mm,profile2_z_mm,on\n";
+        let model = crate::arm_model::Model::parse("m.yaml", model).unwrap();
+        let table = crate::table::Table::parse("t.csv", &format!("{header}{rows}")).unwrap();
+        let observations = crate::measurement::Observations::new(&model, &table).unwrap();
+        let machine = ResidualModel::new(&model, &table, &observations, &[]).unwrap();
+        let state = machine.start();
+        look(&machine, state);
+    }
+
+    /// Four profiles of a wall at y = -300.
+    const OF_WALL: &str = "100,100,-5,200,5,200,wall\n160,120,0,180,20,180,wall\n\
+                           220,60,-30,240,7,240,wall\n300,110,3,190,9,190,wall\n";
+
+    #[test]
+    fn points_of_profiles_belong_to_the_surface_they_lie_on_and_those_not_seen_to_none() {
+        let rows = "100,50,5,200,-3,210,wall\n120,60,1,90,,,ball\n130,70,2,80,,,wall\n";
+        gantry(GANTRY, rows, |machine, state| {
+            let points = points_by_surface(machine, &state, &[0, 1], 0);
+            let expected = [
+                vec![Vector3::new(15.0, -250.0, 100.0), Vector3::new(7.0, -260.0, 100.0)],
+                vec![],
+                vec![Vector3::new(11.0, -150.0, 120.0)],
+            ];
+            assert_eq!(points.len(), 3);
+            for (found, expected) in points.iter().zip(expected) {
+                assert_eq!(found.len(), expected.len(), "{points:?}");
+                assert!(found.iter().zip(expected).all(|(one, other)| (one - other).norm() < 1e-9));
+            }
+        });
+    }
+
+    #[test]
+    fn a_free_surface_is_put_through_its_points_and_a_known_one_stays() {
+        let rows = format!("{OF_WALL}{}", OF_WALL.replace("wall", "known").replace("200", "150"));
+        gantry(GANTRY, &rows, |machine, mut state| {
+            let known = state.surfaces[1].clone();
+            put_surfaces(machine, &mut state, &(0..8).collect::<Vec<_>>(), 0);
+            let SurfaceShape::Plane { normal, offset } = state.surfaces[0] else { panic!("a plane") };
+            assert!(
+                (normal - Vector3::y()).norm() < 1e-9 && (offset + 300.0).abs() < 1e-9,
+                "{normal} {offset}"
+            );
+            assert_eq!(state.surfaces[1], known);
+        });
+    }
+
+    /// The flange stands at 100, 100 and 160 mm of the lift: root mean square 28.28 mm from the middle, a fiftieth of that is 0.566 mm.
+    #[test]
+    fn profiles_are_far_off_from_a_fiftieth_of_the_flanges_spread_on() {
+        let far = |off: f64| {
+            let rows =
+                [100, 100, 160].map(|lift| format!("{lift},100,0,{},5,{},known\n", 200.0 + off, 200.0 + off));
+            let mut found = false;
+            gantry(GANTRY, &rows.concat(), |machine, state| found = far_off(machine, &state, &[0, 1, 2]));
+            found
+        };
+        assert!(far(0.58) && far(-0.58) && !far(0.55) && !far(0.0));
+    }
+
+    #[test]
+    fn a_sensor_and_a_wall_are_placed_from_no_start_where_they_are_far_off() {
+        gantry(GANTRY, OF_WALL, |machine, mut state| {
+            place_profiles(machine, &mut state, &[0, 1, 2, 3], &Progress::unwatched()).unwrap();
+            let SurfaceShape::Plane { normal, offset } = state.surfaces[0] else { panic!("a plane") };
+            assert!(
+                (normal - Vector3::y()).norm() < 1e-6 && (offset + 300.0).abs() < 1e-4,
+                "{normal} {offset}"
+            );
+        });
+    }
 }

@@ -332,3 +332,11 @@ fn an_arm_of_a_urdf_file_takes_limits_signs_and_gears_from_the_model_file() {
     let upper = beside("arm: r\nconvention: urdf\nurdf: r.urdf\ntip: upper\n").unwrap();
     assert_eq!(upper.chain.len(), 1, "the tip is where the arm ends");
 }
+
+#[test]
+fn effects_are_looked_at_only_where_no_other_mistake_was_found() {
+    let wrong_effect = "free: [\"joint_zero(trun)\"]";
+    assert!(said(wrong_effect).contains("none called `trun`"));
+    let both = said(&format!("level: {{after: trun}}\n{wrong_effect}"));
+    assert!(both.contains("there is no joint `trun`") && !both.contains("none called"), "{both}");
+}

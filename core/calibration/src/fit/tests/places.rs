@@ -424,3 +424,20 @@ fn boards_that_a_table_speaks_of_are_those_it_names_and_the_one_that_most_rows_s
     let machine = ResidualModel::new(&model, &plain, &observations, &[]).unwrap();
     assert!(machine.boards_named().is_empty() && machine.boards_seen().is_empty());
 }
+
+/// A place that is touched begins at the middle of where the arm believes it; one that no row touches stays.
+#[test]
+fn every_touched_place_begins_where_the_arm_touched_it() {
+    let model = Model::parse("m.yaml", PLANAR).unwrap();
+    let table = Table::parse("t.csv", "q1_deg,q2_deg,touch\n0,0,a\n0,90,b\n0,0,b\n90,0,c\n").unwrap();
+    let observations = Observations::new(&model, &table).unwrap();
+    let machine = ResidualModel::new(&model, &table, &observations, &[]).unwrap();
+    let mut state = machine.start();
+    crate::fit::align::place_touched(&machine, &mut state, &[0, 1, 2]);
+    // Stretched out the tip is at x = 1750 mm, with the elbow up at (1400, 0, 350).
+    let expected = [[1750.0, 0.0, 0.0], [1575.0, 0.0, 175.0], [0.0, 0.0, 0.0]];
+    assert_eq!(state.places.len(), 3);
+    for (found, expected) in state.places.iter().zip(expected.map(Vector3::from)) {
+        assert!((found - expected).norm() < 1e-9, "{:?}", state.places);
+    }
+}
