@@ -141,4 +141,34 @@ mod tests {
             assert!(error.text().starts_with(text), "{error}");
         }
     }
+
+    #[test]
+    fn what_is_not_given_is_as_the_manual_says() {
+        let plain = Configuration::read(&json!({"port": "p"})).unwrap();
+        assert_eq!(plain.full_speed_percent, 50.0);
+        assert_eq!(plain.echo_within, Duration::from_millis(400));
+        assert_eq!(plain.reply_within, Duration::from_secs(2));
+    }
+
+    #[test]
+    fn every_value_may_be_the_least_and_the_greatest_and_none_beyond() {
+        for (key, inside, outside) in [
+            ("full_speed_percent", [1.0, 100.0], [0.99, 100.1]),
+            ("echo_within_ms", [20.0, 5000.0], [19.0, 5001.0]),
+            ("reply_within_ms", [100.0, 20_000.0], [99.0, 20_001.0]),
+        ] {
+            let read = |value: f64| {
+                let whole = key.ends_with("_ms");
+                let value = if whole { json!(value as u64) } else { json!(value) };
+                Configuration::read(&json!({"port": "p", key: value}))
+            };
+            for value in inside {
+                assert!(read(value).is_ok(), "{key} {value}");
+            }
+            for value in outside {
+                let error = read(value).unwrap_err();
+                assert!(error.text().starts_with(&format!("config: {key} is {value}; give ")), "{error}");
+            }
+        }
+    }
 }

@@ -170,7 +170,22 @@ mod tests {
         ] {
             assert!(ControllerError::in_line(line).is_some(), "{line}");
         }
-        for line in ["*", "* ", "", "Change?", "JT1 JT2", " 1.000 2.000", "**"] {
+        assert!(ControllerError::in_line("*Servo").is_some(), "its end has not come");
+        assert!(ControllerError::in_line("[FATAL]").is_some());
+        for line in [
+            "*",
+            "* ",
+            "",
+            "Change?",
+            "JT1 JT2",
+            " 1.000 2.000",
+            "**",
+            "*abc",
+            "*12*",
+            "*1234",
+            "[fata",
+            "a*b*",
+        ] {
             assert_eq!(ControllerError::in_line(line), None, "{line}");
         }
     }
@@ -184,5 +199,15 @@ mod tests {
         }
         let unlisted = ControllerError { line: "*Moon in the way*".to_owned() }.error();
         assert!(unlisted.text().contains("Moon in the way"));
+    }
+
+    #[test]
+    fn an_error_is_of_the_kind_that_its_consequence_says() {
+        let error = |line: &str| ControllerError { line: line.to_owned() }.error();
+        assert!(matches!(error("*Undefined program*"), PluginError::Refused(_)));
+        assert!(matches!(error("*Joint 3 out of range*"), PluginError::OutOfRange(_)));
+        assert!(matches!(error("*Not calibrated*"), PluginError::NotReady(_)));
+        assert!(matches!(error("*Program aborted*"), PluginError::Stopped(_)));
+        assert!(matches!(error("*Moon in the way*"), PluginError::NotReady(_)));
     }
 }

@@ -73,6 +73,32 @@ mod tests {
         assert!(!is_plain(&JOINTS[5], 200.0) && !is_plain(&JOINTS[5], -135.0));
     }
 
+    #[test]
+    fn an_angle_is_plain_where_the_joint_cannot_reach_it_a_turn_further_with_a_degree_to_spare() {
+        // The flange goes from -266 to 266 degrees.
+        assert!(is_plain(&JOINTS[5], 92.9) && !is_plain(&JOINTS[5], 93.1));
+        assert!(is_plain(&JOINTS[5], -92.9) && !is_plain(&JOINTS[5], -93.1));
+        assert!(is_plain(&JOINTS[5], 0.0));
+    }
+
+    #[test]
+    fn a_shown_angle_may_be_half_a_degree_beyond_the_range() {
+        let waist = &JOINTS[0];
+        assert_eq!(unfolded(waist, 160.4, 150.0), Some(160.4));
+        assert_eq!(unfolded(waist, -160.4, -150.0), Some(-160.4));
+        assert_eq!((unfolded(waist, 160.6, 150.0), unfolded(waist, -160.6, -150.0)), (None, None));
+        assert_eq!(unfolded(&JOINTS[5], 170.0, -180.0), Some(-190.0), "the nearer of 170 and -190");
+        assert_eq!(unfolded(&JOINTS[5], 170.0, 0.0), Some(170.0));
+    }
+
+    /// Unimation's data sheet of the arm: 320, 270, 270, 280, 200 and 532 degrees.
+    #[test]
+    fn the_joints_turn_as_far_as_the_data_sheet_has_it_and_are_ready_within() {
+        assert_eq!(JOINTS.map(|joint| joint.upper - joint.lower), [320.0, 270.0, 270.0, 280.0, 200.0, 532.0]);
+        assert_eq!(JOINTS.map(|joint| joint.ready), READY);
+        assert!(JOINTS.iter().all(|joint| joint.lower < joint.ready && joint.ready < joint.upper));
+    }
+
     proptest! {
         #[test]
         fn what_is_folded_unfolds_again(joint in 0..AXES, share in 0.0..1.0_f64) {

@@ -150,3 +150,31 @@ impl Line {
         Ok(came)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_came_is_shown_on_one_line_of_sixty_characters() {
+        assert_eq!(shown(b"\r\n*Servo*\r\n. "), "|*Servo*|. ");
+        assert_eq!(shown(&[b'x'; 60]), "x".repeat(60));
+        assert_eq!(shown(&[b'x'; 61]), format!("{}...", "x".repeat(60)));
+    }
+
+    #[test]
+    fn what_went_wrong_on_the_line_says_what_follows_and_names_port_and_command() {
+        let error = |failure: LineFailure| {
+            let error = LineError { port: "/dev/ttyS9".to_owned(), command: "WHERE".to_owned(), failure };
+            assert!(error.to_string().starts_with("/dev/ttyS9: in `WHERE`: "), "{error}");
+            error.plugin_error()
+        };
+        assert!(matches!(error(LineFailure::Silent), PluginError::Disconnected(_)));
+        assert!(matches!(error(LineFailure::Rebooted), PluginError::NotReady(_)));
+        let (waited, came) = (Duration::from_secs(2), "1.0".to_owned());
+        assert!(matches!(error(LineFailure::Unfinished { waited, came }), PluginError::TimedOut(_)));
+        let not_echoed = LineFailure::NotEchoed { character: 'W' };
+        assert!(not_echoed.is_of_echo() && !LineFailure::Silent.is_of_echo());
+        assert!(matches!(error(not_echoed), PluginError::Failed(_)));
+    }
+}

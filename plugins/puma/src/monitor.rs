@@ -336,4 +336,22 @@ mod tests {
             ["-51.656", "90", "0", "12.5"]
         );
     }
+
+    #[test]
+    fn two_readings_are_of_one_pose_to_a_fiftieth_of_a_degree_in_every_joint() {
+        let mut other = [10.0; AXES];
+        other[5] = 10.019;
+        assert!(alike(&[10.0; AXES], &other) && alike(&other, &[10.0; AXES]));
+        other[5] = 10.021;
+        assert!(!alike(&[10.0; AXES], &other) && !alike(&other, &[10.0; AXES]));
+    }
+
+    #[test]
+    fn a_joint_that_is_shown_otherwise_than_it_was_typed_is_named_by_its_number() {
+        let typed = [None, Some(30.0), None, Some(-5.0), None, None];
+        assert_eq!(taken(&typed, &[99.0, 30.011, 99.0, -5.011, 99.0, 99.0]), Ok(()));
+        let error = taken(&typed, &[99.0, 30.011, 99.0, -5.013, 99.0, 99.0]).unwrap_err();
+        assert_eq!(error, MonitorError::NotTaken { joint: 4, typed: -5.0, shown: -5.013 });
+        assert!(matches!(error.plugin_error(), PluginError::Failed(_)));
+    }
 }

@@ -46,3 +46,26 @@ impl fmt::Display for Profile {
         )
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_neither_line_nor_controller_nor_motion_took_is_the_drivers_own() {
+        let profile = Profile {
+            commands: 3,
+            sent: 40,
+            received: 90,
+            line: Duration::from_millis(500),
+            controller: Duration::from_millis(300),
+            motion: Duration::from_secs(1),
+            total: Duration::from_secs(2),
+        };
+        assert_eq!(profile.ours(), Duration::from_millis(200));
+        assert_eq!(
+            profile.to_string(),
+            "3 commands, 40 characters sent and 90 received in 2.00 s: line 25 %, controller 15 %, motion 50 %, driver 10 %"
+        );
+    }
+}

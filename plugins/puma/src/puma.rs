@@ -211,14 +211,9 @@ impl Puma {
         act: impl FnOnce(&mut Monitor, &[f64; AXES]) -> Result<T, MonitorError>,
     ) -> Result<T, PluginError> {
         act(&mut self.monitor, &self.last).map_err(|error| {
-            let harmless = match &error {
-                MonitorError::ControllerError(error) => {
-                    matches!(error.meaning().consequence, Consequence::OutOfRange | Consequence::Refused)
-                }
-                _ => false,
-            };
+            let is_known = leaves_the_arm_known(&error);
             let error = error.plugin_error();
-            if !harmless {
+            if !is_known {
                 self.doubt = Some(error.text().to_owned());
             }
             error
@@ -268,7 +263,7 @@ impl Puma {
     /// Goes to a pose, degrees. Before anything moves the arm is known to stand where it was read last: where a point is taught the controller shows
     /// it, else it is read.
     fn travel(&mut self, target: &[f64; AXES], fraction: f64) -> Result<MotionEnd, PluginError> {
-        let percent = ((fraction * self.configuration.full_speed_percent * 100.0).round() / 100.0).max(0.01);
+        let percent = speed_percent(fraction, self.configuration.full_speed_percent);
         for _ in 0..2 {
             let way = Way::between(&self.last, target);
             let moved = match way {
@@ -480,3 +475,21 @@ fn six(joints: &JointVector) -> Result<[f64; AXES], PluginError> {
     })?;
     Ok(values.map(f64::to_degrees))
 }
+
+/// Whether it is known after an error what the arm does: the controller refused a command, and nothing moved.
+fn leaves_the_arm_known(error: &MonitorError) -> bool {
+    match error {
+        MonitorError::ControllerError(error) => {
+            matches!(error.meaning().consequence, Consequence::OutOfRange | Consequence::Refused)
+        }
+        _ => false,
+    }
+}
+
+/// The SPEED for a share of the full speed, in hundredths of a percent, and never none at all.
+fn speed_percent(fraction: f64, full_speed_percent: f64) -> f64 {
+    ((fraction * full_speed_percent * 100.0).round() / 100.0).max(0.01)
+}
+
+#[cfg(test)]
+mod tests;

@@ -392,3 +392,40 @@ fn after_prompt(echo: &[u8], first: bool) -> &[u8] {
 fn same(echo: &[u8], sent: &[u8]) -> bool {
     echo.eq_ignore_ascii_case(sent)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn of_an_echo_what_can_be_seen_counts_but_for_the_space_behind_the_prompt() {
+        assert_eq!(printable(b"\0 A~\x7f\r\n\x1f"), b" A~");
+        assert_eq!(after_prompt(b"  W", true), b"W");
+        assert_eq!(after_prompt(b"  W", false), b"  W");
+        assert!(same(b"where", b"WHERE") && !same(b"wher", b"WHERE") && !same(b"", b"W"));
+    }
+
+    /// Who types at a line of which nobody holds the other end.
+    fn typist(typing: &str) -> (Typist, nix::pty::OpenptyResult) {
+        let pair = nix::pty::openpty(None, None).unwrap();
+        let port = nix::unistd::ttyname(&pair.slave).unwrap().display().to_string();
+        let config = serde_json::json!({"port": port, "typing": typing});
+        (Typist::open(&Configuration::read(&config).unwrap()).unwrap(), pair)
+    }
+
+    #[test]
+    fn lines_are_typed_as_the_cell_file_says_and_errors_name_the_port() {
+        assert!(typist("careful").0.is_careful() && !typist("fast").0.is_careful());
+        let (typist, pair) = typist("careful");
+        let port = nix::unistd::ttyname(&pair.slave).unwrap().display().to_string();
+        let error = typist.error("WHERE", LineFailure::Silent);
+        assert_eq!(
+            (error.port, error.command, error.failure),
+            (port, "WHERE".to_owned(), LineFailure::Silent)
+        );
+        assert!(typist.require_no_new_start("WHERE").is_ok());
+        let begun_anew = Typist { rebooted: true, ..typist };
+        let error = begun_anew.require_no_new_start("WHERE").unwrap_err();
+        assert_eq!(error.failure, LineFailure::Rebooted);
+    }
+}

@@ -151,6 +151,8 @@ fn a_line_whose_echo_is_lost_twice_is_an_error_and_moves_nothing() {
     }
     let error = cell.go(LEFTY).unwrap_err();
     assert!(error.text().contains("was not echoed"), "{error}");
+    let port = cell.emulator.standing().port.unwrap().display().to_string();
+    assert!(error.text().starts_with(&format!("{port}: in `")), "{error}");
     cell.assert_world_at(READY);
 }
 
