@@ -167,6 +167,10 @@ mod tests {
             let [x, z] = columns.xz[0];
             assert!((x.hypot(z - 150.0) - 20.0).abs() < 1e-4, "{x} {z}");
         }
+        // Each stands in the middle of its fifth.
+        for (columns, middle) in table.profiles.iter().zip([-8.0, -4.0, 0.0, 4.0, 8.0]) {
+            assert!((columns.xz[0][0] - middle).abs() < 0.1, "{:?}", columns.xz[0]);
+        }
         assert!(table.has_profile(1) && !table.has_profile(2) && table.profiles[1].xz[1][0].is_nan());
     }
 

@@ -246,10 +246,10 @@ mod tests {
 
     #[test]
     fn a_board_that_is_free_moves_and_one_that_is_known_moves_the_base() {
-        let x = |pose: &IsometryMatrix3<f64>| pose.translation.vector.x;
-        let (base, board) = placed(true);
-        assert!((x(&base) - 5.0).abs() < 1e-9 && (x(&board) + 35.0).abs() < 1e-9, "{base} {board}");
-        let (base, board) = placed(false);
-        assert!((x(&base) - 41.0).abs() < 1e-9 && (x(&board) - 1.0).abs() < 1e-9, "{base} {board}");
+        for (free, expected) in [(true, [5.0, -35.0]), (false, [41.0, 1.0])] {
+            let (base, board) = placed(free);
+            let found = [base, board].map(|pose| pose.translation.vector.x);
+            assert!(found.iter().zip(expected).all(|(one, other)| (one - other).abs() < 1e-9), "{found:?}");
+        }
     }
 }

@@ -2,8 +2,8 @@
 
 use crate::arm_model::{Epochs, Model};
 use crate::effect::{
-    Channel, DrivenBy, EffectId, Family, Passport, Places, Quantity, SKETCH_COLUMNS, Search, Spot, Survey,
-    build, expand, kind, kinds,
+    Channel, DrivenBy, EffectId, Family, Parameter, Passport, Places, Quantity, SKETCH_COLUMNS, Search, Spot,
+    Survey, build, expand, kind, kinds,
 };
 use crate::effect::{acts_by_epoch, parse};
 use crate::table::Table;
@@ -386,6 +386,12 @@ fn what_is_searched_for_is_tried_at_these_places() {
     passport.clocks = (0..136).map(f64::from).collect();
     let moments = inner(&passport, "joint_step");
     assert_eq!((moments.len(), moments[0], moments[1]), (43, 4.0, 7.0));
+    // Rows at which epochs begin are moments, too, where four rows lie on either side.
+    let dated = Model::parse("names.yaml", &ARM.replace("[3, 5]", "[3, 9, 134]")).unwrap();
+    let steps = (kind("joint_step").unwrap().candidates)(&Survey { model: &dated, passport: &passport });
+    let of_elbow: Vec<f64> =
+        steps.iter().filter(|id| id.joint() == Some(2)).filter_map(|id| id.inner).collect();
+    assert_eq!((of_elbow.len(), of_elbow.last()), (44, Some(&8.0)), "{of_elbow:?}");
     passport.greatest_moments = vec![0.0, 0.0, 10.0];
     let knees = inner(&passport, "joint_stiffening");
     let near = |found: &[f64], expected: &[f64]| {
@@ -470,8 +476,11 @@ fn what_changes_a_coordinate_names_its_own_joint() {
             "joint_settling(JOINT)",
             "joint_harmonic(JOINT, 2)",
             "joint_coupling(JOINT, lift)",
+            "joint_step(JOINT)",
         ] {
-            let id = parse(&text.replace("JOINT", name), &model).unwrap();
+            // The moment of a step; the others search for nothing.
+            let inner = text.starts_with("joint_step").then_some(5.0);
+            let id = EffectId { inner, ..parse(&text.replace("JOINT", name), &model).unwrap() };
             assert_eq!(build(&id, &model).unwrap().changes_coordinate(), Some(joint), "{text} of {name}");
         }
     }
@@ -490,4 +499,32 @@ fn what_goes_by_time_is_gradual_unless_it_happens_at_one_moment() {
     let gradual = |name: &str| kind(name).unwrap().changes_gradually();
     assert!(gradual("warm_up") && gradual("drift"));
     assert!(!gradual("joint_step") && !gradual("joint_gain"));
+}
+
+/// An error may be nothing, and has a sign unless it is one that cannot: no kind is plausible on one side alone by a slip.
+#[test]
+fn nothing_at_all_is_a_plausible_size_of_every_number() {
+    let model = model();
+    let spots =
+        [Spot::Joint(0), Spot::Joint(1), Spot::Joint(2), Spot::Base, Spot::Target(0), Spot::Target(1)];
+    let more =
+        [Spot::Instrument, Spot::Sensor, Spot::Axis(0), Spot::Surface(0), Spot::Surface(1), Spot::Surface(2)];
+    let mut found = std::collections::BTreeSet::new();
+    for kind in kinds() {
+        for spot in spots.into_iter().chain(more) {
+            for of in [None, Some(Quantity::Zero), Some(Quantity::Length)] {
+                for (order, inner) in [(None, None), (None, Some(5.0)), (Some(2.0), None)] {
+                    let with = Some(1).filter(|_| kind.name == "joint_coupling");
+                    let id = EffectId { of, order, inner, with, ..EffectId::at(kind.name, spot) };
+                    let Ok(built) = build(&id, &model) else { continue };
+                    found.insert(kind.name);
+                    for Parameter { name, range: (low, high), .. } in built.parameters() {
+                        assert!(low < high && *low <= 0.0 && *high >= 0.0, "{id:?}, {name}: {low} {high}");
+                    }
+                }
+            }
+        }
+    }
+    // All but those of a light stripe, of readings, and of a camera.
+    assert!(found.len() >= 35, "{} of {}: {found:?}", found.len(), kinds().len());
 }
