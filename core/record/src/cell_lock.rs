@@ -143,4 +143,14 @@ mod tests {
         drop(held);
         assert!(!path.exists() && CellLock::holder(&path).is_none());
     }
+
+    /// Somebody who only looks whether it is held holds it for a moment.
+    #[test]
+    fn a_lock_that_is_held_is_tried_again_before_it_is_given_up() {
+        let directory = tempfile::tempdir().expect("a directory");
+        let _held = CellLock::take(directory.path(), "teachmover").expect("free");
+        let begun = std::time::Instant::now();
+        CellLock::take(directory.path(), "teachmover").expect_err("held");
+        assert!(begun.elapsed() >= BETWEEN_TRIES * (TRIES - 1));
+    }
 }
