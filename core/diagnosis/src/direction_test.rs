@@ -596,6 +596,8 @@ mod tests {
         };
         assert!((one(1.0) - 0.05).abs() < 1e-5, "{}", one(1.0));
         assert_eq!(one(0.9), 1.0);
+        let enough = DirectionTest { inliers: ((8.0, DIRECTION_FREEDOM), (80.0, 11.0)), ..test(1.0) };
+        assert!(enough.along() < 0.001, "{}", enough.along());
         let few = DirectionTest { inliers: ((7.0, 7.0), (70.0, 10.0)), ..test(1.0) };
         assert_eq!(few.along(), 1.0, "too few degrees of freedom say nothing");
         let alike = DirectionTest { least_variance: 4.0, ..test(3.098_391) };

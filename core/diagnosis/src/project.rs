@@ -202,6 +202,7 @@ pub(super) fn onto_surface(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use plumb_calibration::arm_model::Model;
 
     #[test]
     fn a_step_goes_to_the_plane_and_no_farther_than_it_may() {
@@ -231,5 +232,61 @@ mod tests {
                 && !surface.is_known(&Vector3::new(0.0, 31.0, 0.0))
         );
         assert!(surface.is_bent_so(&[0.1, 0.5]) && !surface.is_bent_so(&[0.1, 0.7]));
+    }
+
+    /// The elbow angle, deg, at which the tip of the two links is 100 mm along y for an angle of the shoulder, deg.
+    fn elbow_over_table(shoulder: f64) -> f64 {
+        ((100.0 - 200.0 * shoulder.to_radians().sin()) / 150.0).asin().to_degrees() - shoulder
+    }
+
+    /// A planar arm whose sensor triggered over the line y = 100 mm, with further columns and what is in them.
+    fn over_table(columns: &str, values: &str) -> Laboratory {
+        let lines = "sensor: {working_mm: 8, peak_mm: 5}\nfree: []\n\
+                     surfaces: {table: {plane: {normal: [0, 1, 0], offset_mm: 100}}}\n";
+        let model = Model::parse("model.yaml", &format!("{}{lines}", crate::testing::TWO_LINKS)).unwrap();
+        let mut text = format!("q1_deg,q2_deg,on,signal{columns}\n");
+        for row in 0..40 {
+            let shoulder = -10.0 + f64::from(row);
+            text.push_str(&format!("{shoulder},{},table,on{values}\n", elbow_over_table(shoulder)));
+        }
+        let table = Table::parse("table.csv", &text).unwrap();
+        let options = crate::laboratory::Options {
+            holdout: crate::split::Holdout::None,
+            ..crate::laboratory::Options::default()
+        };
+        Laboratory::new(model, table, options).unwrap()
+    }
+
+    #[test]
+    fn poses_are_brought_onto_the_plane_by_the_joint_that_moves_them_up_most() {
+        let lab = over_table("", "");
+        let machine = lab.machine(&[]).unwrap();
+        let state = machine.start();
+        let surface = Surface::of(&lab, &state, &[]).unwrap();
+        assert_eq!((surface.name.as_str(), surface.places.len()), ("table", 40));
+        // Two poses 3 deg beside measured ones and one far from all of them.
+        let [near, other] = [5.5, 20.5].map(elbow_over_table);
+        let text = format!(
+            "q1_deg,q2_deg,on,signal\n8.5,{near},table,on\n17.5,{other},table,on\n-120,-20,table,on\n"
+        );
+        let wide = [(-3.0, 3.0); 2];
+        let mut poses = Table::parse("poses.csv", &text).unwrap();
+        let reached = onto_surface(&lab, &surface, (&state, &[]), &mut poses, &wide).unwrap();
+        assert_eq!(reached, [true, true, false]);
+        for (row, (shoulder, elbow)) in [(5.5, near), (20.5, other)].into_iter().enumerate() {
+            let found: Vec<f64> = poses.q_of(row).iter().map(|q| q.to_degrees()).collect();
+            assert!((found[0] - shoulder).abs() < 0.01 && (found[1] - elbow).abs() < 1e-9, "{found:?}");
+        }
+        // The same where the shoulder may not go so low.
+        let mut poses = Table::parse("poses.csv", &text).unwrap();
+        let narrow = [(7.0_f64.to_radians(), 3.0), (-3.0, 3.0)];
+        let reached = onto_surface(&lab, &surface, (&state, &[]), &mut poses, &narrow).unwrap();
+        assert_eq!(reached, [false, true, false]);
+    }
+
+    #[test]
+    fn where_anything_else_was_read_poses_need_no_plane() {
+        let lab = over_table(",p1_x_mm,p1_y_mm,p1_z_mm", ",,,");
+        assert!(Surface::of(&lab, &lab.machine(&[]).unwrap().start(), &[]).is_none());
     }
 }

@@ -230,3 +230,23 @@ fn an_angle_that_stays_where_it_is_has_no_steps_and_slopes() {
     assert_eq!(kinks(&bent(|_| 30.0)), 0);
     assert!(kinks(&bent(|row| -60.0 + 3.0 * row)) > 0);
 }
+
+#[test]
+fn slopes_and_steps_begin_within_the_range_of_their_angle() {
+    let lab = two_links(60, "joint_zero(*)", 0.05, 71, |_| [0.0; 2]);
+    let elbow: Vec<f64> = (0..60).map(|row| lab.table().q_of(row)[1]).collect();
+    let (low, high) = elbow.iter().fold((f64::MAX, f64::MIN), |(low, high), q| (low.min(*q), high.max(*q)));
+    let probes = grammar::probes(&lab);
+    let places: Vec<f64> = probes
+        .iter()
+        .filter_map(|(form, _)| match form.shape {
+            Shape::Above(angle, at) if angle == Angle::of(1) => Some(at),
+            _ => None,
+        })
+        .collect();
+    assert!(places.len() > 3 && places.iter().all(|at| low < *at && *at < high), "{low} {high} {places:?}");
+    // Spread over the range, and not about one end of it.
+    let least = places.iter().copied().fold(f64::MAX, f64::min);
+    let most = places.iter().copied().fold(f64::MIN, f64::max);
+    assert!(least < low + 0.4 * (high - low) && most > high - 0.4 * (high - low), "{places:?}");
+}

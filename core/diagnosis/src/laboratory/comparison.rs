@@ -448,4 +448,19 @@ mod tests {
         let explainable = lab.compare_in_full(&progress).unwrap().explainable.unwrap();
         assert_eq!(explainable.kinds(), ["pose"], "{explainable:?}");
     }
+
+    #[test]
+    fn rows_outside_the_region_that_a_correction_was_measured_in_are_warned_of() {
+        let mut lab = two_links(30, "", 0.05, 61, |_| [0.0; 2]);
+        let warned = |lab: &Laboratory| {
+            let warnings = lab.compare(&Progress::unwatched()).unwrap().warnings;
+            warnings.iter().any(|warning| matches!(warning, Note::OutsideRegion { outside: 1.., rows: 30 }))
+        };
+        let mut region = lab.measured_region().unwrap();
+        lab.model.measured_region = Some(region.clone());
+        assert!(!warned(&lab));
+        region.joints[1].high = 0.5;
+        lab.model.measured_region = Some(region);
+        assert!(warned(&lab));
+    }
 }
