@@ -111,4 +111,18 @@ mod tests {
         assert_eq!((pictures.stripes, pictures.counts_by_cause()), (3, format!("2 {dark}, 1 {flat}")));
         assert!(pictures.cure().contains("is the laser on"), "{}", pictures.cure());
     }
+
+    #[test]
+    fn stripes_are_spread_evenly_from_the_first_to_the_last_of_the_way() {
+        let scan = |stripes: usize| Scan {
+            from: Vector3::zeros(),
+            way: Vector3::x(),
+            stripes,
+            attitude: Rotation3::identity(),
+            aim: Vector3::zeros(),
+        };
+        assert_eq!([0, 1, 2, 4].map(|stripe| scan(5).fraction(stripe)), [0.0, 0.25, 0.5, 1.0]);
+        assert_eq!([0, 1].map(|stripe| scan(2).fraction(stripe)), [0.0, 1.0]);
+        assert_eq!(scan(1).fraction(0), 0.0, "a single stripe stands where the scan begins");
+    }
 }

@@ -505,3 +505,26 @@ fn end_of_preparation(error: StepError) -> RunEnd {
     };
     RunEnd { outcome, message: describe(&error) }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_preparation_that_is_ended_says_whether_somebody_ended_it_or_something_went_wrong() {
+        let outcome = |interrupt: Interrupt| {
+            let reason = "asked for".to_owned();
+            end_of_preparation(StepError::Interrupted { interrupt, reason }).outcome
+        };
+        assert_eq!(outcome(Interrupt::Abort), RunOutcome::Aborted);
+        assert_eq!(outcome(Interrupt::Signal { by: "SIGTERM", keep: false }), RunOutcome::Aborted);
+        assert_eq!(outcome(Interrupt::Keep), RunOutcome::NeedsOperator);
+        assert_eq!(outcome(Interrupt::Signal { by: "SIGTERM", keep: true }), RunOutcome::NeedsOperator);
+        // Nothing is there yet that could be paused.
+        assert_eq!(outcome(Interrupt::Pause), RunOutcome::Error);
+        assert_eq!(outcome(Interrupt::Stop), RunOutcome::Error);
+        let end = end_of_preparation(StepError::NeedsOperator("nobody is there".to_owned()));
+        assert_eq!(end.outcome, RunOutcome::NeedsOperator);
+        assert_eq!(end_of_preparation(StepError::error("no power")).outcome, RunOutcome::Error);
+    }
+}

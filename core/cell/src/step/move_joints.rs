@@ -488,3 +488,27 @@ impl Engine {
         arm.joints_for_point(&wanted, start, others).map_err(StepError::error)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::other_starts;
+
+    #[test]
+    fn a_point_is_looked_for_from_every_mixture_of_a_fifth_a_half_and_four_fifths_of_each_range() {
+        let starts = other_starts(&["waist", "elbow"], &[(0.0, 10.0), (-2.0, -1.0)]);
+        let numbers: Vec<[f64; 2]> = starts
+            .iter()
+            .map(|start| match &start[..] {
+                [(waist, Some(first)), (elbow, Some(second))] if waist == "waist" && elbow == "elbow" => {
+                    [*first, *second]
+                }
+                other => panic!("{other:?}"),
+            })
+            .collect();
+        let expected = [2.0, 5.0, 8.0].map(|first| [-1.8, -1.5, -1.2].map(|second| [first, second]));
+        assert_eq!(numbers.len(), 9);
+        for (found, expected) in numbers.iter().flatten().zip(expected.iter().flatten().flatten()) {
+            assert!((found - expected).abs() < 1e-12, "{numbers:?}");
+        }
+    }
+}

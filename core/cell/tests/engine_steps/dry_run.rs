@@ -53,3 +53,12 @@ fn the_least_time_is_that_of_the_first_turn_of_what_may_end_early() {
     assert!(plan.estimate_s > 3.5 * least, "{} {least}", plan.estimate_s);
     assert_eq!(plan.repetitions.iter().map(|one| one.turns).collect::<Vec<_>>(), [4]);
 }
+
+#[test]
+fn a_correction_of_a_sensor_takes_one_exchange_with_it() {
+    let steps = "steps:
+  - {id: scale, do: {correct: {sensor: eye, ask: false, parameters: {gain: {factor: 1.01, uncertainty: 0.001, plausible: 0.1}}}}}
+";
+    let plan = planned(steps, true);
+    assert_eq!(plan.steps.iter().map(|step| step.estimate_s).collect::<Vec<_>>(), [Some(0.02)]);
+}
