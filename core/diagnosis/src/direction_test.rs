@@ -658,4 +658,15 @@ mod tests {
         let view = view(&projected, &DVector::zeros(0));
         assert!(view.kept.iter().enumerate().all(|(row, kept)| *kept == (row != 7)));
     }
+
+    #[test]
+    fn sites_come_by_what_is_left_across_their_motion_for_each_degree_of_freedom() {
+        let wave = |q: [f64; 2]| [0.0, 0.002 * (7.0 * q[1]).sin()];
+        let lab = crate::testing::two_links(60, "joint_zero(*)", 0.05, 4, wave);
+        let fitted = lab.fit_with(&[], None, &plumb_estimation::Progress::unwatched()).unwrap();
+        let tests = lab.direction_tests(&fitted, &FLOOR);
+        assert!(tests.len() > 1 && tests[0].spot == Spot::Joint(1), "{tests:?}");
+        let ratios: Vec<f64> = tests.iter().map(|test| test.across.0 / test.across.1).collect();
+        assert!(ratios.windows(2).all(|pair| pair[0] <= pair[1]), "{ratios:?}");
+    }
 }

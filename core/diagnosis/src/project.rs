@@ -286,7 +286,10 @@ mod tests {
 
     #[test]
     fn where_anything_else_was_read_poses_need_no_plane() {
-        let lab = over_table(",p1_x_mm,p1_y_mm,p1_z_mm", ",,,");
-        assert!(Surface::of(&lab, &lab.machine(&[]).unwrap().start(), &[]).is_none());
+        for (columns, values) in [(",p1_x_mm,p1_y_mm,p1_z_mm", ",,,"), (",height_mm", ",0")] {
+            let lab = over_table(columns, values);
+            let state = lab.machine(&[]).unwrap().start();
+            assert!(Surface::of(&lab, &state, &[]).is_none(), "{columns}");
+        }
     }
 }
