@@ -333,4 +333,13 @@ mod tests {
         assert!(refused(Answer::Number { value: 1.0 }, &kind).starts_with("this is another kind of answer"));
         assert!(check_answer(&Answer::Done, &PromptKind::Photo).is_err());
     }
+
+    #[test]
+    fn a_text_is_taken_up_to_its_greatest_length() {
+        let kind = PromptKind::Text { longest: 5 };
+        let text = |text: &str| Answer::Text { text: text.to_owned() };
+        assert_eq!(check_answer(&text("eight"), &kind), Ok(()));
+        assert_ne!(check_answer(&text("eleven"), &kind), Ok(()));
+        assert_ne!(refused(text("eleven"), &kind), refused(Answer::Done, &kind), "the kind was right");
+    }
 }
