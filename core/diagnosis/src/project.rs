@@ -241,7 +241,7 @@ mod tests {
 
     /// A planar arm whose sensor triggered over the line y = 100 mm, with further columns and what is in them.
     fn over_table(columns: &str, values: &str) -> Laboratory {
-        let lines = "sensor: {working_mm: 8, peak_mm: 5}\nfree: []\n\
+        let lines = "sensor: {working_mm: 8, peak_mm: 5}\nlevel: {after: elbow}\nfree: []\n\
                      surfaces: {table: {plane: {normal: [0, 1, 0], offset_mm: 100}}}\n";
         let model = Model::parse("model.yaml", &format!("{}{lines}", crate::testing::TWO_LINKS)).unwrap();
         let mut text = format!("q1_deg,q2_deg,on,signal{columns}\n");
@@ -286,7 +286,9 @@ mod tests {
 
     #[test]
     fn where_anything_else_was_read_poses_need_no_plane() {
-        for (columns, values) in [(",p1_x_mm,p1_y_mm,p1_z_mm", ",,,"), (",height_mm", ",0")] {
+        for (columns, values) in
+            [(",p1_x_mm,p1_y_mm,p1_z_mm", ",,,"), (",height_mm", ",0"), (",tilt_y_deg", ",0")]
+        {
             let lab = over_table(columns, values);
             let state = lab.machine(&[]).unwrap().start();
             assert!(Surface::of(&lab, &state, &[]).is_none(), "{columns}");
