@@ -39,6 +39,18 @@ fn backlash_does_not_show_when_the_edge_is_approached_from_one_side() {
 }
 
 #[test]
+fn a_start_is_where_the_arm_truly_is_whatever_cables_drag_along() {
+    // The elbow begins at -78 deg: dragged along by that, a hand that truly is 20 mm open would be 19 mm beyond closed.
+    let drag: &[(&str, &str)] = &[(
+        "zero_error: {waist_deg: 1.7, shoulder_deg: -2.4, elbow_deg: 1.3}",
+        "cable_drag: {gripper_mm_per_elbow_deg: 0.5}",
+    )];
+    let truth = world_with("world-ideal.yaml", drag).truth();
+    assert!((truth.attitudes.of(Joint::Gripper) - 20.0).abs() < 1e-9);
+    assert!((truth.attitudes.of(Joint::Elbow).to_degrees() + 78.0).abs() < 1e-9);
+}
+
+#[test]
 fn a_drive_without_play_finds_an_edge_at_one_pose_from_both_sides() {
     let mut world = world("world-ideal.yaml");
     down_over_white(&mut world);
