@@ -149,7 +149,7 @@ impl Record {
     }
 
     /// The corrections of a run that were taken back before it ended, each with the revision that did so: its operator went back past the step
-    /// that had applied them. While a run goes on nobody else rolls back.
+    /// that had applied them. What a rollback brought back, and what had been replaced before that, was not taken back. While a run goes on nobody else rolls back.
     ///
     /// # Errors
     /// When the record cannot be read.
@@ -161,7 +161,11 @@ impl Record {
                  JOIN corrections AS back ON back.cell = found.cell AND back.device = found.device \
                  AND back.quantity = found.quantity AND back.place = found.place AND back.run IS NULL \
                  AND back.step = ?2 AND back.revision > found.revision \
-                 WHERE found.run = ?1 AND (runs.ended IS NULL OR back.proposed <= runs.ended) GROUP BY found.id",
+                 WHERE found.run = ?1 AND (runs.ended IS NULL OR back.proposed <= runs.ended) \
+                 AND found.revision > coalesce((SELECT max(kept.revision) FROM corrections AS kept \
+                 WHERE kept.cell = back.cell AND kept.device = back.device AND kept.quantity = back.quantity \
+                 AND kept.place = back.place AND kept.revision < back.revision AND kept.new = back.new), 0) \
+                 GROUP BY found.id",
             )
             .during("look for corrections taken back")?;
         let rows = statement

@@ -69,6 +69,23 @@ fn a_rollback_brings_the_uncertainty_and_its_budget_back_with_the_value() {
 }
 
 #[test]
+fn what_was_taken_back_while_a_run_went_on_is_told_with_the_revision_that_did_so() {
+    let (_directory, mut record, run) = record();
+    let first = put_in_force(&mut record, run, "first", &[zero("waist", 0.0, 1.0)]);
+    assert_eq!(record.undone_in_run(run).expect("nothing yet"), vec![]);
+    put_in_force(&mut record, run, "second", &[zero("waist", 1.0, 5.0), zero("elbow", 0.0, -2.0)]);
+    let back = record.roll_back(CELL, "arm", first, "went back").expect("a rollback").revision;
+    // Both of the second step's corrections, not the first step's: that is in force again.
+    let taken_back = proposals(&record, run).into_iter().filter(|one| one.step == "second");
+    let taken_back: Vec<(i64, i64)> = taken_back.map(|one| (one.id, back)).collect();
+    assert_eq!(taken_back.len(), 2);
+    assert_eq!(record.undone_in_run(run).expect("what was taken back"), taken_back);
+    // Another run has taken nothing back.
+    let other = record.start_run(&NewRun { cell: CELL.into(), ..NewRun::default() }).expect("a run");
+    assert_eq!(record.undone_in_run(other).expect("nothing"), vec![]);
+}
+
+#[test]
 fn revision_0_is_what_was_before_anything_was_corrected() {
     let (_directory, mut record, run) = record();
     put_in_force(&mut record, run, "first", &[zero("waist", 0.25, 1.0)]);
