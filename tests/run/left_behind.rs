@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use nix::sys::signal::Signal;
 use plumb_cell::device::CellPlace;
 
-use crate::lab::{Lab, command_of, processes_of};
+use crate::lab::{Lab, command_of, hosts_of, processes_of, wait_gone};
 
 /// Everything in shared memory that belongs to the lab's cell.
 fn in_shared_memory(lab: &Lab) -> Vec<PathBuf> {
@@ -68,8 +68,12 @@ fn what_a_killed_run_leaves_is_told_and_removed_by_the_doctor() {
         "{}",
         while_it_runs.all()
     );
+    let hosts = hosts_of(program);
+    assert!(!hosts.is_empty());
     running.signal(Signal::SIGKILL);
     running.end();
+    // Each ends once its device is put away; on a busy machine that takes a moment.
+    hosts.into_iter().for_each(wait_gone);
 
     let told = lab.plumb(&["doctor", "cell.yaml"]);
     assert_eq!(told.code(), 1, "{}", told.all());
