@@ -397,8 +397,9 @@ mod tests {
 
     #[test]
     fn a_joint_that_rises_under_its_load_is_warned_of_and_one_that_gives_way_is_not() {
-        let rises = |told: &Diagnosis| {
-            told.warnings
+        let rises = |diagnosis: &Diagnosis| {
+            diagnosis
+                .warnings
                 .iter()
                 .any(|warning| matches!(warning, Note::RisesUnderLoad(label) if label.contains("elbow")))
         };

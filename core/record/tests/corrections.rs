@@ -69,7 +69,7 @@ fn a_rollback_brings_the_uncertainty_and_its_budget_back_with_the_value() {
 }
 
 #[test]
-fn what_was_taken_back_while_a_run_went_on_is_told_with_the_revision_that_did_so() {
+fn what_was_taken_back_while_a_run_went_on_is_listed_with_the_revision_that_did_so() {
     let (_directory, mut record, run) = record();
     let first = put_in_force(&mut record, run, "first", &[zero("waist", 0.0, 1.0)]);
     assert_eq!(record.undone_in_run(run).expect("nothing yet"), vec![]);

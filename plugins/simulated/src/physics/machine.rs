@@ -139,7 +139,7 @@ impl Machine {
         self.body.balance(conditions, yielded).0
     }
 
-    /// How the arm would stand if nothing yielded or had changed and its drives stood so, rad or mm; nothing hangs on it.
+    /// The arm's posture at these values of its drives (rad or mm) if nothing yielded or had changed, without a payload.
     pub fn stiff(&self, drives: &[f64]) -> Stance {
         let body = &self.body;
         body.loaded(&body.arm, drives.to_vec(), &Yielding::none(drives.len()), 0.0).0

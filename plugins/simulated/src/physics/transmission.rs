@@ -20,7 +20,7 @@ impl Transmission {
         }
     }
 
-    /// The joints' values when the drives stand so, rad or mm.
+    /// The joints' values at these values of the drives, rad or mm.
     pub fn joints(&self, drives: &[f64]) -> Vec<f64> {
         match self {
             Self::Direct => drives.to_vec(),
@@ -32,12 +32,15 @@ impl Transmission {
     pub fn on_drives(&self, moments: &[f64]) -> Vec<f64> {
         match self {
             Self::Direct => moments.to_vec(),
-            Self::Matrix(rows) => (0..self.drives(moments.len()))
-                .map(|drive| {
-                    let shares = rows.iter().zip(moments);
-                    shares.map(|(row, moment)| row.get(drive).copied().unwrap_or(0.0) * moment).sum()
-                })
-                .collect(),
+            Self::Matrix(rows) => {
+                let mut held = vec![0.0; self.drives(moments.len())];
+                for (row, moment) in rows.iter().zip(moments) {
+                    for (sum, share) in held.iter_mut().zip(row) {
+                        *sum += share * moment;
+                    }
+                }
+                held
+            }
         }
     }
 }

@@ -276,8 +276,8 @@ mod tests {
             drives in prop::array::uniform6(-1.5..1.5_f64), load in 0.0..0.454_f64,
         ) {
             let mechanism = mechanism();
-            let stood = attitudes(&mechanism, drives, load);
-            let back = Joints::of_drives(&mechanism.machine().command_for(&stood.0, &under(load)));
+            let reached = attitudes(&mechanism, drives, load);
+            let back = Joints::of_drives(&mechanism.machine().command_for(&reached.0, &under(load)));
             prop_assert!(back.minus(&Joints(drives)).largest() < 1e-12);
         }
     }
