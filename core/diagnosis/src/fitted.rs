@@ -30,15 +30,21 @@ impl Fitted<'_> {
         losses.sum()
     }
 
-    /// Squared errors of the fitted rows, in sigmas.
-    pub(crate) fn row_squares(&self) -> Vec<f64> {
+    /// Residuals of the fitted rows, in sigmas: rows by their equations.
+    pub(crate) fn row_residuals(&self) -> Vec<Vec<f64>> {
         let (observations, residuals) = (self.machine.observations, &self.fit.residuals);
-        let squares = self.fit.rows.iter().map(|row| {
+        let rows = self.fit.rows.iter().map(|row| {
             let own = residuals.get(observations.range(*row)).unwrap_or(&[]);
             let equations = own.iter().zip(observations.of_row(*row));
-            equations.map(|(residual, equation)| (residual / equation.sigma).powi(2)).sum()
+            equations.map(|(residual, equation)| residual / equation.sigma).collect()
         });
-        squares.collect()
+        rows.collect()
+    }
+
+    /// Squared errors of the fitted rows, in sigmas.
+    #[cfg(test)]
+    fn row_squares(&self) -> Vec<f64> {
+        self.row_residuals().iter().map(|row| row.iter().map(|one| one * one).sum()).collect()
     }
 
     /// Fitted rows that are not wild.

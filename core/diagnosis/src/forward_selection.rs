@@ -37,8 +37,8 @@ pub(crate) struct Contender {
     pub(crate) outvoted: bool,
     /// Sum of squares it leaves, declared sigmas squared, and their degrees of freedom.
     pub(crate) left: (f64, f64),
-    /// Of an event that was refitted: squared errors of the fitted rows, in sigmas.
-    pub(crate) row_squares: Vec<f64>,
+    /// Of an event that was refitted: residuals of the fitted rows, in sigmas, rows by their equations.
+    pub(crate) row_residuals: Vec<Vec<f64>>,
 }
 
 impl Contender {
@@ -139,7 +139,7 @@ impl Laboratory {
                     refitted: false,
                     outvoted: false,
                     left: score.left,
-                    row_squares: Vec::new(),
+                    row_residuals: Vec::new(),
                     score,
                 }
             })
@@ -243,7 +243,7 @@ impl Laboratory {
             contender.refitted = true;
             // Events are compared row by row (Vuong 1989, see `epochs/rivals.rs`).
             if kind(&contender.id.name).is_some_and(|kind| kind.is_event) {
-                contender.row_squares = refit.row_squares();
+                contender.row_residuals = refit.row_residuals();
             }
             let squares = refit.fit.normal.squares;
             contender.left = (squares, f64::max(equations - refit.fit.rank() as f64, 1.0));

@@ -82,7 +82,7 @@ pub(crate) fn contender(name: &str, joint: usize, bic: f64) -> Contender {
         strength: 1.0,
     };
     Contender {
-        row_squares: Vec::new(),
+        row_residuals: Vec::new(),
         id: EffectId::at(name, Spot::Joint(joint)),
         score,
         holm_p: 1e-10,

@@ -1,9 +1,12 @@
 //! Explanations by epoch that the rows cannot tell apart.
 //!
-//! Two models that are not nested are compared by how their squared errors differ from row to row (Vuong, Likelihood ratio tests
-//! for model selection and non-nested hypotheses, Econometrica 57, 1989); neighbouring rows err alike, so that the variance is
-//! that of a series (Newey and West 1987). Schwarz's criterion alone takes every difference for evidence, also one that comes
-//! from what both models lack.
+//! Two models that are not nested are compared by how their squared errors differ, beside the standard error of that difference
+//! (Vuong, Likelihood ratio tests for model selection and non-nested hypotheses, Econometrica 57, 1989). The standard error is that
+//! under the better of the two (Cox 1962, Further results on tests of separate families of hypotheses): of a difference `d` between
+//! two predictions and a residual `r` of the better one, the squares differ by `d^2 + 2 d r`, and only `2 d r` is chance. The scatter of
+//! the whole difference about its mean would grow with `d`, so that what happened at one row could hardly be distinguished however badly the other
+//! explains it. Neighbouring rows err alike, so that the variance is that of a series (Newey and West 1987). Schwarz's criterion alone
+//! takes every difference for evidence, also one that comes from what both models lack.
 
 use super::search::long_run_variance_ratio;
 use crate::forward_selection::{Contender, Stage};
@@ -49,18 +52,27 @@ pub(crate) fn with_rivals(stage: &Stage<'_>, mut close: Vec<usize>) -> Vec<usize
 
 /// Whether the rows cannot tell one event from a better one.
 fn is_rival(other: &Contender, best: &Contender) -> bool {
-    let (own, least) = (&other.row_squares, &best.row_squares);
+    let (own, least) = (&other.row_residuals, &best.row_residuals);
     !own.is_empty() && own.len() == least.len() && !differs(own, least)
 }
 
-/// Whether squared errors differ by more than [`RIVAL_ERRORS`] standard errors of their sum.
-fn differs(own: &[f64], least: &[f64]) -> bool {
-    let count = own.len() as f64;
-    let differences: Vec<f64> = own.iter().zip(least).map(|(own, least)| own - least).collect();
-    let total: f64 = differences.iter().sum();
-    let about_mean: Vec<f64> = differences.iter().map(|one| one - total / count).collect();
-    let variance: f64 = about_mean.iter().map(|one| one * one).sum();
-    total > RIVAL_ERRORS * (variance * long_run_variance_ratio(&about_mean)).sqrt()
+/// Whether the squared errors of two models differ by more than [`RIVAL_ERRORS`] standard errors of their sum, as these are if the second,
+/// the better one, is right. Residuals in sigmas: rows by their equations.
+fn differs(own: &[Vec<f64>], least: &[Vec<f64>]) -> bool {
+    let rows = || own.iter().zip(least);
+    let total: f64 = rows().map(|(own, least)| squares(own) - squares(least)).sum();
+    let chance: Vec<f64> = rows().map(|(own, least)| 2.0 * product_with_difference(own, least)).collect();
+    let variance: f64 = chance.iter().map(|one| one * one).sum();
+    total > RIVAL_ERRORS * (variance * long_run_variance_ratio(&chance)).sqrt()
+}
+
+fn squares(row: &[f64]) -> f64 {
+    row.iter().map(|one| one * one).sum()
+}
+
+/// By how much a row's predictions differ, times its residuals under the better model.
+fn product_with_difference(own: &[f64], least: &[f64]) -> f64 {
+    own.iter().zip(least).map(|(own, least)| (own - least) * least).sum()
 }
 
 #[cfg(test)]
@@ -79,33 +91,56 @@ mod tests {
     }
 
     #[test]
-    fn a_rival_has_row_squares_of_the_same_rows_that_do_not_differ() {
-        let with = |row_squares: Vec<f64>| Contender { row_squares, ..contender("joint_step", 0, 0.0) };
-        let best = with((0..100).map(|row| f64::from(row % 3)).collect());
-        assert!(is_rival(&with(best.row_squares.clone()), &best));
-        let worse: Vec<f64> = best
-            .row_squares
-            .iter()
-            .zip(0..)
-            .map(|(square, row)| square + 1.0 + 0.1 * f64::from(row % 2))
-            .collect();
+    fn a_rival_has_residuals_of_the_same_rows_that_do_not_differ() {
+        let with =
+            |row_residuals: Vec<Vec<f64>>| Contender { row_residuals, ..contender("joint_step", 0, 0.0) };
+        let best = with(noise(100, 5));
+        assert!(is_rival(&with(best.row_residuals.clone()), &best));
+        let worse = best.row_residuals.iter().map(|row| vec![row[0] + 1.0]).collect();
         assert!(!is_rival(&with(worse), &best));
         assert!(!is_rival(&with(Vec::new()), &with(Vec::new())), "nothing was compared");
-        assert!(!is_rival(&with(vec![1.0; 99]), &best), "other rows");
+        assert!(!is_rival(&with(noise(99, 5)), &best), "other rows");
+    }
+
+    /// Rows of one equation with noise of one sigma.
+    fn noise(rows: usize, seed: u64) -> Vec<Vec<f64>> {
+        let mut random = Random::seeded(seed);
+        (0..rows).map(|_| vec![random.normal()]).collect()
+    }
+
+    /// The same with predictions that are off by so much from a row on.
+    fn off_from(row: usize, by: f64, least: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let rows = least.iter().enumerate();
+        rows.map(|(at, own)| vec![own[0] + if at >= row { by } else { 0.0 }]).collect()
     }
 
     #[test]
-    fn squared_errors_differ_when_every_row_says_so_and_not_when_a_few_do() {
-        let mut random = Random::seeded(3);
-        let least: Vec<f64> = (0..200).map(|_| random.normal().powi(2)).collect();
-        let everywhere: Vec<f64> = least.iter().map(|square| square + 1.0 + 0.2 * random.normal()).collect();
-        assert!(differs(&everywhere, &least));
-        let here_and_there: Vec<f64> = least
-            .iter()
-            .enumerate()
-            .map(|(row, square)| square + if row % 40 == 7 { 20.0 } else { 0.0 })
-            .collect();
-        assert!(!differs(&here_and_there, &least));
+    fn what_is_off_since_a_row_differs_the_more_the_farther_it_is_off() {
+        // Off by d in n rows of noise s the squares differ by n d^2, with a standard error of 2 s d sqrt(n): sqrt(n) d / 2 s of them.
+        let least = noise(400, 3);
+        for (rows, by, expected) in
+            [(60, 0.6, false), (60, 2.0, true), (60, 8.0, true), (300, 0.25, false), (300, 0.9, true)]
+        {
+            assert_eq!(
+                differs(&off_from(400 - rows, by, &least), &least),
+                expected,
+                "{rows} rows off by {by}"
+            );
+        }
         assert!(!differs(&least, &least));
+        assert!(!differs(&least, &off_from(340, 2.0, &least)), "the better one is no worse than the other");
+    }
+
+    #[test]
+    fn what_both_models_lack_is_no_evidence_for_one_of_them() {
+        // Off by one sigma in half of 200 rows: five standard errors of independent rows. Where both lack a slow drift of two sigmas neighbours err alike, and count as few.
+        let drifting: Vec<Vec<f64>> = noise(200, 4)
+            .iter()
+            .zip(0..)
+            .map(|(row, at)| vec![row[0] + 2.0 * (f64::from(at) / 12.0).sin()])
+            .collect();
+        let independent = noise(200, 4);
+        assert!(differs(&off_from(100, 1.0, &independent), &independent));
+        assert!(!differs(&off_from(100, 1.0, &drifting), &drifting));
     }
 }
