@@ -88,6 +88,15 @@ const REFUSED_STEPS: usize = 3;
 /// are promised again and again, and never come.
 const UNKEPT_PROMISE: f64 = 3e-4;
 
+/// Damping from which a step is short and goes down the gradient: there any smooth sum of squares falls by what its gradient promises, however it is curved.
+const DOWN_THE_GRADIENT: f64 = 1.0;
+
+/// Share of the promise below which such a step shows that the derivatives are not those of the residuals (Moré 1978, section 4: a quarter, from which on a step counts as bad).
+const BROKEN_PROMISE: f64 = 0.25;
+
+/// Broken promises in a row that end a descent whose gains are as small as [`UNKEPT_PROMISE`]: ever shorter steps would come no nearer.
+const BROKEN_PROMISES: usize = 3;
+
 /// Fraction of the sum of squares below which the gain of a refused step counts as none.
 const NEGLIGIBLE: f64 = 1e-8;
 
@@ -142,7 +151,7 @@ pub fn descend_from<P: Problem>(
 ) -> Result<Descent<P::State>, Cancelled> {
     let scales = normal.matrix.diagonal();
     let damping = Damping { value: settings.damping, growth: 2.0 };
-    let mut run = Run { problem, held, state, normal, scales, damping, idle: 0, refused: 0 };
+    let mut run = Run { problem, held, state, normal, scales, damping, idle: 0, refused: 0, broken: 0 };
     for step in 0..settings.steps {
         progress.check()?;
         if let Some(converged) = run.step() {
@@ -189,6 +198,8 @@ struct Run<'a, P: Problem> {
     idle: usize,
     /// Refused steps in a row.
     refused: usize,
+    /// Steps in a row that were short and gained less than their gradient promised.
+    broken: usize,
 }
 
 impl<P: Problem> Run<'_, P> {
@@ -219,9 +230,12 @@ impl<P: Problem> Run<'_, P> {
         if finite && gain_ratio > LEAST_GAIN_RATIO {
             self.idle = if gain <= no_gain { self.idle + 1 } else { 0 };
             self.refused = 0;
+            let is_broken = self.damping.value > DOWN_THE_GRADIENT && gain_ratio < BROKEN_PROMISE;
+            self.broken = if is_broken { self.broken + 1 } else { 0 };
             (self.state, self.normal) = (state, normal);
             self.damping.accept(gain_ratio);
-            return None;
+            let ends = self.broken >= BROKEN_PROMISES && gain <= UNKEPT_PROMISE * self.normal.squares;
+            return ends.then_some(true);
         }
         self.refuse(predicted)
     }

@@ -228,12 +228,29 @@ fn ten_steps_in_a_row_that_gain_next_to_nothing_end_a_descent() {
     // Where the full step promises nothing either, it has converged at once.
     let flat = MadeUp { gradient: 0.05, squares: |taken| 1000.0 - 1e-6 * f64::from(taken), finite: true };
     assert_eq!(ended(&flat, CAREFUL), (0, 0, true));
-    // A step that gains something in between begins the count anew.
+    // A step that gains something in between begins the count anew. It lets the damping fall to a tenth, where a step promises ten times as much, and keeps half of it as well.
     let moving = MadeUp {
         gradient: 1.0,
-        squares: |taken| 1000.0 - 1e-6 * f64::from(taken) - if taken > 5 { 0.01 } else { 0.0 },
+        squares: |taken| {
+            1000.0
+                - 1e-6 * f64::from(taken)
+                - if taken > 5 { 0.01 + 1e-5 * f64::from(taken - 5) } else { 0.0 }
+        },
         finite: true,
     };
     let (state, ..) = ended(&moving, 1e6);
     assert!(state > 12, "{state}");
+}
+
+#[test]
+fn short_steps_that_break_their_promise_three_times_end_a_descent_whose_gains_are_small() {
+    // Under a damping of 10 a step promises 69; it gains 0.2, where three ten-thousandths of the squares are 0.3.
+    let broken = MadeUp { gradient: 20.0, squares: |taken| 1000.0 - 0.2 * f64::from(taken), finite: true };
+    assert_eq!(ended(&broken, 10.0), (3, 2, true));
+    // Gains that matter are taken, whatever was promised.
+    let worthwhile =
+        MadeUp { gradient: 20.0, squares: |taken| 1000.0 - 0.4 * f64::from(taken), finite: true };
+    assert!(ended(&worthwhile, 10.0).0 > 50);
+    // A step under little damping is long: that it gains less shows only that the surroundings are curved.
+    assert!(ended(&broken, CAREFUL).0 > 3);
 }
