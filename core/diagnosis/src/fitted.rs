@@ -194,7 +194,8 @@ impl Laboratory {
         Ok(Fitted { machine, fit })
     }
 
-    /// Fits the model with `more` effects and a probe, robustly, to all rows that are not held out.
+    /// Fits the model with `more` effects and a probe, robustly, to all rows that are not held out, by one step from where its score expects the fit: which rows
+    /// lie outside the scatter does not depend on the last digits.
     pub(crate) fn fit_probe<'a>(
         &'a self,
         more: &[AddedEffect],
@@ -206,7 +207,7 @@ impl Laboratory {
         machine.admit(probe.id.clone(), Arc::clone(&probe.effect), score.values.clone());
         let (rows, ones) = (self.measured_rows(), vec![1.0; self.table().len()]);
         let start = start_toward(&machine, near, &score.beside, (&rows, &ones));
-        let fit = machine.refit(&start, &rows, &ones, self.options().fit, progress)?;
+        let fit = machine.refit_by_one_step(&start, &rows, &ones, self.options().fit, progress)?;
         Ok(Fitted { machine, fit })
     }
 

@@ -188,6 +188,39 @@ pub(super) fn refit(
     Ok(fit)
 }
 
+/// Damping of a single robust step, relative to the scales of the numbers (Marquardt 1963). Along what the rows determine by less than a three-hundredth (its root) of what they
+/// determine one number by, an undamped step leads as far as the noise says, and far off no surroundings are flat.
+const ONE_STEP_DAMPING: f64 = 1e-5;
+
+/// Where one robust step on the tangent at a start leads; nothing where that leaves more than staying, where the table is too large for it, or the rows are too few.
+pub(super) fn one_step(
+    machine: &ResidualModel<'_>,
+    start: &State,
+    rows: &[usize],
+    weights: Vec<f64>,
+) -> Result<Option<Fit>, FitError> {
+    let start = Start::at(machine, start.clone(), (rows, &weights));
+    let factor = start.factor();
+    if factor.rank() >= start.normal.equations {
+        return Ok(None);
+    }
+    let Some(tangent) = Tangent::at(machine, &start.state, rows, None) else { return Ok(None) };
+    let damped = tangent.damped(&(start.normal.matrix.diagonal() * ONE_STEP_DAMPING));
+    let (step, weights) = damped.settle(weights, &factor.dependent, factor.rank());
+    let state = start.state.stepped(machine.slots(), step.as_slice());
+    if !state.is_finite() {
+        return Ok(None);
+    }
+    let normal = machine.normal(&state, rows, &weights, &[]);
+    // Written so that what is not a number is no better.
+    let is_better = normal.squares <= damped.squares(&weights);
+    if !is_better {
+        return Ok(None);
+    }
+    let descent = Descent { state, normal, steps: 1, converged: true };
+    finish(machine, descent, rows.to_vec(), weights, 1).map(Some)
+}
+
 /// Rounds in which numbers that were held may be let go because the place reached shows them.
 const ROUNDS: usize = 4;
 

@@ -58,6 +58,14 @@ impl<'t> Tangent<'t> {
         Some(Self { machine, rows, residuals, jacobian: block.jacobian, first, known })
     }
 
+    /// The same with steps damped: so much is added to the diagonal of the normal equations.
+    pub(super) fn damped(mut self, diagonal: &DVector<f64>) -> Self {
+        for (index, damping) in diagonal.iter().enumerate() {
+            self.known.matrix[(index, index)] += damping;
+        }
+        self
+    }
+
     /// Weights every row by how far it lies from the fit with these weights, again and again until nothing changes. Returns the
     /// step to that fit, and the weights, one per row of the table.
     pub(super) fn settle(

@@ -251,3 +251,32 @@ fn a_robust_fit_that_misses_the_rows_it_trusts_by_more_than_the_plain_one_is_not
     assert!(worse_than_plain(&machine, (&state(0.004), &weights), &state(0.0), &rows).is_none());
     assert!(worse_than_plain(&machine, (&state(f64::NAN), &weights), &state(0.0), &rows).is_some());
 }
+
+#[test]
+fn one_robust_step_from_near_is_the_whole_fit_and_without_scatter_a_whole_fit_is_made() {
+    let mut table = measured(60, 0.05, 13);
+    for row in [4, 17, 40] {
+        table.positions[0].xyz[row][1] += 5.0;
+    }
+    let model = Model::parse("planar.yaml", PLANAR).unwrap();
+    let observations = Observations::new(&model, &table).unwrap();
+    let added = |text: &str| AddedEffect { id: parse(text, &model).unwrap(), values: Vec::new() };
+    let machine = ResidualModel::new(&model, &table, &observations, &BOTH.map(added)).unwrap();
+    let (rows, ones): (Vec<usize>, Vec<f64>) = ((0..60).collect(), vec![1.0; 60]);
+    let near = State { effects: vec![vec![0.003], vec![1.0]], ..machine.start() };
+    let whole = machine.refit(&near, &rows, &ones, FitOptions::default(), &Progress::default()).unwrap();
+    let one = super::outcome::one_step(&machine, &near, &rows, ones.clone()).unwrap().unwrap();
+    assert_eq!(one.convergence.steps, 1);
+    for (index, (one_step, descent)) in one.state.effects.iter().zip(&whole.state.effects).enumerate() {
+        let error = whole.covariance[(index, index)].sqrt();
+        assert!((one_step[0] - descent[0]).abs() < 0.05 * error, "{one_step:?} {descent:?} +- {error}");
+    }
+    assert!((one.scale / whole.scale - 1.0).abs() < 0.01 && one.weights[17] < 0.1);
+    // As many numbers as equations leave no scatter to weigh rows by.
+    assert!(super::outcome::one_step(&machine, &near, &[], ones.clone()).unwrap().is_none());
+    let whole = machine.refit_by_one_step(&near, &[], &ones, FitOptions::default(), &Progress::default());
+    assert!(
+        matches!(whole, Err(FitError::TooFewRows { equations: 0, .. })),
+        "a whole fit says what is wrong"
+    );
+}
