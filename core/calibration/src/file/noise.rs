@@ -12,7 +12,7 @@ const KNOWN: [&str; 7] = ["p1_mm", "p1_deg", "tilt_deg", "touch_mm", "board_mm",
 
 /// The column of one number whose noise a key declares.
 fn of_scalar(key: &str) -> Option<&'static Scalar> {
-    SCALARS.iter().find(|scalar| scalar.header() == key).copied()
+    SCALARS.iter().find(|scalar| scalar.key() == key).copied()
 }
 
 impl Checker<'_> {
@@ -46,7 +46,7 @@ impl Checker<'_> {
                     }
                     _ => {
                         let message = format!("no noise `{name}` is known");
-                        let scalars: Vec<String> = SCALARS.iter().map(|scalar| scalar.header()).collect();
+                        let scalars: Vec<String> = SCALARS.iter().map(|scalar| scalar.key()).collect();
                         let known = KNOWN.into_iter().chain(scalars.iter().map(String::as_str));
                         self.problems.add(key.span, message, did_you_mean(name, known));
                     }

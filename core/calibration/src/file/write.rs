@@ -329,9 +329,8 @@ fn noise(out: &mut String, noise: &Noise) -> std::fmt::Result {
         ("profile_mm", noise.profile),
         ("board_deg", noise.board_turn.map(f64::to_degrees)),
     ];
-    let scalars = SCALARS
-        .iter()
-        .filter_map(|scalar| noise.of(scalar).map(|sigma| (scalar.header(), scalar.shown(sigma))));
+    let scalars =
+        SCALARS.iter().filter_map(|scalar| noise.of(scalar).map(|sigma| (scalar.key(), scalar.shown(sigma))));
     let others = others.into_iter().filter_map(|(key, sigma)| sigma.map(|sigma| (key.to_owned(), sigma)));
     let others = scalars.chain(others);
     let entries =

@@ -227,12 +227,19 @@ impl Table {
         self.lines.is_empty()
     }
 
-    /// The values of a column of one number, mm or rad, if the table has it.
+    /// The values of a column of one number, mm or rad, if the table has it; of the first target's, where targets have columns of their own.
     pub fn scalar(&self, scalar: &Scalar) -> Option<&[f64]> {
         self.scalars.iter().find(|column| column.scalar == scalar).map(|column| column.values.as_slice())
     }
 
-    /// The same, to be changed.
+    /// The values of a target's column of one number, mm or rad, by the target's number from 0, if the table has it.
+    pub fn scalar_of(&self, scalar: &Scalar, target: usize) -> Option<&[f64]> {
+        let mut columns = self.scalars.iter();
+        let column = columns.find(|column| column.scalar == scalar && column.target == Some(target));
+        column.map(|column| column.values.as_slice())
+    }
+
+    /// The same as [`scalar`](Self::scalar), to be changed.
     pub fn scalar_mut(&mut self, scalar: &Scalar) -> Option<&mut Vec<f64>> {
         self.scalars.iter_mut().find(|column| column.scalar == scalar).map(|column| &mut column.values)
     }

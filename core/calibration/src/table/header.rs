@@ -16,7 +16,7 @@ pub(super) enum Meaning {
     Flange { axis: usize, scale: f64 },
     Profile { number: usize, part: usize, scale: f64 },
     Std { axis: usize, scale: f64 },
-    Scalar { scalar: &'static Scalar, scale: f64 },
+    Scalar { scalar: &'static Scalar, target: Option<usize>, scale: f64 },
     On,
     Signal,
     Tilt { axis: usize, scale: f64 },
@@ -40,7 +40,9 @@ impl Meaning {
             Self::Coordinate { joint, .. } => (0, *joint, 0),
             Self::Position { target, axis, .. } => (1, *target, *axis),
             Self::Std { axis, .. } => (2, *axis, 0),
-            Self::Scalar { scalar, .. } => (3, SCALARS.iter().position(|known| known == scalar)?, 0),
+            Self::Scalar { scalar, target, .. } => {
+                (3, SCALARS.iter().position(|known| known == scalar)?, target.map_or(0, |target| target + 1))
+            }
             Self::On => (4, 0, 0),
             Self::Tilt { axis, .. } => (5, *axis, 0),
             Self::DistanceTo => (7, 0, 0),
@@ -172,12 +174,16 @@ fn of_scalar(name: &str, scalar: &'static Scalar) -> Option<Result<Meaning, Stri
         ScalarUnit::Length => &LENGTHS,
         ScalarUnit::Angle => &ANGLES,
     };
-    let rest = name.strip_prefix(scalar.name)?;
+    let (target, own) = match scalar.is_of_target {
+        true => name.split_once('_').and_then(|(target, own)| Some((Some(numbered(target, 'p')?), own)))?,
+        false => (None, name),
+    };
+    let rest = own.strip_prefix(scalar.name)?;
     if rest.is_empty() {
         return Some(Err(needs_unit(name, units)));
     }
     let given = rest.strip_prefix('_').filter(|given| !given.contains('_'))?;
-    Some(scaled(name, unit(given, units), units, |scale| Meaning::Scalar { scalar, scale }))
+    Some(scaled(name, unit(given, units), units, |scale| Meaning::Scalar { scalar, target, scale }))
 }
 
 fn scaled(

@@ -277,7 +277,9 @@ fn empty_table(path: &str, columns: &[Column]) -> Result<Table, TableError> {
                 table.profiles.push(ProfileColumns { number: *number, xz: Vec::new() });
             }
             Meaning::Std { .. } => table.std = Some(Vec::new()),
-            Meaning::Scalar { scalar, .. } => table.scalars.push(ScalarColumn::empty(scalar)),
+            Meaning::Scalar { scalar, target, .. } => {
+                table.scalars.push(ScalarColumn { target: *target, ..ScalarColumn::empty(scalar) });
+            }
             Meaning::Tilt { .. } => table.tilt = Some(Vec::new()),
             Meaning::Signal => table.signal = Some(Vec::new()),
             Meaning::Time => table.time = Some(Vec::new()),
@@ -519,9 +521,7 @@ fn check(meaning: &Meaning, value: f64) -> Result<(), String> {
             Err(format!("a sigma of {value} cannot be; it must be above zero"))
         }
         Meaning::Payload if value < 0.0 => Err(format!("a load of {value} kg cannot be")),
-        Meaning::Scalar { scalar, .. } if value < 0.0 && !scalar.is_signed => {
-            Err(format!("a {} of {value} cannot be", scalar.name))
-        }
+        Meaning::Scalar { scalar, scale, .. } => scalar.check(value * scale),
         Meaning::Coordinate { .. }
         | Meaning::Position { .. }
         | Meaning::Board { .. }
@@ -569,7 +569,11 @@ fn store(table: &mut Table, row: usize, meaning: &Meaning, value: f64) {
             }
         }
         Meaning::Std { axis, scale } => set_part(table.std.as_mut(), row, *axis, value * scale),
-        Meaning::Scalar { scalar, scale } => set(table.scalar_mut(scalar), row, value * scale),
+        Meaning::Scalar { scalar, target, scale } => {
+            let mut columns = table.scalars.iter_mut();
+            let column = columns.find(|column| column.scalar == *scalar && column.target == *target);
+            set(column.map(|column| &mut column.values), row, value * scale);
+        }
         Meaning::Tilt { axis, scale } => set_part(table.tilt.as_mut(), row, *axis, value * scale),
         Meaning::Time => set(table.time.as_mut(), row, value),
         Meaning::Temperature => set(table.temperature.as_mut(), row, value),

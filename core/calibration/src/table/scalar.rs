@@ -1,5 +1,5 @@
 //! Columns of one number a row that kinds of measurement read: `height_mm`, `distance_mm`. A new one is a line in `SCALARS`: how its header and its
-//! cells are read, how it is written, and its key of `noise:` follow from it.
+//! cells are read, what its cells may hold, how it is written, and its key of `noise:` follow from it.
 
 /// What a column of one number is of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -11,33 +11,78 @@ pub enum ScalarUnit {
 }
 
 /// A number that a kind of measurement reads.
-#[derive(Debug, PartialEq, Eq)]
+#[derive(Debug, PartialEq)]
 pub struct Scalar {
-    /// The column's header without its unit.
+    /// The column's header without its target and its unit.
     pub name: &'static str,
     /// What it is in.
     pub unit: ScalarUnit,
-    /// Whether it may be below zero.
-    pub is_signed: bool,
+    /// Whether each target has a column of its own, whose header begins with the target's name: `p1_azimuth_deg`. Else it is of p1.
+    pub is_of_target: bool,
+    /// Least and greatest value it can have, mm or deg.
+    pub range: [f64; 2],
+    /// What is said of a value beyond that, after "cannot be": what would be right. Empty where that is plain.
+    pub hint: &'static str,
 }
 
+/// No limit on either side.
+const ANY: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
+
 /// Height of p1 over the surface named in `on`.
-pub static HEIGHT: Scalar = Scalar { name: "height", unit: ScalarUnit::Length, is_signed: true };
+pub static HEIGHT: Scalar =
+    Scalar { name: "height", unit: ScalarUnit::Length, is_of_target: false, range: ANY, hint: "" };
 
 /// Distance of p1 to the point named in `distance_to`.
-pub static DISTANCE: Scalar = Scalar { name: "distance", unit: ScalarUnit::Length, is_signed: false };
+pub static DISTANCE: Scalar = Scalar {
+    name: "distance",
+    unit: ScalarUnit::Length,
+    is_of_target: false,
+    range: [0.0, f64::INFINITY],
+    hint: "",
+};
 
 /// All of them, in the order in which they are written.
 pub(crate) static SCALARS: &[&Scalar] = &[&HEIGHT, &DISTANCE];
 
 impl Scalar {
-    /// Its column as it is written, which is also its key of `noise:`: `height_mm`.
+    /// Its key of `noise:`, which is also the header of its column where that is of no target of its own: `height_mm`.
+    pub fn key(&self) -> String {
+        format!("{}_{}", self.name, self.unit_name())
+    }
+
+    /// The header of its column, of p1 where each target has one: `height_mm`, `p1_azimuth_deg`.
     pub fn header(&self) -> String {
-        let unit = match self.unit {
+        self.header_of(self.is_of_target.then_some(0))
+    }
+
+    /// The header of its column for a target, by its number from 0.
+    fn header_of(&self, target: Option<usize>) -> String {
+        target.map_or_else(|| self.key(), |target| format!("p{}_{}", target + 1, self.key()))
+    }
+
+    /// The unit of tables and model files: mm or deg.
+    fn unit_name(&self) -> &'static str {
+        match self.unit {
             ScalarUnit::Length => "mm",
             ScalarUnit::Angle => "deg",
-        };
-        format!("{}_{unit}", self.name)
+        }
+    }
+
+    /// What is wrong with an inner value (mm or rad), if anything is.
+    ///
+    /// # Errors
+    /// In words: what it was taken for, and what would be right.
+    pub(crate) fn check(&self, value: f64) -> Result<(), String> {
+        // The last digits of a conversion from radians are no reason to refuse a limit itself.
+        const ROUNDING: f64 = 1e-9;
+        let shown = self.shown(value);
+        let [least, most] = self.range;
+        if (least - ROUNDING..=most + ROUNDING).contains(&shown) {
+            return Ok(());
+        }
+        let unit = self.unit_name();
+        let article = if self.name.starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" };
+        Err(format!("{article} {} of {shown} {unit} cannot be{}", self.name, self.hint))
     }
 
     /// An inner value (mm or rad) in the unit of its header.
@@ -62,14 +107,26 @@ impl Scalar {
 pub struct ScalarColumn {
     /// What it holds.
     pub scalar: &'static Scalar,
+    /// Of which target, by its number from 0, where each target has a column of its own.
+    pub target: Option<usize>,
     /// Its values, a row each.
     pub values: Vec<f64>,
 }
 
 impl ScalarColumn {
-    /// A column without rows.
+    /// A column without rows, of a number that is of no target of its own.
     pub fn empty(scalar: &'static Scalar) -> Self {
-        Self { scalar, values: Vec::new() }
+        Self { scalar, target: None, values: Vec::new() }
+    }
+
+    /// The same column without rows.
+    pub fn without_rows(&self) -> Self {
+        Self { scalar: self.scalar, target: self.target, values: Vec::new() }
+    }
+
+    /// Its header as it is written.
+    pub(crate) fn header(&self) -> String {
+        self.scalar.header_of(self.target)
     }
 }
 
@@ -86,8 +143,38 @@ mod tests {
     }
 
     #[test]
+    fn a_number_of_a_target_has_its_name_in_the_header_and_not_in_the_key_of_noise() {
+        let lean = Scalar { name: "lean", unit: ScalarUnit::Angle, is_of_target: true, ..HEIGHT };
+        assert_eq!((lean.header(), lean.key()), ("p1_lean_deg".to_owned(), "lean_deg".to_owned()));
+        let column = ScalarColumn { target: Some(2), ..ScalarColumn::empty(&HEIGHT) };
+        assert_eq!(column.header(), "p3_height_mm");
+        assert_eq!(column.without_rows(), column);
+    }
+
+    #[test]
+    fn a_value_beyond_the_range_is_refused_in_the_unit_of_files() {
+        let lean = Scalar {
+            name: "easing",
+            unit: ScalarUnit::Angle,
+            range: [-90.0, 90.0],
+            hint: ": less is more",
+            ..HEIGHT
+        };
+        for sound in [-90.0_f64, 0.0, 90.0] {
+            assert_eq!(lean.check(sound.to_radians()), Ok(()), "{sound}");
+        }
+        assert_eq!(
+            lean.check(lean.inner(90.5)),
+            Err("an easing of 90.5 deg cannot be: less is more".to_owned())
+        );
+        assert!(lean.check(lean.inner(-90.001)).is_err());
+        assert_eq!(DISTANCE.check(-2.0), Err("a distance of -2 mm cannot be".to_owned()));
+        assert_eq!((DISTANCE.check(0.0), HEIGHT.check(-2.0)), (Ok(()), Ok(())));
+    }
+
+    #[test]
     fn angles_are_written_in_degrees_and_kept_in_radians() {
-        let lean = Scalar { name: "lean", unit: ScalarUnit::Angle, is_signed: true };
+        let lean = Scalar { name: "lean", unit: ScalarUnit::Angle, ..HEIGHT };
         assert_eq!(lean.header(), "lean_deg");
         assert!((lean.shown(lean.inner(30.0)) - 30.0).abs() < 1e-12);
         assert!((lean.inner(180.0) - std::f64::consts::PI).abs() < 1e-12);

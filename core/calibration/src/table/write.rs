@@ -138,11 +138,11 @@ fn profiles(table: &Table) -> Vec<Column<'_>> {
 
 /// Other numbers, and what the arm's own sensor did.
 fn numbers(table: &Table) -> Vec<Column<'_>> {
-    let read = SCALARS.iter().filter_map(|scalar| Some((*scalar, table.scalar(scalar)?)));
+    let read = SCALARS.iter().flat_map(|scalar| table.scalars.iter().filter(|one| one.scalar == *scalar));
     let mut columns: Vec<Column<'_>> = read
-        .map(|(scalar, values)| {
-            Column::new(scalar.header(), move |row| {
-                number(scalar.shown(values.get(row).copied().unwrap_or(f64::NAN)))
+        .map(|column| {
+            Column::new(column.header(), move |row| {
+                number(column.scalar.shown(column.values.get(row).copied().unwrap_or(f64::NAN)))
             })
         })
         .collect();

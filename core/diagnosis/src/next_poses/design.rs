@@ -190,9 +190,8 @@ impl Designer<'_> {
             table.scalars.push(ScalarColumn::empty(&DISTANCE));
         }
         // What else was read of one number a row is read again.
-        let others = known.scalars.iter().map(|column| column.scalar);
-        let others = others.filter(|scalar| ![&HEIGHT, &DISTANCE].contains(scalar));
-        table.scalars.extend(others.map(ScalarColumn::empty));
+        let others = known.scalars.iter().filter(|column| ![&HEIGHT, &DISTANCE].contains(&column.scalar));
+        table.scalars.extend(others.map(ScalarColumn::without_rows));
         // A level with a name is a spirit level: its bubble is at its end in most poses, so tilts are counted on only where
         // nothing else is read.
         let reads_else = !table.positions.is_empty() || !table.scalars.is_empty();
