@@ -5,6 +5,8 @@ use std::fmt;
 use plumb_kinematics::Chain;
 use thiserror::Error;
 
+use crate::table::scalar::{SCALARS, Scalar, ScalarUnit};
+
 /// Where an effect acts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Spot {
@@ -45,10 +47,8 @@ pub enum Channel {
     Y,
     /// A position's z, mm.
     Z,
-    /// A distance, mm.
-    Distance,
-    /// A height, mm.
-    Height,
+    /// What a column of one number a row holds (mm or rad), by its place among all of these.
+    Number(usize),
     /// A tilt about x, rad.
     TiltX,
     /// A tilt about y, rad.
@@ -56,9 +56,39 @@ pub enum Channel {
 }
 
 impl Channel {
-    /// All of them.
-    pub const ALL: [Self; 7] =
-        [Self::X, Self::Y, Self::Z, Self::Distance, Self::Height, Self::TiltX, Self::TiltY];
+    /// How many there are.
+    pub const COUNT: usize = 5 + SCALARS.len();
+
+    /// All of them, each at its place.
+    pub fn all() -> impl Iterator<Item = Self> + Clone {
+        let numbers = (0..SCALARS.len()).map(Self::Number);
+        [Self::X, Self::Y, Self::Z].into_iter().chain(numbers).chain([Self::TiltX, Self::TiltY])
+    }
+
+    /// What a column of one number holds.
+    pub fn of(scalar: &Scalar) -> Option<Self> {
+        SCALARS.iter().position(|known| *known == scalar).map(Self::Number)
+    }
+
+    /// The column of one number that it is of, if it is of one.
+    pub(crate) fn scalar(self) -> Option<&'static Scalar> {
+        match self {
+            Self::Number(place) => SCALARS.get(place).copied(),
+            _ => None,
+        }
+    }
+
+    /// Its place among all of them.
+    pub(crate) fn place(self) -> usize {
+        match self {
+            Self::X => 0,
+            Self::Y => 1,
+            Self::Z => 2,
+            Self::Number(number) => 3 + number,
+            Self::TiltX => Self::COUNT - 2,
+            Self::TiltY => Self::COUNT - 1,
+        }
+    }
 
     /// As written in files.
     pub fn name(self) -> &'static str {
@@ -66,8 +96,7 @@ impl Channel {
             Self::X => "x",
             Self::Y => "y",
             Self::Z => "z",
-            Self::Distance => "distance",
-            Self::Height => "height",
+            Self::Number(_) => self.scalar().map_or("", |scalar| scalar.name),
             Self::TiltX => "tilt_x",
             Self::TiltY => "tilt_y",
         }
@@ -75,12 +104,16 @@ impl Channel {
 
     /// By its name.
     pub fn by_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|channel| channel.name() == name)
+        Self::all().find(|channel| channel.name() == name)
     }
 
     /// Whether it is in mm (else rad).
     pub fn is_length(self) -> bool {
-        !matches!(self, Self::TiltX | Self::TiltY)
+        match self {
+            Self::X | Self::Y | Self::Z => true,
+            Self::Number(_) => self.scalar().is_some_and(|scalar| scalar.unit == ScalarUnit::Length),
+            Self::TiltX | Self::TiltY => false,
+        }
     }
 }
 

@@ -7,7 +7,7 @@ use super::sampling::distinct;
 use super::situation::way;
 use crate::arm_model::{Model, SurfaceShape};
 use crate::table::Table;
-use crate::table::scalar::{DISTANCE, HEIGHT};
+use crate::table::scalar::HEIGHT;
 
 /// What a table logs, and what of it varies: the passport of the data.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -164,7 +164,7 @@ fn places(model: &Model, table: &Table, joint: usize) -> Vec<f64> {
 
 /// The numbers that a table holds readings of.
 fn channels(table: &Table) -> Vec<Channel> {
-    Channel::ALL.into_iter().filter(|channel| is_read(table, *channel)).collect()
+    Channel::all().filter(|channel| is_read(table, *channel)).collect()
 }
 
 /// Whether a table holds a reading of a channel: a column of empty cells is none.
@@ -173,15 +173,13 @@ fn is_read(table: &Table, channel: Channel) -> bool {
         Channel::X => has_position(table, 0),
         Channel::Y => has_position(table, 1),
         Channel::Z => has_position(table, 2),
-        Channel::Distance => has_number(table.scalar(&DISTANCE)),
-        Channel::Height => has_number(table.scalar(&HEIGHT)),
+        Channel::Number(_) => {
+            let of_it = table.scalars.iter().filter(|column| channel.scalar() == Some(column.scalar));
+            of_it.flat_map(|column| &column.values).any(|value| value.is_finite())
+        }
         Channel::TiltX => has_tilt(table, 0),
         Channel::TiltY => has_tilt(table, 1),
     }
-}
-
-fn has_number(column: Option<&[f64]>) -> bool {
-    column.into_iter().flatten().any(|value| value.is_finite())
 }
 
 fn has_position(table: &Table, axis: usize) -> bool {

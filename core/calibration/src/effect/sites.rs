@@ -43,12 +43,12 @@ impl<'a> Sites<'a> {
                 self.named("a surface", name, known, model.surface_position(name))
                     .map(|one| vec![self.id(Spot::Surface(one))])
             }
-            (Places::Readings, [] | ["*"]) => self.ids(Channel::ALL.map(Spot::Reading)),
+            (Places::Readings, [] | ["*"]) => self.ids(Channel::all().map(Spot::Reading)),
             (Places::Readings, [name]) => {
                 // Their order in the list is all that `named` needs to know.
                 let channel = Channel::by_name(name);
-                let known = Channel::ALL.iter().map(|channel| channel.name());
-                self.named("a reading", name, known, channel.map(|channel| channel as usize))?;
+                let known = Channel::all().map(Channel::name);
+                self.named("a reading", name, known, channel.map(Channel::place))?;
                 self.ids(channel.map(Spot::Reading))
             }
             (Places::Axes, [] | ["*"]) => self.ids((0..3).map(Spot::Axis)),
@@ -124,6 +124,7 @@ impl<'a> Sites<'a> {
     }
 
     fn malformed(&self) -> EffectNameError {
+        let readings = || format!("({})", Channel::all().map(Channel::name).collect::<Vec<_>>().join("|"));
         let arguments = match self.kind.places {
             Places::Joints => "(joint)",
             Places::JointsAndOrder => "(joint, periods a turn)",
@@ -133,7 +134,7 @@ impl<'a> Sites<'a> {
             Places::Targets => "(p1)",
             Places::Axes => "(x|y|z)",
             Places::Surfaces => "(surface)",
-            Places::Readings => "(distance|height|tilt_x|tilt_y|x|y|z)",
+            Places::Readings => &readings(),
             Places::Base | Places::Instrument | Places::Sensor => "",
         };
         EffectNameError::Malformed {

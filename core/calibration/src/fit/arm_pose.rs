@@ -25,7 +25,7 @@ pub(crate) struct Changes {
     /// Of the numbers of the light stripe's rig.
     pub(super) rig: [f64; RigNumber::ALL.len()],
     /// What is added to each number that is read (mm or rad), and the share by which it is read too large.
-    readings: [(f64, f64); Channel::ALL.len()],
+    readings: [(f64, f64); Channel::COUNT],
 }
 
 impl Changes {
@@ -90,8 +90,8 @@ impl Changes {
             Handle::BaseTurn(axis) => self.base_turn.get_mut(axis),
             Handle::Trigger => Some(&mut self.trigger_height),
             Handle::Rig(number) => self.rig.get_mut(number.place()),
-            Handle::ReadingZero(channel) => self.readings.get_mut(channel as usize).map(|(zero, _)| zero),
-            Handle::ReadingScale(channel) => self.readings.get_mut(channel as usize).map(|(_, scale)| scale),
+            Handle::ReadingZero(channel) => self.readings.get_mut(channel.place()).map(|(zero, _)| zero),
+            Handle::ReadingScale(channel) => self.readings.get_mut(channel.place()).map(|(_, scale)| scale),
             // What the instrument reads and where a sensor meets an edge depend on the point: see `sensor.rs`.
             Handle::Reading(_) | Handle::Edge => None,
         };
@@ -104,7 +104,7 @@ impl Changes {
 impl ArmPose {
     /// What is added to a number that is read (mm or rad), and the share by which it is read too large.
     pub(super) fn reading(&self, channel: Option<Channel>) -> (f64, f64) {
-        let known = channel.and_then(|channel| self.changes.readings.get(channel as usize));
+        let known = channel.and_then(|channel| self.changes.readings.get(channel.place()));
         known.copied().unwrap_or_default()
     }
 }

@@ -91,7 +91,7 @@ mod tests {
 
     #[test]
     fn what_several_drives_change_of_a_reading_adds_up() {
-        let channel = Channel::Distance;
+        let channel = Channel::TiltX;
         let mut motion = SubjectMotion::default();
         motion.begin(2);
         motion.add_reading(1, Handle::ReadingZero(channel), 2.0);

@@ -23,7 +23,7 @@ impl MeasurementKind for Distance {
     }
 
     fn channel(&self, _what: Measurand) -> Option<Channel> {
-        Some(Channel::Distance)
+        Channel::of(&DISTANCE)
     }
 
     fn columns(&self) -> &'static str {

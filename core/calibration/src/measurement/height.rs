@@ -22,7 +22,7 @@ impl MeasurementKind for Height {
     }
 
     fn channel(&self, _what: Measurand) -> Option<Channel> {
-        Some(Channel::Height)
+        Channel::of(&HEIGHT)
     }
 
     fn columns(&self) -> &'static str {

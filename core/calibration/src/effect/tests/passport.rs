@@ -2,6 +2,7 @@
 
 use crate::arm_model::Model;
 use crate::effect::{Channel, EffectId, Passport, Survey, not_at_these_positions, parse, waves_not_shown};
+use crate::table::scalar::{DISTANCE, HEIGHT};
 use crate::table::{Stretch, Table};
 
 const ARM: &str = "
@@ -46,14 +47,18 @@ fn ranges_and_numbers_of_what_was_logged() {
     let plain = of("q1_deg,q2_mm,height_mm,on\n0,10,1,table\n90,40,2,table\n");
     assert_eq!((plain.time_span, plain.temperature_range, plain.payload_range), (None, None, None));
     assert_eq!(plain.clocks, [0.0, 1.0], "rows, where no time is logged");
-    assert!(!plain.measures_points && plain.channels == [Channel::Height]);
+    assert!(!plain.measures_points && plain.channels == [Channel::of(&HEIGHT).unwrap()]);
 }
 
 #[test]
 fn every_number_that_is_read_is_a_channel() {
     let passport =
         of("q1_deg,q2_mm,p1_y_mm,p1_z_mm,distance_mm,distance_to,tilt_y_deg\n0,10,1,,5,ball,\n1,20,,,,,2\n");
-    assert_eq!(passport.channels, [Channel::Y, Channel::Distance, Channel::TiltY], "z was never read");
+    assert_eq!(
+        passport.channels,
+        [Channel::Y, Channel::of(&DISTANCE).unwrap(), Channel::TiltY],
+        "z was never read"
+    );
     let touches = of("q1_deg,q2_mm,touch\n0,10,a\n1,20,a\n");
     assert!(touches.measures_points && touches.channels.is_empty());
 }

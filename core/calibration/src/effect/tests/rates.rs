@@ -7,6 +7,7 @@ use plumb_kinematics::{Knob, Posture, Weights};
 
 use crate::arm_model::{Epochs, Model, RigNumber, Sensor, StripeRig};
 use crate::effect::{Channel, Drive, EffectId, Handle, Situation, Trigger, build, parse};
+use crate::table::scalar::{DISTANCE, HEIGHT};
 
 /// A column that counts against its axis, an arm of 400 mm and a slide, with everything an effect may need.
 const ARM: &str = "
@@ -326,9 +327,9 @@ fn effects_by_epoch_have_numbers_of_their_own_in_every_epoch_but_the_first() {
     assert_same(&in_epoch("joint_zero_reset(column)", 1), &at(0, COLUMN, -1.0), "in the coordinate's sense");
     assert_same(&in_epoch("joint_zero_reset(slide)", 2), &at(1, SLIDE, 1.0), "a slide");
     assert_same(&in_epoch("base_shifted(z)", 2), &at(1, Handle::BaseShift(2), 1.0), "along z");
-    let distance = Handle::ReadingZero(Channel::Distance);
+    let distance = Handle::ReadingZero(Channel::of(&DISTANCE).unwrap());
     assert_same(&in_epoch("reading_reset(distance)", 1), &at(0, distance, 1.0), "zero");
-    let scale = Handle::ReadingScale(Channel::Height);
+    let scale = Handle::ReadingScale(Channel::of(&HEIGHT).unwrap());
     assert_same(&in_epoch("reading_rescaled(height)", 2), &at(1, scale, 1.0), "scale");
     let moved = in_epoch("base_reset", 2);
     let handles: Vec<Handle> = moved.iter().map(|drive| drive.handle).collect();

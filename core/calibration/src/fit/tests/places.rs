@@ -10,6 +10,7 @@ use crate::fit::arm_pose::Changes;
 use crate::fit::{FitOptions, ResidualModel, SeenBody, Sight, State, base_and_targets, rigid};
 use crate::measurement::Observations;
 use crate::table::Table;
+use crate::table::scalar::{DISTANCE, HEIGHT};
 
 fn pose(shift: [f64; 3], turn: [f64; 3]) -> IsometryMatrix3<f64> {
     IsometryMatrix3::from_parts(Translation3::from(Vector3::from(shift)), Rotation3::new(Vector3::from(turn)))
@@ -226,8 +227,8 @@ fn changes_add_up_each_where_it_belongs() {
     changes.clear(2, 1);
     let drive = |parameter, handle, rate| Drive { parameter, handle, rate };
     let drives = [
-        drive(0, Handle::ReadingZero(Channel::Distance), 2.0),
-        drive(1, Handle::ReadingScale(Channel::Distance), 3.0),
+        drive(0, Handle::ReadingZero(Channel::of(&DISTANCE).unwrap()), 2.0),
+        drive(1, Handle::ReadingScale(Channel::of(&DISTANCE).unwrap()), 3.0),
         drive(0, Handle::ReadingZero(Channel::TiltX), -1.0),
         drive(0, Handle::Trigger, 0.5),
         drive(5, Handle::Trigger, 100.0),
@@ -235,10 +236,10 @@ fn changes_add_up_each_where_it_belongs() {
     changes.add(&drives, &[0.1, 0.01]);
     changes.add(&drives[..1], &[0.2]);
     let pose = crate::fit::ArmPose { changes, ..Default::default() };
-    let (zero, scale) = pose.reading(Some(Channel::Distance));
+    let (zero, scale) = pose.reading(Some(Channel::of(&DISTANCE).unwrap()));
     assert!((zero - 0.6).abs() < 1e-12 && (scale - 0.03).abs() < 1e-12, "{zero} {scale}");
     assert_eq!(pose.reading(Some(Channel::TiltX)), (-0.1, 0.0));
-    assert_eq!(pose.reading(Some(Channel::Height)), (0.0, 0.0));
+    assert_eq!(pose.reading(Some(Channel::of(&HEIGHT).unwrap())), (0.0, 0.0));
     assert_eq!(pose.reading(None), (0.0, 0.0), "what no instrument reads out");
     assert!((pose.trigger_height() - 0.05).abs() < 1e-12, "a parameter without a value is zero");
 }
