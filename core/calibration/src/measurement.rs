@@ -6,6 +6,7 @@
 
 mod board;
 mod board_turn;
+mod direction;
 mod distance;
 mod edge;
 mod error;

@@ -11,6 +11,7 @@ static KINDS: &[&dyn MeasurementKind] = &[
     &super::edge::Edge,
     &super::tilt::Tilt,
     &super::distance::Distance,
+    &super::direction::Direction,
     &super::stripe::Stripe,
     &super::board::Board,
     &super::board_turn::BoardTurn,

@@ -99,22 +99,23 @@ noise: {on_mm: 1}
 
 /// One row of each kind; and of triggers, over each shape.
 const ROWS: &str = "\
-q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,p1_x_mm,p1_y_mm,p1_z_mm,p2_x_mm,p2_y_mm,p2_z_mm,height_mm,on,tilt_x_deg,tilt_y_deg,distance_mm,distance_to,touch,p1_qw,p1_qx,p1_qy,p1_qz,board_x_mm,board_y_mm,board_z_mm,board_rx_rad,board_ry_rad,board_rz_rad
-10,20,-60,-40,15,150,20,60,,,,,,,,,,,,,,,,,,,,
-12,25,-70,-30,25,,,,160,30,70,,,,,,,,,,,,,,,,,
--8,22,-65,-35,5,,,,,,,4.5,table,,,,,,,,,,,,,,,
--8,22,-65,-35,5,,,,,,,,table,,,,,,,,,,,,,,,
-9,22,-65,-35,5,,,,,,,,ball,,,,,,,,,,,,,,,
-7,24,-66,-33,15,,,,,,,,line,,,,,,,,,,,,,,,
-7,26,-64,-31,25,,,,,,,,post,,,,,,,,,,,,,,,
-11,18,-50,-45,35,,,,,,,,,4,,,,,,,,,,,,,,
-11,18,-50,-45,35,,,,,,,,,,-3,,,,,,,,,,,,,
-14,21,-62,-41,45,,,,,,,,,,,210,post,,,,,,,,,,,
-16,23,-61,-43,55,,,,,,,,,,,190,ball,,,,,,,,,,,
-18,27,-58,-47,65,,,,,,,,,,,,,cone,,,,,,,,,,
-20,26,-57,-46,60,,,,,,,,,,,,,,,,,,,,,,,
-15,19,-54,-42,33,,,,,,,,,,,,,,0.5,-0.5,0.5,0.5,,,,,,
-13,28,-55,-41,21,,,,,,,,,,,,,,,,,,15,-20,300,0.4,-2.1,0.9
+q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,p1_x_mm,p1_y_mm,p1_z_mm,p2_x_mm,p2_y_mm,p2_z_mm,height_mm,on,tilt_x_deg,tilt_y_deg,distance_mm,distance_to,touch,p1_qw,p1_qx,p1_qy,p1_qz,board_x_mm,board_y_mm,board_z_mm,board_rx_rad,board_ry_rad,board_rz_rad,p1_azimuth_deg,p2_elevation_deg
+10,20,-60,-40,15,150,20,60,,,,,,,,,,,,,,,,,,,,,,
+12,25,-70,-30,25,,,,160,30,70,,,,,,,,,,,,,,,,,,,
+-8,22,-65,-35,5,,,,,,,4.5,table,,,,,,,,,,,,,,,,,
+-8,22,-65,-35,5,,,,,,,,table,,,,,,,,,,,,,,,,,
+9,22,-65,-35,5,,,,,,,,ball,,,,,,,,,,,,,,,,,
+7,24,-66,-33,15,,,,,,,,line,,,,,,,,,,,,,,,,,
+7,26,-64,-31,25,,,,,,,,post,,,,,,,,,,,,,,,,,
+11,18,-50,-45,35,,,,,,,,,4,,,,,,,,,,,,,,,,
+11,18,-50,-45,35,,,,,,,,,,-3,,,,,,,,,,,,,,,
+14,21,-62,-41,45,,,,,,,,,,,210,post,,,,,,,,,,,,,
+16,23,-61,-43,55,,,,,,,,,,,190,ball,,,,,,,,,,,,,
+18,27,-58,-47,65,,,,,,,,,,,,,cone,,,,,,,,,,,,
+20,26,-57,-46,60,,,,,,,,,,,,,,,,,,,,,,,,,
+15,19,-54,-42,33,,,,,,,,,,,,,,0.5,-0.5,0.5,0.5,,,,,,,,
+13,28,-55,-41,21,,,,,,,,,,,,,,,,,,15,-20,300,0.4,-2.1,0.9,,
+17,21,-59,-44,28,,,,,,,,,,,,,,,,,,,,,,,,35,40
 ";
 
 const EFFECTS: [(&str, Spot); 15] = [
@@ -196,6 +197,7 @@ fn every_kind_is_read_from_its_columns() {
         assert_eq!(names[12], ["stripe"; 6]);
         assert_eq!(names[13], ["orientation"; 3]);
         assert_eq!(names[14], ["board", "board", "board", "board_turn", "board_turn", "board_turn"]);
+        assert_eq!(names[15], ["direction"; 2]);
         let mut met: Vec<&str> = names.concat();
         met.sort_unstable();
         met.dedup();
@@ -292,6 +294,9 @@ fn predictions_agree_with_an_arm_worked_out_by_hand() {
         same(6, &[(point([7.0, 26.0, -64.0, -31.0, 25.0], first) - post).norm()]);
         same(9, &[(point([14.0, 21.0, -62.0, -41.0, 45.0], first) - post).norm()]);
         same(10, &[(point([16.0, 23.0, -61.0, -43.0, 55.0], first) - ball).norm()]);
+        let pose = [17.0, 21.0, -59.0, -44.0, 28.0];
+        let (seen, high) = (point(pose, first), point(pose, [-30.0, 12.0, 20.0]));
+        same(15, &[seen.y.atan2(seen.x), (high.z / high.norm()).asin()]);
         let [(level, _), _] = independent_arm([11.0, 18.0, -50.0, -45.0, 35.0]);
         // Upwards as the level's frame sees it.
         let up = (base * level).inverse() * Vector3::z();

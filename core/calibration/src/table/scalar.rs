@@ -41,8 +41,26 @@ pub static DISTANCE: Scalar = Scalar {
     hint: "",
 };
 
+/// Azimuth of a target, seen from the origin of the measurements' frame: about its +z, from +x towards +y.
+pub static AZIMUTH: Scalar = Scalar {
+    name: "azimuth",
+    unit: ScalarUnit::Angle,
+    is_of_target: true,
+    range: [-360.0, 360.0],
+    hint: ": it is from -360 to 360 deg",
+};
+
+/// Elevation of a target over the plane of x and y of the measurements' frame, seen from its origin.
+pub static ELEVATION: Scalar = Scalar {
+    name: "elevation",
+    unit: ScalarUnit::Angle,
+    is_of_target: true,
+    range: [-90.0, 90.0],
+    hint: ": it is from -90 to 90 deg, from the horizontal plane; of a zenith angle it is 90 deg less that",
+};
+
 /// All of them, in the order in which they are written.
-pub(crate) static SCALARS: &[&Scalar] = &[&HEIGHT, &DISTANCE];
+pub(crate) static SCALARS: &[&Scalar] = &[&HEIGHT, &DISTANCE, &AZIMUTH, &ELEVATION];
 
 impl Scalar {
     /// Its key of `noise:`, which is also the header of its column where that is of no target of its own: `height_mm`.

@@ -268,6 +268,63 @@ fn a_wire_that_was_re_set_on_the_way_is_taken_in_before_waves_that_imitate_it() 
     assert!(growth.diagnosis.rms_mm.fit < 0.15, "{}", diagnosis_sentence(&growth.diagnosis));
 }
 
+/// The column arm as a theodolite sees it: where the base is, mm, and how far it is turned about z, deg.
+const STATION: [f64; 4] = [900.0, -1400.0, -250.0, 130.0];
+
+/// Azimuth and elevation of the tip, deg, by plain trigonometry.
+fn sighted(q: [f64; 3]) -> [f64; 2] {
+    let [x, y, z] = column_tip(q);
+    let (sine, cosine) = STATION[3].to_radians().sin_cos();
+    let [x, y, z] = [STATION[0] + cosine * x - sine * y, STATION[1] + sine * x + cosine * y, STATION[2] + z];
+    let far = (x * x + y * y + z * z).sqrt();
+    // The quadrant by the sign of y: an arc cosine knows only half of the circle.
+    let azimuth = (x / x.hypot(y)).acos().to_degrees().copysign(y);
+    [azimuth, (z / far).asin().to_degrees()]
+}
+
+/// Rows of directions in which the joints truly are where `truly` says.
+fn directions(seed: u64, count: usize, truly: impl Fn([f64; 3]) -> [f64; 3]) -> Vec<String> {
+    let mut dice = Dice::seeded(seed);
+    let mut row = |q: [f64; 3]| {
+        let [azimuth, elevation] = sighted(truly(q));
+        // Instruments count whole turns from 0.
+        let azimuth = (azimuth + dice.noise(0.003)).rem_euclid(360.0);
+        format!("{},{azimuth:.5},{:.5}", joints(q), elevation + dice.noise(0.003))
+    };
+    column_poses(count, seed).into_iter().map(&mut row).collect()
+}
+
+const SIGHTED: &str = "q1_deg,q2_deg,q3_deg,p1_azimuth_deg,p1_elevation_deg";
+
+/// Nobody said where the base is: everything of it is free.
+const ANYWHERE: &str = "base: {xyz_mm: [0, 0, 0], rpy_deg: [0, 0, 0], free: true}
+targets: {p1: {free: false}}
+noise: {azimuth_deg: 0.003, elevation_deg: 0.003}
+";
+
+#[test]
+fn directions_from_a_base_of_which_nobody_knows_where_it_is() {
+    let rows = directions(31, 60, |q| [q[0], q[1], q[2] + HIDDEN]);
+    let found = compare(&format!("{COLUMN_ARM}{ANYWHERE}free: [joint_zero(elbow)]\n"), SIGHTED, &rows);
+    finds_the_elbow(&found);
+    // Degrees where nothing but angles was read: that of both circles together.
+    assert!((0.003..0.006).contains(&found.rms_mm.fit), "{:?}", found.rms_mm);
+}
+
+#[test]
+fn an_error_is_named_with_its_size_by_directions_alone() {
+    let hidden = 0.01;
+    let rows = directions(32, 120, |q| [q[0], q[1], q[2] * (1.0 + hidden)]);
+    let table = format!("{SIGHTED}\n{}\n", rows.join("\n"));
+    let model = format!("{COLUMN_ARM}{ANYWHERE}free: [joint_zero(shoulder), joint_zero(elbow)]\n");
+    let diagnosis = laboratory(&model, &table, Options::default()).diagnose(&Progress::unwatched()).unwrap();
+    let named = diagnosis.named.as_ref();
+    let named = named.unwrap();
+    let place = (named.effect.effect.as_str(), named.effect.place.as_str());
+    assert_eq!(place, ("joint_gain", "elbow"), "{}", diagnosis_sentence(&diagnosis));
+    assert!((named.size - hidden).abs() < 3.0 * named.se, "{named:?}");
+}
+
 #[test]
 fn one_pointer_on_marks_of_which_only_a_distance_is_known() {
     // Each mark is reached by both bends of the elbow and nothing else is known but how far apart two marks are.

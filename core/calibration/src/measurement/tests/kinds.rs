@@ -66,7 +66,7 @@ fn every_kind_predicts_what_the_flat_arm_has() {
 
 #[test]
 fn units_instruments_and_readings_are_those_of_the_kind() {
-    let radians = ["orientation", "tilt", "board_turn"];
+    let radians = ["orientation", "tilt", "direction", "board_turn"];
     for kind in kinds() {
         assert_eq!(kind.is_length(), !radians.contains(&kind.name()), "{}", kind.name());
         let turns = ["orientation", "board_turn"].contains(&kind.name());
@@ -90,6 +90,7 @@ fn every_kind_names_the_columns_it_reads() {
         ("edge", "on"),
         ("tilt", "tilt_x_deg"),
         ("distance", "distance_mm"),
+        ("direction", "p1_azimuth_deg ..."),
         ("stripe", ""),
         ("board", "board_x_mm ..."),
         ("board_turn", "board_qw ... (or board_rx_rad ...)"),
