@@ -53,6 +53,7 @@ static KINDS: &[Kind] = &[
     super::hand_eye::KIND,
     super::clock_skew::KIND,
     super::instrument_tilt::KIND,
+    super::reading_warming::KIND,
     super::reading_reset::KIND,
     super::reading_rescaled::KIND,
     super::base_shifted::KIND,

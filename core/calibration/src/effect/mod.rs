@@ -49,6 +49,7 @@ mod positions;
 mod principal_point;
 mod reading_rescaled;
 mod reading_reset;
+mod reading_warming;
 mod reflectance;
 mod rig_numbers;
 mod row_error;

@@ -29,4 +29,5 @@ mod spreadsheets;
 mod undeclared_noise;
 mod unknown_masses;
 mod urdf_files;
+mod warming_instruments;
 mod whole_poses;
