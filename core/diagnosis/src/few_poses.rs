@@ -202,4 +202,24 @@ mod tests {
         assert!(noise.count() <= 3, "of 200 at a level of 0.002");
         assert!(PoseShare::of(&groups(1.0, 2), 1, 9).is_none(), "as many numbers fitted as poses");
     }
+
+    #[test]
+    fn poses_are_few_from_two_on_and_below_the_limit_and_each_was_visited_often_enough() {
+        let few = |poses: usize, visits: usize| {
+            crate::testing::returned(poses, visits).few_poses().map(|all| all.len())
+        };
+        assert_eq!(few(2, FEW_POSES_RETURNS), Some(2));
+        assert_eq!(few(1, 2 * FEW_POSES_RETURNS), None, "one pose has nothing to be compared with");
+        assert_eq!(few(2, FEW_POSES_RETURNS - 1), None);
+        assert_eq!(few(FEW_POSES - 1, FEW_POSES_RETURNS), Some(FEW_POSES - 1));
+        assert_eq!(few(FEW_POSES, FEW_POSES_RETURNS), None);
+    }
+
+    #[test]
+    fn without_returns_nothing_goes_with_the_pose_and_a_level_is_no_find() {
+        let single = [vec![Vector3::x()], vec![-Vector3::x()], vec![Vector3::y()]];
+        assert!(PoseShare::of(&single, 3, 1).is_none());
+        let at = |p: f64| PoseShare { share: 0.5, p, poses: 3 }.is_significant();
+        assert!(at(0.99 * LACK_OF_FIT_LEVEL) && !at(LACK_OF_FIT_LEVEL));
+    }
 }

@@ -393,3 +393,49 @@ impl Diagnosis {
         Some(reason.map_or(Objection::NotAmong(self.candidates.len()), Objection::Rejected))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{candidate, place, two_links};
+    use plumb_estimation::Progress;
+
+    #[test]
+    fn what_was_judged_and_is_not_in_question_is_objected_to_with_its_reason() {
+        let lab = two_links(30, "joint_zero(*)", 0.05, 4, |_| [0.0; 2]);
+        let mut diagnosis = lab.diagnose(&Progress::unwatched()).unwrap();
+        let rejected =
+            |at: &str| Candidate { rejected: Some(Rejection::Implausible), ..candidate("joint_gain", at) };
+        diagnosis.candidates =
+            vec![rejected("shoulder"), rejected("elbow"), candidate("joint_backlash", "elbow")];
+        diagnosis.besides = vec!["link_length(elbow)".to_owned()];
+        (diagnosis.named, diagnosis.tied) = (None, Vec::new());
+        let judged = Some(Objection::Rejected(Rejection::Implausible));
+        assert_eq!(diagnosis.objection("joint_gain(elbow)"), judged);
+        assert_eq!(
+            diagnosis.objection("joint_backlash(elbow)"),
+            Some(Objection::NotAmong(3)),
+            "no reason was kept"
+        );
+        assert_eq!(
+            diagnosis.objection("scale(x)"),
+            Some(Objection::NotAmong(3)),
+            "not among the likeliest three"
+        );
+        assert_eq!(diagnosis.objection("link_length(elbow)"), None, "found besides");
+        // Named or tied at one joint says nothing of the same effect at the other.
+        let effect = place("joint_gain", "elbow");
+        diagnosis.named = Some(Named { effect: effect.clone(), size: 0.1, unit: "1".to_owned(), se: 0.01 });
+        assert_eq!(
+            (diagnosis.objection("joint_gain(elbow)"), diagnosis.objection("joint_gain(shoulder)")),
+            (None, judged.clone())
+        );
+        (diagnosis.named, diagnosis.tied) = (None, vec![effect]);
+        assert_eq!(
+            (diagnosis.objection("joint_gain(elbow)"), diagnosis.objection("joint_gain(shoulder)")),
+            (None, judged)
+        );
+        diagnosis.candidates.clear();
+        assert_eq!(diagnosis.objection("scale(x)"), None, "nothing was judged");
+    }
+}

@@ -175,7 +175,7 @@ fn is_rival(candidate: &Candidate, named: &EffectPlace) -> bool {
 mod tests {
     use super::*;
     use crate::noise_floor::FloorSource;
-    use crate::testing::two_links;
+    use crate::testing::{candidate, place, two_links, with_table};
 
     /// Two cells of four rows each beyond what is fitted; squares of the means 8, of all rows 20 on ten degrees.
     const CELLS: Cells =
@@ -242,5 +242,31 @@ mod tests {
         assert!((wider.unwrap().se - 0.03).abs() < 1e-12 && tied.is_empty());
         let (none, tied) = FromPoseToPose::Tied { scatter_mm: 0.2, tied: vec![effect.clone()] }.of(named());
         assert_eq!((none, tied), (None, vec![effect]));
+    }
+
+    #[test]
+    fn another_condition_of_the_same_joint_is_a_rival_and_nothing_else_is() {
+        let named = place("joint_backlash", "elbow");
+        assert!(is_rival(&candidate("joint_settling", "elbow"), &named));
+        assert!(!is_rival(&candidate("joint_backlash", "elbow"), &named), "itself");
+        assert!(!is_rival(&candidate("joint_settling", "shoulder"), &named), "at another joint");
+        assert!(!is_rival(&candidate("joint_gain", "elbow"), &named), "it is the same at every return");
+        assert!(!is_rival(&candidate("warm_up", "elbow"), &named), "it goes by time");
+        assert!(!is_rival(&candidate("joint_step", "elbow"), &named), "it happened once");
+        assert!(!is_rival(&candidate("nonsense", "elbow"), &named));
+        let mad = Candidate { plausible: false, ..candidate("joint_settling", "elbow") };
+        assert!(!is_rival(&mad, &named), "no machine has so much");
+    }
+
+    #[test]
+    fn rows_of_one_pose_are_parted_by_how_every_joint_arrived() {
+        let silent = two_links(6, "", 0.05, 78, |_| [0.0; 2]);
+        let poses = [vec![0, 1, 2, 3], vec![4, 5]];
+        assert_eq!(silent.cells(&poses), None, "not logged");
+        let lab = with_table(&silent, |table| {
+            table.approach = Some(vec![1, 1, -1, 1, 1, 1, 1, -1, 1, 1, 1, 1]);
+        });
+        // The second pose has cells of its own, though it was reached as the first was.
+        assert_eq!(lab.cells(&poses), Some(vec![vec![0, 2], vec![1], vec![3], vec![4, 5]]));
     }
 }

@@ -4,6 +4,7 @@ use nalgebra::DMatrix;
 
 use crate::forward_selection::Contender;
 use crate::laboratory::{Laboratory, Options};
+use crate::outcome::{Candidate, EffectPlace};
 use crate::predictive_gain::Gain;
 use crate::score_test::Score;
 use crate::split::Holdout;
@@ -58,6 +59,67 @@ pub(crate) fn two_links_with(
     let model = Model::parse("model.yaml", &format!("{TWO_LINKS}{lines}\n")).unwrap();
     let table = Table::parse("table.csv", &text).unwrap();
     Laboratory::new(model, table, Options { holdout: Holdout::None, ..Options::default() }).unwrap()
+}
+
+/// The same laboratory with something else in its table.
+pub(crate) fn with_table(lab: &Laboratory, change: impl FnOnce(&mut Table)) -> Laboratory {
+    let mut table = lab.table().clone();
+    change(&mut table);
+    Laboratory::new(lab.model().clone(), table, lab.options().clone()).unwrap()
+}
+
+/// So many poses of two links, each visited so many times: readings that differ by some hundredths of a millimetre.
+pub(crate) fn returned(poses: usize, visits: usize) -> Laboratory {
+    let rows = poses * visits;
+    with_table(&two_links(rows, "joint_zero(*)", 0.05, 9, |_| [0.0; 2]), |table| {
+        for row in 0..rows {
+            let first = row - row % visits;
+            let pose = table.q[2 * first..2 * first + 2].to_vec();
+            table.q[2 * row..2 * row + 2].copy_from_slice(&pose);
+            let xyz = &mut table.positions[0].xyz;
+            xyz[row] = xyz[first].map(|part| part + 0.03 * (row % visits) as f64);
+        }
+        table.repeat.names = (0..poses).map(|pose| format!("r{pose}")).collect();
+        table.repeat.of_row = (0..rows).map(|row| u32::try_from(row / visits).ok()).collect();
+    })
+}
+
+/// Sides from which the joints of so many rows arrived: the first joint's in turn, the second's always from below.
+pub(crate) fn sides_in_turn(rows: usize) -> Vec<i8> {
+    (0..rows).flat_map(|row| [if row.is_multiple_of(2) { 1 } else { -1 }, 1]).collect()
+}
+
+/// An effect at a place, and nothing more.
+pub(crate) fn place(effect: &str, place: &str) -> EffectPlace {
+    EffectPlace {
+        effect: effect.to_owned(),
+        place: place.to_owned(),
+        with: None,
+        n: None,
+        of: None,
+        at: None,
+    }
+}
+
+/// A candidate that is plausible and not rejected.
+pub(crate) fn candidate(effect: &str, at: &str) -> Candidate {
+    Candidate {
+        effect: place(effect, at),
+        label: format!("{effect}({at})"),
+        holm_p: 1e-6,
+        delta_bic: 0.0,
+        probability: None,
+        cv_gain: None,
+        leaves_mm: None,
+        size: 1.0,
+        unit: "deg".to_owned(),
+        se: 0.1,
+        plausible: true,
+        absorbed: 0.0,
+        explains_mm: 1.0,
+        smallest: 0.5,
+        rejected: None,
+    }
 }
 
 /// A gain of so many of its standard errors.

@@ -210,3 +210,77 @@ fn what_a_first_sigma_made_too_small_is_taken_back_in_the_next_round() {
     let squares = 36.0 * 0.25 + 24.0 * 1.44 + 4.0 * 2.89;
     assert!((scatter.sigma - (squares / 189.0_f64).sqrt()).abs() < 1e-9, "{}", scatter.sigma);
 }
+
+/// Six poses of two links, each visited three times, the first joint from both sides.
+fn visited() -> crate::laboratory::Laboratory {
+    crate::testing::with_table(&crate::testing::returned(6, 3), |table| {
+        table.approach = Some(crate::testing::sides_in_turn(18));
+    })
+}
+
+#[test]
+fn a_replicate_has_the_columns_of_what_was_asked_and_a_gap_of_its_own_pose() {
+    let lab = visited();
+    let fitted = lab.fit_with(&[], None, &plumb_estimation::Progress::unwatched()).unwrap();
+    let (machine, fit) = (&fitted.machine, &fitted.fit);
+    let all = Replicates::gather(machine, fit, &lab.survey()).unwrap();
+    assert_eq!((all.members.len(), all.groups, all.motions[0].len()), (18, 6, 2));
+    assert_eq!(all.members[7], (7, 2));
+    // Candidates follow one another, the gap of the first joint last, with a column for each pose.
+    let (gap, range) = all.candidates.last().unwrap();
+    assert_eq!((gap.name.as_str(), gap.spot, range.len()), (SIDE_OF_APPROACH, Spot::Joint(0), 6));
+    assert_eq!(all.candidates.iter().filter(|(id, _)| id.name == SIDE_OF_APPROACH).count(), 1);
+    let mut end = 0;
+    for (_, range) in &all.candidates {
+        assert_eq!(range.start, end);
+        end = range.end;
+    }
+    let play = all.candidates.iter().find(|(id, _)| id.name == "joint_backlash" && id.spot == Spot::Joint(0));
+    let play = play.unwrap().1.start;
+    let (sigma, step) = (fit.scale, 1e-6);
+    for member in [0, 1, 7, 17] {
+        // How the tip moves with the first joint, by plain trigonometry; whitened by nothing, for no noise is declared.
+        let q = lab.table().q_of(member);
+        let tip = |first: f64| {
+            let second = first + q[1];
+            [200.0 * first.cos() + 150.0 * second.cos(), 200.0 * first.sin() + 150.0 * second.sin(), 0.0]
+        };
+        let slope = |axis: usize| (tip(q[0] + step)[axis] - tip(q[0] - step)[axis]) / (2.0 * step);
+        let side = if member % 2 == 0 { 1.0 } else { -1.0 };
+        for axis in 0..3 {
+            let moved = all.motions[member][0][axis];
+            assert!((moved - slope(axis)).abs() < 0.5, "{moved} {} {sigma}", slope(axis));
+            let columns = &all.columns[member];
+            // Half of the play, behind; the gap of its own pose, and of no other.
+            assert!((columns[(axis, play)] + 0.5 * side * moved).abs() < 1e-9);
+            for pose in 0..6 {
+                let expected = if pose == member / 3 { side * moved } else { 0.0 };
+                assert!((columns[(axis, range.start + pose)] - expected).abs() < 1e-9);
+            }
+        }
+        // The base is moved along each axis by as much, then the target turns with the hand.
+        let (id, base) = (&all.loose[0].0, &all.loose[0].1[member]);
+        assert_eq!((id.name.as_str(), base.shape()), ("base_position", (3, 3)));
+        assert!((base - DMatrix::<f64>::identity(3, 3)).norm() < 1e-9, "{base}");
+        let target = all.loose.iter().find(|(id, _)| id.name == "tool_offset").unwrap();
+        let turned = (q[0] + q[1]).cos();
+        assert!((target.1[member][(0, 0)] - turned).abs() < 0.02, "{}", target.1[member]);
+    }
+}
+
+#[test]
+fn replicates_that_read_something_else_than_the_first_are_not_compared() {
+    let mut lab = visited();
+    let count = |lab: &crate::laboratory::Laboratory| {
+        let fitted = lab.fit_with(&[], None, &plumb_estimation::Progress::unwatched()).unwrap();
+        Replicates::gather(&fitted.machine, &fitted.fit, &lab.survey()).unwrap().members
+    };
+    assert_eq!(count(&lab).len(), 18);
+    // Row 4 is the second of the second pose, row 6 the first of the third: then both others differ from it.
+    lab = crate::testing::with_table(&lab, |table| {
+        table.positions[0].xyz[4][2] = f64::NAN;
+        table.positions[0].xyz[6] = [f64::NAN; 3];
+    });
+    let rows: Vec<usize> = count(&lab).iter().map(|(row, _)| *row).collect();
+    assert_eq!(rows, [0, 1, 2, 3, 5, 9, 10, 11, 12, 13, 14, 15, 16, 17]);
+}
