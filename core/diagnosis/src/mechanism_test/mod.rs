@@ -20,7 +20,7 @@ pub(crate) use left_out_geometry::{GEOMETRY, explains_as_well};
 pub(crate) use posterior::posterior;
 
 use bench::{Bench, Set};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, DVectorView};
 use plumb_calibration::effect::{Effect, EffectId, Family, Spot, build, kind};
 use plumb_estimation::chi_squared_tail;
 use predictions::Predictions;
@@ -67,6 +67,20 @@ struct Rivals {
     smooth: bool,
 }
 
+/// A row whose readings move by less than this (sigmas a radian or mm) says nothing of a joint: one on whose axis the point is.
+const LEAST_MOTION: f64 = 1e-9;
+
+/// Squares of what the readings of a row leave along the way in which they move, and across it for each direction, so that a point in space, with two directions across,
+/// is comparable. Nothing of a single reading, which has no direction across, and where nothing moves.
+fn along_and_across(way: DVectorView<'_, f64>, own: DVectorView<'_, f64>) -> Option<(f64, f64)> {
+    let length = way.norm();
+    if way.len() < 2 || length < LEAST_MOTION {
+        return None;
+    }
+    let along = (way.dot(&own) / length).powi(2);
+    Some((along, (own.norm_squared() - along) / (way.len() as f64 - 1.0)))
+}
+
 impl Bench<'_> {
     /// What else is at the joint of a suspect, as a share of what that explains: whatever smooth functions of the joint do there if they are the whole flexible part, so that
     /// none of them makes up for another part, and by how much more everything leaves along the joint's motion than across it.
@@ -96,15 +110,10 @@ impl Bench<'_> {
         for range in &self.features.equations {
             let way = carrier.rows(range.start, range.len());
             let own = left.rows(range.start, range.len());
-            let length = way.norm();
-            // One reading has no direction across.
-            if range.len() < 2 || length < 1e-9 {
-                continue;
+            if let Some((along, across)) = along_and_across(way, own) {
+                sums.0 += along;
+                sums.1 += across;
             }
-            let along = (way.dot(&own) / length).powi(2);
-            sums.0 += along;
-            // Per direction, so that a point in space, with two directions across, is comparable.
-            sums.1 += (own.norm_squared() - along) / (range.len() as f64 - 1.0);
         }
         sums
     }

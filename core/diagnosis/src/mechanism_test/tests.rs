@@ -72,3 +72,17 @@ fn the_jackknife_of_means_is_their_standard_error() {
     let without = [3.0, 8.0 / 3.0, 7.0 / 3.0, 2.0];
     assert!((predictions::jackknife(without.into_iter()) - 0.645_497).abs() < 1e-6);
 }
+
+#[test]
+fn what_a_row_leaves_is_parted_along_its_motion_and_across_it_for_each_direction() {
+    let parts = |way: &[f64], own: &[f64]| {
+        let [way, own] = [way, own].map(DVector::from_row_slice);
+        along_and_across(way.rows(0, way.len()), own.rows(0, own.len()))
+    };
+    // (6, 8, 5) along (3, 4, 0): 10, and 5 across, of two directions.
+    assert_eq!(parts(&[3.0, 4.0, 0.0], &[6.0, 8.0, 5.0]), Some((100.0, 12.5)));
+    assert_eq!(parts(&[1.0, 0.0], &[2.0, 3.0]), Some((4.0, 9.0)));
+    assert_eq!(parts(&[1.0], &[2.0]), None, "one reading has no direction across");
+    assert_eq!(parts(&[0.9 * LEAST_MOTION, 0.0], &[2.0, 3.0]), None, "it does not move");
+    assert!(parts(&[1.1 * LEAST_MOTION, 0.0], &[2.0, 3.0]).is_some());
+}

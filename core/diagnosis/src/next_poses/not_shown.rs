@@ -36,7 +36,7 @@ impl Laboratory {
         progress.report(0.7, "choosing poses")?;
         let weighty = self.with_model(with_weight(self.model()));
         let mut rivals = vec![Rival::of("the model as it is".to_owned(), stage.taken.clone(), &stage.fitted)];
-        rivals.extend(faint.iter().map(|one| rival(one, stage, ASKED_SIZE * sigma * 3.0_f64.sqrt(), self)));
+        rivals.extend(faint.iter().map(|one| rival(one, stage, asked_mm(sigma), self)));
         let mut chooser = Chooser::new(&weighty, rivals, noise)?;
         chooser.tell_from_first();
         let wish = Wish { count: wanted.count, keep_out: &wanted.keep_out, payloads: &wanted.payloads };
@@ -66,6 +66,11 @@ impl Laboratory {
     }
 }
 
+/// How far the effects that are asked about move a point, mm, where the noise along an axis is `sigma` mm: three of those make up a point.
+fn asked_mm(sigma: f64) -> f64 {
+    ASKED_SIZE * sigma * 3.0_f64.sqrt()
+}
+
 /// Of each kind of effect the first, which could move the tip most: poses that show it at one joint mostly show it at the others.
 fn keep_one_of_each_kind(faint: &mut Vec<Faint>) {
     let mut kinds: Vec<String> = Vec::new();
@@ -92,4 +97,69 @@ fn rival(faint: &Faint, stage: &Stage<'_>, most_mm: f64, lab: &Laboratory) -> Ri
     let mut effects = stage.taken.clone();
     effects.push(AddedEffect { id: faint.id.clone(), values });
     Rival { label: lab.model().label(&faint.id), effects, state, covariance }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::next_poses::Candidates;
+    use crate::testing::two_links_with;
+    use crate::{candidates, unlisted};
+
+    /// Twelve poses of an arm of which everything is right.
+    fn narrow() -> Laboratory {
+        two_links_with("free: [joint_zero(*)]\nnoise: {p1_mm: 0.05}", 12, 0.05, 3, |_| [0.0; 2])
+    }
+
+    #[test]
+    fn a_point_of_three_axes_moves_by_the_root_of_three_times_the_noise_of_one() {
+        assert!((asked_mm(0.2) - ASKED_SIZE * 0.2 * 1.732_050_807_568_877_2).abs() < 1e-12);
+    }
+
+    #[test]
+    fn an_effect_that_is_not_shown_is_put_in_at_the_size_that_is_asked_and_at_no_more_than_the_rows_allow() {
+        let (lab, progress) = (narrow(), Progress::unwatched());
+        let fitted = lab.fit_with(&[], None, &progress).unwrap();
+        let floor = Floor::of(&fitted.machine, &fitted.fit, &lab.survey());
+        let asked = Candidates { listed: candidates::probes(&lab), unlisted: unlisted::probes(&lab) };
+        let finding = lab.find(&floor, &asked, &progress).unwrap();
+        let faint = lab.faint(&finding.stage.fitted, &floor).unwrap();
+        let (one, stage) = (faint.first().unwrap(), &finding.stage);
+        let (machine, fit) = (&stage.fitted.machine, &stage.fitted.fit);
+        for (most_mm, share) in [(0.5 * one.error_mm, 0.5), (one.error_mm, 1.0), (3.0 * one.error_mm, 1.0)] {
+            let put_in = rival(one, stage, most_mm, &lab);
+            let values: Vec<f64> = one.values.iter().map(|value| share * value).collect();
+            assert_eq!(put_in.state.effects.last(), Some(&values));
+            assert_eq!(
+                put_in.effects.last().map(|added| (&added.id, &added.values)),
+                Some((&one.id, &values))
+            );
+            assert_eq!(put_in.effects.len(), stage.taken.len() + 1);
+            let beside = fit.state.stepped(machine.slots(), (&one.beside * share).as_slice());
+            assert_eq!(put_in.state.effects[..beside.effects.len()], beside.effects);
+            let known = fit.covariance.nrows();
+            assert_eq!(put_in.covariance.nrows(), known + values.len());
+            assert_eq!(put_in.covariance.view((0, 0), (known, known)), fit.covariance);
+            // Its own size is what is asked: nothing is known of it beforehand.
+            assert_eq!(put_in.covariance.columns(known, values.len()).norm(), 0.0);
+        }
+    }
+
+    #[test]
+    fn one_effect_of_each_kind_is_asked_about_and_poses_that_show_it_put_it_clear_of_the_noise() {
+        let (lab, progress) = (narrow(), Progress::unwatched());
+        let wanted = Wanted { count: 3, keep_out: Vec::new(), payloads: Vec::new() };
+        let found = lab.next_poses(&wanted, &progress).unwrap();
+        let Asked::NotShown { shown, size } = &found.asked else { panic!("{:?}", found.asked) };
+        assert_eq!((*size, found.new), (ASKED_SIZE, 3));
+        let mut kinds: Vec<&str> = found.between.iter().filter_map(|label| label.split('(').next()).collect();
+        assert!(!kinds.is_empty() && kinds.len() <= ASKED_KINDS, "{kinds:?}");
+        kinds.sort_unstable();
+        kinds.dedup();
+        assert_eq!(kinds.len(), found.between.len(), "{:?}", found.between);
+        assert!(!shown.is_empty() && found.separation >= SETTLES, "{shown:?} {}", found.separation);
+        if let Some(Instead::NotShownEither { hidden, .. }) = &found.instead {
+            assert_eq!(shown.len() + hidden.len(), found.between.len());
+        }
+    }
 }

@@ -132,4 +132,13 @@ mod tests {
         let spread = spread_beside(&lab);
         assert!((spread / BESIDE - 1.0).abs() < 0.1, "{spread}");
     }
+
+    #[test]
+    fn a_stripe_falls_on_its_surface_where_its_mean_lies_near_whatever_its_slope() {
+        let lab = crate::testing::two_links_with("free: []\nnoise: {p1_mm: 0.5}", 2, 0.05, 3, |_| [0.0; 2]);
+        // The first number of a row is taken for the mean; 25 mm are 50 sigmas.
+        let falls = |first: f64| falls_on_its_surfaces(lab.observations(), 1, &[first, 1e6, -1e6]);
+        assert!(falls(50.0) && falls(-50.0) && falls(0.0));
+        assert!(!falls(50.1) && !falls(-50.1));
+    }
 }
