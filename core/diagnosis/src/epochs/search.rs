@@ -419,3 +419,38 @@ fn chebyshev(x: f64, step: f64) -> DVector<f64> {
     shape[CURVE_DEGREES.1 + 1] = step;
     shape
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn neighbours_err_alike_by_what_curve_and_step_leave_of_each_row() {
+        // A constant of 2 and a step of 3 after the second of four rows; each number moves the reading by 2.
+        let inflation = |left: [f64; 4]| {
+            let rows = left.into_iter().enumerate().map(|(place, left)| {
+                let shape = chebyshev(place as f64 / 3.0, if place >= 2 { 1.0 } else { 0.0 });
+                let curve = if place >= 2 { 5.0 } else { 2.0 };
+                (shape, vec![(2.0, 2.0 * curve + left), (0.0, 7.0)])
+            });
+            let terms = vec![0, CURVE_DEGREES.1 + 1];
+            let part = |solution: Vec<f64>| Part {
+                terms: terms.clone(),
+                solution: DVector::from_vec(solution),
+                explained: 0.0,
+                rank: 2.0,
+                bic: 0.0,
+            };
+            let span = Span {
+                normal: DMatrix::zeros(11, 11),
+                gradient: DVector::zeros(11),
+                squares: 0.0,
+                equations: 8.0,
+                rows: rows.collect(),
+            };
+            span.inflation(&Pair { with: part(vec![2.0, 3.0]), without: part(vec![9.0, 9.0]) })
+        };
+        assert!((inflation([0.1; 4]) - 7.0 / 3.0).abs() < 1e-9, "all alike, as in the series of ones");
+        assert_eq!(inflation([0.1, -0.1, 0.1, -0.1]), 1.0);
+    }
+}

@@ -288,3 +288,49 @@ fn a_step_is_chance_where_a_curve_of_any_degree_that_counts_does_as_well_without
     assert_eq!(chance(0.0), 1.0);
     assert!(chance(0.2) < 1e-6, "{}", chance(0.2));
 }
+
+#[test]
+fn a_jump_is_looked_for_where_an_epoch_fits_on_either_side() {
+    // Nothing is fitted: two epochs of the fewest rows are enough, and one row less is not.
+    let looked_for = |rows: usize| {
+        let lab = laboratory(rows, true, 5, move |row| length(by_epoch(row, &[JUMP_ROWS], &[0.0, 5.0])));
+        let mut model = Model { free: Vec::new(), ..lab.model().clone() };
+        model.surfaces.iter_mut().for_each(|surface| surface.free = false);
+        let lab = lab.with_model(model);
+        let fitted = lab.fit_with(&[], None, &Progress::unwatched()).unwrap();
+        assert_eq!(fitted.fit.rank(), 0);
+        lab.find_epochs(&fitted, &Progress::unwatched()).unwrap().is_some()
+    };
+    assert!(looked_for(2 * JUMP_ROWS) && !looked_for(2 * JUMP_ROWS - 1));
+}
+
+#[test]
+fn only_the_geometry_is_held_and_a_model_without_any_has_no_stiffer_one() {
+    let held = |free: &[&str]| {
+        let model = Model::parse("model.yaml", ARM).unwrap();
+        let free = free.iter().map(|pattern| (*pattern).to_owned()).collect();
+        with_geometry_held(&Model { free, ..model }).map(|model| model.free)
+    };
+    let (zeros, lengths) = ("joint_zero(*)", "link_length(*)");
+    assert_eq!(held(&[zeros, lengths, "link_twist(elbow)"]), Some(vec![zeros.to_owned()]));
+    assert_eq!(held(&[lengths]), Some(Vec::new()));
+    assert_eq!(held(&[zeros]), None);
+    assert_eq!(held(&[]), None);
+}
+
+#[test]
+fn epochs_go_by_time_where_it_is_logged_and_by_rows_where_it_is_not() {
+    let rows = laboratory(60, false, 8, |_| Wrong::default());
+    let timed = crate::testing::with_table(&rows, |table| {
+        table.time = Some((0..60).map(|row| 10.0 * f64::from(row)).collect());
+    });
+    let named = |lab: &Laboratory| {
+        let fitted = lab.fit_with(&[], None, &Progress::unwatched()).unwrap();
+        lab.named_epochs(&Columns::of(lab, &fitted, &Progress::unwatched()).unwrap(), &[20])
+    };
+    let (epochs, jumps) = named(&rows);
+    assert_eq!(epochs, Epochs::Rows(vec![21]));
+    assert_eq!((jumps[0].between_rows, jumps[0].between_lines, jumps[0].at_s), ([20, 21], [21, 22], None));
+    let (epochs, jumps) = named(&timed);
+    assert_eq!((epochs, jumps[0].at_s), (Epochs::Times(vec![200.0]), Some(200.0)));
+}
