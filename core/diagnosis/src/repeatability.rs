@@ -346,4 +346,38 @@ mod tests {
         assert!((angle - 0.572_958).abs() < 1e-6 && unit == "deg", "{angle} {unit}");
         assert_eq!(split(false, 0.25).shown(), (0.25, "mm"));
     }
+
+    /// As `rocking`, with joints that move the readings so: one direction a joint.
+    fn jointed(residuals: Vec<[f64; 3]>, ways: [[f64; 3]; 2]) -> Replicates {
+        let motions = ways.map(|way| DVector::from_row_slice(&way));
+        Replicates {
+            residuals: residuals.iter().map(|own| DVector::from_row_slice(own)).collect(),
+            motions: vec![motions.to_vec(); 10],
+            ..rocking()
+        }
+    }
+
+    /// Two camps three apart from their middle along x, and what lies beside.
+    fn camps() -> Vec<[f64; 3]> {
+        rocking().residuals.iter().map(|own| [own[0], own[1], own[2]]).collect()
+    }
+
+    #[test]
+    fn a_joint_that_stands_in_two_places_is_found_by_its_motion_with_the_distance() {
+        let lab = crate::testing::two_links(4, "", 0.05, 1, |_| [0.0; 2]);
+        let machine = lab.machine(&[]).unwrap();
+        let of = |returns: &Replicates| find_splits(&machine, returns);
+        // The second joint moves along x by 2 a radian: 6 apart are 3 rad.
+        let found = of(&jointed(camps(), [[0.0, 1.0, 0.0], [2.0, 0.0, 0.0]]));
+        assert_eq!(found.len(), 1, "{found:?}");
+        assert!(found[0].spot == Spot::Joint(1) && found[0].turns, "{found:?}");
+        assert!((found[0].apart - 3.0).abs() < 0.05, "{found:?}");
+        // Where no joint moves that way the base does.
+        let found = of(&jointed(camps(), [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]));
+        assert!(found.len() == 1 && found[0].spot == Spot::Base && !found[0].turns, "{found:?}");
+        assert!((found[0].apart - 6.0).abs() < 0.1, "{found:?}");
+        // One place, and scatter about it.
+        let scattered = camps().iter().map(|own| [own[1], own[2], own[1]]).collect();
+        assert_eq!(of(&jointed(scattered, [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])), []);
+    }
 }

@@ -181,4 +181,56 @@ mod tests {
         let probes = probes(&lab);
         assert_eq!((probes.len(), probes[0].family, probes[15].family), (16, 1, 4));
     }
+
+    /// How fast a mechanism turns the second joint a unit of each of its numbers, where the joints are at 0.3 and 0.5 rad, or as far the other way.
+    fn rates(shape: Shape, sense: f64) -> Vec<f64> {
+        let lab = two_links(4, "", 0.05, 1, |_| [0.0; 2]);
+        let chain = &lab.model().chain;
+        let q = [0.3 * sense, 0.5 * sense];
+        let posture = plumb_kinematics::Posture::of(chain, &q, &[]);
+        let situation = Situation {
+            chain,
+            q: &q,
+            previous: None,
+            approach: &[1, -1],
+            speed: &[],
+            time: f64::NAN,
+            clock: f64::NAN,
+            epoch: 0,
+            temperature: f64::NAN,
+            moments: &[5.0, -2.0],
+            weights: plumb_kinematics::Weights { masses: &[], payload: 0.0, down: -Vector3::z() },
+            posture: &posture,
+            point: Vector3::zeros(),
+            hand: nalgebra::Matrix3::identity(),
+            trigger: None,
+        };
+        let mut drives = Vec::new();
+        Unlisted::new(1, shape).drive(&situation, &mut drives);
+        assert!(drives.iter().enumerate().all(|(place, drive)| drive.parameter == place));
+        drives.iter().map(|drive| drive.rate).collect()
+    }
+
+    #[test]
+    fn play_without_a_name_goes_by_the_side_and_with_angle_or_load_and_a_hinge_pulls_beyond_its_angle() {
+        let close = |found: &[f64], expected: &[f64]| {
+            let same = found.len() == expected.len();
+            assert!(
+                same && found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12),
+                "{found:?} {expected:?}"
+            );
+        };
+        // It came from above: the side is -1.
+        close(
+            &rates(Shape::PlayByAngle, 1.0),
+            &[-0.5_f64.cos(), -0.5_f64.sin(), -1.0_f64.cos(), -1.0_f64.sin()],
+        );
+        close(&rates(Shape::PlayByLoad, 1.0), &[2.0, -2.0]);
+        let hinge = |other: Option<usize>, at: f64, sense: f64| rates(Shape::Hinge { other, at }, sense);
+        close(&hinge(None, 0.2, 1.0), &[0.3, 0.0]);
+        close(&hinge(None, 0.2, -1.0), &[0.0, -0.3]);
+        close(&hinge(None, 0.6, 1.0), &[0.0, 0.0]);
+        close(&hinge(Some(0), 0.6, 1.0), &[0.2, 0.0]);
+        close(&hinge(Some(0), 0.6, -1.0), &[0.0, -0.2]);
+    }
 }

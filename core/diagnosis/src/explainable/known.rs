@@ -260,4 +260,25 @@ mod tests {
         assert_eq!((columns[0].name.as_str(), columns[0].values.as_slice()), ("order", &[2.0, 0.0][..]));
         assert!(numbers(&plain, &[1]).is_empty(), "of one row nothing varies");
     }
+
+    #[test]
+    fn sessions_and_words_are_categories_where_there_are_two_at_least_and_not_too_many() {
+        let columns_of = |sessions: usize, words: usize| {
+            let rows: String =
+                (0..28).map(|row| format!("{row},0,1,s{},w{}\n", row % sessions, row % words)).collect();
+            let table =
+                Table::parse("t.csv", &format!("q1_deg,q2_deg,p1_x_mm,session,fixture\n{rows}")).unwrap();
+            categories(&table, &[0, 1, 13, 27])
+        };
+        let names = |sessions: usize, words: usize| {
+            columns_of(sessions, words).into_iter().map(|(name, _)| name).collect::<Vec<_>>()
+        };
+        assert_eq!(names(2, 2), ["session", "`fixture`"]);
+        assert!(names(1, 1).is_empty());
+        assert_eq!(names(MOST_LEVELS, MOST_LEVELS), ["session", "`fixture`"]);
+        assert!(names(MOST_LEVELS + 1, MOST_LEVELS + 1).is_empty());
+        let found = columns_of(2, 3);
+        assert_eq!(found[0].1, [Some(0), Some(1), Some(1), Some(1)]);
+        assert_eq!(found[1].1, [Some(0), Some(1), Some(1), Some(0)]);
+    }
 }

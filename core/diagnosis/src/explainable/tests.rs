@@ -81,3 +81,14 @@ fn the_error_of_a_root_mean_square_follows_from_that_of_the_sum_of_squares() {
     assert!(counts(Some(Gain { total: 1.01 * EXPLAINABLE_ERRORS, error: 1.0 })));
     assert!(!counts(Some(Gain { total: 0.99 * EXPLAINABLE_ERRORS, error: 1.0 })) && !counts(None));
 }
+
+#[test]
+fn a_fall_of_just_the_limit_is_chance_and_as_many_poses_as_are_needed_are_enough() {
+    assert!(!counts(Some(Gain { total: EXPLAINABLE_ERRORS, error: 1.0 })));
+    let asked = |poses: usize| {
+        let lab = two_links(poses, "joint_zero(*)", 0.05, 6, |_| [0.0; 2]);
+        let fitted = lab.fit_with(&[], None, &Progress::unwatched()).unwrap();
+        explainable(&fitted.machine, &fitted.fit, &Progress::unwatched()).unwrap().is_some()
+    };
+    assert!(asked(FEWEST_POSES) && !asked(FEWEST_POSES - 1));
+}

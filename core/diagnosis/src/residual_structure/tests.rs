@@ -95,3 +95,18 @@ fn squares_between_levels_and_within_them_add_up() {
     // In another order every level has the same mean.
     assert_eq!(explained(&[1.0, 3.0, 5.0, 7.0], &[0, 0, 1, 1], &[0, 3, 1, 2]), (0.0, 20.0, 2));
 }
+
+#[test]
+fn categories_are_described_by_the_means_of_their_own_rows_and_those_without_any_are_left_out() {
+    let covariate = Covariate {
+        name: "fixture".to_owned(),
+        unit: "",
+        turns: false,
+        values: vec![0.0, 2.0, 0.0, 2.0, 2.0],
+        categories: ["left", "right", "rear"].map(str::to_owned).to_vec(),
+    };
+    let component = Component { name: "along x".to_owned(), values: vec![1.0, 4.0, 2.0, 5.0, 9.0] };
+    let found = category_means(&covariate, &component);
+    assert_eq!((found.along.as_str(), found.against.as_str()), ("along x", "fixture"));
+    assert_eq!(found.means, [("left".to_owned(), 1.5), ("rear".to_owned(), 6.0)]);
+}
