@@ -552,4 +552,22 @@ mod tests {
         let asked = ["joint_zero(elbow)".to_owned()];
         assert!(laboratory.effect_plots(&asked, &cancelled).is_err());
     }
+
+    #[test]
+    fn the_angle_of_a_wave_goes_by_degrees_of_a_joint_or_by_turns_of_a_screw() {
+        let slides = "arm: axes\nconvention: distal\njoints:\n  - {name: turn, a_mm: 100}\n  - {name: slide, slides: true, screw_pitch_mm: 5}\ntargets: {p1: {}}\nmeasured_from: world\n";
+        let model = Model::parse("m.yaml", slides).unwrap();
+        let rows: String = (0..6).map(|row| format!("{},{},1,2,3\n", 10 * row, row * row)).collect();
+        let table = plumb_calibration::table::Table::parse(
+            "t.csv",
+            &format!("q1_deg,q2_mm,p1_x_mm,p1_y_mm,p1_z_mm\n{rows}"),
+        )
+        .unwrap();
+        let lab = Laboratory::new(model, table, crate::laboratory::Options::default()).unwrap();
+        let fitted = lab.fit_with(&[], None, &Progress::unwatched()).unwrap();
+        let rate = |text: &str| wave_rate(&fitted, &effect::parse(text, lab.model()).unwrap());
+        assert!((rate("joint_harmonic(turn, 3)").unwrap() - 3.0 * TAU / 360.0).abs() < 1e-12);
+        assert!((rate("screw_wave(slide, 2)").unwrap() - 2.0 * TAU / 5.0).abs() < 1e-12);
+        assert_eq!(rate("joint_gain(turn)"), None);
+    }
 }

@@ -182,3 +182,21 @@ fn surface(name: &str, shape: &SurfaceShape, errors: &Errors<'_>) -> FoundSurfac
     };
     FoundSurface { name: name.to_owned(), shape, direction, xyz_mm, numbers, angles: Vec::new() }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Vector3;
+
+    #[test]
+    fn the_angle_between_two_planes_is_that_between_their_normals_and_a_ball_has_none() {
+        let plane = |normal: Vector3<f64>| SurfaceShape::Plane { normal: normal.normalize(), offset: 5.0 };
+        let found = between(&plane(Vector3::z()), &plane(Vector3::new(0.0, 1.0, 1.0))).unwrap();
+        assert!((found.to_degrees() - 45.0).abs() < 1e-12, "{found}");
+        let ball = SurfaceShape::Sphere { centre: Vector3::zeros(), radius: 3.0, free_radius: false };
+        assert_eq!(
+            (between(&plane(Vector3::z()), &ball), between(&ball, &plane(Vector3::z()))),
+            (None, None)
+        );
+    }
+}

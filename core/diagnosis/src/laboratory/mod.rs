@@ -366,3 +366,56 @@ impl Laboratory {
         self.split.keep(&self.table, most);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::TWO_LINKS;
+
+    /// Whether the base is still free, of a model with these lines and a table of these columns.
+    fn base_is_free(lines: &str, columns: &str, cells: &str) -> bool {
+        let text = TWO_LINKS.replace("base: {xyz_mm: [0, 0, 0], free: false}", "base: {free: true}");
+        let mut model = Model::parse("m.yaml", &format!("{text}{lines}")).unwrap();
+        let rows: String = (0..3).map(|row| format!("{},{},{cells}\n", 10 * row, 20 - row)).collect();
+        let table = Table::parse("t.csv", &format!("q1_deg,q2_deg,{columns}\n{rows}")).unwrap();
+        hold_unseen_base(&mut model, &table);
+        model.base.free
+    }
+
+    #[test]
+    fn a_base_that_slides_with_what_is_seen_is_held_and_one_that_anything_else_sees_is_not() {
+        let board = "board: {seen_by: p1}\n";
+        let seen = "board_x_mm,board_y_mm,board_z_mm";
+        assert!(!base_is_free(board, seen, "1,2,3"));
+        assert!(
+            base_is_free("board: {seen_by: p1, free: false}\n", seen, "1,2,3"),
+            "a board whose place is known"
+        );
+        assert!(base_is_free(board, &format!("{seen},p1_x_mm"), "1,2,3,4"));
+        assert!(base_is_free(board, &format!("{seen},height_mm"), "1,2,3,4"));
+        assert!(base_is_free(board, &format!("{seen},tilt_x_deg"), "1,2,3,4"));
+        assert!(base_is_free(board, &format!("{seen},touch"), "1,2,3,a"));
+        assert!(base_is_free(board, &format!("{seen},on"), "1,2,3,plate"));
+        assert!(base_is_free(board, &format!("{seen},p1_qw,p1_qx,p1_qy,p1_qz"), "1,2,3,1,0,0,0"));
+        assert!(base_is_free("", "p1_x_mm", "1"));
+        // The same of a laser line and the surfaces it sees.
+        let profile = |free: bool| {
+            format!(
+                "profile: {{seen_by: p1}}\nsurfaces: {{plate: {{plane: {{normal: [0, 0, 1], offset_mm: 0}}, free: {free}}}}}\n"
+            )
+        };
+        let points = "profile_x_mm,profile_z_mm,on";
+        assert!(!base_is_free(&profile(true), points, "1,100,plate"));
+        assert!(base_is_free(&profile(false), points, "1,100,plate"), "a surface whose place is known");
+        assert!(base_is_free(&profile(true), &format!("{points},p1_x_mm"), "1,100,plate,4"));
+    }
+
+    #[test]
+    fn being_told_to_end_is_no_error_of_the_files_wherever_it_was() {
+        let ended = plumb_estimation::Cancelled;
+        assert!(LaboratoryError::from(ended).is_cancelled());
+        assert!(LaboratoryError::Fit(FitError::Cancelled(ended)).is_cancelled());
+        assert!(!LaboratoryError::Refused("no".to_owned()).is_cancelled());
+        assert!(!LaboratoryError::Fit(FitError::NoRows { table: "t".to_owned() }).is_cancelled());
+    }
+}

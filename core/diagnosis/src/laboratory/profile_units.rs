@@ -99,4 +99,36 @@ mod tests {
         let line: Vec<[f64; 2]> = (0..6).map(|step| [f64::from(step), 3.0 + 0.5 * f64::from(step)]).collect();
         assert!(radius(&line).is_none_or(|radius| radius > 1e4));
     }
+
+    /// Profiles of circles of these radii on a ball of 10 mm, each of so many points.
+    fn on_a_ball(radii: &[f64], points: usize) -> Result<(), ImplausibleError> {
+        let model = "arm: one\nconvention: distal\njoints: [{name: turn, a_mm: 100}]\ntargets: {p1: {}}\nprofile: {seen_by: p1}\nsurfaces:\n  ball: {sphere: {centre_mm: [0, 0, 0], radius_mm: 10}}\n  plate: {plane: {normal: [0, 0, 1], offset_mm: 0}}\n";
+        let header: String =
+            (1..=points).map(|point| format!(",profile{point}_x_mm,profile{point}_z_mm")).collect();
+        let row = |(row, radius): (usize, &f64)| {
+            let turns = (0..points).map(|point| 0.2 * point as f64 - 0.5);
+            let cells: String = turns
+                .map(|turn| format!(",{},{}", radius * turn.sin(), 90.0 - radius * turn.cos()))
+                .collect();
+            format!("{row},ball{cells}\n")
+        };
+        let rows: String = radii.iter().enumerate().map(row).collect();
+        let table = Table::parse("t.csv", &format!("q1_deg,on{header}\n{rows}")).unwrap();
+        check(&Model::parse("m.yaml", model).unwrap(), &table)
+    }
+
+    #[test]
+    fn circles_larger_than_their_ball_are_refused_where_enough_rows_show_them() {
+        assert_eq!(on_a_ball(&[9.0, 10.0, 11.0], 6), Ok(()));
+        assert_eq!(on_a_ball(&[9.0, 11.9, 30.0], 6), Ok(()), "the middle one counts: 1.19 of the ball");
+        let Err(ImplausibleError::ProfileOnBall { ball, seen, radius, .. }) =
+            on_a_ball(&[9.0, 12.1, 30.0], 6)
+        else {
+            panic!("1.21 of the ball");
+        };
+        assert!(ball == "ball" && (seen - 12.1).abs() < 1e-6 && radius == 10.0, "{ball} {seen} {radius}");
+        assert_eq!(on_a_ball(&[20.0, 20.0], 6), Ok(()), "two rows are too few");
+        assert!(on_a_ball(&[20.0; 3], 5).is_err());
+        assert_eq!(on_a_ball(&[20.0; 3], 4), Ok(()), "four points are no circle");
+    }
 }

@@ -334,3 +334,17 @@ impl Adjustment {
         skew.and_then(|effect| effect.values.first()).copied().unwrap_or(0.0)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_adjustment_that_was_told_to_end_is_told_from_one_that_failed() {
+        assert!(AdjustError::from(Cancelled).is_cancelled());
+        assert!(AdjustError::Fit(FitError::Cancelled(Cancelled)).is_cancelled());
+        assert!(AdjustError::Laboratory(Box::new(LaboratoryError::from(Cancelled))).is_cancelled());
+        assert!(!AdjustError::TooFew { near: 3, all: 9, unknowns: 5 }.is_cancelled());
+        assert!(!AdjustError::Fit(FitError::NoRows { table: "t".to_owned() }).is_cancelled());
+    }
+}
