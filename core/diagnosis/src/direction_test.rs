@@ -669,4 +669,91 @@ mod tests {
         let ratios: Vec<f64> = tests.iter().map(|test| test.across.0 / test.across.1).collect();
         assert!(ratios.windows(2).all(|pair| pair[0] <= pair[1]), "{ratios:?}");
     }
+
+    #[test]
+    fn a_base_tilts_about_two_axes_and_a_joint_turns_about_its_own() {
+        assert_eq!(Loose::at(Spot::Base).parameters().len(), 2);
+        assert_eq!(Loose::at(Spot::Joint(1)).parameters().len(), 1);
+    }
+
+    #[test]
+    fn rows_that_come_and_go_leave_the_same_as_if_they_were_gathered_anew() {
+        let projected =
+            rows(&[[5.0, 1.0, 2.0], [-7.0, 2.0, 0.5], [1.0, 1.0, 1.0]]).without(&DMatrix::zeros(0, 9), 0..0);
+        let mut some = Kept::none(&projected);
+        for kept in [[true, true, true], [true, false, true], [false, true, true], [false, true, false]] {
+            some.keep(&projected, &kept);
+            let (squares, freedom, _) = some.left(&DVector::zeros(0));
+            let anew = left_of(&projected, &kept, &DVector::zeros(0));
+            assert!(
+                (squares - anew.0).abs() < 1e-12 && freedom == anew.1,
+                "{kept:?}: {squares} {freedom} {anew:?}"
+            );
+        }
+        assert_eq!(left_of(&projected, &[true, false, true], &DVector::zeros(0)), (33.0, 6.0));
+    }
+
+    #[test]
+    fn a_column_that_is_but_rounding_takes_no_degree_of_freedom() {
+        let freedom = |share: f64| {
+            let mut normal = NormalEquations::zeros(1);
+            normal.matrix[(0, 0)] = share * 4.0;
+            Kept { normal, equations: 9.0, kept: Vec::new() }.left(&DVector::from_element(1, 4.0)).1
+        };
+        assert_eq!((freedom(0.9e-10), freedom(1e-10), freedom(1.1e-10)), (9.0, 8.0, 8.0));
+    }
+
+    #[test]
+    fn what_rows_are_off_is_counted_to_the_corner_and_beyond_it_costs_the_same() {
+        let projected = rows(&[[0.0; 3]; 2]).without(&DMatrix::zeros(0, 6), 0..0);
+        let edge = chi_squared_quantile(INLIER_QUANTILE, 3.0).sqrt();
+        let cost = |off: f64, scale: f64| {
+            // The other row is off by just its degrees of freedom.
+            let distances = vec![off * scale, 3.0_f64.sqrt() * scale];
+            surplus(&projected, &View { kept: vec![true; 2], distances, scale: 9.0 }, scale)
+        };
+        assert!((cost(2.0, 1.0) - 1.0).abs() < 1e-12 && (cost(2.0, 0.5) - 1.0).abs() < 1e-12);
+        assert!((cost(0.999 * edge, 1.0) - ((0.999 * edge).powi(2) - 3.0)).abs() < 1e-9);
+        assert!((cost(1.001 * edge, 1.0) - OUTLIER_COST).abs() < 1e-9);
+        assert!((cost(90.0, 1.0) - OUTLIER_COST).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_row_of_which_the_projection_leaves_nothing_says_nothing_and_stays() {
+        // Nine rows of three readings, and a row of one, which its own motion takes.
+        let single = |taken: bool| {
+            let mut residuals: Vec<f64> = (0..9).flat_map(|_| [0.0, 1.0, -1.0]).collect();
+            residuals.push(50.0);
+            let first = (0..=9).map(|row| 3 * row).chain([28]).collect();
+            let rows =
+                Rows { columns: DMatrix::zeros(0, 28), residuals: DVector::from_vec(residuals), first };
+            let mut motion = DMatrix::zeros(1, 28);
+            motion[(0, 27)] = if taken { 2.0 } else { 0.0 };
+            rows.without(&motion, 0..1)
+        };
+        let (taken, seen) = (single(true), single(false));
+        assert_eq!((taken.equations[9], seen.equations[9]), (0.0, 1.0));
+        let nothing = view(&taken, &DVector::zeros(0));
+        assert!(nothing.kept.iter().all(|kept| *kept) && nothing.scale.is_finite());
+        // The median of a row of three: its length over the root of the median of chi squared.
+        let expected = 2.0_f64.sqrt() / chi_squared_quantile(0.5, 3.0).sqrt();
+        assert!((nothing.scale - expected).abs() < 1e-9, "{}", nothing.scale);
+        assert!(!view(&seen, &DVector::zeros(0)).kept[9], "where it is seen it is wild");
+        // Wild or not, what is not seen costs nothing; nine rows are off by just their degrees of freedom.
+        let distances = vec![3.0_f64.sqrt(); 10];
+        let cost = surplus(&taken, &View { kept: vec![true; 10], distances, scale: 1.0 }, 1.0);
+        assert!(cost.abs() < 1e-12, "{cost}");
+    }
+
+    #[test]
+    fn a_site_at_the_limit_of_likelihood_is_ruled_out_and_eight_readings_tell_an_instrument() {
+        let tests = [site(Spot::Joint(0), 100.0), site(Spot::Joint(3), 100.0 + SITE_LIKELIHOOD)];
+        assert_eq!(possible_sites(&tests, &FLOOR), [Spot::Joint(0)]);
+        let residuals: Vec<[f64; 3]> = (0..8).map(|_| [1.0, 3.0, 3.0]).collect();
+        let all = rows(&residuals).without(&DMatrix::zeros(0, 24), 0..0);
+        let instruments: Vec<&str> =
+            (0..24).map(|equation| if equation % 3 == 0 { "tracker" } else { "level" }).collect();
+        let found = scatter(&all, &[true; 8], &DVector::zeros(0), &instruments).unwrap();
+        assert!((found[0] - 1.0).abs() < 1e-12 && (found[1] - 3.0).abs() < 1e-12, "{found}");
+    }
 }

@@ -75,4 +75,14 @@ mod tests {
         let ends = range_within(Motion::Turns, (-0.05, 2.0 * std::f64::consts::TAU), (0.0, 1.0)).ends;
         assert_eq!(ends, (-0.05, 1.0 + RANGE_MARGIN), "where a limit comes first it holds");
     }
+
+    #[test]
+    fn limits_exactly_as_far_apart_as_the_longest_say_nothing_and_nearer_ones_hold() {
+        for (motion, longest) in
+            [(Motion::Turns, TURNS_LIMITED * std::f64::consts::TAU), (Motion::Slides, LONGEST_SLIDE)]
+        {
+            assert!(!range_within(motion, (0.0, longest), (1.0, 2.0)).limited);
+            assert!(range_within(motion, (0.0, 0.999 * longest), (1.0, 2.0)).limited);
+        }
+    }
 }

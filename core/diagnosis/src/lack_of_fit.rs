@@ -63,6 +63,10 @@ mod tests {
         assert!((p(4.0 * 27.722) - 0.002).abs() < 1e-5, "{}", p(4.0 * 27.722));
         let lack = |squares: f64| LackOfFit { ratio: 1.0, p: p(squares) };
         assert!(lack(4.0 * 27.9).is_significant() && !lack(4.0 * 27.5).is_significant());
+        assert!(
+            !LackOfFit { ratio: 1.0, p: LACK_OF_FIT_LEVEL }.is_significant(),
+            "the level itself is noise"
+        );
     }
 
     #[test]

@@ -89,3 +89,28 @@ fn an_effect_that_the_table_cannot_show_is_refused() {
         "nothing is searched for"
     );
 }
+
+#[test]
+fn of_equal_variants_the_first_stands_and_what_tells_nothing_is_not_charged() {
+    let lab = two_links(8, "", 0.1, 1, |_| [0.0; 2]);
+    let probes =
+        [probe(&lab, 1, Search::Nothing), probe(&lab, 1, Search::Nothing), probe(&lab, 2, Search::Smooth)];
+    let absorbed = Score { freedom: 0, p: 1.0, ..scored(0.0) };
+    let found = best_variants(&probes, vec![scored(5.0), scored(5.0), absorbed.clone()]);
+    assert_eq!((found[0].0, found[1].0), (0, 2));
+    assert_eq!((found[1].1.p, found[1].1.freedom), (absorbed.p, 0));
+}
+
+#[test]
+fn only_what_is_searched_for_and_not_known_yet_is_searched() {
+    let jumps = |q: [f64; 2]| [0.0, if q[0] > 0.0 { 0.003 } else { 0.0 }];
+    let lab = two_links(60, "joint_zero(*)", 0.05, 2, jumps);
+    let searched =
+        |id: &EffectId| lab.searched(id.clone(), &plumb_estimation::Progress::unwatched()).unwrap();
+    let gain = EffectId::at("joint_gain", Spot::Joint(1));
+    assert_eq!(searched(&gain), gain, "nothing is searched for in it");
+    let step = EffectId::at("joint_step", Spot::Joint(1));
+    assert!(searched(&step).inner.is_some());
+    let known = EffectId { inner: Some(3.5), ..step };
+    assert_eq!(searched(&known), known);
+}

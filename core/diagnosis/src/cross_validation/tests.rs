@@ -91,3 +91,21 @@ fn sessions_are_blocks_of_their_own_where_there_are_several() {
     assert_eq!(session_blocks(&table, &[0, 1, 2]), Some(vec![vec![0, 2], vec![1]]), "one was not fitted");
     assert_eq!(session_blocks(&table, &[0, 2]), None, "one block is no cross-validation");
 }
+
+#[test]
+fn sessions_are_blocks_from_two_on() {
+    let table = |sessions: &[&str]| {
+        let rows: String = sessions.iter().map(|name| format!("0,0,1,{name}\n")).collect();
+        Table::parse("t.csv", &format!("q1_deg,q2_deg,p1_x_mm,session\n{rows}")).unwrap()
+    };
+    let all = [0, 1, 2, 3];
+    assert_eq!(session_blocks(&table(&["a", "b", "a", ""]), &all), Some(vec![vec![0, 2], vec![1]]));
+    assert_eq!(session_blocks(&table(&["a", "b", "c", "a"]), &all), Some(vec![vec![0, 3], vec![1], vec![2]]));
+    assert_eq!(
+        session_blocks(&table(&["a", "b", "a", ""]), &[0, 2, 3]),
+        None,
+        "all that are fitted lie in one"
+    );
+    assert_eq!(session_blocks(&table(&["a"; 4]), &all), None);
+    assert_eq!(session_blocks(&table(&[""; 4]), &all), None);
+}
