@@ -127,6 +127,7 @@ mod tests {
             panic!("1.21 of the ball");
         };
         assert!(ball == "ball" && (seen - 12.1).abs() < 1e-6 && radius == 10.0, "{ball} {seen} {radius}");
+        assert!(on_a_ball(&[9.0, 10.0, 12.1, 30.0, 31.0], 6).is_err(), "of five the third");
         assert_eq!(on_a_ball(&[20.0, 20.0], 6), Ok(()), "two rows are too few");
         assert!(on_a_ball(&[20.0; 3], 5).is_err());
         assert_eq!(on_a_ball(&[20.0; 3], 4), Ok(()), "four points are no circle");

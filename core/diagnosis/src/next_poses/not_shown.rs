@@ -124,6 +124,18 @@ mod tests {
         let asked = Candidates { listed: candidates::probes(&lab), unlisted: unlisted::probes(&lab) };
         let finding = lab.find(&floor, &asked, &progress).unwrap();
         let faint = lab.faint(&finding.stage.fitted, &floor).unwrap();
+        // Of each kind the first, in the order they come.
+        let (mut first, mut kept) = (Vec::new(), lab.faint(&finding.stage.fitted, &floor).unwrap());
+        for one in &faint {
+            if first.iter().all(|known: &&Faint| known.id.name != one.id.name) {
+                first.push(one);
+            }
+        }
+        keep_one_of_each_kind(&mut kept);
+        let ids = |some: Vec<&Faint>| some.into_iter().map(|one| one.id.clone()).collect::<Vec<_>>();
+        assert!(faint.len() > first.len(), "some kind is hidden at two joints");
+        first.truncate(ASKED_KINDS);
+        assert_eq!(ids(kept.iter().collect()), ids(first));
         let (one, stage) = (faint.first().unwrap(), &finding.stage);
         let (machine, fit) = (&stage.fitted.machine, &stage.fitted.fit);
         for (most_mm, share) in [(0.5 * one.error_mm, 0.5), (one.error_mm, 1.0), (3.0 * one.error_mm, 1.0)] {

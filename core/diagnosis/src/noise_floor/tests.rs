@@ -211,11 +211,16 @@ fn what_a_first_sigma_made_too_small_is_taken_back_in_the_next_round() {
     assert!((scatter.sigma - (squares / 189.0_f64).sqrt()).abs() < 1e-9, "{}", scatter.sigma);
 }
 
-/// Six poses of two links, each visited three times, the first joint from both sides.
+/// Six poses of two links, each visited three times, every joint from both sides.
 fn visited() -> crate::laboratory::Laboratory {
     crate::testing::with_table(&crate::testing::returned(6, 3), |table| {
-        table.approach = Some(crate::testing::sides_in_turn(18));
+        table.approach = Some((0..18).flat_map(|row| [from_below(row, 2), from_below(row, 3)]).collect());
     })
+}
+
+/// From below in every so many rows, else from above.
+fn from_below(row: usize, every: usize) -> i8 {
+    if row.is_multiple_of(every) { 1 } else { -1 }
 }
 
 #[test]
@@ -226,10 +231,11 @@ fn a_replicate_has_the_columns_of_what_was_asked_and_a_gap_of_its_own_pose() {
     let all = Replicates::gather(machine, fit, &lab.survey()).unwrap();
     assert_eq!((all.members.len(), all.groups, all.motions[0].len()), (18, 6, 2));
     assert_eq!(all.members[7], (7, 2));
-    // Candidates follow one another, the gap of the first joint last, with a column for each pose.
-    let (gap, range) = all.candidates.last().unwrap();
-    assert_eq!((gap.name.as_str(), gap.spot, range.len()), (SIDE_OF_APPROACH, Spot::Joint(0), 6));
-    assert_eq!(all.candidates.iter().filter(|(id, _)| id.name == SIDE_OF_APPROACH).count(), 1);
+    // Candidates follow one another, the gaps of both joints last, with a column for each pose.
+    let gaps: Vec<_> = all.candidates.iter().filter(|(id, _)| id.name == SIDE_OF_APPROACH).collect();
+    let spots: Vec<(Spot, usize)> = gaps.iter().map(|(id, range)| (id.spot, range.len())).collect();
+    assert_eq!(spots, [(Spot::Joint(0), 6), (Spot::Joint(1), 6)]);
+    assert_eq!(gaps[1], all.candidates.last().unwrap());
     let mut end = 0;
     for (_, range) in &all.candidates {
         assert_eq!(range.start, end);
@@ -237,26 +243,32 @@ fn a_replicate_has_the_columns_of_what_was_asked_and_a_gap_of_its_own_pose() {
     }
     let play = all.candidates.iter().find(|(id, _)| id.name == "joint_backlash" && id.spot == Spot::Joint(0));
     let play = play.unwrap().1.start;
-    let (sigma, step) = (fit.scale, 1e-6);
+    let step = 1e-6;
     for member in [0, 1, 7, 17] {
         // How the tip moves with the first joint, by plain trigonometry; whitened by nothing, for no noise is declared.
         let q = lab.table().q_of(member);
-        let tip = |first: f64| {
-            let second = first + q[1];
+        let tip = |first: f64, bent: f64| {
+            let second = first + bent;
             [200.0 * first.cos() + 150.0 * second.cos(), 200.0 * first.sin() + 150.0 * second.sin(), 0.0]
         };
-        let slope = |axis: usize| (tip(q[0] + step)[axis] - tip(q[0] - step)[axis]) / (2.0 * step);
-        let side = if member % 2 == 0 { 1.0 } else { -1.0 };
-        for axis in 0..3 {
-            let moved = all.motions[member][0][axis];
-            assert!((moved - slope(axis)).abs() < 0.5, "{moved} {} {sigma}", slope(axis));
-            let columns = &all.columns[member];
-            // Half of the play, behind; the gap of its own pose, and of no other.
-            assert!((columns[(axis, play)] + 0.5 * side * moved).abs() < 1e-9);
+        let slopes = |axis: usize| {
+            let by = |first: f64, bent: f64| tip(q[0] + first, q[1] + bent)[axis] / (2.0 * step);
+            [by(step, 0.0) - by(-step, 0.0), by(0.0, step) - by(0.0, -step)]
+        };
+        let sides = [2, 3].map(|every| f64::from(from_below(member, every)));
+        let columns = &all.columns[member];
+        for (joint, axis) in [0, 1].into_iter().flat_map(|joint| [0, 1, 2].map(|axis| (joint, axis))) {
+            let moved = all.motions[member][joint][axis];
+            assert!((moved - slopes(axis)[joint]).abs() < 0.5, "{moved} {:?}", slopes(axis));
             for pose in 0..6 {
-                let expected = if pose == member / 3 { side * moved } else { 0.0 };
-                assert!((columns[(axis, range.start + pose)] - expected).abs() < 1e-9);
+                let expected = if pose == member / 3 { sides[joint] * moved } else { 0.0 };
+                assert!((columns[(axis, gaps[joint].1.start + pose)] - expected).abs() < 1e-9);
             }
+        }
+        // Half of the play, behind.
+        for axis in 0..3 {
+            let expected = -0.5 * sides[0] * all.motions[member][0][axis];
+            assert!((columns[(axis, play)] - expected).abs() < 1e-9);
         }
         // The base is moved along each axis by as much, then the target turns with the hand.
         let (id, base) = (&all.loose[0].0, &all.loose[0].1[member]);
