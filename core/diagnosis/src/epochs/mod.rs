@@ -157,8 +157,7 @@ impl Laboratory {
         progress: &Progress,
     ) -> Result<Option<Found>, LaboratoryError> {
         let columns = Columns::of(self, fitted, progress)?;
-        // An epoch on either side, and rows enough for what is fitted.
-        if columns.rows.len() >= 2 * JUMP_ROWS + fitted.fit.rank()
+        if may_show_a_jump(columns.rows.len(), fitted.fit.rank())
             && let Some(changes) = starts(&columns)
         {
             let (epochs, jumps) = self.named_epochs(&columns, &changes.abrupt);
@@ -207,6 +206,11 @@ impl Laboratory {
         let names = &self.table().session.names;
         (2..=MOST_LEVELS).contains(&names.len()).then(|| Epochs::Sessions(names.clone()))
     }
+}
+
+/// Whether so many rows are enough for an epoch on either side, beside so many numbers that are fitted.
+fn may_show_a_jump(rows: usize, rank: usize) -> bool {
+    rows >= 2 * JUMP_ROWS + rank
 }
 
 /// The same model with no number of its geometry free; nothing where none is.

@@ -426,12 +426,13 @@ mod tests {
 
     #[test]
     fn neighbours_err_alike_by_what_curve_and_step_leave_of_each_row() {
-        // A constant of 2 and a step of 3 after the second of four rows; each number moves the reading by 2.
+        // A constant of 2 and a step of 3 after the second of four rows; each number moves a reading by 2 and by 1 in turn. `left` is what is left times that.
         let inflation = |left: [f64; 4]| {
             let rows = left.into_iter().enumerate().map(|(place, left)| {
                 let shape = chebyshev(place as f64 / 3.0, if place >= 2 { 1.0 } else { 0.0 });
                 let curve = if place >= 2 { 5.0 } else { 2.0 };
-                (shape, vec![(2.0, 2.0 * curve + left), (0.0, 7.0)])
+                let step = if place % 2 == 0 { 2.0 } else { 1.0 };
+                (shape, vec![(step, step * curve + left / step), (0.0, 7.0)])
             });
             let terms = vec![0, CURVE_DEGREES.1 + 1];
             let part = |solution: Vec<f64>| Part {

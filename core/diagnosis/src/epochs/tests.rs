@@ -302,6 +302,9 @@ fn a_jump_is_looked_for_where_an_epoch_fits_on_either_side() {
         lab.find_epochs(&fitted, &Progress::unwatched()).unwrap().is_some()
     };
     assert!(looked_for(2 * JUMP_ROWS) && !looked_for(2 * JUMP_ROWS - 1));
+    // Sixteen rows, and one for each number that is fitted.
+    assert!(may_show_a_jump(16, 0) && !may_show_a_jump(15, 0));
+    assert!(may_show_a_jump(21, 5) && !may_show_a_jump(20, 5));
 }
 
 #[test]
