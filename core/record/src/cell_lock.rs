@@ -153,4 +153,23 @@ mod tests {
         CellLock::take(directory.path(), "teachmover").expect_err("held");
         assert!(begun.elapsed() >= BETWEEN_TRIES * (TRIES - 1));
     }
+
+    #[test]
+    fn a_lock_file_that_another_took_the_place_of_is_not_the_one_held() {
+        let directory = tempfile::tempdir().expect("a directory");
+        let path = directory.path().join("cell.lock");
+        let held = File::create(&path).expect("a file");
+        assert!(is_the_file_at(&held, &path));
+        fs::remove_file(&path).expect("removed");
+        assert!(!is_the_file_at(&held, &path), "nothing is there");
+        File::create(&path).expect("another file");
+        assert!(!is_the_file_at(&held, &path), "another is there");
+    }
+
+    #[test]
+    fn the_name_of_a_lock_keeps_letters_digits_and_hyphens() {
+        let directory = tempfile::tempdir().expect("a directory");
+        let _held = CellLock::take(directory.path(), "two-arms/2 b").expect("free");
+        assert!(directory.path().join("two-arms_2_b.lock").is_file());
+    }
 }

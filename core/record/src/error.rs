@@ -249,4 +249,32 @@ mod tests {
         );
         assert!(!error(rusqlite::ffi::SQLITE_FULL).is_locked());
     }
+
+    #[test]
+    fn a_record_that_another_program_holds_says_so_and_who_it_is() {
+        let failure = |code| rusqlite::Error::SqliteFailure(rusqlite::ffi::Error::new(code), None);
+        for code in [rusqlite::ffi::SQLITE_BUSY, rusqlite::ffi::SQLITE_LOCKED] {
+            assert!(what_to_do(&failure(code)).ends_with("let that program end, then try again"));
+        }
+        assert!(
+            what_to_do(&failure(rusqlite::ffi::SQLITE_READONLY)).contains("give another with --record DIR")
+        );
+        let (one, two) = ("4711 (sqlite3)".to_owned(), "12 (plumb)".to_owned());
+        assert_eq!(by(&[]), "");
+        assert_eq!(by(std::slice::from_ref(&one)), ", process 4711 (sqlite3)");
+        assert_eq!(by(&[one, two]), ", one of the processes 4711 (sqlite3), 12 (plumb)");
+    }
+
+    #[test]
+    fn only_a_broken_database_or_none_at_all_is_damage() {
+        let failure = |code| rusqlite::Error::SqliteFailure(rusqlite::ffi::Error::new(code), None);
+        let at = |code| RecordError::Statement { operation: "read a run", cause: failure(code) };
+        assert!(
+            at(rusqlite::ffi::SQLITE_CORRUPT).is_damage() && at(rusqlite::ffi::SQLITE_NOTADB).is_damage()
+        );
+        assert!(!at(rusqlite::ffi::SQLITE_FULL).is_damage());
+        let open = RecordError::Open { path: PathBuf::new(), cause: failure(rusqlite::ffi::SQLITE_NOTADB) };
+        assert!(open.is_damage());
+        assert!(!RecordError::NoDefaultDirectory.is_damage());
+    }
 }

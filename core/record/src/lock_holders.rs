@@ -28,3 +28,25 @@ fn has_open(process: &Path, name: &str) -> bool {
         target.strip_prefix(name).is_some_and(|rest| matches!(rest, "" | "-wal" | "-shm" | "-journal"))
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_process_that_has_the_database_or_a_file_of_it_open_is_named_with_its_number() {
+        let directory = tempfile::tempdir().expect("a directory");
+        let path = directory.path().join("plumb.sqlite3");
+        fs::write(&path, "").expect("written");
+        assert!(holders_of(&path).is_empty(), "nobody has it open");
+        let comm = fs::read_to_string("/proc/self/comm").expect("a name");
+        let own = format!("{} ({})", std::process::id(), comm.trim_end());
+        for beside in ["", "-wal", "-shm", "-journal"] {
+            let name = format!("{}{beside}", path.display());
+            let _open = fs::File::create(&name).expect("open");
+            assert_eq!(holders_of(&path), [own.as_str()], "{name}");
+        }
+        let _other = fs::File::create(directory.path().join("plumb.sqlite3-copy")).expect("open");
+        assert!(holders_of(&path).is_empty(), "a copy is no part of it");
+    }
+}

@@ -62,4 +62,15 @@ mod tests {
         assert_eq!(mode(place.path()), 0o755);
         assert_eq!(mode(&place.path().join("plumb.sqlite3")), 0o600);
     }
+
+    #[test]
+    fn a_file_that_is_there_stays_as_it_is_and_one_that_cannot_be_made_is_an_error() {
+        let place = tempfile::tempdir().expect("a directory");
+        let path = place.path().join("file");
+        fs::write(&path, "kept").expect("written");
+        create_owner_only_file(&path).expect("it is there");
+        assert_eq!(fs::read_to_string(&path).expect("read"), "kept");
+        let missing = create_owner_only_file(&place.path().join("nowhere/file")).expect_err("no such folder");
+        assert_eq!(missing.kind(), io::ErrorKind::NotFound);
+    }
 }
