@@ -146,3 +146,6 @@ fn check_manifests(path: &Path, beside: &Manifest, built_in: &Manifest) -> Resul
     };
     Err(LoadError::Stale { library: path.to_owned(), what })
 }
+
+#[cfg(test)]
+mod tests;
