@@ -256,4 +256,21 @@ mod tests {
         domain.remove().unwrap();
         assert!(!Domain::all().contains(&domain));
     }
+
+    #[test]
+    fn the_hash_is_fnv_1a_of_64_bits() {
+        // Test vectors of the authors of FNV.
+        assert_eq!(fnv1a(b""), 0xcbf2_9ce4_8422_2325);
+        assert_eq!(fnv1a(b"a"), 0xaf63_dc4c_8601_ec8c);
+        assert_eq!(fnv1a(b"foobar"), 0x8594_4171_f739_67e8);
+    }
+
+    #[test]
+    fn what_is_gone_already_is_removed_and_what_cannot_be_is_named() {
+        let path = Path::new("/dev/shm/piece");
+        assert!(removed(path, Ok(())).is_ok());
+        assert!(removed(path, Err(ErrorKind::NotFound.into())).is_ok());
+        let error = removed(path, Err(ErrorKind::PermissionDenied.into())).unwrap_err();
+        assert!(error.to_string().contains("/dev/shm/piece"), "{error}");
+    }
 }

@@ -36,14 +36,7 @@ pub fn check_limits() -> Result<(), String> {
     too_few_files(limit(Resource::RLIMIT_NOFILE))?;
     too_little_space(limit(Resource::RLIMIT_AS))?;
     too_little_shared_memory(shared_memory_free())?;
-    let processes = limit(Resource::RLIMIT_NPROC);
-    if processes < FEW_PROCESSES && !can_start_threads(THREADS_NEEDED) {
-        return Err(format!(
-            "too few threads: the system gives this program less than the {THREADS_NEEDED} more it needs: raise `ulimit -u` ({processes} now, for all \
-             processes and threads of this user)"
-        ));
-    }
-    Ok(())
+    too_few_threads(limit(Resource::RLIMIT_NPROC), can_start_threads)
 }
 
 /// How many files this process may have open.
@@ -58,11 +51,16 @@ fn limit(resource: Resource) -> u64 {
 
 fn raise_open_files() {
     if let Ok((soft, hard)) = getrlimit(Resource::RLIMIT_NOFILE)
-        && soft < FILES_WANTED
+        && let Some(wanted) = raised(soft, hard)
     {
         // What cannot be raised is reported below when it is too little.
-        let _ = setrlimit(Resource::RLIMIT_NOFILE, FILES_WANTED.min(hard), hard);
+        let _ = setrlimit(Resource::RLIMIT_NOFILE, wanted, hard);
     }
+}
+
+/// What a limit of open files is raised to; none where it is high enough.
+fn raised(soft: u64, hard: u64) -> Option<u64> {
+    (soft < FILES_WANTED).then_some(FILES_WANTED.min(hard))
 }
 
 /// Free bytes where POSIX shared memory lies; none where the system does not say.
@@ -96,6 +94,17 @@ fn too_little_space(allowed: u64) -> Result<(), String> {
     }
     let (now, needed) = (allowed / 1024, ADDRESSES_NEEDED / 1024);
     Err(format!("too little address space: raise `ulimit -v` ({now} kB now, {needed} kB needed)"))
+}
+
+/// Where few processes are allowed, it is tried whether the threads can be started.
+fn too_few_threads(processes: u64, can_start: impl FnOnce(usize) -> bool) -> Result<(), String> {
+    if processes >= FEW_PROCESSES || can_start(THREADS_NEEDED) {
+        return Ok(());
+    }
+    Err(format!(
+        "too few threads: the system gives this program less than the {THREADS_NEEDED} more it needs: raise `ulimit -u` ({processes} now, for all \
+         processes and threads of this user)"
+    ))
 }
 
 /// Whether some more threads can be started at once. They end before this returns.
@@ -139,6 +148,33 @@ mod tests {
             "too little address space: raise `ulimit -v` (524288 kB now, 1048576 kB needed)"
         );
         assert!(too_few_files(RLIM_INFINITY).is_ok() && too_little_space(RLIM_INFINITY).is_ok());
+    }
+
+    #[test]
+    fn open_files_are_raised_to_what_is_wanted_and_allowed_and_never_lowered() {
+        assert_eq!(raised(1024, 1 << 20), Some(4096));
+        assert_eq!(raised(1024, 2048), Some(2048), "the system allows no more");
+        assert_eq!(raised(4095, 1 << 20), Some(4096));
+        assert_eq!((raised(4096, 1 << 20), raised(1 << 20, 1 << 20)), (None, None));
+        let (soft, hard) = getrlimit(Resource::RLIMIT_NOFILE).unwrap();
+        // The tests beside this one need far fewer.
+        setrlimit(Resource::RLIMIT_NOFILE, soft.min(1000), hard).unwrap();
+        raise_open_files();
+        assert_eq!(open_files_allowed(), hard.min(FILES_WANTED));
+    }
+
+    #[test]
+    fn threads_are_tried_only_where_few_processes_are_allowed() {
+        assert_eq!(too_few_threads(4096, |_| panic!("there are enough")), Ok(()));
+        assert_eq!(too_few_threads(RLIM_INFINITY, |_| panic!("there are enough")), Ok(()));
+        assert_eq!(too_few_threads(4095, |count| count == 16), Ok(()));
+        let error = too_few_threads(4095, |_| false).unwrap_err();
+        assert!(error.contains("less than the 16 more it needs: raise `ulimit -u` (4095 now"), "{error}");
+    }
+
+    #[test]
+    fn the_free_shared_memory_of_this_machine_is_known() {
+        assert!(shared_memory_free().unwrap() > 4096);
     }
 
     #[test]

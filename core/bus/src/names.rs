@@ -26,3 +26,20 @@ pub(crate) fn request_signal(device: &str) -> String {
 pub(crate) fn reply_signal(device: &str) -> String {
     format!("reply/{device}")
 }
+
+#[cfg(test)]
+mod tests {
+    use plumb_plugin::JointState;
+
+    use super::*;
+
+    /// Programs in other languages and other versions meet by these names.
+    #[test]
+    fn streams_and_signals_have_the_names_that_others_know() {
+        let stream = stream_name("arm", &StreamDescription::of::<JointState>("joints"));
+        assert_eq!(stream, "arm/joints");
+        assert_eq!(stream_service_name(&stream), "stream/arm/joints");
+        assert_eq!(stream_signal(&stream), "stream/arm/joints");
+        assert_eq!((request_signal("arm"), reply_signal("arm")), ("request/arm".into(), "reply/arm".into()));
+    }
+}

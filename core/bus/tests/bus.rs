@@ -418,6 +418,114 @@ fn a_signal_wakes_a_task() {
 }
 
 #[test]
+fn a_task_that_waits_for_a_signal_goes_on_only_once_it_is_sent() {
+    let place = place();
+    let bus = Bus::open(&place.domain, "test").unwrap();
+    let (listener, signal) = (bus.listener("stop/arm").unwrap(), bus.signal("stop/arm").unwrap());
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
+    runtime.block_on(async {
+        let listener = AsyncListener::new(listener).unwrap();
+        let soon = Duration::from_millis(50);
+        assert!(tokio::time::timeout(soon, listener.notified()).await.is_err(), "nobody has sent it");
+        signal.notify().unwrap();
+        let count = tokio::time::timeout(LONG, listener.notified()).await.unwrap().unwrap();
+        assert!(count > 0);
+        assert!(tokio::time::timeout(soon, listener.notified()).await.is_err(), "it was taken");
+        assert_eq!(format!("{listener:?}"), "AsyncListener(Listener(\"stop/arm\"))");
+    });
+}
+
+#[test]
+fn whoever_waits_for_signals_waits_as_long_as_was_said_or_until_one_is_sent() {
+    let place = place();
+    let bus = Bus::open(&place.domain, "test").unwrap();
+    let (one, other) = (bus.listener("one").unwrap(), bus.listener("other").unwrap());
+    let limit = Duration::from_millis(120);
+    let begun = Instant::now();
+    wait_any(&[&one, &other], limit).unwrap();
+    assert!(begun.elapsed() >= limit, "{:?}", begun.elapsed());
+    bus.signal("other").unwrap().notify().unwrap();
+    let begun = Instant::now();
+    wait_any(&[&one, &other], LONG).unwrap();
+    assert!(begun.elapsed() < LONG / 2);
+    assert_eq!(one.drain().unwrap(), 0);
+    assert!(other.drain().unwrap() > 0, "it stays to be drained");
+}
+
+#[test]
+fn ports_and_the_bus_name_themselves() {
+    let place = place();
+    let bus = Bus::open(&place.domain, "test").unwrap();
+    let (sender, receiver) =
+        (bus.publisher("arm", &joints()).unwrap(), bus.subscriber("arm", &joints()).unwrap());
+    let (server, client) = (bus.server("arm").unwrap(), bus.client("arm").unwrap());
+    assert_eq!((sender.stream(), receiver.stream(), client.device()), ("arm/joints", "arm/joints", "arm"));
+    assert!(format!("{sender:?} {receiver:?}").matches("\"arm/joints\"").count() == 2);
+    assert!(format!("{server:?} {client:?}").matches("\"arm\"").count() == 2);
+    assert_eq!(format!("{:?}", bus.signal("stop/arm").unwrap()), "Signal(\"stop/arm\")");
+    assert!(format!("{bus:?}").contains(place.domain.prefix()));
+    assert_eq!(Bus::stream_service("arm", &joints()), "stream/arm/joints");
+    let users: Vec<String> = Bus::users(&place.domain).iter().map(ToString::to_string).collect();
+    assert_eq!(users.len(), 1, "{users:?}");
+    assert!(users[0].contains("test") && users[0].contains(&std::process::id().to_string()), "{users:?}");
+}
+
+#[test]
+fn a_third_sender_of_a_stream_waits_a_second_for_a_place_and_is_refused() {
+    let place = place();
+    let bus = Bus::open(&place.domain, "test").unwrap();
+    let begun = Instant::now();
+    let first = bus.publisher("arm", &joints()).unwrap();
+    let _second = bus.publisher("arm", &joints()).unwrap();
+    assert!(begun.elapsed() < Duration::from_millis(900), "a free place is not waited for");
+    let begun = Instant::now();
+    let error = bus.publisher("arm", &joints()).unwrap_err().to_string();
+    assert!(begun.elapsed() >= Duration::from_secs(1), "{:?}", begun.elapsed());
+    assert!(error.contains("the sending end of stream arm/joints"), "{error}");
+    thread::scope(|scope| {
+        let third = scope.spawn(|| bus.publisher("arm", &joints()));
+        thread::sleep(Duration::from_millis(200));
+        drop(first);
+        third.join().unwrap().expect("a place that becomes free meanwhile is taken");
+    });
+}
+
+/// Settings whose JSON has so many bytes.
+fn settings_of(bytes: usize) -> Request {
+    Request::Configure("x".repeat(bytes - 2).into())
+}
+
+#[test]
+fn a_request_and_an_answer_may_be_as_long_as_their_limit_and_no_longer() {
+    let place = place();
+    let bus = Bus::open(&place.domain, "test").unwrap();
+    let (server, client) = (bus.server("arm").unwrap(), bus.client("arm").unwrap());
+    let limit = 64 * 1024;
+    let error = client.call(&settings_of(limit + 1), Call::within(LONG)).unwrap_err();
+    let CallError::TooLong { length, limit: told, .. } = error else { panic!("{error}") };
+    assert_eq!((length, told), (limit + 1, limit));
+    let answered = |text: usize| {
+        thread::scope(|scope| {
+            scope.spawn(|| {
+                let incoming = until(|| server.receive().unwrap());
+                assert_eq!(incoming.request.unwrap(), settings_of(limit));
+                let answer = Err(PluginError::Failed("x".repeat(text)));
+                server.answer(incoming.answer, &answer).unwrap();
+            });
+            match client.call(&settings_of(limit), Call::within(LONG)).unwrap_err() {
+                CallError::Refused(error) => error.text().to_owned(),
+                other => panic!("{other}"),
+            }
+        })
+    };
+    assert_eq!(answered(limit), "x".repeat(limit));
+    assert_eq!(
+        answered(limit + 1),
+        format!("the answer has {} bytes; an answer may have {limit}", limit + 1)
+    );
+}
+
+#[test]
 fn the_bus_writes_nothing_to_the_terminal() {
     let place = place();
     let output = Command::new(env::current_exe().unwrap())
