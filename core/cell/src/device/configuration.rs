@@ -222,4 +222,58 @@ mod tests {
         assert_eq!(mistakes(&Value::Null, &Value::Null, &[]), []);
         assert_eq!(mistakes(&json!({"a": 1}), &Value::Null, &[]).len(), 1);
     }
+
+    #[test]
+    fn every_type_is_told_in_words() {
+        let kinds = [
+            ("object", json!(1), "`config.it` is 1; it is a map"),
+            ("array", json!({}), "`config.it` is a map; it is a list"),
+            ("string", json!([]), "`config.it` is a list; it is a text"),
+            ("boolean", json!("yes"), "`config.it` is `yes`; it is `true` or `false`"),
+            ("integer", json!(1.5), "`config.it` is 1.5; it is a whole number"),
+            ("number", json!(true), "`config.it` is true; it is a number"),
+        ];
+        let right = [json!({}), json!([]), json!("text"), json!(true), json!(2.0), json!(0.5)];
+        for ((kind, wrong, said), right) in kinds.into_iter().zip(right) {
+            let schema =
+                json!({"type": "object", "properties": {"it": {"type": kind, "description": "So."}}});
+            let found = mistakes(&json!({"it": wrong}), &schema, &[]);
+            assert_eq!(found, [(said.to_owned(), "So.".to_owned())]);
+            assert!(mistakes(&json!({"it": right}), &schema, &[]).is_empty(), "{kind}");
+        }
+    }
+
+    #[test]
+    fn the_words_of_bounds_say_which_there_are() {
+        let said = |schema: Value, value: Value| {
+            let schema = json!({"type": "object", "properties": {"it": schema}});
+            config_mistakes(&json!({"it": value}), &schema).pop()
+        };
+        let both = json!({"minimum": 1, "maximum": 3});
+        assert_eq!(
+            said(both.clone(), json!(0)).as_deref(),
+            Some("`config.it` is 0 (it lies between 1 and 3)")
+        );
+        assert_eq!((said(both.clone(), json!(1)), said(both.clone(), json!(3))), (None, None));
+        assert_eq!(said(both, json!(3.5)).as_deref(), Some("`config.it` is 3.5 (it lies between 1 and 3)"));
+        assert_eq!(
+            said(json!({"minimum": 1}), json!(0)).as_deref(),
+            Some("`config.it` is 0 (it lies at 1 or above)")
+        );
+        assert_eq!(
+            said(json!({"maximum": 1}), json!(2)).as_deref(),
+            Some("`config.it` is 2 (it lies at 1 or below)")
+        );
+        assert_eq!(
+            said(json!({"minLength": 2}), json!("a")).as_deref(),
+            Some("`config.it` is `a` (its length lies at 2 or above)")
+        );
+        assert_eq!(
+            config_mistakes(&json!({"a": 1}), &Value::Null),
+            ["the plugin takes no `config` (take it away)"]
+        );
+        assert!(config_mistakes(&json!({}), &Value::Null).is_empty());
+        let no_help = json!({"type": "object", "required": ["port"]});
+        assert_eq!(config_mistakes(&Value::Null, &no_help), ["`config` needs the key `port`"]);
+    }
 }

@@ -566,3 +566,6 @@ impl SensorLink for HostedSensor {
         Ok(stripes)
     }
 }
+
+#[cfg(test)]
+pub(super) mod tests;

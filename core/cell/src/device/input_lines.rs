@@ -49,7 +49,7 @@ fn wiring_of(plugin: &Plugin, input: &str) -> String {
     format!("write `inputs: {{{input}: DEVICE/STREAM}}`{message}")
 }
 
-fn lines_there_are(device: &str, count: u32) -> String {
+pub(super) fn lines_there_are(device: &str, count: u32) -> String {
     match count {
         0 => format!("`{device}` has no input lines"),
         1 => format!("`{device}` has one input line: 0"),

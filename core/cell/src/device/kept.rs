@@ -65,3 +65,35 @@ impl DeviceLinks for KeptDevices {
 
     fn shut_down(&mut self, _keep_world: bool) {}
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::super::hosted::tests::{devices_in_world, devices_without_world};
+    use super::*;
+
+    #[test]
+    fn what_a_run_asks_for_comes_from_the_devices_that_are_kept() {
+        let (_place, devices, _) = devices_in_world();
+        let shared = Arc::new(Mutex::new(devices));
+        let mut kept = KeptDevices::new(&shared);
+        let act = Act { name: "read_level".into(), ..Act::default() };
+        assert_eq!(kept.simulate(&act), Ok(Some(0.25)));
+        assert!(kept.is_new_world(), "the world is put back between the runs");
+        assert_eq!(kept.world_socket().as_deref(), Some("/run/world.sock"));
+        assert_eq!(kept.clock_ns(), None, "the world keeps the clock");
+        assert!(kept.listen("arm", "joints").is_err(), "nothing is connected");
+        shared.lock().unwrap().lose("arm", "arm is lost");
+        assert_eq!(kept.lost().map(|lost| lost.device), Some("arm".to_owned()));
+        assert_eq!(kept.lost(), None, "it is told once");
+        shared.lock().unwrap().say("eye", "hello");
+        let lines: Vec<String> = kept.log_lines().into_iter().map(|line| line.message).collect();
+        assert_eq!(lines, ["hello"]);
+        kept.shut_down(false);
+        assert!(kept.world_socket().is_some(), "whoever keeps the devices ends them");
+        let (_place, devices) = devices_without_world();
+        let kept = KeptDevices::new(&Arc::new(Mutex::new(devices)));
+        assert_eq!((kept.world_socket(), kept.clock_ns().is_some()), (None, true));
+    }
+}

@@ -7,6 +7,8 @@ mod input_lines;
 mod joint_ranges;
 mod kept;
 mod stream_link;
+#[cfg(test)]
+mod test_cell;
 mod watcher;
 mod wiring;
 

@@ -10,7 +10,8 @@ use plumb_plugin::cell_clock::{CellTime, ClockReader};
 use plumb_plugin::message::Layout;
 use plumb_plugin::{PluginError, StreamDescription};
 
-/// A stream of a device from the moment it was opened: what was sent before is left out.
+/// A stream of a device from the moment it was opened. The last message from before may still come with the first one sent after it: its date tells, held
+/// against [`StreamLink::began_ns`].
 pub trait StreamLink: Send {
     /// How its messages are laid out; none where only their plugin knows.
     fn layout(&self) -> Option<&Layout>;
@@ -48,7 +49,8 @@ impl HostedStream {
         let signal = bus.stream_listener(device, stream).map_err(|error| failed(&error))?;
         let began_ns = cell_time_ns(clock);
         let mut subscriber = bus.subscriber(device, stream).map_err(|error| failed(&error))?;
-        // The last message sent before is given to every new receiver. It says how things stood, not how they are.
+        // The last message sent before is given to every new receiver: at once where the sender knows it already, else with the next message. It says how things
+        // stood, not how they are.
         while subscriber.receive_with(|_| ()).map_err(|error| failed(&error))?.is_some() {}
         Ok(Self { device: device.to_owned(), layout: Layout::of(stream), began_ns, signal, subscriber })
     }
@@ -89,4 +91,56 @@ fn cell_time_ns(clock: Option<&Path>) -> Option<u64> {
     };
     let monotonic = Duration::from(clock_gettime(ClockId::CLOCK_MONOTONIC).ok()?);
     Some(time.at(u64::try_from(monotonic.as_nanos()).ok()?))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Instant;
+
+    use plumb_bus::Domain;
+    use plumb_plugin::cell_clock::ClockWriter;
+    use plumb_plugin::{JointState, JointVector};
+
+    use super::*;
+
+    #[test]
+    fn a_stream_gives_what_is_sent_after_it_was_opened_and_dates_tell_what_is_from_before() {
+        let directory = tempfile::tempdir().unwrap();
+        let domain = Domain::of_cell(&directory.path().join("cell.yaml")).unwrap();
+        let bus = Bus::open(&domain, "test").unwrap();
+        let stream = StreamDescription::of::<JointState>("joints");
+        let mut sender = bus.publisher("arm", &stream).unwrap();
+        let mut send = |time_ns| {
+            let state = JointState::new(time_ns, JointVector::zeros(6), false);
+            sender.emit(bytemuck::bytes_of(&state)).unwrap();
+        };
+        send(1);
+        let before = cell_time_ns(None).unwrap();
+        let mut opened = HostedStream::open(&bus, "arm", &stream, None).unwrap();
+        let began = opened.began_ns().unwrap();
+        assert!(before <= began && began <= cell_time_ns(None).unwrap());
+        assert_eq!(opened.layout().and_then(Layout::length), Some(size_of::<JointState>()));
+        let begun = Instant::now();
+        assert_eq!(opened.next(Duration::from_millis(60)).unwrap(), None, "nothing has been sent since");
+        assert!(begun.elapsed() >= Duration::from_millis(60));
+        (send(began + 1), send(began + 2));
+        let mut dates = Vec::new();
+        while let Some(message) = opened.next(Duration::from_millis(200)).unwrap() {
+            dates.push(bytemuck::pod_read_unaligned::<JointState>(&message).time_ns);
+        }
+        // The one from before comes with the first that is sent after it, and is told by its date.
+        assert_eq!(dates, [1, began + 1, began + 2]);
+        assert_eq!(opened.next(Duration::ZERO).unwrap(), None);
+        drop((opened, sender, bus));
+        domain.remove().unwrap();
+    }
+
+    #[test]
+    fn the_cells_time_is_that_of_its_world() {
+        let directory = tempfile::tempdir().unwrap();
+        let file = directory.path().join("clock");
+        assert_eq!(cell_time_ns(Some(&file)), None, "no world has written it");
+        let _writer = ClockWriter::create(&file, CellTime::Stands { at_ns: 77 }).unwrap();
+        assert_eq!(cell_time_ns(Some(&file)), Some(77));
+    }
 }

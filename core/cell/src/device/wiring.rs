@@ -165,3 +165,6 @@ fn fits(input: &InputDescription, stream: &StreamDescription) -> Result<(), Mist
         format!("input `{}` takes {}, but this stream carries {}", input.name, input.message, stream.message);
     Err((message, "wire a stream of the same kind".to_owned()))
 }
+
+#[cfg(test)]
+mod tests;
