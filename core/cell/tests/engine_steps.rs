@@ -4,6 +4,8 @@
 
 #[path = "engine_steps/arrival.rs"]
 mod arrival;
+#[path = "engine_steps/correct.rs"]
+mod correct;
 #[path = "engine_steps/dry_run.rs"]
 mod dry_run;
 #[path = "engine_steps/jogging.rs"]

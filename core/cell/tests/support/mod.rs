@@ -64,6 +64,10 @@ pub struct World {
     pub reads_at_ns: AtomicUsize,
     /// The speed the arm describes for its waist, rad/s.
     pub waist_speed: Mutex<f64>,
+    /// What the sensor was told to change, in order.
+    pub configured: Mutex<Vec<serde_json::Value>>,
+    /// The sensor refuses every change.
+    pub refuses_changes: AtomicBool,
 }
 
 /// Changes a state.
@@ -118,6 +122,8 @@ impl World {
             lie_after_move: Mutex::new(None),
             reads_at_ns: AtomicUsize::new(0),
             waist_speed: Mutex::new(0.4),
+            configured: Mutex::new(Vec::new()),
+            refuses_changes: AtomicBool::new(false),
         }
     }
 
@@ -337,6 +343,15 @@ impl SensorLink for Eye {
             old => old as u64,
         };
         Ok(Reading { time_ns, fired, edges, quantities: Vec::new() })
+    }
+
+    fn configure(&mut self, settings: &serde_json::Value) -> Result<(), DeviceError> {
+        if self.world.refuses_changes.load(Ordering::SeqCst) {
+            let error = PluginError::OutOfRange("too far".to_owned());
+            return Err(DeviceError::refused("eye", "configure", error));
+        }
+        lock(&self.world.configured).push(settings.clone());
+        Ok(())
     }
 }
 
