@@ -18,6 +18,8 @@ mod lying_devices;
 mod power_cycle;
 #[path = "engine_steps/readings.rs"]
 mod readings_of_sensors;
+#[path = "engine_steps/resuming.rs"]
+mod resuming;
 #[path = "engine_steps/safety.rs"]
 mod safety;
 #[path = "engine_steps/simulated_operator.rs"]

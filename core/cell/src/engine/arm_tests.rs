@@ -186,3 +186,110 @@ fn a_joint_of_which_nothing_is_reported_is_shown_as_no_number() {
     assert_eq!(shown.len(), 4);
     assert!(shown[1].value == 0.0 && shown[2].value.is_nan() && shown[2].unit == "mm");
 }
+
+#[test]
+fn the_outline_runs_from_the_base_to_the_flange_by_the_corrected_joints() {
+    let mut arm = arm();
+    arm.set_zeros(&[zero("shoulder", 90.0)], true);
+    let outline = arm.outline(&drive([0.0, 0.0, 50.0, 0.0])).expect("there is a model");
+    let expected: [[f64; 3]; 5] =
+        [[0.0; 3], [0.0, 225.0, 320.0], [0.0, 400.0, 320.0], [0.0, 400.0, 270.0], [0.0, 400.0, 270.0]];
+    assert_eq!(outline.len(), expected.len());
+    for (point, expected) in outline.iter().zip(expected) {
+        for (found, expected) in point.iter().zip(expected) {
+            assert!((found - expected).abs() < 1e-9, "{outline:?}");
+        }
+    }
+    let without = arm_in(&CELL.replace(", model: model.yaml", ""));
+    assert_eq!(without.outline(&drive([0.0; 4])), None);
+    assert_eq!(without.geometry().err().as_deref(), Some("the cell names no model of arm: give `model:`"));
+}
+
+#[test]
+fn the_hand_is_brought_to_where_it_was_asked_for_by_the_drives_own_numbers() {
+    let mut arm = arm();
+    arm.set_zeros(&[zero("shoulder", 10.0), zero("elbow", -5.0)], true);
+    let from = drive([10.0, 40.0, 60.0, 5.0]);
+    let there = drive([25.0, 60.0, 80.0, -20.0]);
+    let wanted = arm.flange(&there).expect("there is a model");
+    let found = arm.joints_for(&wanted, &from).expect("it is within reach");
+    for (found, there) in found.as_slice().iter().zip(there.as_slice()) {
+        assert!((found - there).abs() < 1e-6, "{found:?} {there:?}");
+    }
+    // 225 mm at 35 degrees, then 175 mm at 90 degrees.
+    let place = wanted.translation.vector;
+    let x = 225.0 * 35.0_f64.to_radians().cos();
+    let y = 225.0 * 35.0_f64.to_radians().sin() + 175.0;
+    assert!((place.x - x).abs() < 1e-9 && (place.y - y).abs() < 1e-9 && (place.z - 240.0).abs() < 1e-9);
+}
+
+#[test]
+fn less_than_half_a_step_is_no_way_and_leaves_the_side_as_it_was() {
+    let mut arm = arm();
+    arm.description.joints[2].resolution = 0.5;
+    let quill = arm.joint("quill").unwrap();
+    assert_eq!((arm.resolution(quill), arm.resolution(arm.joint("elbow").unwrap())), (0.5, 0.0));
+    let side = |by: f64| arm.sides_at(&drive([0.0, 0.0, 30.0, 0.0]), &drive([0.0, 0.0, 30.0 + by, 0.0]))[2];
+    assert_eq!([side(0.25), side(-0.25), side(0.26), side(-0.26)], [0, 0, 1, -1]);
+}
+
+#[test]
+fn a_move_takes_as_long_as_its_way_whichever_way_it_goes() {
+    let arm = arm();
+    let (here, there) = (drive([0.0, 0.0, 10.0, 0.0]), drive([0.0, 0.0, 16.0, 0.0]));
+    for (from, to) in [(&here, &there), (&there, &here)] {
+        assert!((arm.expected_time(from, to, 1.0).as_secs_f64() - 6.0).abs() < 1e-9, "6 mm at 1 mm/s");
+    }
+    let far = drive([0.0, 0.0, 1e9, 0.0]);
+    assert_eq!(arm.expected_time(&here, &far, 1.0).as_secs(), 3600, "an hour at most");
+}
+
+#[test]
+fn an_arm_is_fitted_to_the_cell_only_with_its_own_joints_in_their_units() {
+    let place = tempfile::tempdir().unwrap();
+    let refused = |joints: &str| {
+        let cell =
+            CELL.replace("{shoulder: deg, elbow: deg, quill: mm, spin: deg}, model: model.yaml", joints);
+        std::fs::write(place.path().join("cell.yaml"), cell).unwrap();
+        let cell = crate::workcell::load_workcell(
+            &place.path().join("cell.yaml"),
+            &crate::expression::Calculator::new(),
+        );
+        let cell = cell.unwrap_or_else(|problems| panic!("{problems:?}"));
+        let link = super::test_arm::still();
+        Arm::new(link, "quill", cell.robot("arm").unwrap(), None).err().map(|error| error.to_string())
+    };
+    assert_eq!(refused("{quill: mm, elbow: deg}"), None);
+    let message = refused("{quil: mm}").unwrap();
+    assert!(message.contains("the cell file names a joint `quil`") && message.contains("quill"), "{message}");
+    let message = refused("{quill: deg}").unwrap();
+    assert!(message.contains("gives joint `quill` in deg; the robot does not"), "{message}");
+}
+
+#[test]
+fn where_an_arm_was_and_from_which_sides_is_recorded_by_name_in_peoples_units() {
+    let mut arm = arm();
+    arm.set_zeros(&[zero("shoulder", 10.0)], true);
+    let recorded = arm.recorded(&drive([20.0, 0.0, 30.0, 0.0]));
+    let row = |index: usize, key: &str| recorded[index][key].clone();
+    assert_eq!((row(0, "name"), row(0, "unit")), ("shoulder".into(), "deg".into()));
+    assert_near(row(0, "drive").as_f64().unwrap(), 20.0);
+    assert_near(row(0, "value").as_f64().unwrap(), 30.0);
+    assert_eq!((row(2, "drive"), row(2, "value"), row(2, "unit")), (30.0.into(), 30.0.into(), "mm".into()));
+    let sides = serde_json::json!({"shoulder": 0, "elbow": 0, "quill": 0, "spin": 0});
+    assert_eq!(arm.recorded_sides(), sides, "nothing has moved yet");
+}
+
+#[test]
+fn a_hand_moved_by_somebody_else_has_come_from_nobody_knows_where() {
+    let mut arm = arm();
+    let (elbow, quill) = (arm.joint("elbow").unwrap(), arm.joint("quill").unwrap());
+    let here = drive([0.0, 10.0, 30.0, 0.0]);
+    arm.begin_manual(&drive([0.0, 12.0, 32.0, 0.0]));
+    arm.saw_manual(&drive([0.0, 8.0, 32.0, 0.0]));
+    assert_eq!(arm.end_manual(&here, &[(elbow, 1), (quill, -1)]), Ok(()));
+    assert_eq!(arm.sides(), [0, 1, -1, 0]);
+    // Nobody is said to have moved it, and yet it is looked at: nothing is known of any joint.
+    arm.saw_manual(&here);
+    assert_eq!(arm.sides(), [0, 0, 0, 0]);
+}

@@ -342,4 +342,45 @@ mod tests {
         assert_ne!(check_answer(&text("eleven"), &kind), Ok(()));
         assert_ne!(refused(text("eleven"), &kind), refused(Answer::Done, &kind), "the kind was right");
     }
+
+    #[test]
+    fn a_step_is_the_same_in_every_turn() {
+        assert_eq!(without_turns("again[12].inner[3].hand"), "again.inner.hand");
+        assert_eq!(without_turns("hand"), "hand");
+        assert_eq!(without_turns("again[2]"), "again");
+    }
+
+    #[test]
+    fn an_answer_from_before_fits_a_prompt_of_its_kind_only() {
+        let number = |unit: &str| PromptKind::Number {
+            unit: unit.to_owned(),
+            minimum: None,
+            maximum: None,
+            default: None,
+            decimals: None,
+        };
+        let stored = serde_json::json!({"kind": number("mm")});
+        assert!(same_kind(&stored, &number("deg")));
+        assert!(!same_kind(&stored, &PromptKind::Photo));
+        assert!(!same_kind(&serde_json::Value::Null, &PromptKind::Photo), "nothing is known of it");
+    }
+
+    #[test]
+    fn a_number_is_taken_up_to_its_bounds_and_a_level_up_to_the_most_it_shows() {
+        let number = PromptKind::Number {
+            unit: "mm".to_owned(),
+            minimum: Some(1.0),
+            maximum: Some(2.0),
+            default: None,
+            decimals: None,
+        };
+        for (value, is_taken) in [(0.99, false), (1.0, true), (2.0, true), (2.01, false), (f64::NAN, false)] {
+            assert_eq!(check_answer(&Answer::Number { value }, &number).is_ok(), is_taken, "{value}");
+        }
+        let level = PromptKind::Level { most: 0.5 };
+        for (x, is_taken) in [(0.5, true), (-0.5, true), (0.51, false), (-0.51, false), (f64::NAN, false)] {
+            assert_eq!(check_answer(&Answer::Level { x, y: 0.0 }, &level).is_ok(), is_taken, "{x}");
+            assert_eq!(check_answer(&Answer::Level { x: 0.0, y: x }, &level).is_ok(), is_taken, "{x}");
+        }
+    }
 }

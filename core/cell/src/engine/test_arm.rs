@@ -80,6 +80,13 @@ pub(crate) fn arm_with(cell: &str, model: &str) -> Arm {
     let cell = cell.unwrap_or_else(|problems| {
         panic!("{}", problems.iter().map(ToString::to_string).collect::<String>())
     });
+    let setting = cell.robot("arm").unwrap();
+    let keep_out = KeepOut::for_robot(setting, &cell.keep_out);
+    Arm::new(still(), "quill", setting, keep_out.as_ref()).unwrap()
+}
+
+/// Its link, which never moves.
+pub(crate) fn still() -> Box<dyn RobotLink> {
     let joint = |name: &str, unit, lower: f64, upper: f64| JointDescription {
         name: name.to_owned(),
         unit,
@@ -102,9 +109,7 @@ pub(crate) fn arm_with(cell: &str, model: &str) -> Arm {
         outputs: Vec::new(),
         capabilities: RobotCapabilities::default(),
     };
-    let setting = cell.robot("arm").unwrap();
-    let keep_out = KeepOut::for_robot(setting, &cell.keep_out);
-    Arm::new(Box::new(Still(description)), "quill", setting, keep_out.as_ref()).unwrap()
+    Box::new(Still(description))
 }
 
 /// Joints in deg and mm as the drive has them.
