@@ -375,4 +375,84 @@ mod tests {
         assert_eq!(may_be_changed(&file), Some(format!("everybody may write to {}", file.display())));
         assert_eq!(may_be_changed(Path::new("/usr")), None, "root's own are trusted");
     }
+
+    const MANIFEST: &str = "id: arm\ntitle: An arm\nversion: 0.1.0\ncontract: [1, 0]\nkind: robot\nlibrary: libarm.so\n\
+                            streams: [{name: joints, message: joint-state/1}]\n";
+
+    /// A folder with the plugin `arm`, whose library is there or not.
+    fn plugin_in(folder: &Path, with_library: bool) {
+        fs::create_dir_all(folder).unwrap();
+        fs::write(folder.join("plugin.yaml"), MANIFEST).unwrap();
+        if with_library {
+            fs::write(folder.join("libarm.so"), "").unwrap();
+        }
+    }
+
+    #[test]
+    fn the_first_plugin_of_a_name_counts_and_a_folder_is_searched_one_level_deep() {
+        let place = tempfile::tempdir().unwrap();
+        let (first, second) = (place.path().join("a"), place.path().join("b"));
+        plugin_in(&first.join("arm"), true);
+        plugin_in(&second.join("arm"), true);
+        plugin_in(&second.join("deep/er"), true);
+        let catalogue = Catalogue::of(vec![first.clone(), second.clone()], None);
+        assert_eq!(catalogue.find("arm").unwrap().manifest_path, first.join("arm/plugin.yaml"));
+        assert_eq!(catalogue.rows().len(), 1);
+        assert_eq!(catalogue.directories(), [first, second]);
+    }
+
+    #[test]
+    fn a_plugin_that_cannot_be_used_is_told_by_the_name_of_its_manifest_or_its_folder() {
+        let place = tempfile::tempdir().unwrap();
+        plugin_in(&place.path().join("some"), false);
+        let broken = place.path().join("leg");
+        fs::create_dir(&broken).unwrap();
+        fs::write(broken.join("plugin.yaml"), "id: [\n").unwrap();
+        let catalogue = Catalogue::of(vec![place.path().to_owned()], None);
+        let reason = |id: &str| match catalogue.find(id).unwrap_err() {
+            CatalogueError::Unusable { reason } => Some(reason),
+            CatalogueError::Unknown { looked_in, broken, .. } => {
+                assert_eq!((looked_in.len(), broken.len()), (1, 2));
+                None
+            }
+            other => panic!("{other}"),
+        };
+        assert!(reason("arm").unwrap().contains("library libarm.so of plugin 'arm'"));
+        assert!(reason("leg").unwrap().contains("leg/plugin.yaml"));
+        assert_eq!((reason("some"), reason("wing")), (None, None));
+    }
+
+    #[test]
+    fn a_plugin_that_nobody_named_is_trusted_only_where_nobody_else_may_change_it() {
+        let place = tempfile::tempdir().unwrap();
+        let cell = place.path().join("cell.yaml");
+        plugin_in(&place.path().join("plugins/arm"), true);
+        let library = place.path().join("plugins/arm/libarm.so");
+        let found = |named: &[PathBuf]| {
+            let catalogue = Catalogue::search_for_cell(named, Some(&cell));
+            catalogue.find("arm").map(drop).map_err(|error| error.to_string())
+        };
+        assert_eq!(found(&[]), Ok(()));
+        fs::set_permissions(&library, fs::Permissions::from_mode(0o666)).unwrap();
+        let error = found(&[]).unwrap_err();
+        assert!(error.contains("everybody may write to") && error.contains("libarm.so"), "{error}");
+        assert_eq!(found(&[place.path().join("plugins")]), Ok(()), "somebody has named it");
+    }
+
+    #[test]
+    fn of_the_two_a_plugin_was_built_into_the_newer_comes_first() {
+        let place = tempfile::tempdir().unwrap();
+        let folder = place.path();
+        assert!(built_beside(folder, "libarm.so").is_empty(), "it is no project of cargo's");
+        fs::write(folder.join("Cargo.toml"), "").unwrap();
+        let library = |profile: &str| folder.join("target").join(profile).join("libarm.so");
+        for profile in ["debug", "release"] {
+            fs::create_dir_all(library(profile).parent().unwrap()).unwrap();
+        }
+        fs::write(library("release"), "").unwrap();
+        assert_eq!(built_beside(folder, "libarm.so")[0], folder.join("target/release"));
+        let later = std::time::SystemTime::now() + std::time::Duration::from_secs(60);
+        fs::File::create(library("debug")).unwrap().set_modified(later).unwrap();
+        assert_eq!(built_beside(folder, "libarm.so")[0], folder.join("target/debug"));
+    }
 }

@@ -308,3 +308,6 @@ impl Context {
         Status::REFUSED
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -201,4 +201,17 @@ mod tests {
         assert!(!umlauts.contains('\u{fffd}'), "no half characters");
         assert!(cut(&[0xff; 10]).contains('\u{fffd}'));
     }
+
+    #[test]
+    fn a_text_is_cut_just_behind_its_greatest_length_and_a_character_in_two_left_out() {
+        assert_eq!(cut("x".repeat(LONGEST_TEXT).as_bytes()), "x".repeat(LONGEST_TEXT));
+        let one_more = cut("x".repeat(LONGEST_TEXT + 1).as_bytes());
+        assert_eq!(one_more, format!("{} ... (1 bytes more left out)", "x".repeat(LONGEST_TEXT)));
+        // A character of four bytes of which the cut leaves one, two, three or all.
+        for inside in 1..=4 {
+            let text = "x".repeat(LONGEST_TEXT - inside) + "\u{1f600}y";
+            let kept = "x".repeat(LONGEST_TEXT - inside) + if inside == 4 { "\u{1f600}" } else { "" };
+            assert!(cut(text.as_bytes()).starts_with(&format!("{kept} ... (")), "{inside}");
+        }
+    }
 }

@@ -79,3 +79,51 @@ impl fmt::Display for ExitReason {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ended(code: Option<i32>, signal: Option<&str>, last: &[&str]) -> ExitReason {
+        ExitReason {
+            code,
+            signal: signal.map(str::to_owned),
+            killed_because: None,
+            last_output: last.iter().map(|line| (*line).to_owned()).collect(),
+        }
+    }
+
+    #[test]
+    fn every_end_is_told_in_words() {
+        let said = |code: u8| ended(Some(code.into()), None, &[]).to_string();
+        assert_eq!(said(0), "ended in good order");
+        assert_eq!(said(exit_code::WATCHDOG), "ended itself: its plugin hung in a call");
+        assert!(said(exit_code::ORPHANED).starts_with("ended itself: it was asked to end, or nobody"));
+        assert_eq!(said(exit_code::BUS), "ended itself: its shared memory failed");
+        assert!(said(exit_code::MEMORY).contains("`memory_limit_mb:`"));
+        assert_eq!(said(77), "ended with code 77");
+        assert_eq!(ended(None, Some("SIGSEGV"), &[]).to_string(), "was ended by SIGSEGV");
+        assert_eq!(ended(None, None, &[]).to_string(), "ended");
+        let killed =
+            ExitReason { killed_because: Some("late".into()), ..ended(Some(1), Some("SIGKILL"), &[]) };
+        assert_eq!(killed.to_string(), "was killed: late");
+        assert!(ended(Some(exit_code::FAILED.into()), None, &[]).is_reported());
+        assert!(!ended(Some(0), None, &[]).is_reported() && !ended(None, None, &[]).is_orderly());
+    }
+
+    #[test]
+    fn the_last_it_wrote_is_told_unless_it_ended_well_and_refused_memory_above_all() {
+        assert_eq!(ended(Some(0), None, &["bye"]).to_string(), "ended in good order");
+        assert_eq!(
+            ended(Some(9), None, &["a", "oops"]).to_string(),
+            "ended with code 9; the last it wrote: oops"
+        );
+        let refusal = "memory allocation of 4096 bytes failed";
+        let told = ended(None, Some("SIGABRT"), &[refusal, "more"]).to_string();
+        assert!(told.contains(&format!("; {refusal} (the cell file may give it more")), "{told}");
+        assert!(!ended(None, Some("SIGSEGV"), &[refusal]).to_string().contains("may give it more"));
+        for other in ["memory allocation of 4096 bytes went well", "the allocation of 4096 bytes failed"] {
+            assert!(!ended(None, Some("SIGABRT"), &[other]).to_string().contains("may give it more"));
+        }
+    }
+}
