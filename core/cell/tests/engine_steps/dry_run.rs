@@ -1,6 +1,11 @@
 //! What a run would do, without a start: what needs an operator, what is left out, and how long it takes at most and at least.
 
-use plumb_cell::engine::{DryRun, dry_run};
+use std::sync::Arc;
+
+use plumb_cell::device::JointRange;
+use plumb_cell::engine::{DryRun, JointFacts, RobotFacts, dry_run};
+use plumb_cell::expression::Calculator;
+use plumb_cell::workcell::load_workcell;
 
 use super::place;
 use crate::support::running::{cell_with_steps, request};
@@ -61,4 +66,132 @@ fn a_correction_of_a_sensor_takes_one_exchange_with_it() {
 ";
     let plan = planned(steps, true);
     assert_eq!(plan.steps.iter().map(|step| step.estimate_s).collect::<Vec<_>>(), [Some(0.02)]);
+}
+
+/// Two turns, a slide straight down and a turn of the hand: 225 and 175 mm of reach, 320 mm above the table.
+const SCARA: &str = "arm: quill
+convention: distal
+joints:
+  - {name: shoulder, a_mm: 225, alpha_deg: 0, d_mm: 320, theta_deg: 0, limits_deg: [-130, 130]}
+  - {name: elbow, a_mm: 175, alpha_deg: 180, d_mm: 0, theta_deg: 0, limits_deg: [-145, 145]}
+  - {name: quill, a_mm: 0, alpha_deg: 0, d_mm: 0, theta_deg: 0, slides: true, limits_mm: [0, 180]}
+  - {name: spin, a_mm: 0, alpha_deg: 0, d_mm: 0, theta_deg: 0, limits_deg: [-180, 180]}
+targets: {p1: {xyz_mm: [0, 0, 30], free: true}}
+free: [joint_zero(*)]
+measured_from: world
+";
+
+/// What a move of that arm would do, which stands with its arm straight out and its slide 30 mm down, by the limits of the cell file and its own.
+fn moving(how: &str, more: &str) -> (DryRun, Vec<(String, String, Option<String>)>) {
+    let place = place();
+    let write = |name: &str, text: &str| std::fs::write(place.path().join(name), text).expect("written");
+    write("model.yaml", SCARA);
+    write(
+        "cell.yaml",
+        &format!(
+            "cell: scara
+devices: {{arm: {{plugin: simulated}}}}
+robots:
+  arm: {{joints: {{shoulder: deg, elbow: deg, quill: mm, spin: deg}}, model: model.yaml, limits_deg: {{shoulder: [-90, 60]}}}}
+{more}procedures: [go.yaml]
+"
+        ),
+    );
+    write(
+        "go.yaml",
+        &format!("procedure: go\nsteps:\n  - {{id: way, do: {{move: {{robot: arm, {how}}}}}}}\n"),
+    );
+    let cell = load_workcell(&place.path().join("cell.yaml"), &Calculator::new());
+    let cell = Arc::new(cell.unwrap_or_else(|problems| {
+        panic!("{}", problems.iter().map(ToString::to_string).collect::<String>())
+    }));
+    let mut run = request(&cell, &place);
+    let joint = |name: &str, start: f64| JointFacts { name: name.into(), max_speed: 1.0, start: Some(start) };
+    let range = |joint: &str, least: f64, most: f64| JointRange {
+        device: "arm".into(),
+        joint: joint.into(),
+        least,
+        most,
+    };
+    let turn = |degrees: f64| degrees.to_radians();
+    run.robots = vec![RobotFacts {
+        robot: "arm".into(),
+        joints: vec![joint("shoulder", 0.0), joint("elbow", 0.0), joint("quill", 30.0), joint("spin", 0.0)],
+        ranges: vec![
+            range("shoulder", turn(-130.0), turn(130.0)),
+            range("elbow", turn(-145.0), turn(145.0)),
+            range("quill", 0.0, 180.0),
+            range("spin", turn(-180.0), turn(180.0)),
+        ],
+        ..RobotFacts::default()
+    }];
+    let plan = dry_run(&run).expect("a plan");
+    let moves = plan.steps.iter().flat_map(|step| &step.moves);
+    let moves = moves.map(|one| (one.how.clone(), one.limits.clone(), one.beyond.clone())).collect();
+    (plan, moves)
+}
+
+fn beyond(how: &str) -> Option<String> {
+    let (_, moves) = moving(how, "");
+    assert_eq!(moves.len(), 1, "{moves:?}");
+    moves.into_iter().next().and_then(|(_, _, beyond)| beyond)
+}
+
+#[test]
+fn each_joint_of_a_move_is_told_with_its_limits_and_whether_it_goes_beyond() {
+    let (plan, moves) = moving("to_deg: {shoulder: 60, elbow: 145}, to_mm: {quill: 50}", "");
+    let told: Vec<_> = moves.iter().map(|(how, limits, _)| (how.as_str(), limits.as_str())).collect();
+    assert_eq!(
+        told,
+        [
+            ("to 60 deg", "-90 to 60 deg, and the robot's own"),
+            ("to 145 deg", "the robot's own, -145 to 145 deg"),
+            ("to 50 mm", "the robot's own, 0 to 180 mm"),
+        ]
+    );
+    assert!(moves.iter().all(|(.., beyond)| beyond.is_none()), "{moves:?}");
+    // 145 degrees at 1 rad/s and half of full speed, and the exchange with the robot.
+    let expected = 145.0_f64.to_radians() / 0.5;
+    assert!((plan.estimate_s - expected - 20.0 / 0.5 - 0.02).abs() < 20.0 / 0.5, "{}", plan.estimate_s);
+    let (_, moves) = moving("by_deg: {elbow: 300}", "");
+    assert_eq!((moves[0].0.as_str(), &moves[0].2), ("by 300 deg", &None), "a way is no place");
+}
+
+#[test]
+fn a_hand_that_is_brought_somewhere_is_told_with_the_joint_that_would_stand_beyond() {
+    let hand = |x: f64, y: f64| beyond(&format!("to_hand: {{at_mm: [{x}, {y}, 250], aim_mm: [0, 0, 0]}}"));
+    // 300 mm out: the elbow is bent by about 83 degrees, the shoulder stays within -90 to 60 degrees.
+    assert_eq!(hand(300.0, 0.0), None);
+    let beyond = hand(-250.0, 250.0).expect("that is behind the shoulder's limit");
+    assert!(beyond.contains("shoulder"), "{beyond}");
+    let (_, moves) = moving("to_hand: {at_mm: [300, 0, 250], aim_mm: [0, 0, 0]}", "");
+    assert_eq!(moves[0].1, "its joints' limits");
+    assert!(moves[0].0.starts_with("'s hand to"), "{moves:?}");
+}
+
+#[test]
+fn a_point_is_told_beyond_only_where_no_way_keeps_the_limits() {
+    let point = |x: f64, y: f64, z: f64| {
+        beyond(&format!("to_point: {{x_mm: {x}, y_mm: {y}, z_mm: {z}, by: [shoulder, elbow, quill]}}"))
+    };
+    assert_eq!(point(300.0, 0.0, 220.0), None);
+    // At 75 degrees, 300 mm out: one elbow needs a shoulder beyond 60 degrees, the other one does not.
+    let angle = 75.0_f64.to_radians();
+    assert_eq!(point(300.0 * angle.cos(), 300.0 * angle.sin(), 220.0), None);
+    let below = point(300.0, 0.0, 80.0).expect("the slide is too short");
+    assert!(below.contains("quill"), "{below}");
+    let behind = point(-250.0, 250.0, 220.0).expect("neither elbow keeps the shoulder's limit");
+    assert!(behind.contains("shoulder"), "{behind}");
+}
+
+#[test]
+fn what_watches_over_the_ways_is_told_with_the_planes_of_the_robot() {
+    let plane = "keep_out:\n  - {name: the table, robot: arm, plane: {normal: [0, 0, 1], offset_mm: 20}}\n";
+    let (plan, _) = moving("by_deg: {elbow: 1}", plane);
+    assert_eq!(
+        plan.safety,
+        ["arm is kept within its joints' limits and clear of the table, once its zeros are known"]
+    );
+    let (plan, _) = moving("by_deg: {elbow: 1}", "");
+    assert_eq!(plan.safety, ["arm is kept within its joints' limits; the cell names no keep-out planes"]);
 }
