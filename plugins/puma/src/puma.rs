@@ -492,4 +492,8 @@ fn speed_percent(fraction: f64, full_speed_percent: f64) -> f64 {
 }
 
 #[cfg(test)]
+mod played;
+#[cfg(test)]
+mod played_tests;
+#[cfg(test)]
 mod tests;
