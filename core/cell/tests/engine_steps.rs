@@ -22,6 +22,8 @@ mod readings_of_sensors;
 mod resuming;
 #[path = "engine_steps/safety.rs"]
 mod safety;
+#[path = "engine_steps/searching.rs"]
+mod searching;
 #[path = "engine_steps/simulated_operator.rs"]
 mod simulated_operator;
 mod support;

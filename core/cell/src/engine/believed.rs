@@ -530,4 +530,64 @@ mod tests {
         says(check(&without), &["0 half-widths", "2 joints"]);
         says(check(&ProximityEdge::default()), &["0 joint values"]);
     }
+
+    #[test]
+    fn a_robot_may_stand_at_its_limits_and_a_tolerance_beyond() {
+        let robot = robot();
+        let [turn, slide] = robot.joints.as_slice() else { panic!("two joints") };
+        let stands = |values: [f64; 2]| check_limits(ARM, &robot, &vector(values)).is_ok();
+        for sign in [1.0, -1.0] {
+            assert!(stands([sign * 2.0, sign * 100.0]));
+            assert!(stands([sign * (2.0 + 0.9 * tolerance(turn)), 0.0]));
+            assert!(!stands([sign * (2.0 + 1.1 * tolerance(turn)), 0.0]));
+            assert!(stands([0.0, sign * (100.0 + 0.9 * tolerance(slide))]));
+            assert!(!stands([0.0, sign * (100.0 + 1.1 * tolerance(slide))]));
+        }
+    }
+
+    #[test]
+    fn a_move_may_end_a_tolerance_off_and_no_further() {
+        let robot = robot();
+        let [turn, slide] = robot.joints.as_slice() else { panic!("two joints") };
+        let asked = RequestTimes { reported_before_ns: 0, between_ns: None };
+        let ended = |off: [f64; 2]| {
+            let state = JointState::new(1, vector(off), false);
+            check_end(ARM, &robot, &vector([0.0, 0.0]), &state, asked).is_ok()
+        };
+        for sign in [1.0, -1.0] {
+            assert!(ended([sign * 0.9 * tolerance(turn), sign * 0.9 * tolerance(slide)]));
+            assert!(!ended([sign * 1.1 * tolerance(turn), 0.0]));
+            assert!(!ended([0.0, sign * 1.1 * tolerance(slide)]));
+        }
+    }
+
+    #[test]
+    fn a_time_may_be_as_old_and_as_far_ahead_as_is_allowed() {
+        let second = 1_000_000_000;
+        let (begun, answered) = (100 * second, 101 * second);
+        let dated = |time_ns: u64, reported_before_ns: u64| {
+            let asked = RequestTimes { reported_before_ns, between_ns: Some((begun, answered)) };
+            check_time(ARM, time_ns, asked, Duration::from_secs(5)).is_ok()
+        };
+        assert!(dated(95 * second, 0) && !dated(95 * second - 1, 0));
+        let ahead = answered + nanoseconds(AHEAD);
+        assert!(dated(ahead, 0) && !dated(ahead + 1, 0));
+        assert!(dated(begun, begun) && !dated(begun - 1, begun), "never before what it told already");
+        let unknown = RequestTimes { reported_before_ns: 7, between_ns: None };
+        assert!(check_time(ARM, 7, unknown, Duration::ZERO).is_ok(), "nobody knows what the time is");
+        assert!(check_time(ARM, 6, unknown, Duration::ZERO).is_err());
+    }
+
+    #[test]
+    fn a_reading_may_be_as_new_as_the_end_of_the_motion_and_as_far_ahead_as_is_allowed() {
+        let asked = RequestTimes { reported_before_ns: 0, between_ns: Some((10, 20)) };
+        let source = Source { device: "tracker", plugin: "tracker" };
+        let taken =
+            |time_ns: u64| check_reading(source, &tracker(), &reading(time_ns, &[]), 15, asked).is_ok();
+        assert!(taken(15) && !taken(14));
+        let ahead = 20 + nanoseconds(AHEAD);
+        assert!(taken(ahead) && !taken(ahead + 1));
+        let unknown = RequestTimes { reported_before_ns: 0, between_ns: None };
+        assert!(check_reading(source, &tracker(), &reading(u64::MAX, &[]), 15, unknown).is_ok());
+    }
 }

@@ -76,7 +76,7 @@ fn an_accepted_correction_is_taken_by_the_sensor_and_a_second_one_builds_on_it()
         [("scale".to_owned(), 1.25, String::new()), ("tilt".to_owned(), 0.5, "deg".to_owned()),]
     );
     let taken = json!({"corrections": {"tilt_deg": 0.5, "scale": 1.25}});
-    assert_eq!(*world.configured.lock().expect("told"), [taken.clone()]);
+    assert_eq!(*world.configured.lock().expect("told"), std::slice::from_ref(&taken));
     let message = message_of_step(&first.events, "set");
     assert!(message.starts_with("applied: tilt ") && message.contains("(revision 1)"), "{message}");
 
