@@ -123,7 +123,8 @@ mod tests {
         let begun = Instant::now();
         assert_eq!(opened.next(Duration::from_millis(60)).unwrap(), None, "nothing has been sent since");
         assert!(begun.elapsed() >= Duration::from_millis(60));
-        (send(began + 1), send(began + 2));
+        send(began + 1);
+        send(began + 2);
         let mut dates = Vec::new();
         while let Some(message) = opened.next(Duration::from_millis(200)).unwrap() {
             dates.push(bytemuck::pod_read_unaligned::<JointState>(&message).time_ns);

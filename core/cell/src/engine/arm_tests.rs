@@ -1,12 +1,18 @@
 //! What an arm refuses, and what it makes of its zeros.
 
-use plumb_plugin::JointVector;
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use plumb_plugin::{JogState, JointState, JointVector, Motion, RobotDescription};
 use plumb_record::{AppliedCorrection, CorrectionKey, JOINT_ZERO};
 
 use super::arm::{Arm, NotAllowed};
 use super::test_arm::{CELL, arm, arm_in, drive};
-use crate::event::NamedValue;
+use crate::device::{DeviceError, PoseListener, RobotLink};
+use crate::engine::EventSender;
+use crate::event::{Event, NamedValue};
 use crate::prompt::Answer;
+use crate::run_handle::StopAction;
 
 /// Keeps the flange 200 mm above the table, and the shoulder between -90 and 90 deg.
 fn guarded() -> Arm {
@@ -292,4 +298,64 @@ fn a_hand_moved_by_somebody_else_has_come_from_nobody_knows_where() {
     // Nobody is said to have moved it, and yet it is looked at: nothing is known of any joint.
     arm.saw_manual(&here);
     assert_eq!(arm.sides(), [0, 0, 0, 0]);
+}
+
+/// A link that keeps who is to be told where the arm is.
+struct Watched {
+    still: Box<dyn RobotLink>,
+    listener: Arc<Mutex<Option<PoseListener>>>,
+}
+
+impl RobotLink for Watched {
+    fn description(&self) -> &RobotDescription {
+        self.still.description()
+    }
+    fn activate(&mut self) -> Result<(), DeviceError> {
+        self.still.activate()
+    }
+    fn deactivate(&mut self) -> Result<(), DeviceError> {
+        self.still.deactivate()
+    }
+    fn read_joints(&mut self) -> Result<JointState, DeviceError> {
+        self.still.read_joints()
+    }
+    fn move_joints(&mut self, motion: &Motion, limit: Duration) -> Result<JointState, DeviceError> {
+        self.still.move_joints(motion, limit)
+    }
+    fn jog(&mut self, on: bool) -> Result<JogState, DeviceError> {
+        self.still.jog(on)
+    }
+    fn stop_action(&self) -> StopAction {
+        self.still.stop_action()
+    }
+    fn watch(&mut self, listener: PoseListener) {
+        *self.listener.lock().unwrap() = Some(listener);
+    }
+}
+
+#[test]
+fn where_it_is_while_it_moves_is_shown_with_its_zeros_and_how_far_its_planes_are() {
+    let mut arm = guarded();
+    let listener = Arc::new(Mutex::new(None));
+    arm.link = Box::new(Watched { still: super::test_arm::still(), listener: Arc::clone(&listener) });
+    let (sender, mut shown) = tokio::sync::mpsc::unbounded_channel();
+    arm.show_movement(EventSender::new(sender));
+    arm.set_zeros(&[zero("shoulder", 10.0)], true);
+    let told = listener.lock().unwrap();
+    told.as_ref().expect("it is watched")(&JointState::new(7, drive([20.0, 0.0, 50.0, 0.0]), true));
+    let Event::Joints { device, time_ns, moving, joints } = shown.try_recv().unwrap().event else {
+        panic!("the joints come first")
+    };
+    assert_eq!((device.as_str(), time_ns, moving), ("arm", 7, true));
+    assert_near(joints[0].value, 30.0);
+    assert_eq!((joints[2].value, joints[2].unit.as_str()), (50.0, "mm"));
+    let Event::Clearance { device, planes } = shown.try_recv().unwrap().event else {
+        panic!("then the planes")
+    };
+    // The flange is 320 - 50 mm over the table, and the plane is 200 mm over it.
+    assert_eq!((device.as_str(), planes[0].plane.as_str()), ("arm", "the table"));
+    assert_near(planes[0].clearance_mm.unwrap(), 70.0);
+    assert_eq!(arm.clearances(&drive([20.0, 0.0, 50.0, 0.0])), planes);
+    let error = arm.link.set_zero(&drive([0.0; 4])).unwrap_err().to_string();
+    assert!(error.contains("quill") && error.contains("its zeros cannot be set"), "{error}");
 }

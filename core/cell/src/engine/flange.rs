@@ -48,3 +48,37 @@ pub(crate) fn flange_at(
 ) -> IsometryMatrix3<f64> {
     IsometryMatrix3::from_parts(Translation3::from(place - attitude * aim), attitude)
 }
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::FRAC_PI_2;
+
+    use super::*;
+
+    fn assert_near(found: Vector3<f64>, expected: [f64; 3]) {
+        assert!((found - Vector3::from(expected)).norm() < 1e-9, "{found} is not {expected:?}");
+    }
+
+    #[test]
+    fn a_flange_looks_down_tilts_towards_its_azimuth_and_turns_about_its_own_axis() {
+        let straight = attitude_of(0.0, 1.0, 0.0);
+        assert_near(straight * Vector3::z(), [0.0, 0.0, -1.0]);
+        assert_near(straight * Vector3::x(), [1.0, 0.0, 0.0]);
+        // Tilted by 30 degrees towards y it stands on that side and looks back; x, about which it is tilted, stays.
+        let (sine, cosine) = 30.0_f64.to_radians().sin_cos();
+        let tilted = attitude_of(30.0_f64.to_radians(), FRAC_PI_2, 0.0);
+        assert_near(tilted * Vector3::z(), [0.0, -sine, -cosine]);
+        assert_near(tilted * Vector3::x(), [1.0, 0.0, 0.0]);
+        let turned = attitude_of(30.0_f64.to_radians(), FRAC_PI_2, FRAC_PI_2);
+        assert_near(turned * Vector3::z(), [0.0, -sine, -cosine]);
+        assert_near(turned * Vector3::x(), [0.0, cosine, -sine]);
+    }
+
+    #[test]
+    fn the_aim_is_brought_to_the_place() {
+        let (place, aim) = (Vector3::new(10.0, 20.0, 30.0), Vector3::new(1.0, 2.0, 3.0));
+        let flange = flange_at(place, attitude_of(0.3, 0.7, -0.4), aim);
+        assert_near(flange * nalgebra::Point3::from(aim) - nalgebra::Point3::origin(), [10.0, 20.0, 30.0]);
+        assert_near(flange_at(place, attitude_of(0.0, 0.0, 0.0), aim).translation.vector, [9.0, 22.0, 33.0]);
+    }
+}

@@ -81,4 +81,19 @@ mod tests {
         assert!(!manual.was_beyond(third, &end, 1, 0.1), "nothing is known of it");
         assert!(manual.has_left(third, &end, 0.1), "nothing is known of it");
     }
+
+    #[test]
+    fn half_a_step_and_what_a_reading_loses_is_no_way() {
+        let joint = JointIndex::all(1).next().unwrap();
+        let manual = ManualMotion::from(&joints(&[0.0]));
+        for sign in [1.0, -1.0] {
+            let left = |by: f64| manual.has_left(joint, &joints(&[sign * by]), 1.0);
+            assert!(!left(0.5 + STILL) && left(0.5 + 3.0 * STILL));
+            let still = |by: f64| !manual.has_left(joint, &joints(&[sign * by]), 0.0);
+            assert!(still(STILL) && !still(3.0 * STILL));
+        }
+        let beyond = |by: f64, side| manual.was_beyond(joint, &joints(&[by]), side, 1.0);
+        assert!(!beyond(0.5 + STILL, 1) && beyond(0.5 + 3.0 * STILL, 1));
+        assert!(!beyond(-0.5 - STILL, -1) && beyond(-0.5 - 3.0 * STILL, -1));
+    }
 }

@@ -278,3 +278,20 @@ fn step_ids(steps: &[Step], ids: &mut Vec<String>) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::number_value;
+
+    #[test]
+    fn whole_numbers_stay_whole_as_far_as_they_are_exact() {
+        assert_eq!(number_value(5.0), json!(5));
+        assert_eq!(number_value(-3.0), json!(-3));
+        assert_eq!(number_value(0.5), json!(0.5));
+        assert_eq!(number_value(8.9e15), json!(8_900_000_000_000_000_i64));
+        assert_eq!(number_value(9e15), json!(9e15));
+        assert_eq!(number_value(f64::NAN), serde_json::Value::Null);
+    }
+}

@@ -433,4 +433,122 @@ mod tests {
             }
         }
     }
+
+    /// Does something with the shoulder, the elbow and the slide of an arm that is to bring its point to a place.
+    fn with_reach<R>(xyz_mm: [f64; 3], act: impl FnOnce(&Reach<'_>) -> R) -> R {
+        let (arm, from) = (arm(), drive([0.0; 4]));
+        let by = ["shoulder", "elbow", "quill"].map(|joint| arm.joint(joint).unwrap());
+        let point = WantedPoint { xyz_mm, target: None, by: &by, payload_kg: 0.0 };
+        act(&Reach {
+            arm: &arm,
+            model: arm.geometry().unwrap(),
+            point: &point,
+            wanted: DVector::from_column_slice(&xyz_mm),
+            from: &from,
+            by: &by,
+            scales: vec![1.0, 1.0, MM_PER_RADIAN],
+            limits: by.iter().map(|joint| arm.limits(*joint)).collect(),
+        })
+    }
+
+    #[test]
+    fn a_joint_at_its_limit_is_held_where_it_would_go_further() {
+        with_reach([300.0, 0.0, 200.0], |reach| {
+            let against = |at: [f64; 3], step: [f64; 3], held: [bool; 3], bounded: bool| {
+                let target = drive([at[0], at[1], at[2], 0.0]);
+                let step = DVector::from_column_slice(&step);
+                reach.against_limit(&target, &held, &step, bounded).unwrap()
+            };
+            let free = [false; 3];
+            assert_eq!(against([0.0, 0.0, 50.0], [1.0, -1.0, 1.0], free, true), None);
+            assert_eq!(against([130.0, 0.0, 50.0], [1.0, 0.0, 0.0], free, true), Some(0));
+            assert_eq!(
+                against([130.0, 0.0, 50.0], [-1.0, 0.0, 0.0], free, true),
+                None,
+                "it goes away from it"
+            );
+            assert_eq!(against([130.0, 0.0, 50.0], [0.0, 0.0, 0.0], free, true), None, "it stays");
+            assert_eq!(against([-130.0, 0.0, 50.0], [-1.0, 0.0, 0.0], free, true), Some(0));
+            assert_eq!(against([-130.0, 0.0, 50.0], [1.0, 0.0, 0.0], free, true), None);
+            assert_eq!(
+                against([130.0, 0.0, 50.0], [1.0, 0.0, 0.0], [true, false, false], true),
+                None,
+                "it is held"
+            );
+            assert_eq!(against([130.0, 0.0, 50.0], [1.0, 0.0, 0.0], free, false), None, "nothing bounds it");
+            assert_eq!(against([130.0, 0.0, 0.0], [1.0, 0.0, -1.0], [true, false, false], true), Some(2));
+            // A nudge before its limit, 1e-6 of its scale, a joint counts as at it.
+            let near = |by: f64| against([0.0, 0.0, 180.0 - by], [0.0, 0.0, 1.0], free, true);
+            assert_eq!((near(1e-4), near(3e-4)), (Some(2), None));
+            let near = |by: f64| against([0.0, 0.0, by], [0.0, 0.0, -1.0], free, true);
+            assert_eq!((near(1e-4), near(3e-4)), (Some(2), None));
+        });
+    }
+
+    #[test]
+    fn what_is_beyond_a_limit_is_brought_to_it() {
+        with_reach([300.0, 0.0, 200.0], |reach| {
+            let mut target = drive([150.0, -150.0, 190.0, 15.0]);
+            reach.clamp(&mut target).unwrap();
+            let expected = drive([130.0, -145.0, 180.0, 15.0]);
+            for (found, expected) in target.as_slice().iter().zip(expected.as_slice()) {
+                assert!((found - expected).abs() < 1e-12, "{target:?}");
+            }
+        });
+    }
+
+    #[test]
+    fn what_is_left_to_the_point_and_how_it_changes_is_that_of_the_geometry() {
+        let (here, wanted) = ([20.0, 30.0, 40.0, 0.0], [300.0, 100.0, 200.0]);
+        with_reach(wanted, |reach| {
+            let (left, slope) = reach.look(&drive(here)).unwrap();
+            let there = point(here);
+            for axis in 0..3 {
+                assert!((left[axis] - (wanted[axis] - there[axis])).abs() < 1e-9, "{left}");
+            }
+            // The shoulder turns the point about the base, the elbow about the elbow, the slide lowers it, 200 mm for one.
+            let (x, y) = (there[0], there[1]);
+            let elbow = (225.0 * 20.0_f64.to_radians().cos(), 225.0 * 20.0_f64.to_radians().sin());
+            let expected = [[-y, x, 0.0], [elbow.1 - y, x - elbow.0, 0.0], [0.0, 0.0, -MM_PER_RADIAN]];
+            for (column, expected) in expected.iter().enumerate() {
+                for (axis, expected) in expected.iter().enumerate() {
+                    assert!((slope[(axis, column)] - expected).abs() < 1e-3, "{slope}");
+                }
+            }
+        });
+    }
+
+    #[test]
+    fn other_starts_are_every_mixture_of_shares_of_the_ranges_the_nearest_first() {
+        let others = drive([0.0, 0.0, 90.0, 25.0]);
+        with_reach([300.0, 0.0, 200.0], |reach| {
+            let starts = reach.other_starts(&others).unwrap();
+            assert_eq!(starts.len(), 27);
+            let ways: Vec<f64> =
+                starts.iter().map(|start| reach.longest_way(&others, start).unwrap()).collect();
+            assert!(ways.is_sorted(), "{ways:?}");
+            let first = starts[0].as_slice();
+            assert!(
+                first[0].abs() < 1e-9 && first[1].abs() < 1e-9 && (first[2] - 90.0).abs() < 1e-9,
+                "{first:?}"
+            );
+            // The elbow's 0.2 to 0.8 of 290 degrees are 87 degrees away.
+            assert!((ways[26] - 87.0_f64.to_radians()).abs() < 1e-9, "{ways:?}");
+            assert!(starts.iter().all(|start| (start.as_slice()[3] - 25.0_f64.to_radians()).abs() < 1e-12));
+            let way = reach.longest_way(&others, &drive([0.0, 0.0, 10.0, 0.0])).unwrap();
+            assert!(
+                (way - 80.0 / MM_PER_RADIAN).abs() < 1e-12,
+                "a slide of 200 mm counts as one radian: {way}"
+            );
+        });
+    }
+
+    #[test]
+    fn a_share_of_a_range_without_an_end_is_one_of_half_a_turn_either_way() {
+        assert_eq!(at_fraction((-2.0, 6.0), 0.25), 0.0);
+        let turn = std::f64::consts::PI;
+        assert!((at_fraction((f64::NEG_INFINITY, f64::INFINITY), 0.75) - 0.5 * turn).abs() < 1e-12);
+        assert!((at_fraction((f64::NEG_INFINITY, 0.0), 0.5) + 0.5 * turn).abs() < 1e-12);
+        assert!((at_fraction((0.0, f64::INFINITY), 0.5) - 0.5 * turn).abs() < 1e-12);
+    }
 }

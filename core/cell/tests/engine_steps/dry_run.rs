@@ -195,3 +195,26 @@ fn what_watches_over_the_ways_is_told_with_the_planes_of_the_robot() {
     let (plan, _) = moving("by_deg: {elbow: 1}", "");
     assert_eq!(plan.safety, ["arm is kept within its joints' limits; the cell names no keep-out planes"]);
 }
+
+#[test]
+fn what_a_step_will_have_found_and_where_it_will_have_brought_the_arm_is_known_to_the_next() {
+    let steps = "steps:
+  - {id: sums, do: {compute: {values: {x: 2}}}}
+  - {id: unneeded, when: sums.x > 3, do: {repeat: {times: 2, steps: [{id: far, do: {move: {robot: arm, by_deg: {waist: 60}}}}]}}}
+  - {id: there, do: {move: {robot: arm, to_deg: {waist: 90}}}}
+  - {id: again, do: {move: {robot: arm, to_deg: {waist: 90}}}}
+  - {id: open, when: there.joints.waist_deg > 3, do: {move: {robot: arm, by_deg: {waist: 30}}}}
+";
+    let plan = planned(steps, true);
+    let of = |id: &str| plan.steps.iter().find(|step| step.step == id).expect("it is planned");
+    assert!(of("unneeded").is_left_out && of("unneeded[2].far").is_left_out);
+    assert_eq!(of("unneeded[1].far").estimate_s, Some(0.0));
+    let (there, again) = (of("there").estimate_s.expect("a time"), of("again").estimate_s.expect("a time"));
+    assert!(!of("there").is_left_out && there > 0.5, "{there}");
+    assert!(again < 0.1, "it is there already: {again}");
+    let open = of("open");
+    assert!(
+        !open.is_left_out && open.estimate_s.expect("a time") > 0.5,
+        "nobody knows yet: it may be needed"
+    );
+}

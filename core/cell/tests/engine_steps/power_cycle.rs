@@ -76,6 +76,8 @@ fn a_drive_that_was_switched_off_loses_its_zeros_until_a_run_finds_them_again() 
     assert!(said[0].contains("and run 1 left it at"), "{said:?}");
     assert!(said[0].contains("its keep-out planes are not watched"), "{said:?}");
     assert!(message_of(&events).contains("arm has lost its zeros"), "{}", message_of(&events));
+    let help = "Find them with a procedure that says `finds_zeros` first";
+    assert!(message_of(&events).contains(help), "{}", message_of(&events));
 
     // Left alone since: the drive now reads what the record holds, and the zeros are lost all the same.
     let (outcome, events) = turn(&cell, &record, &world);

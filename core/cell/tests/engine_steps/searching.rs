@@ -2,13 +2,14 @@
 
 use std::sync::{Arc, Mutex};
 
-use plumb_cell::event::RunOutcome;
+use plumb_cell::event::{Event, RunOutcome, StepOutcome};
+use plumb_cell::prompt::Decision;
 use plumb_record::{CorrectionKey, NewCorrection, NewRun, Record, RunId};
 use tempfile::TempDir;
 
-use super::place;
+use super::{outcomes, place, run_attended};
 use crate::support::World;
-use crate::support::running::{cell_with_steps, message_of, request, start, watch};
+use crate::support::running::{cell_with_steps, message_of, operator, request, start, watch};
 
 /// The shoulder (deg) at which the hand is 8 mm over the table: 195 + 177.8 sin s - 177.8 sin 78 deg - 109 = 8.
 fn edge_deg() -> f64 {
@@ -148,4 +149,51 @@ fn a_search_goes_as_far_as_the_joint_does_and_says_so() {
         "{}",
         found.message
     );
+}
+
+#[test]
+fn a_search_that_finds_nothing_says_how_far_it_looked_and_asks_what_to_do() {
+    let steps = "
+steps:
+  - {id: lower, do: {search: {robot: arm, joint: shoulder, travel_deg: 2, until: {sensor: eye, is: on}}}}
+  - {id: after, do: {move: {robot: arm, by_deg: {waist: 1}}}}
+";
+    let (outcome, events, _, _) = run_attended(steps, operator(Decision::Skip));
+    assert_eq!(outcome, RunOutcome::Failed, "what was to be found was not, although the run went on");
+    let error = events.iter().find_map(|event| match event {
+        Event::StepFinished { outcome: StepOutcome::Failed, message, .. } => Some(message.clone()),
+        _ => None,
+    });
+    let error = error.expect("an error");
+    assert!(error.starts_with("eye stayed OFF while shoulder went from"), "{error}");
+    let lower: Vec<_> = outcomes(&events)
+        .into_iter()
+        .filter(|(step, _)| step == "lower")
+        .map(|(_, outcome)| outcome)
+        .collect();
+    assert_eq!(lower, [StepOutcome::Failed, StepOutcome::Skipped]);
+}
+
+#[test]
+fn a_search_that_is_there_already_says_so_or_backs_off_first() {
+    let search = |extra: &str| {
+        format!(
+            "
+steps:
+  - {{id: lower, do: {{search: {{robot: arm, joint: shoulder, travel_deg: -40, until: {{sensor: eye, is: on}}}}}}}}
+  - {{id: press, do: {{move: {{robot: arm, by_deg: {{shoulder: -1}}}}}}}}
+  - {{id: again, do: {{search: {{robot: arm, joint: shoulder, travel_deg: -40, until: {{sensor: eye, is: on}}{extra}}}}}}}
+"
+        )
+    };
+    let (outcome, events, _, _) = run_attended(&search(""), operator(Decision::Abort));
+    assert_eq!(outcome, RunOutcome::Error);
+    assert!(
+        message_of(&events).contains("eye is already ON at the start of the search"),
+        "{}",
+        message_of(&events)
+    );
+    let (outcome, events, _, _) =
+        run_attended(&search(", already_there: back_off"), operator(Decision::Abort));
+    assert_eq!((outcome, message_of(&events)), (RunOutcome::Passed, "all steps passed"));
 }

@@ -77,6 +77,9 @@ fn manifest() -> Manifest {
     Manifest::parse(text, "plugin.yaml").unwrap()
 }
 
+/// Changes a manifest.
+type Change = fn(&mut Manifest);
+
 /// What is said of a manifest beside the library that differs in this from the one built into it.
 fn difference(change: impl FnOnce(&mut Manifest)) -> Option<String> {
     let mut beside = manifest();
@@ -92,7 +95,7 @@ fn difference(change: impl FnOnce(&mut Manifest)) -> Option<String> {
 fn a_stale_library_is_named_by_what_differs_first() {
     assert_eq!(difference(|_| ()), None);
     let input = InputDescription { name: "line".into(), message: "digital-inputs/1".into(), optional: true };
-    let changes: [(fn(&mut Manifest), &str); 9] = [
+    let changes: [(Change, &str); 9] = [
         (|one| one.id = "leg".into(), "the id is leg in the file and arm in the library"),
         (|one| one.version = "0.2.0".into(), "the version is 0.2.0 in the file and 0.1.0 in the library"),
         (|one| one.kind = DeviceKind::Sensor, "the kind is sensor in the file and robot in the library"),

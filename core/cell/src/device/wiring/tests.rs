@@ -156,7 +156,11 @@ fn joints_go_as_far_as_the_manifest_or_the_robot_itself_says() {
     assert_eq!((lift.joint.as_str(), lift.least, lift.most), ("lift", 0.0, 50.0));
     let told = JointRange { device: "arm".into(), joint: "waist".into(), least: -1.0, most: 1.0 };
     let ranges = joint_ranges(&cell, &catalogue, std::slice::from_ref(&told));
-    assert_eq!(ranges, [told.clone()], "what the robot said counts, and nothing of its manifest");
+    assert_eq!(
+        ranges,
+        std::slice::from_ref(&told),
+        "what the robot said counts, and nothing of its manifest"
+    );
     let other = JointRange { device: "leg".into(), ..told };
     assert_eq!(joint_ranges(&cell, &catalogue, &[other]).len(), 3, "another's joints say nothing of these");
     let limits = own_limits(&cell, "arm", &ranges);
@@ -200,7 +204,7 @@ fn joints_that_a_setting_lists_count_where_its_schema_marks_them() {
     let ranges = joint_ranges(&cell, &catalogue, &[]);
     let [waist] = ranges.as_slice() else { panic!("{ranges:?}") };
     assert!((waist.most.to_degrees() - 20.0).abs() < 1e-9, "{waist:?}");
-    let problems = check_plugins(&cell, &catalogue, &[]).err().expect("it has no lift");
+    let problems = check_plugins(&cell, &catalogue, &[]).expect_err("it has no lift");
     let said = sentences(&problems);
     assert!(said.len() == 1 && said[0].contains("its plugin has no joint `lift`"), "{said:?}");
 }

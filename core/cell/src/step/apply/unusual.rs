@@ -124,4 +124,28 @@ mod tests {
         before[0].run = None;
         assert_eq!(far_from(&correction(1.7, 9.0), &before), None);
     }
+
+    #[test]
+    fn the_scatter_is_that_of_the_runs_and_a_value_five_of_it_away_is_far() {
+        // 1, 2 and 3: a mean of 2 and a standard deviation of 1.
+        let before = earlier(&[1.0, 2.0, 3.0]);
+        let undetermined = |new| NewCorrection { uncertainty: None, ..correction(2.0, new) };
+        assert_eq!(far_from(&undetermined(7.0), &before), None, "five deviations away");
+        assert_eq!(far_from(&undetermined(-3.0), &before), None);
+        for new in [7.01, -3.01] {
+            let warning = far_from(&undetermined(new), &before).expect("told");
+            assert!(
+                warning.contains("3 earlier runs found 2.000 deg with a scatter of 1.000 deg"),
+                "{warning}"
+            );
+        }
+        // An uncertainty of 0.75 makes of a scatter of 1 one of 1.25.
+        let known = |new| NewCorrection { uncertainty: Some(0.75), ..correction(2.0, new) };
+        assert_eq!(far_from(&known(8.25), &before), None);
+        assert!(far_from(&known(8.26), &before).is_some());
+        assert_eq!(large(&correction(1.0, 11.0), 20.0), None, "half of it is not most of it");
+        assert!(
+            large(&correction(1.0, 11.01), 20.0).is_some() && large(&correction(1.0, -9.01), 20.0).is_some()
+        );
+    }
 }
