@@ -420,6 +420,9 @@ mod tests {
         assert!(reason("arm").unwrap().contains("library libarm.so of plugin 'arm'"));
         assert!(reason("leg").unwrap().contains("leg/plugin.yaml"));
         assert_eq!((reason("some"), reason("wing")), (None, None));
+        let unknown = catalogue.find("wing").unwrap_err().to_string();
+        assert!(unknown.contains(&place.path().display().to_string()), "where it was looked for: {unknown}");
+        assert!(unknown.contains("; one cannot be used: "), "what else is there: {unknown}");
     }
 
     #[test]

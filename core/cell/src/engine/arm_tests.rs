@@ -359,3 +359,16 @@ fn where_it_is_while_it_moves_is_shown_with_its_zeros_and_how_far_its_planes_are
     let error = arm.link.set_zero(&drive([0.0; 4])).unwrap_err().to_string();
     assert!(error.contains("quill") && error.contains("its zeros cannot be set"), "{error}");
 }
+
+#[test]
+fn the_planes_are_watched_where_the_zeros_in_force_have_the_arm() {
+    let mut arm = guarded();
+    let (above, below) = (drive([0.0, 0.0, 30.0, 0.0]), drive([0.0, 0.0, 70.0, 0.0]));
+    arm.set_zeros(&[], true);
+    assert_eq!(arm.check_move(&above, &below), Ok(()), "the flange goes to 250 mm, 50 above the plane");
+    arm.set_zeros(&[zero("quill", 60.0)], true);
+    let refused = arm.check_move(&above, &below);
+    assert!(matches!(refused, Err(NotAllowed::KeepOut(_))), "it goes to 190 mm: {refused:?}");
+    arm.set_zeros(&[zero("quill", 40.0)], true);
+    assert_eq!(arm.check_move(&above, &below), Ok(()), "it goes to 210 mm");
+}

@@ -315,3 +315,38 @@ fn done(corrections: &[NewCorrection], revision: i64) -> Done {
         message: format!("applied: {} (revision {revision})", changes.collect::<Vec<_>>().join(", ")),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::expression::Calculator;
+    use crate::workcell::load_workcell;
+
+    /// What is said of a step that corrects so.
+    fn said(correct: &str) -> String {
+        let place = tempfile::tempdir().unwrap();
+        let write = |name: &str, text: &str| std::fs::write(place.path().join(name), text).unwrap();
+        write("cell.yaml", "cell: bench\ndevices: {eye: {plugin: light-stripe}}\nprocedures: [go.yaml]\n");
+        write("go.yaml", &format!("procedure: go\nsteps:\n  - {{id: set, do: {{correct: {correct}}}}}\n"));
+        match load_workcell(&place.path().join("cell.yaml"), &Calculator::new()) {
+            Ok(_) => String::new(),
+            Err(problems) => problems.iter().map(ToString::to_string).collect(),
+        }
+    }
+
+    #[test]
+    fn a_correction_names_a_sensor_of_the_cell_and_what_it_is_worked_out_from() {
+        let parameters = "parameters: {tilt_deg: {shift: 0.1, uncertainty: 0.1, plausible: 5}}";
+        assert_eq!(said(&format!("{{sensor: eye, {parameters}}}")), "");
+        let unknown = said(&format!("{{sensor: eyes, {parameters}}}"));
+        assert!(unknown.contains("eyes") && unknown.contains("eye"), "{unknown}");
+        for (wrong, word) in [
+            (parameters.replace("shift: 0.1", "shift: found.x"), "found"),
+            (parameters.replace("uncertainty: 0.1", "uncertainty: known.y"), "known"),
+            ("parameters: {}".to_owned(), "this corrects nothing"),
+            (parameters.replace("plausible: 5", "plausible: 0"), "`plausible`"),
+        ] {
+            let said = said(&format!("{{sensor: eye, {wrong}}}"));
+            assert!(said.contains(word), "{wrong}: {said}");
+        }
+    }
+}

@@ -218,3 +218,15 @@ fn what_a_step_will_have_found_and_where_it_will_have_brought_the_arm_is_known_t
         "nobody knows yet: it may be needed"
     );
 }
+
+#[test]
+fn a_search_takes_the_time_of_its_way_and_a_measurement_some_too() {
+    let steps = "steps:
+  - {id: lower, do: {search: {robot: arm, joint: shoulder, travel_deg: -40, until: {sensor: eye, is: on}}}}
+  - {id: seen, do: {measure: {sensor: eye}}}
+";
+    let plan = planned(steps, true);
+    let times: Vec<f64> = plan.steps.iter().filter_map(|step| step.estimate_s).collect();
+    assert_eq!(times.len(), 2, "{:?}", plan.steps);
+    assert!(times[0] > 1.0 && times[1] > 0.0, "{times:?}");
+}

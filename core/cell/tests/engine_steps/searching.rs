@@ -197,3 +197,22 @@ steps:
         run_attended(&search(", already_there: back_off"), operator(Decision::Abort));
     assert_eq!((outcome, message_of(&events)), (RunOutcome::Passed, "all steps passed"));
 }
+
+#[test]
+fn a_slow_approach_goes_as_far_as_the_fast_one_may_have_overshot_and_no_further() {
+    let place = place();
+    let steps = format!("\nsteps:\n  - {{id: lower, {}}}\n", search("travel_deg: -40, back_off_deg: 2"));
+    let cell = cell_with_steps(&place, &steps);
+    let world = World::new([0.0; 3]);
+    *world.fires_at.lock().expect("no test panicked") = vec![8.0, -500.0];
+    let (outcome, events) = watch(start(request(&cell, &place), &world), |_, _| {});
+    assert_eq!(outcome, RunOutcome::Error);
+    assert!(
+        message_of(&events).contains("eye came on on shoulder's slow approach, but stays off"),
+        "{}",
+        message_of(&events)
+    );
+    // The back-off of 2 deg and one fast piece of 1 deg beyond the edge.
+    let at = world.truth_deg()[1];
+    assert!((at - (edge_deg() - 3.0)).abs() < 1e-6, "{at}");
+}

@@ -155,3 +155,27 @@ impl Loaded {
         format!("the plugin says it is a {kind}, and its `extension` gives NULL for '{name}': {hint}")
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::entry;
+    use super::*;
+
+    #[test]
+    fn a_table_without_what_its_kind_must_have_is_refused_with_what_it_lacks() {
+        let loaded = Loaded { entry: Box::leak(Box::new(entry())), kind: DeviceKind::Robot };
+        assert_eq!(loaded.check_required("plumb.robot/1", 96, [].into_iter()), Ok(()));
+        let error =
+            loaded.check_required("plumb.robot/1", 8, ["move_joints", "stop"].into_iter()).unwrap_err();
+        let said = "the plugin says it is a robot, and its table 'plumb.robot/1' of 8 bytes lacks move_joints, stop (set `size` to \
+                    sizeof(plumb_robot_functions)";
+        assert!(error.starts_with(said), "{error}");
+    }
+
+    #[test]
+    fn an_extension_that_gives_no_table_answers_to_no_name() {
+        let loaded = Loaded { entry: Box::leak(Box::new(entry())), kind: DeviceKind::Robot };
+        assert!(!loaded.answers_to("plumb.robot/1"));
+        assert!(loaded.functions().is_err(), "a robot without a table is none");
+    }
+}

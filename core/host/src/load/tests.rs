@@ -17,7 +17,7 @@ unsafe extern "C" fn extension(_: Bytes) -> *const c_void {
     std::ptr::null()
 }
 
-fn entry() -> Entry {
+pub(super) fn entry() -> Entry {
     Entry {
         magic: MAGIC,
         contract_major: CONTRACT_MAJOR,
