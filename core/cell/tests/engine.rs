@@ -179,6 +179,12 @@ fn an_unattended_run_that_loses_its_robot_ends_with_an_error_and_can_be_resumed(
     let (outcome, events) = watch(start(again, &world), |_, _| {});
     assert_eq!((outcome, message_of(&events)), (RunOutcome::Passed, "all steps passed"));
     assert_zeros_found(&record);
+    // What the steps that were done had found is shown again, once each.
+    let waist = |event: &&Event| matches!(event, Event::CorrectionApplied { correction, .. } if correction.place == "waist");
+    assert_eq!(events.iter().filter(waist).count(), 1);
+    let shown =
+        |event: &&Event| matches!(event, Event::TriggerFound { step, .. } if step.0.starts_with("waist."));
+    assert_eq!(events.iter().filter(shown).count(), 2);
     let stored = Record::open(record.path()).expect("the record");
     let answered = stored.prompts(RunId(1)).expect("the prompts").iter().filter(|p| p.step == "hand").count();
     assert_eq!(answered, 1, "what was answered is not asked again");

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
+use plumb_cell::command::Command;
 use plumb_cell::engine::{RunRequest, StartError, start_run};
 use plumb_cell::event::RunOutcome;
 use plumb_cell::expression::Calculator;
@@ -11,7 +12,9 @@ use plumb_record::RunId;
 use tempfile::TempDir;
 
 use super::{lost_at_its_second_move, place};
-use crate::support::running::{cell_with_steps, message_of, request, start, watch, workcell};
+use crate::support::running::{
+    cell_with_steps, message_of, request, start, start_commanded, watch, workcell,
+};
 use crate::support::{Devices, World};
 
 /// Applies a zero of the waist, and then moves it to where the numbers say `to`.
@@ -111,4 +114,58 @@ fn a_run_is_not_resumed_once_a_file_of_its_cell_was_changed() {
     let place = place();
     let (_cell, world, again) = lost_at_its_second_move(&place);
     assert_eq!(watch(start(again, &world), |_, _| {}).0, RunOutcome::Passed, "an unchanged one is");
+}
+
+#[test]
+fn a_run_that_is_finished_in_the_middle_of_a_search_makes_no_further_move() {
+    let steps = "
+steps:
+  - {id: lower, do: {search: {robot: arm, joint: shoulder, travel_deg: -40, until: {sensor: eye, is: on}}}}
+  - {id: after, do: {move: {robot: arm, by_deg: {waist: 1}}}}
+";
+    for command in [Command::Finish, Command::Keep, Command::Abort] {
+        let place = place();
+        let cell = cell_with_steps(&place, steps);
+        let world = World::new([0.0; 3]);
+        let sent = command.clone();
+        let mut run = request(&cell, &place);
+        run.unattended = false;
+        let running = start_commanded(run, &world, move |number, handle| {
+            if number == 3 {
+                handle.send(sent.clone());
+            }
+        });
+        let (outcome, events) = watch(running, |_, _| {});
+        assert_eq!(world.moves.load(Ordering::SeqCst), 3, "{command:?}: {}", message_of(&events));
+        let expected = match command {
+            Command::Finish => RunOutcome::Passed,
+            Command::Keep => RunOutcome::NeedsOperator,
+            _ => RunOutcome::Aborted,
+        };
+        assert_eq!(outcome, expected, "{command:?}");
+    }
+}
+
+#[test]
+fn a_move_may_take_three_times_its_time_and_ten_seconds_or_what_is_left_of_its_step() {
+    let steps = |more: &str| {
+        format!(
+            "\nsteps:\n  - {{id: out, do: {{move: {{robot: arm, by_deg: {{waist: 20}}, speed: 0.5}}}}{more}}}\n"
+        )
+    };
+    let limit = |more: &str| {
+        let place = place();
+        let cell = cell_with_steps(&place, &steps(more));
+        let world = World::new([0.0; 3]);
+        let (outcome, events) = watch(start(request(&cell, &place), &world), |_, _| {});
+        assert_eq!(outcome, RunOutcome::Passed, "{}", message_of(&events));
+        let limits = world.limits.lock().expect("the limits").clone();
+        assert_eq!(limits.len(), 1);
+        limits[0].as_secs_f64()
+    };
+    // 20 degrees at half of 0.4 rad/s take 1.745 s.
+    let expected = 3.0 * 20.0_f64.to_radians() / 0.2 + 10.0;
+    assert!((limit("") - expected).abs() < 1e-6, "{}", limit(""));
+    let left = limit(", time_limit_s: 6");
+    assert!(left > 1.0 && left <= 6.0, "{left}");
 }

@@ -68,6 +68,8 @@ pub struct World {
     pub configured: Mutex<Vec<serde_json::Value>>,
     /// The sensor refuses every change.
     pub refuses_changes: AtomicBool,
+    /// How long each move might take at most.
+    pub limits: Mutex<Vec<Duration>>,
 }
 
 /// Changes a state.
@@ -124,6 +126,7 @@ impl World {
             waist_speed: Mutex::new(0.4),
             configured: Mutex::new(Vec::new()),
             refuses_changes: AtomicBool::new(false),
+            limits: Mutex::new(Vec::new()),
         }
     }
 
@@ -250,7 +253,8 @@ impl RobotLink for Arm {
         Ok(self.world.state())
     }
 
-    fn move_joints(&mut self, motion: &Motion, _limit: Duration) -> Result<JointState, DeviceError> {
+    fn move_joints(&mut self, motion: &Motion, limit: Duration) -> Result<JointState, DeviceError> {
+        lock(&self.world.limits).push(limit);
         let number = self.world.moves.fetch_add(1, Ordering::SeqCst) + 1;
         if let Some(on_move) = lock(&self.world.on_move).as_ref() {
             on_move(number);
