@@ -566,3 +566,21 @@ steps:
     assert_eq!(ended, RunOutcome::Passed);
     assert!(asked.starts_with("Look at the arm.") && asked.contains("from the side"), "{asked}");
 }
+
+#[test]
+fn whoever_decides_about_a_failed_step_may_take_longer_than_the_step_had() {
+    let steps = "
+steps:
+  - {id: ready, do: {prompt: {text: Ready?}}, time_limit_s: 0.05}
+  - {id: after, do: {compute: {values: {x: 1}}}}
+";
+    let (outcome, events, place, _) = run_attended(steps, |event, handle| {
+        let Event::PromptAsked { prompt } = event else { return };
+        if let PromptKind::Decision { .. } = &prompt.kind {
+            std::thread::sleep(std::time::Duration::from_millis(300));
+            let answer = Answer::Decision { decision: Decision::Skip };
+            handle.send(Command::Answer { prompt: prompt.id, answer, by: "ada".to_owned() });
+        }
+    });
+    assert_eq!(readings(&place).len(), 1, "the run went on: {outcome:?} {}", message_of(&events));
+}

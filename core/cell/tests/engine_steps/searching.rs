@@ -216,3 +216,31 @@ fn a_slow_approach_goes_as_far_as_the_fast_one_may_have_overshot_and_no_further(
     let at = world.truth_deg()[1];
     assert!((at - (edge_deg() - 3.0)).abs() < 1e-6, "{at}");
 }
+
+#[test]
+fn how_far_a_search_has_come_is_told_as_a_share_of_its_way_with_where_the_joint_is() {
+    let place = place_with_zero();
+    let steps = format!(
+        "\nsteps:\n  - {{id: lower, {}}}\n",
+        search("travel_deg: -40, fast: {chunk_deg: 4, speed: 1}")
+    );
+    let cell = cell_with_steps(&place, &steps);
+    let (_, events) = watch(start(request(&cell, &place), &World::new([0.0; 3])), |_, _| {});
+    let told: Vec<_> = events
+        .iter()
+        .filter_map(|event| match event {
+            Event::StepProgress { step, fraction, text } if step.0 == "lower" => {
+                Some((*fraction, text.as_str()))
+            }
+            _ => None,
+        })
+        .collect();
+    for (told, (share, text)) in
+        told.iter().zip([(0.1, "fast: shoulder at 38.50 deg"), (0.2, "fast: shoulder at 34.50 deg")])
+    {
+        assert!((told.0.expect("a share") - share).abs() < 1e-9, "{told:?}");
+        assert_eq!(told.1, text);
+    }
+    let slow = told.iter().filter(|(_, text)| text.starts_with("slowly: shoulder at "));
+    assert!(slow.count() >= 4, "{told:?}");
+}
