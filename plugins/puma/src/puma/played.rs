@@ -21,6 +21,7 @@ pub(crate) struct Played {
     pub(crate) port: String,
     typed: Arc<Mutex<Vec<String>>>,
     ended: Arc<AtomicBool>,
+    hangs_up: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
     /// Kept open, so that the line is there before the driver opens it.
     _driver: File,
@@ -36,6 +37,8 @@ impl Played {
         let port = nix::unistd::ttyname(&pair.slave).unwrap().display().to_string();
         let (typed, ended) = (Arc::new(Mutex::new(Vec::new())), Arc::new(AtomicBool::new(false)));
         let (lines, end) = (Arc::clone(&typed), Arc::clone(&ended));
+        let hangs_up = Arc::new(AtomicBool::new(false));
+        let hung_up = Arc::clone(&hangs_up);
         let mut line_end = File::from(pair.master);
         let thread = std::thread::spawn(move || {
             let mut line = String::new();
@@ -45,7 +48,7 @@ impl Played {
                     continue;
                 }
                 let mut byte = [0];
-                if line_end.read_exact(&mut byte).is_err() {
+                if line_end.read_exact(&mut byte).is_err() || hung_up.load(Ordering::Relaxed) {
                     return;
                 }
                 let said = match byte[0] {
@@ -69,7 +72,12 @@ impl Played {
                 }
             }
         });
-        Self { port, typed, ended, thread: Some(thread), _driver: pair.slave.into() }
+        Self { port, typed, ended, hangs_up, thread: Some(thread), _driver: pair.slave.into() }
+    }
+
+    /// The cable is pulled at the next character.
+    pub(crate) fn hang_up(&self) {
+        self.hangs_up.store(true, Ordering::Relaxed);
     }
 
     /// What was typed since this was asked last.

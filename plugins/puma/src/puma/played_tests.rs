@@ -252,3 +252,33 @@ fn outputs_are_refused_and_none_is_no_output() {
     assert!((inputs.joints.get(1).unwrap().to_degrees() + 90.0).abs() < 1e-9 && inputs.time_ns > 0);
     assert_eq!((arm.jog(true).unwrap().finished, arm.jog(false).unwrap().finished), (0, 1));
 }
+
+#[test]
+fn an_unexpected_question_is_cancelled_and_an_unexpected_prompt_is_not() {
+    for (answer, is_cancelled) in [("\r\nChange? ", true), (DONE, false)] {
+        let is_begun = Arc::new(Mutex::new(false));
+        let begun = Arc::clone(&is_begun);
+        let played = Played::answering(move |line| match line {
+            "WHERE" if *begun.lock().unwrap() => answer.to_owned(),
+            "WHERE" => stands_at(&READY),
+            _ => DONE.to_owned(),
+        });
+        let (mut arm, _host) = driver(&played).unwrap();
+        played.take_typed();
+        *is_begun.lock().unwrap() = true;
+        let error = arm.read_joints().unwrap_err();
+        assert!(matches!(error, PluginError::Failed(_)), "{error:?}");
+        let typed = played.take_typed();
+        assert_eq!(typed.iter().any(|line| line == CONTROL_C), is_cancelled, "{typed:?}");
+    }
+}
+
+#[test]
+fn a_cable_that_is_pulled_while_a_line_is_typed_is_told_with_that_line() {
+    let played = off_by(0.0);
+    let (mut arm, _host) = driver(&played).unwrap();
+    played.hang_up();
+    let error = arm.read_joints().unwrap_err();
+    assert!(matches!(error, PluginError::Disconnected(_)), "{error:?}");
+    assert!(error.text().contains(": in `WHERE`: "), "{error}");
+}
