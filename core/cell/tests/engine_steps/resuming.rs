@@ -47,8 +47,13 @@ fn named(pairs: &[(&str, f64)]) -> Vec<(String, f64)> {
 
 #[test]
 fn a_repetition_goes_on_in_the_turn_in_which_it_was_cut_off() {
-    for (lost_at, moves) in [(1, 4), (2, 4), (3, 4)] {
+    for (lost_at, moves, open) in [(1, 4, "again[1].out"), (2, 4, "again[2].out"), (3, 4, "last")] {
         let (place, outcome, events, world) = lost_and_resumed(TURNS, lost_at);
+        let at = events.iter().find_map(|event| match event {
+            Event::RunStarted { resumed_at, .. } => Some(resumed_at.as_ref().map(|step| step.0.clone())),
+            _ => None,
+        });
+        assert_eq!(at, Some(Some(open.to_owned())), "lost at move {lost_at}");
         assert_eq!((outcome, message_of(&events)), (RunOutcome::Passed, "all steps passed"), "{lost_at}");
         assert_eq!(
             world.moves.load(Ordering::SeqCst),

@@ -282,3 +282,17 @@ fn a_cable_that_is_pulled_while_a_line_is_typed_is_told_with_that_line() {
     assert!(matches!(error, PluginError::Disconnected(_)), "{error:?}");
     assert!(error.text().contains(": in `WHERE`: "), "{error}");
 }
+
+#[test]
+fn an_arm_that_is_shown_a_twentieth_of_a_degree_off_has_arrived() {
+    let mut joints = READY;
+    joints[0] = 10.0;
+    let played = Played::answering(move |line| {
+        if line.starts_with("DO DRIVE 1,-10,") {
+            joints[0] = 0.05;
+        }
+        if line == "WHERE" { stands_at(&joints) } else { DONE.to_owned() }
+    });
+    let (mut arm, _host) = driver(&played).unwrap();
+    arm.move_joints(&to(0, 0.0)).unwrap();
+}
