@@ -23,7 +23,7 @@ const MEGABYTE: u64 = 1_000_000;
 /// Limits the memory of this process: the system refuses to give more than a quarter above the limit, and a thread ends the process, with words,
 /// when what it uses is above the limit itself. Memory shared with other processes does not count.
 pub(super) fn limit(context: &'static Context, limit_mb: u64, wake: Signal) {
-    let most = limit_mb.saturating_mul(MEGABYTE).saturating_mul(5) / 4;
+    let most = refused_above(limit_mb);
     if let Err(error) = setrlimit(Resource::RLIMIT_DATA, most, most) {
         let text = format!(
             "the system does not limit the memory of this process: {error}; it is watched all the same"
@@ -31,6 +31,11 @@ pub(super) fn limit(context: &'static Context, limit_mb: u64, wake: Signal) {
         context.report(LogLevel::Warn, &text);
     }
     thread::spawn(move || watch(context, limit_mb, &wake));
+}
+
+/// From how many bytes on the system gives no more: a quarter above the limit.
+fn refused_above(limit_mb: u64) -> u64 {
+    limit_mb.saturating_mul(MEGABYTE).saturating_mul(5) / 4
 }
 
 fn watch(context: &'static Context, limit_mb: u64, wake: &Signal) {
@@ -76,5 +81,11 @@ mod tests {
         assert_eq!(own_kilobytes("Name:\tplumb\nRssAnon:\t     912 kB\nRssFile:\t 5 kB\n"), Some(912));
         assert_eq!(own_kilobytes(""), None);
         assert!(own_bytes() > 100_000, "this test uses memory");
+    }
+
+    #[test]
+    fn the_system_refuses_memory_a_quarter_above_the_limit() {
+        assert_eq!(refused_above(400), 500_000_000);
+        assert_eq!(refused_above(u64::MAX), u64::MAX / 4, "as much as there can be");
     }
 }
