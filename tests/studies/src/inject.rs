@@ -5,7 +5,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::io::{self, Write as _};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use crate::benchmark::probabilities::candidates;
@@ -18,6 +18,7 @@ use plumb_diagnosis::laboratory::{LaboratoryError, Options};
 use plumb_estimation::{Progress, Random};
 use plumb_report::{diagnosis_sentence, rejection_in_words};
 use plumb_simulated::physics::campaign::catalogue::Choice;
+use plumb_simulated::physics::imperfection::Imperfection;
 
 /// Model files and tables that are looked for in the folder; those that are not there are left out, and said.
 const SETS: [(&str, &str); 6] = [
@@ -64,7 +65,7 @@ pub(crate) struct Arguments {
     /// How many times what the model leaves is to be seen of what is hidden.
     #[arg(long, default_value_t = 2.0)]
     times: f64,
-    /// Rows used of each table, drawn by lot.
+    /// Rows used of each table, drawn by lot for each injection; of a smaller table four fifths.
     #[arg(long, default_value_t = 300)]
     rows: usize,
     /// What is fitted, instead of the model file's `free:`.
@@ -142,7 +143,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, StudyError> {
     let mut forecasts = Vec::new();
     for (model, table) in sets(arguments)? {
         let name = table.trim_end_matches(".csv").to_owned();
-        let own = match open(arguments, &arguments.data.join(&model), &arguments.data.join(&table)) {
+        let set = Set { model: arguments.data.join(&model), table: arguments.data.join(&table) };
+        let own = match set.open(arguments, arguments.seed) {
             Ok(own) => own,
             Err(error) => {
                 say(&format!("| {name} | left out: {error} | | | | | | | |\n"))?;
@@ -155,9 +157,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, StudyError> {
             "| {name} | nothing hidden; geometry leaves {:.3} mm | | | | | | | |\n",
             own.left_mm()
         ))?;
-        let before = plain.named.as_ref().map(|one| (one.effect.effect.as_str(), one.effect.place.as_str()));
+        let before = name_of(&plain);
         for effect in hidden_effects(arguments) {
-            let counts = injections(arguments, &own, effect, before, &mut forecasts)?;
+            let counts = injections(arguments, &set, effect, before.as_ref(), &mut forecasts)?;
             say(&counts.line(&name, effect))?;
             total.take(&counts);
         }
@@ -194,12 +196,38 @@ fn sets(arguments: &Arguments) -> Result<Vec<(String, String)>, StudyError> {
     if found.is_empty() { Err(StudyError::NoSets(arguments.data.clone())) } else { Ok(found) }
 }
 
-/// A set with so many of its rows, fitted.
-fn open(arguments: &Arguments, model: &Path, table: &Path) -> Result<Measurements, InjectionError> {
-    let model = Model::read(model).map_err(LaboratoryError::from)?;
-    let table = thinned(&Table::read(table).map_err(LaboratoryError::from)?, arguments.rows, arguments.seed)?;
-    let options = Options { free: Some(arguments.free.clone()), ..Options::default() };
-    Measurements::new(model, table, options, &Progress::unwatched())
+/// A set of measurements: its model file and its table.
+struct Set {
+    model: PathBuf,
+    table: PathBuf,
+}
+
+impl Set {
+    /// The set with so many of its rows as this lot draws, fitted.
+    fn open(&self, arguments: &Arguments, lot: u64) -> Result<Measurements, InjectionError> {
+        let model = Model::read(&self.model).map_err(LaboratoryError::from)?;
+        let table = Table::read(&self.table).map_err(LaboratoryError::from)?;
+        let table = thinned(&table, rows_drawn(table.len(), arguments.rows), lot)?;
+        let options = Options { free: Some(arguments.free.clone()), ..Options::default() };
+        Measurements::new(model, table, options, &Progress::unwatched())
+    }
+}
+
+/// Rows drawn of a table of so many: four fifths at most, so that no two lots draw the same.
+fn rows_drawn(rows: usize, wanted: usize) -> usize {
+    wanted.min(rows * 4 / 5)
+}
+
+/// Effect and place of what was named.
+type Name = (String, String);
+
+fn name_of(diagnosis: &Diagnosis) -> Option<Name> {
+    let named = diagnosis.named.as_ref();
+    named.map(|one| (one.effect.effect.clone(), one.effect.place.clone()))
+}
+
+fn borrowed(name: Option<&Name>) -> Option<(&str, &str)> {
+    name.map(|(effect, place)| (effect.as_str(), place.as_str()))
 }
 
 /// So many rows of a table, drawn by lot, in their order.
@@ -218,43 +246,35 @@ fn thinned(table: &Table, most: usize, seed: u64) -> Result<Table, LaboratoryErr
     Ok(Table::parse(&table.source, &kept)?)
 }
 
-/// Hides an effect so many times, at places drawn by lot.
+/// Hides an effect so many times, each time in other rows, at places drawn by lot. `before` was named in some rows without anything hidden.
 fn injections(
     arguments: &Arguments,
-    own: &Measurements,
+    set: &Set,
     effect: &str,
-    before: Option<(&str, &str)>,
+    before: Option<&Name>,
     forecasts: &mut Vec<Forecast>,
 ) -> Result<Counts, StudyError> {
     let progress = Progress::unwatched();
     let mut counts = Counts::default();
     let mut lot = first_lot(arguments.seed, effect);
     for _ in 0..arguments.count {
-        let mut hidden = None;
-        for _ in 0..LOTS {
-            lot = lot.wrapping_add(1);
-            let Ok(mechanism) = own.draw(&Choice::named(effect), lot) else { break };
-            if !own.logs_what_drives(&mechanism) {
-                continue;
-            }
-            match own.sized(&mechanism, arguments.times, &progress) {
-                Ok(found) => hidden = Some(found),
-                Err(InjectionError::DoesNotShow { .. } | InjectionError::Unbelievable { .. }) => {}
-                Err(error) => return Err(error.into()),
-            }
-            if hidden.is_some() {
-                break;
-            }
-        }
-        let Some(hidden) = hidden else {
+        let own = set.open(arguments, lot)?;
+        let Some(hidden) = drawn(&own, effect, &mut lot, arguments.times)? else {
             counts.without += 1;
             continue;
         };
         let diagnosis = own.diagnose(Some(&hidden), &progress)?;
         let place = hidden.mechanism.place(own.arm());
-        let found = Found::of(&diagnosis, (hidden.mechanism.name(), &place), before);
+        let name = (hidden.mechanism.name(), place.as_str());
+        let mut before = before.cloned();
+        if Found::of(&diagnosis, name, borrowed(before.as_ref())) == Found::NamedWrong {
+            // These rows may have named it before anything was hidden.
+            before = name_of(&own.diagnose(None, &progress)?);
+        }
+        let before = borrowed(before.as_ref());
+        let found = Found::of(&diagnosis, name, before);
         // What was named before anything was hidden is there besides: nobody knows whether it is true.
-        let is_hidden = |effect: &str, at: &str| (effect, at) == (hidden.mechanism.name(), place.as_str());
+        let is_hidden = |effect: &str, at: &str| (effect, at) == name;
         let asked = |(effect, at): (&str, &str)| before != Some((effect, at)) || is_hidden(effect, at);
         forecasts.extend(candidates(&diagnosis, &asked, &is_hidden));
         if arguments.each {
@@ -263,6 +283,32 @@ fn injections(
         *counts.found.entry(found).or_default() += 1;
     }
     Ok(counts)
+}
+
+/// An effect at a place drawn by lot, of the size that is to be seen; nothing where none of [`LOTS`] draws shows. `lot` moves on past the draws.
+fn drawn(
+    own: &Measurements,
+    effect: &str,
+    lot: &mut u64,
+    times: f64,
+) -> Result<Option<Imperfection>, StudyError> {
+    let mut hidden = None;
+    for _ in 0..LOTS {
+        *lot = lot.wrapping_add(1);
+        let Ok(mechanism) = own.draw(&Choice::named(effect), *lot) else { break };
+        if !own.logs_what_drives(&mechanism) {
+            continue;
+        }
+        match own.sized(&mechanism, times, &Progress::unwatched()) {
+            Ok(found) => hidden = Some(found),
+            Err(InjectionError::DoesNotShow { .. } | InjectionError::Unbelievable { .. }) => {}
+            Err(error) => return Err(error.into()),
+        }
+        if hidden.is_some() {
+            break;
+        }
+    }
+    Ok(hidden)
 }
 
 /// The lots of one effect begin elsewhere than those of another: else all would be hidden at the same joints.
@@ -315,6 +361,15 @@ mod tests {
         all.take(&counts);
         all.take(&counts);
         assert_eq!(all.line("a", "b"), "| a | b | 12 | 2 | 4 | 6 | 8 | 2 | 4 |\n");
+    }
+
+    #[test]
+    fn lots_of_a_small_table_draw_four_fifths_of_it_and_differ() {
+        assert_eq!([rows_drawn(1000, 200), rows_drawn(250, 200), rows_drawn(99, 200)], [200, 200, 79]);
+        let rows: Vec<String> = (0..50).map(|row| format!("{row},{}", 10 * row)).collect();
+        let table = Table::parse("t.csv", &format!("q1_deg,p1_x_mm\n{}\n", rows.join("\n"))).unwrap();
+        let [one, other] = [3, 4].map(|lot| table_text(&thinned(&table, rows_drawn(50, 200), lot).unwrap()));
+        assert!(one != other && one.lines().count() == 41);
     }
 
     #[test]
