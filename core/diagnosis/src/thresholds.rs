@@ -362,8 +362,8 @@ pub(crate) const CURVE_LEVEL: f64 = 1e-4;
 /// On either side of a jump that are looked at for that (rows). Why: over so few a drift is smooth.
 pub(crate) const CURVE_ROWS: usize = 60;
 
-/// Two explanations by epoch are told apart when their squared errors differ by more of their standard errors (standard
-/// errors). Why: Vuong 1989; neighbouring rows err alike, and a model that lacks more leans to one side.
+/// Two explanations by epoch are distinguished when their squared errors differ by more of their standard errors under the better one (standard
+/// errors). Why: Vuong 1989, Cox 1962; neighbouring rows err alike, and a model that lacks more leans to one side.
 pub(crate) const RIVAL_ERRORS: f64 = 4.0;
 
 // Plausibility of the files
