@@ -50,20 +50,43 @@ pub(crate) fn with_rivals(stage: &Stage<'_>, mut close: Vec<usize>) -> Vec<usize
     close
 }
 
-/// Whether the rows cannot tell one event from a better one.
+/// Whether the rows cannot tell one event from a better one. What has more numbers fits better by them alone: each pays as in Schwarz's criterion (Vuong 1989,
+/// equation 5.9).
 fn is_rival(other: &Contender, best: &Contender) -> bool {
     let (own, least) = (&other.row_residuals, &best.row_residuals);
-    !own.is_empty() && own.len() == least.len() && !differs(own, least)
+    let (squares, freedom) = best.left;
+    let more_numbers = other.score.freedom as f64 - best.score.freedom as f64;
+    let equations: usize = least.iter().map(Vec::len).sum();
+    let charge = more_numbers * (equations.max(1) as f64).ln() * squares / freedom.max(1.0);
+    if own.is_empty() || own.len() != least.len() {
+        return false;
+    }
+    // Numbers that the better one has beyond the other's also take up what both lack: how it fits is no measure of chance.
+    match more_numbers < 0.0 {
+        true => !differs_about_mean(own, least, charge),
+        false => !differs(own, least, charge),
+    }
 }
 
 /// Whether the squared errors of two models differ by more than [`RIVAL_ERRORS`] standard errors of their sum, as these are if the second,
-/// the better one, is right. Residuals in sigmas: rows by their equations.
-fn differs(own: &[Vec<f64>], least: &[Vec<f64>]) -> bool {
+/// the better one, is right. Residuals in sigmas: rows by their equations. The first pays `charge` for the numbers that it has beyond those of the second.
+fn differs(own: &[Vec<f64>], least: &[Vec<f64>], charge: f64) -> bool {
     let rows = || own.iter().zip(least);
-    let total: f64 = rows().map(|(own, least)| squares(own) - squares(least)).sum();
+    let total: f64 = rows().map(|(own, least)| squares(own) - squares(least)).sum::<f64>() + charge;
     let chance: Vec<f64> = rows().map(|(own, least)| 2.0 * product_with_difference(own, least)).collect();
     let variance: f64 = chance.iter().map(|one| one * one).sum();
     total > RIVAL_ERRORS * (variance * long_run_variance_ratio(&chance)).sqrt()
+}
+
+/// The same with the scatter of the whole difference about its mean as chance, as Vuong (1989) has it.
+fn differs_about_mean(own: &[Vec<f64>], least: &[Vec<f64>], charge: f64) -> bool {
+    let mut about_mean: Vec<f64> =
+        own.iter().zip(least).map(|(own, least)| squares(own) - squares(least)).collect();
+    let total: f64 = about_mean.iter().sum();
+    let mean = total / own.len().max(1) as f64;
+    about_mean.iter_mut().for_each(|one| *one -= mean);
+    let variance = squares(&about_mean);
+    total + charge > RIVAL_ERRORS * (variance * long_run_variance_ratio(&about_mean)).sqrt()
 }
 
 fn squares(row: &[f64]) -> f64 {
@@ -102,6 +125,28 @@ mod tests {
         assert!(!is_rival(&with(noise(99, 5)), &best), "other rows");
     }
 
+    #[test]
+    fn of_two_events_the_one_with_more_numbers_pays_for_them() {
+        let with = |row_residuals: Vec<Vec<f64>>, freedom: usize| {
+            let mut one =
+                Contender { row_residuals, left: (100.0, 100.0), ..contender("joint_step", 0, 0.0) };
+            one.score.freedom = freedom;
+            one
+        };
+        // Off by 1.5 sigmas in 50 of 100 rows: the squares differ by 112 or so, five standard errors of 21. Twenty numbers more cost 92.
+        let best = noise(100, 6);
+        let other = off_from(50, 1.5, &best);
+        assert!(!is_rival(&with(other.clone(), 1), &with(best.clone(), 1)));
+        assert!(is_rival(&with(other, 1), &with(best.clone(), 21)));
+        // However far off, what happened at one row is then hardly distinguished; what is off everywhere is.
+        assert!(is_rival(&with(off_from(50, 8.0, &best), 1), &with(best.clone(), 6)));
+        assert!(!is_rival(&with(off_from(50, 8.0, &best), 1), &with(best.clone(), 1)));
+        // Off by 0.6 they differ by 18, two of 8.
+        let near = off_from(50, 0.6, &best);
+        assert!(is_rival(&with(near.clone(), 1), &with(best.clone(), 1)));
+        assert!(!is_rival(&with(near, 21), &with(best, 1)));
+    }
+
     /// Rows of one equation with noise of one sigma.
     fn noise(rows: usize, seed: u64) -> Vec<Vec<f64>> {
         let mut random = Random::seeded(seed);
@@ -122,13 +167,16 @@ mod tests {
             [(60, 0.6, false), (60, 2.0, true), (60, 8.0, true), (300, 0.25, false), (300, 0.9, true)]
         {
             assert_eq!(
-                differs(&off_from(400 - rows, by, &least), &least),
+                differs(&off_from(400 - rows, by, &least), &least, 0.0),
                 expected,
                 "{rows} rows off by {by}"
             );
         }
-        assert!(!differs(&least, &least));
-        assert!(!differs(&least, &off_from(340, 2.0, &least)), "the better one is no worse than the other");
+        assert!(!differs(&least, &least, 0.0));
+        assert!(
+            !differs(&least, &off_from(340, 2.0, &least), 0.0),
+            "the better one is no worse than the other"
+        );
     }
 
     #[test]
@@ -140,7 +188,7 @@ mod tests {
             .map(|(row, at)| vec![row[0] + 2.0 * (f64::from(at) / 12.0).sin()])
             .collect();
         let independent = noise(200, 4);
-        assert!(differs(&off_from(100, 1.0, &independent), &independent));
-        assert!(!differs(&off_from(100, 1.0, &drifting), &drifting));
+        assert!(differs(&off_from(100, 1.0, &independent), &independent, 0.0));
+        assert!(!differs(&off_from(100, 1.0, &drifting), &drifting, 0.0));
     }
 }
