@@ -50,8 +50,7 @@ pub(crate) fn with_rivals(stage: &Stage<'_>, mut close: Vec<usize>) -> Vec<usize
     close
 }
 
-/// Whether the rows cannot tell one event from a better one. What has more numbers fits better by them alone: each pays as in Schwarz's criterion (Vuong 1989,
-/// equation 5.9).
+/// Whether the rows cannot tell one event from a better one. What has more numbers fits better by them alone: each pays as in Schwarz's criterion, as Vuong (1989) proposes.
 fn is_rival(other: &Contender, best: &Contender) -> bool {
     let (own, least) = (&other.row_residuals, &best.row_residuals);
     let (squares, freedom) = best.left;
