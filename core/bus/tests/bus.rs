@@ -477,10 +477,13 @@ fn a_third_sender_of_a_stream_waits_a_second_for_a_place_and_is_refused() {
     let begun = Instant::now();
     let first = bus.publisher("arm", &joints()).unwrap();
     let _second = bus.publisher("arm", &joints()).unwrap();
-    assert!(begun.elapsed() < Duration::from_millis(900), "a free place is not waited for");
+    let free = begun.elapsed();
     let begun = Instant::now();
     let error = bus.publisher("arm", &joints()).unwrap_err().to_string();
-    assert!(begun.elapsed() >= Duration::from_secs(1), "{:?}", begun.elapsed());
+    let refused = begun.elapsed();
+    assert!(refused >= Duration::from_secs(1), "{refused:?}");
+    // Both are on the same busy computer: waited for, two free places would take twice as long.
+    assert!(free < refused, "a free place is not waited for: {free:?} {refused:?}");
     assert!(error.contains("the sending end of stream arm/joints"), "{error}");
     thread::scope(|scope| {
         let third = scope.spawn(|| bus.publisher("arm", &joints()));
@@ -502,8 +505,8 @@ fn a_request_and_an_answer_may_be_as_long_as_their_limit_and_no_longer() {
     let (server, client) = (bus.server("arm").unwrap(), bus.client("arm").unwrap());
     let limit = 64 * 1024;
     let error = client.call(&settings_of(limit + 1), Call::within(LONG)).unwrap_err();
-    let CallError::TooLong { length, limit: told, .. } = error else { panic!("{error}") };
-    assert_eq!((length, told), (limit + 1, limit));
+    let CallError::TooLong { length, limit: allowed, .. } = error else { panic!("{error}") };
+    assert_eq!((length, allowed), (limit + 1, limit));
     let answered = |text: usize| {
         thread::scope(|scope| {
             scope.spawn(|| {

@@ -1,4 +1,4 @@
-//! What devices behind hosts are told, and what is made of how they end, without a host.
+//! What devices behind hosts are given, and what is made of how they end, without a host.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -79,8 +79,8 @@ pub(in crate::device) fn devices_without_world() -> (TempDir, HostedDevices) {
     devices_of(CELL, None)
 }
 
-/// What the first device's plugin is told.
-fn told(devices: &mut HostedDevices, emulate: Option<&str>) -> Result<Value, String> {
+/// The settings that the first device's plugin is given.
+fn given(devices: &mut HostedDevices, emulate: Option<&str>) -> Result<Value, String> {
     let device = DeviceSetting { emulate: emulate.map(str::to_owned), ..devices.cell.devices[0].clone() };
     let schema = devices.catalogue.find(&device.plugin).unwrap().manifest.config.clone();
     devices.config_of(&device, &schema).map_err(|error| error.to_string())
@@ -91,16 +91,16 @@ fn a_plugin_that_asks_for_them_is_told_the_cells_folder_its_world_and_an_emulate
     let (place, mut devices, _) = devices_in_world();
     let folder = place.path().display().to_string();
     assert_eq!(
-        told(&mut devices, None),
+        given(&mut devices, None),
         Ok(serde_json::json!({"cell_directory": folder, "world": "/run/world.sock"}))
     );
     assert_eq!(
-        told(&mut devices, Some("puma")),
+        given(&mut devices, Some("puma")),
         Ok(
             serde_json::json!({"cell_directory": folder, "world": "/run/world.sock", "port": "/run/arm.puma"})
         )
     );
-    assert_eq!(told(&mut devices, Some("none")), Err("there is no such controller".to_owned()));
+    assert_eq!(given(&mut devices, Some("none")), Err("there is no such controller".to_owned()));
     // The sensor asks for neither, and knows an address.
     let eye = DeviceSetting { emulate: Some("net".to_owned()), ..devices.cell.devices[1].clone() };
     let schema = devices.catalogue.find(&eye.plugin).unwrap().manifest.config.clone();
@@ -108,7 +108,7 @@ fn a_plugin_that_asks_for_them_is_told_the_cells_folder_its_world_and_an_emulate
     assert_eq!(config, serde_json::json!({"bit": 1, "address": "/run/eye.net"}));
     let (place, mut devices) = devices_without_world();
     let folder = place.path().display().to_string();
-    assert_eq!(told(&mut devices, Some("puma")), Ok(serde_json::json!({"cell_directory": folder})));
+    assert_eq!(given(&mut devices, Some("puma")), Ok(serde_json::json!({"cell_directory": folder})));
 }
 
 #[test]
@@ -131,7 +131,7 @@ fn a_host_is_told_its_limits_its_clock_and_the_hash_its_library_had() {
         [("lift", 5.0, 40.0)],
         "the zero of the waist is kept here, so its limits are checked here"
     );
-    // The library is exchanged while the run goes on: the host is told the hash of the one that was there.
+    // The library is exchanged while the run goes on: the host is given the hash of the one that was there.
     std::fs::write(place.path().join("robot/libtest_robot.so"), "another").unwrap();
     let eye = devices.cell.devices[1].clone();
     let (again, _) = devices.order(&devices.cell.devices[0].clone(), Value::Null).unwrap();
@@ -253,7 +253,7 @@ fn what_a_host_says_becomes_a_line_of_its_level_and_a_good_end_becomes_none() {
     let reported = (0..=255).filter(|code| ended(Some(*code), None).is_reported());
     let reported: Vec<i32> = reported.collect();
     assert_eq!(reported.len(), 1, "{reported:?}");
-    assert_eq!(end(Some(reported[0])), None, "it has told the reason itself");
+    assert_eq!(end(Some(reported[0])), None, "it has said the reason itself");
     assert_eq!(line(&HostEvent::Progress { fraction: 0.5, text: "half".into() }), None);
 }
 
