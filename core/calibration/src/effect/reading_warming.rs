@@ -3,9 +3,6 @@
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
 use super::{Channel, Drive, Effect, EffectId, Handle, Parameter, Situation, Spot, Unit};
 
-/// Temperature at which the zero is what it was set to, deg C (ISO 1).
-const REFERENCE: f64 = 20.0;
-
 /// Greatest plausible shift a kelvin. Data sheets of draw wires and of optical triangulation give a hundredth of a percent of the range, of poor ones a
 /// tenth: 1 mm is that of a wire of a metre, mm/K. Of levels and theodolites it is thousandths of a degree: 0.1 deg is far beyond, rad/K.
 const MOST_MM: f64 = 1.0;
@@ -29,7 +26,7 @@ impl Effect for ReadingWarming {
     }
 
     fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
-        let warmer = if situation.temperature.is_finite() { situation.temperature - REFERENCE } else { 0.0 };
+        let warmer = situation.warmer_than_reference();
         drives.push(Drive { parameter: 0, handle: Handle::ReadingZero(self.channel), rate: warmer });
     }
 }

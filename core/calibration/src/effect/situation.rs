@@ -66,7 +66,15 @@ pub(super) fn way(moved: f64) -> f64 {
     if moved.abs() < LEAST_MOVE { 0.0 } else { moved.signum() }
 }
 
+/// Temperature at which lengths are what they are said to be, deg C (ISO 1).
+const REFERENCE_TEMPERATURE: f64 = 20.0;
+
 impl Situation<'_> {
+    /// How much warmer than 20 deg C (ISO 1) it was, K; 0 where no temperature is logged, for then nothing is known to have grown.
+    pub fn warmer_than_reference(&self) -> f64 {
+        if self.temperature.is_finite() { self.temperature - REFERENCE_TEMPERATURE } else { 0.0 }
+    }
+
     /// The commanded coordinate of a joint.
     pub fn coordinate(&self, joint: usize) -> f64 {
         self.q.get(joint).copied().unwrap_or(0.0)

@@ -5,9 +5,6 @@ use plumb_kinematics::Knob;
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
 use super::{Drive, Effect, Handle, Parameter, Situation, Unit};
 
-/// Temperature at which lengths are what the drawing says, deg C (ISO 1).
-const REFERENCE: f64 = 20.0;
-
 #[derive(Debug)]
 struct ThermalGrowth {
     joint: usize,
@@ -22,7 +19,7 @@ impl Effect for ThermalGrowth {
     }
 
     fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
-        let warmer = if situation.temperature.is_finite() { situation.temperature - REFERENCE } else { 0.0 };
+        let warmer = situation.warmer_than_reference();
         // Lengths grow as they are long, and angles stay: dl = l alpha dT.
         let sizes = [(Knob::A, self.length), (Knob::D, self.offset)];
         drives.extend(sizes.map(|(knob, size)| Drive {

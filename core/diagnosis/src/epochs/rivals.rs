@@ -53,39 +53,37 @@ pub(crate) fn with_rivals(stage: &Stage<'_>, mut close: Vec<usize>) -> Vec<usize
 /// Whether the rows cannot tell one event from a better one. What has more numbers fits better by them alone: each pays as in Schwarz's criterion, as Vuong (1989) proposes.
 fn is_rival(other: &Contender, best: &Contender) -> bool {
     let (own, least) = (&other.row_residuals, &best.row_residuals);
+    if own.is_empty() || own.len() != least.len() {
+        return false;
+    }
     let (squares, freedom) = best.left;
     let more_numbers = other.score.freedom as f64 - best.score.freedom as f64;
     let equations: usize = least.iter().map(Vec::len).sum();
     let charge = more_numbers * (equations.max(1) as f64).ln() * squares / freedom.max(1.0);
-    if own.is_empty() || own.len() != least.len() {
-        return false;
-    }
     // Numbers that the better one has beyond the other's also take up what both lack: how it fits is no measure of chance.
-    match more_numbers < 0.0 {
-        true => !differs_about_mean(own, least, charge),
-        false => !differs(own, least, charge),
-    }
+    let chance = if more_numbers < 0.0 { about_mean(own, least) } else { under_the_better(own, least) };
+    !differs(difference(own, least) + charge, &chance)
 }
 
-/// Whether the squared errors of two models differ by more than [`RIVAL_ERRORS`] standard errors of their sum, as these are if the second,
-/// the better one, is right. Residuals in sigmas: rows by their equations. The first pays `charge` for the numbers that it has beyond those of the second.
-fn differs(own: &[Vec<f64>], least: &[Vec<f64>], charge: f64) -> bool {
-    let rows = || own.iter().zip(least);
-    let total: f64 = rows().map(|(own, least)| squares(own) - squares(least)).sum::<f64>() + charge;
-    let chance: Vec<f64> = rows().map(|(own, least)| 2.0 * product_with_difference(own, least)).collect();
-    let variance: f64 = chance.iter().map(|one| one * one).sum();
-    total > RIVAL_ERRORS * (variance * long_run_variance_ratio(&chance)).sqrt()
+/// Whether a difference of squared errors is more than [`RIVAL_ERRORS`] standard errors, of which each row gives its part by `chance`.
+fn differs(difference: f64, chance: &[f64]) -> bool {
+    difference > RIVAL_ERRORS * (squares(chance) * long_run_variance_ratio(chance)).sqrt()
 }
 
-/// The same with the scatter of the whole difference about its mean as chance, as Vuong (1989) has it.
-fn differs_about_mean(own: &[Vec<f64>], least: &[Vec<f64>], charge: f64) -> bool {
-    let mut about_mean: Vec<f64> =
-        own.iter().zip(least).map(|(own, least)| squares(own) - squares(least)).collect();
-    let total: f64 = about_mean.iter().sum();
-    let mean = total / own.len().max(1) as f64;
-    about_mean.iter_mut().for_each(|one| *one -= mean);
-    let variance = squares(&about_mean);
-    total + charge > RIVAL_ERRORS * (variance * long_run_variance_ratio(&about_mean)).sqrt()
+/// By how much the squared errors of two models differ. Residuals in sigmas: rows by their equations.
+fn difference(own: &[Vec<f64>], least: &[Vec<f64>]) -> f64 {
+    own.iter().zip(least).map(|(own, least)| squares(own) - squares(least)).sum()
+}
+
+/// What chance does to the difference row by row if the second model, the better one, is right.
+fn under_the_better(own: &[Vec<f64>], least: &[Vec<f64>]) -> Vec<f64> {
+    own.iter().zip(least).map(|(own, least)| 2.0 * product_with_difference(own, least)).collect()
+}
+
+/// The difference row by row about its mean, as Vuong (1989) has it.
+fn about_mean(own: &[Vec<f64>], least: &[Vec<f64>]) -> Vec<f64> {
+    let mean = difference(own, least) / own.len().max(1) as f64;
+    own.iter().zip(least).map(|(own, least)| squares(own) - squares(least) - mean).collect()
 }
 
 fn squares(row: &[f64]) -> f64 {
@@ -146,6 +144,11 @@ mod tests {
         assert!(!is_rival(&with(near, 21), &with(best, 1)));
     }
 
+    /// Whether models with as many numbers differ.
+    fn apart(own: &[Vec<f64>], least: &[Vec<f64>]) -> bool {
+        differs(difference(own, least), &under_the_better(own, least))
+    }
+
     /// Rows of one equation with noise of one sigma.
     fn noise(rows: usize, seed: u64) -> Vec<Vec<f64>> {
         let mut random = Random::seeded(seed);
@@ -165,17 +168,10 @@ mod tests {
         for (rows, by, expected) in
             [(60, 0.6, false), (60, 2.0, true), (60, 8.0, true), (300, 0.25, false), (300, 0.9, true)]
         {
-            assert_eq!(
-                differs(&off_from(400 - rows, by, &least), &least, 0.0),
-                expected,
-                "{rows} rows off by {by}"
-            );
+            assert_eq!(apart(&off_from(400 - rows, by, &least), &least), expected, "{rows} rows off by {by}");
         }
-        assert!(!differs(&least, &least, 0.0));
-        assert!(
-            !differs(&least, &off_from(340, 2.0, &least), 0.0),
-            "the better one is no worse than the other"
-        );
+        assert!(!apart(&least, &least));
+        assert!(!apart(&least, &off_from(340, 2.0, &least)), "the better one is no worse than the other");
     }
 
     #[test]
@@ -187,7 +183,7 @@ mod tests {
             .map(|(row, at)| vec![row[0] + 2.0 * (f64::from(at) / 12.0).sin()])
             .collect();
         let independent = noise(200, 4);
-        assert!(differs(&off_from(100, 1.0, &independent), &independent, 0.0));
-        assert!(!differs(&off_from(100, 1.0, &drifting), &drifting, 0.0));
+        assert!(apart(&off_from(100, 1.0, &independent), &independent));
+        assert!(!apart(&off_from(100, 1.0, &drifting), &drifting));
     }
 }
