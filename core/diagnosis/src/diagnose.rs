@@ -15,7 +15,7 @@ use crate::thresholds::SEARCH_ROWS;
 use crate::unlisted;
 use crate::verdict::Finding;
 use plumb_calibration::arm_model::AddedEffect;
-use plumb_calibration::effect::{EffectId, Spot};
+use plumb_calibration::effect::{EffectId, Spot, kind};
 use plumb_estimation::Progress;
 
 /// Candidates a diagnosis lists.
@@ -54,6 +54,11 @@ fn without_findings(verdict: Verdict, floor: Floor, comparison: Comparison) -> D
         warnings: comparison.warnings,
         few_poses: None,
     }
+}
+
+/// Whether an effect is an event at a moment of its own, rather than one between the model's epochs.
+fn is_dated_by_itself(id: &EffectId) -> bool {
+    id.inner.is_some() && kind(&id.name).is_some_and(|kind| kind.is_event)
 }
 
 /// The verdict on a model to which no candidate can be added any more: only the lack of fit is left to ask.
@@ -140,10 +145,16 @@ impl Laboratory {
             return Ok((diagnosis, found));
         }
         progress.report(0.0, "looking for jumps")?;
-        let found = match self.dated(progress)? {
+        let mut found = match self.dated(progress)? {
             Some(dated) => dated.laboratory.diagnose_with(dated.jumps.clone(), progress),
             None => self.diagnose_with(Vec::new(), progress),
         }?;
+        // A joint seems to have jumped where no jump was dated: was it perhaps the instrument, or the base?
+        if let Some(event) = found.1.event.clone()
+            && let Some(dated) = self.dated_at(&event, progress)?
+        {
+            found = dated.laboratory.diagnose_with(dated.jumps.clone(), progress)?;
+        }
         let (mut diagnosis, found) = self.ask_beside_poses(found, progress)?;
         diagnosis.warnings.extend(self.negative_play(&diagnosis));
         Ok((diagnosis, found))
@@ -195,7 +206,8 @@ impl Laboratory {
         let named = named.map(|best| AddedEffect { id: best.id.clone(), values: best.values.clone() });
         let nameless = diagnosis.verdict.is_nameless();
         let corrections = if nameless { finding.corrections() } else { Vec::new() };
-        Ok((diagnosis, Found { named, corrections }))
+        let event = finding.best().map(|best| best.id.clone()).filter(is_dated_by_itself);
+        Ok((diagnosis, Found { named, corrections, event }))
     }
 
     /// Fills in what goes with a finding's verdict: the name or the site, the ties, the rest, and poses to measure.

@@ -2,12 +2,15 @@
 
 use crate::outcome::EffectPlace;
 use plumb_calibration::arm_model::AddedEffect;
+use plumb_calibration::effect::EffectId;
 
 /// The named effect with the values it was found at; where nothing is named, what may be added all the same, the likeliest first.
 #[derive(Default)]
 pub(crate) struct Found {
     pub(crate) named: Option<AddedEffect>,
     pub(crate) corrections: Vec<CorrectionCandidate>,
+    /// What comes nearest, where it is an event of which the moment was searched for.
+    pub(crate) event: Option<EffectId>,
 }
 
 /// What a correction may stand for besides the effects of the library, as model files have it.

@@ -91,7 +91,7 @@ impl Columns {
 }
 
 /// Which rows of a table are among some.
-fn mask(rows: &[usize], count: usize) -> Vec<bool> {
+pub(super) fn mask(rows: &[usize], count: usize) -> Vec<bool> {
     let mut mask = vec![false; count];
     for row in rows {
         if let Some(entry) = mask.get_mut(*row) {

@@ -1,5 +1,6 @@
 //! Epochs: something was re-set between two rows. Which rows, found from what a fit leaves.
 
+mod at_event;
 mod columns;
 mod rivals;
 mod search;
@@ -40,6 +41,9 @@ impl Laboratory {
     /// # Errors
     /// Nothing can be fitted, or cancellation.
     pub(crate) fn dated(&self, progress: &Progress) -> Result<Option<&Dated>, LaboratoryError> {
+        if let Some(Some(known)) = self.known_epochs_at_event().get() {
+            return Ok(Some(known));
+        }
         if let Some(known) = self.known_epochs().get() {
             return Ok(known.as_deref());
         }
@@ -135,7 +139,8 @@ impl Laboratory {
         Ok(if anew.loss(scale) < near.loss(scale) { anew } else { near })
     }
 
-    /// The laboratory with the epochs its rows show, where some of these effects need epochs that the model does not have.
+    /// The laboratory with the epochs its rows show, where some of these effects need epochs that the model does not have. Where no jump is seen
+    /// an event that the diagnosis finds begins one.
     ///
     /// # Errors
     /// Nothing can be fitted, or cancellation.
@@ -145,7 +150,12 @@ impl Laboratory {
         progress: &Progress,
     ) -> Result<Option<Self>, LaboratoryError> {
         match ids.any(|id| acts_by_epoch(&id.name)) {
-            true => Ok(self.dated(progress)?.map(|dated| dated.laboratory.clone())),
+            true => {
+                if self.dated(progress)?.is_none() {
+                    self.diagnose(progress)?;
+                }
+                Ok(self.dated(progress)?.map(|dated| dated.laboratory.clone()))
+            }
             false => Ok(None),
         }
     }
@@ -160,8 +170,8 @@ impl Laboratory {
         if may_show_a_jump(columns.rows.len(), fitted.fit.rank())
             && let Some(changes) = starts(&columns)
         {
-            let (epochs, jumps) = self.named_epochs(&columns, &changes.abrupt);
-            let (with_unsure, _) = self.named_epochs(&columns, &changes.all);
+            let (epochs, jumps) = self.named_epochs(&columns.rows, &changes.abrupt);
+            let (with_unsure, _) = self.named_epochs(&columns.rows, &changes.all);
             let effect = columns.ids.get(changes.number).cloned();
             return Ok(Some(Found { epochs, with_unsure, jumps, effect }));
         }
@@ -175,10 +185,9 @@ impl Laboratory {
     }
 
     /// Found epochs as sessions where each jump lies between two of them, else by time where it is logged, else by row.
-    fn named_epochs(&self, columns: &Columns, starts: &[usize]) -> (Epochs, Vec<Jump>) {
+    fn named_epochs(&self, rows: &[usize], starts: &[usize]) -> (Epochs, Vec<Jump>) {
         let table = self.table();
-        let around =
-            |start: &usize| Some((*columns.rows.get(start.checked_sub(1)?)?, *columns.rows.get(*start)?));
+        let around = |start: &usize| Some((*rows.get(start.checked_sub(1)?)?, *rows.get(*start)?));
         let pairs: Vec<(usize, usize)> = starts.iter().filter_map(around).collect();
         let session = |row: usize| table.session.of_row.get(row).copied().flatten();
         let between_sessions = |(before, after): &(usize, usize)| session(*before) != session(*after);

@@ -257,14 +257,6 @@ fn rows_that_err_alike_inflate_the_variance_of_their_sum() {
     assert_eq!(search::long_run_variance_ratio(&[]), 1.0);
 }
 
-#[test]
-fn the_variance_of_a_sum_is_that_of_its_window() {
-    // Four alike: a window of two lags of weights 2/3 and 1/3, products 3 and 2 of four: 1 + 2 (2/3) (3/4) + 2 (1/3) (2/4).
-    assert!((search::long_run_variance_ratio(&[1.0; 4]) - 7.0 / 3.0).abs() < 1e-12);
-    assert_eq!(search::long_run_variance_ratio(&[1.0, -1.0, 1.0, -1.0]), 1.0, "never less than independent");
-    assert_eq!(search::long_run_variance_ratio(&[0.0; 4]), 1.0);
-}
-
 /// Sixty readings of a polynomial of the ninth degree, the highest that counts as a smooth curve.
 #[test]
 fn a_step_is_chance_where_a_curve_of_any_degree_that_counts_does_as_well_without_it() {
@@ -329,11 +321,61 @@ fn epochs_go_by_time_where_it_is_logged_and_by_rows_where_it_is_not() {
     });
     let named = |lab: &Laboratory| {
         let fitted = lab.fit_with(&[], None, &Progress::unwatched()).unwrap();
-        lab.named_epochs(&Columns::of(lab, &fitted, &Progress::unwatched()).unwrap(), &[20])
+        lab.named_epochs(&Columns::of(lab, &fitted, &Progress::unwatched()).unwrap().rows, &[20])
     };
     let (epochs, jumps) = named(&rows);
     assert_eq!(epochs, Epochs::Rows(vec![21]));
     assert_eq!((jumps[0].between_rows, jumps[0].between_lines, jumps[0].at_s), ([20, 21], [21, 22], None));
     let (epochs, jumps) = named(&timed);
     assert_eq!((epochs, jumps[0].at_s), (Epochs::Times(vec![200.0]), Some(200.0)));
+}
+
+#[test]
+fn an_event_begins_an_epoch_beside_those_that_are_known() {
+    let at = |lab: &Laboratory, moment: f64| {
+        let event = EffectId { inner: Some(moment), ..EffectId::at("joint_step", Spot::Joint(1)) };
+        let dated = lab.clone();
+        let dated = dated.dated_at(&event, &Progress::unwatched()).unwrap();
+        dated.map(|dated| (dated.laboratory.model().epochs.clone().unwrap(), dated.jumps.len()))
+    };
+    let rows = laboratory(120, false, 9, |_| Wrong::default());
+    assert_eq!(at(&rows, 50.0), Some((Epochs::Rows(vec![51]), 1)));
+    // An epoch has at least eight rows on either side.
+    assert_eq!(at(&rows, 8.0), Some((Epochs::Rows(vec![9]), 1)));
+    assert_eq!(at(&rows, 7.0), None);
+    assert_eq!(at(&rows, 112.0), Some((Epochs::Rows(vec![113]), 1)));
+    assert_eq!(at(&rows, 113.0), None);
+    let timed = crate::testing::with_table(&rows, |table| {
+        table.time = Some((0..120).map(|row| 10.0 * f64::from(row)).collect());
+    });
+    assert_eq!(at(&timed, 500.0), Some((Epochs::Times(vec![500.0]), 1)));
+    let jumping = laboratory(200, true, 1, |row| length(by_epoch(row, &[80], &[0.0, 0.3])));
+    assert_eq!(at(&jumping, 140.0), Some((Epochs::Rows(vec![81, 141]), 2)));
+    assert_eq!(at(&jumping, 87.0), None, "one begins seven rows before");
+    assert_eq!(at(&jumping, 88.0), Some((Epochs::Rows(vec![81, 89]), 2)));
+    let of_its_own = rows.with_epochs(Epochs::Rows(vec![31]));
+    assert_eq!(at(&of_its_own, 50.0), None, "the model's own epochs are the user's");
+    let event = EffectId::at("joint_zero_reset", Spot::Joint(1));
+    assert!(rows.dated_at(&event, &Progress::unwatched()).unwrap().is_none(), "an event between epochs");
+}
+
+/// A base that sinks beside waves of the shoulder along the rows: the search for change points takes the jump for one more of them, and a jump of a joint fits
+/// the rows best.
+#[test]
+fn where_a_joint_seems_to_have_jumped_the_base_and_the_instrument_are_asked_as_well() {
+    let wrong = |row: usize| Wrong {
+        joints: [0.0, 0.0015 * ((row as f64 / 8.0).sin() + (row as f64 / 24.8).cos()), 0.0],
+        base: [0.0, 0.0, by_epoch(row, &[90], &[0.0, 0.3])],
+        ..Wrong::default()
+    };
+    let lab = laboratory(180, false, 506, wrong);
+    assert_eq!(found(&lab), [0_usize; 0], "no jump is dated");
+    let diagnosis = lab.diagnose(&Progress::unwatched()).unwrap();
+    assert_eq!(diagnosis.verdict, Verdict::Tied, "{diagnosis:#?}");
+    assert_eq!(diagnosis.jumps.len(), 1);
+    let tied: Vec<&str> = diagnosis.tied.iter().map(|one| one.effect.as_str()).collect();
+    for effect in ["joint_step", "base_reset", "reading_reset"] {
+        assert!(tied.contains(&effect), "{effect} is not in {tied:?}");
+    }
+    assert_eq!(found(&lab).len(), 1, "what is added next knows the epoch");
 }

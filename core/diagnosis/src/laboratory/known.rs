@@ -11,11 +11,13 @@ pub(super) struct Known<Dated> {
     pub(super) fit: OnceLock<Fit>,
     /// The same rows with the epochs they show; nothing where they show none.
     pub(super) dated: OnceLock<Option<Box<Dated>>>,
+    /// The same with one more that begins where an event of an effect was found; nothing where one begins there already.
+    pub(super) dated_at_event: OnceLock<Option<Box<Dated>>>,
 }
 
 impl<Dated> Default for Known<Dated> {
     fn default() -> Self {
-        Self { fit: OnceLock::new(), dated: OnceLock::new() }
+        Self { fit: OnceLock::new(), dated: OnceLock::new(), dated_at_event: OnceLock::new() }
     }
 }
 

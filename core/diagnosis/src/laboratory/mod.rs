@@ -360,6 +360,11 @@ impl Laboratory {
         &self.known.dated
     }
 
+    /// The same with the epoch of an event, once one was found.
+    pub(crate) fn known_epochs_at_event(&self) -> &OnceLock<Option<Box<Dated>>> {
+        &self.known.dated_at_event
+    }
+
     /// Keeps about `most` of the fitted rows, chosen at random; returns to one pose stay together. The locked ones stay.
     pub(crate) fn keep_rows(&mut self, most: usize) {
         self.known = Known::default();
