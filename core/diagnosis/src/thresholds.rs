@@ -363,8 +363,12 @@ pub(crate) const CURVE_LEVEL: f64 = 1e-4;
 pub(crate) const CURVE_ROWS: usize = 60;
 
 /// Two explanations by epoch are distinguished when their squared errors differ by more of their standard errors under the better one (standard
-/// errors). Why: Vuong 1989, Cox 1962; neighbouring rows err alike, and a model that lacks more leans to one side.
-pub(crate) const RIVAL_ERRORS: f64 = 4.0;
+/// errors). Why: three sigma; Vuong 1989, Cox 1962.
+pub(crate) const RIVAL_ERRORS: f64 = 3.0;
+
+/// And when they differ by more of what the better one leaves (fraction of its squares). Why: of what both lack, one may take a part that only looks like what it
+/// does; 0.15 is 7 % of an RMS.
+pub(crate) const RIVAL_LEAVES: f64 = 0.15;
 
 // Plausibility of the files
 

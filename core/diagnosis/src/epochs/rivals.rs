@@ -6,11 +6,12 @@
 //! two predictions and a residual `r` of the better one, the squares differ by `d^2 + 2 d r`, and only `2 d r` is chance. The scatter of
 //! the whole difference about its mean would grow with `d`, so that what happened at one row could hardly be distinguished however badly the other
 //! explains it. Neighbouring rows err alike, so that the variance is that of a series (Newey and West 1987). Schwarz's criterion alone
-//! takes every difference for evidence, also one that comes from what both models lack.
+//! takes every difference for evidence, also one that comes from what both models lack; of that one may take a part by accident, so that the difference must also be a
+//! part of what is left.
 
 use super::search::long_run_variance_ratio;
 use crate::forward_selection::{Contender, Stage};
-use crate::thresholds::RIVAL_ERRORS;
+use crate::thresholds::{RIVAL_ERRORS, RIVAL_LEAVES};
 use plumb_calibration::effect::{EffectId, Family, Spot, acts_by_epoch, kind};
 
 /// Something that happened at some row.
@@ -62,7 +63,8 @@ fn is_rival(other: &Contender, best: &Contender) -> bool {
     let charge = more_numbers * (equations.max(1) as f64).ln() * squares / freedom.max(1.0);
     // Numbers that the better one has beyond the other's also take up what both lack: how it fits is no measure of chance.
     let chance = if more_numbers < 0.0 { about_mean(own, least) } else { under_the_better(own, least) };
-    !differs(difference(own, least) + charge, &chance)
+    let worse = difference(own, least) + charge;
+    !differs(worse, &chance) || worse <= RIVAL_LEAVES * squares
 }
 
 /// Whether a difference of squared errors is more than [`RIVAL_ERRORS`] standard errors, of which each row gives its part by `chance`.
@@ -135,13 +137,29 @@ mod tests {
         let other = off_from(50, 1.5, &best);
         assert!(!is_rival(&with(other.clone(), 1), &with(best.clone(), 1)));
         assert!(is_rival(&with(other, 1), &with(best.clone(), 21)));
-        // However far off, what happened at one row is then hardly distinguished; what is off everywhere is.
-        assert!(is_rival(&with(off_from(50, 8.0, &best), 1), &with(best.clone(), 6)));
+        // However far off, what happened at three rows is then hardly distinguished; what is off in half of them is.
+        assert!(is_rival(&with(off_from(97, 8.0, &best), 1), &with(best.clone(), 6)));
+        assert!(!is_rival(&with(off_from(97, 8.0, &best), 1), &with(best.clone(), 1)));
+        assert!(!is_rival(&with(off_from(50, 8.0, &best), 1), &with(best.clone(), 6)));
         assert!(!is_rival(&with(off_from(50, 8.0, &best), 1), &with(best.clone(), 1)));
-        // Off by 0.6 they differ by 18, two of 8.
-        let near = off_from(50, 0.6, &best);
+        // Off by 0.4 they differ by 8 or so, 1.4 standard errors of 6.
+        let near = off_from(50, 0.4, &best);
         assert!(is_rival(&with(near.clone(), 1), &with(best.clone(), 1)));
         assert!(!is_rival(&with(near, 21), &with(best, 1)));
+    }
+
+    #[test]
+    fn a_difference_must_be_a_part_of_what_is_left() {
+        // Off by 0.5 in all of 400 rows of noise: 100 more of 400, ten standard errors. Of twice as much that is left it is less than 15 %.
+        let least = noise(400, 7);
+        let with = |row_residuals: Vec<Vec<f64>>, left: f64| Contender {
+            row_residuals,
+            left: (left, 400.0),
+            ..contender("joint_step", 0, 0.0)
+        };
+        let other = off_from(0, 0.5, &least);
+        assert!(!is_rival(&with(other.clone(), 400.0), &with(least.clone(), 400.0)));
+        assert!(is_rival(&with(other, 800.0), &with(least, 800.0)));
     }
 
     /// Whether models with as many numbers differ.
