@@ -28,7 +28,7 @@ fn the_shipped_cell_finds_camera_and_board_and_writes_them_back() {
     for part in [
         "p1 on the flange: x ",
         "board in the frame of the measurements: x ",
-        "error of an orientation, deg",
+        "error of an orientation or angle, deg",
         "about its x, y, z",
     ] {
         assert!(told.out().contains(part), "{part}\n{}", told.out());

@@ -4,6 +4,7 @@
 
 mod agin_report;
 mod agin_steps;
+mod angle_tables;
 mod answering;
 mod approach;
 mod bad_input;

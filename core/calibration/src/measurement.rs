@@ -27,11 +27,13 @@ mod tests;
 mod tilt;
 mod touch;
 mod trigger;
+mod unit;
 
 pub use error::ObservationsError;
 pub use kind::{Equation, Measurand, MeasurementKind, Prediction, RowContext, SensorShift, Subject};
 pub use library::kinds;
 pub(crate) use noise::NoiseGroup;
-pub use noise::{NoiseSource, ReadingNoise, ReadingUnit};
+pub use noise::{NoiseSource, ReadingNoise};
 pub use observations::Observations;
 pub use row::RowReader;
+pub use unit::{ReadingUnit, RmsError};

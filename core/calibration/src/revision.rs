@@ -6,6 +6,7 @@ use thiserror::Error;
 
 use crate::arm_model::{Model, Revision};
 use crate::file::{ModelFileError, model_text};
+use crate::measurement::RmsError;
 
 /// Why a revision cannot be read or written.
 #[derive(Debug, Error)]
@@ -137,7 +138,7 @@ impl Family {
         parent: Option<u32>,
         did: &str,
         data: Option<&str>,
-        rms: Option<f64>,
+        rms: Option<RmsError>,
     ) -> Result<Entry, RevisionError> {
         // Numbers are never used twice, though an undo goes back.
         let number = self.newest() + 1;
@@ -192,6 +193,8 @@ impl Family {
 mod tests {
     use super::*;
 
+    use crate::measurement::ReadingUnit;
+
     const ARM: &str =
         "arm: arm\nconvention: distal\njoints: [{name: one, a_mm: 100}]\ntargets: {p1: {}}\neffects: []\n";
 
@@ -208,7 +211,15 @@ mod tests {
         let newest = family.newest();
         let mut model = family.entry(newest).unwrap().model;
         model.free.push(effect.to_owned());
-        family.write(model, Some(newest), &format!("add {effect}"), Some("table.csv"), Some(0.5)).unwrap()
+        family
+            .write(
+                model,
+                Some(newest),
+                &format!("add {effect}"),
+                Some("table.csv"),
+                Some(RmsError { value: 0.5, unit: ReadingUnit::Mm }),
+            )
+            .unwrap()
     }
 
     fn free(entry: &Entry) -> String {

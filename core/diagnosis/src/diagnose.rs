@@ -26,6 +26,7 @@ fn without_findings(verdict: Verdict, floor: Floor, comparison: Comparison) -> D
     Diagnosis {
         verdict,
         floor,
+        unit: comparison.unit,
         noise: comparison.noise,
         not_shown: Vec::new(),
         not_logged: Vec::new(),

@@ -6,13 +6,16 @@ use super::fitted::Fitted;
 use crate::cross_validation::left_out;
 use crate::laboratory::{ErrorSummary, Laboratory, LaboratoryError};
 use crate::split::{Holdout, Split};
+use plumb_calibration::measurement::ReadingUnit;
 use plumb_estimation::Progress;
 
-/// RMS where nothing was fitted, mm, with what was added and without it.
+/// RMS where nothing was fitted, with what was added and without it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Extrapolation {
     /// What was left out: `regions`, `time:0.3`, or the upper third of a joint's range.
     pub left_out: String,
+    /// The unit of the two errors: that of the table's readings.
+    pub unit: ReadingUnit,
     /// With everything that was added.
     pub rms_mm: f64,
     /// Without it.
@@ -26,7 +29,7 @@ impl Extrapolation {
     }
 }
 
-/// RMS over some fitted rows, each predicted by a fit without all of them, mm.
+/// RMS over some fitted rows, each predicted by a fit without all of them, in the unit of the table's readings.
 fn rms_without(fitted: &Fitted<'_>, block: &[usize]) -> Option<f64> {
     if block.is_empty() || block.len() >= fitted.fit.rows.len() {
         return None;
@@ -66,9 +69,10 @@ impl Laboratory {
             let upper = rows.split_off(rows.len() * 2 / 3);
             ways.push((format!("upper third of {}", joint.name), upper));
         }
+        let unit = self.observations().unit();
         let known = ways.into_iter().filter_map(|(left_out, rows)| {
             let (rms_mm, without_mm) = (rms_without(new, &rows)?, rms_without(&old, &rows)?);
-            Some(Extrapolation { left_out, rms_mm, without_mm })
+            Some(Extrapolation { left_out, unit, rms_mm, without_mm })
         });
         Ok(known.collect())
     }

@@ -30,7 +30,7 @@ pub enum FloorSource {
 /// The noise floor.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Floor {
-    /// One sigma per axis, mm; nothing if unknown. For a table of tilts alone, in degrees.
+    /// One sigma of a reading (a coordinate of a point), in the unit of the table's readings; nothing if unknown.
     pub sigma_mm: Option<f64>,
     /// Where it comes from.
     pub source: FloorSource,
@@ -92,19 +92,17 @@ impl Floor {
     }
 }
 
-/// The root mean square of the declared sigmas, mm (degrees for a table of tilts alone).
+/// The root mean square of the declared sigmas, in the unit of the table's readings; 1 where nothing was read.
 pub(crate) fn typical_sigma(machine: &ResidualModel<'_>) -> f64 {
-    let (mut lengths, mut angles) = ((0.0, 0), (0.0, 0));
+    let unit = machine.observations.unit();
+    let (mut sum, mut count) = (0.0, 0);
     for equation in &machine.observations.equations {
-        let (sum, count) = if equation.measurand.is_length() { &mut lengths } else { &mut angles };
-        *sum += equation.sigma * equation.sigma;
-        *count += 1;
+        if let Some(factor) = equation.factor_in(unit) {
+            sum += (equation.sigma * factor).powi(2);
+            count += 1;
+        }
     }
-    match (lengths, angles) {
-        ((sum, count @ 1..), _) => (sum / f64::from(count)).sqrt(),
-        (_, (sum, count @ 1..)) => (sum / f64::from(count)).sqrt().to_degrees(),
-        _ => 1.0,
-    }
+    if count == 0 { 1.0 } else { (sum / f64::from(count)).sqrt() }
 }
 
 /// Chooses, one by one, the effects of conditions without which the returns cannot be understood. Replicates their places

@@ -22,6 +22,7 @@ use crate::noise_floor::Floor;
 use plumb_calibration::arm_model::{AddedEffect, Model};
 use plumb_calibration::effect::{self, Effect, EffectId, Family, Survey};
 use plumb_calibration::fit::ResidualModel;
+use plumb_calibration::measurement::ReadingUnit;
 
 /// An effect that the rows cannot show, at the greatest size it could have.
 pub(super) struct Faint {
@@ -65,8 +66,7 @@ impl Laboratory {
     /// noise is not known.
     pub(super) fn faint(&self, fitted: &Fitted<'_>, floor: &Floor) -> Result<Vec<Faint>, LaboratoryError> {
         let (Some(scale), Some(sigma)) = (floor.scale, floor.sigma_mm) else { return Ok(Vec::new()) };
-        let lengths = self.observations().equations().iter().any(|equation| equation.measurand.is_length());
-        if !lengths || self.model().targets.is_empty() {
+        if self.observations().unit() == ReadingUnit::Deg || self.model().targets.is_empty() {
             return Ok(Vec::new());
         }
         let model = with_weight(self.model());

@@ -11,7 +11,7 @@ use crate::laboratory::{Errors, Rms};
 use crate::noise_floor::Floor;
 use crate::note::Note;
 use crate::residual_structure::Description;
-use plumb_calibration::measurement::ReadingNoise;
+use plumb_calibration::measurement::{ReadingNoise, ReadingUnit};
 
 /// Exactly one of eight.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -103,10 +103,10 @@ pub struct Candidate {
     /// Posterior probability among all that were weighed, mechanisms without a name and none at all; nothing where it was not weighed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub probability: Option<f64>,
-    /// Fall of the root mean square error of a point in regions left out in turn if this effect alone is added and everything is fitted anew, mm; negative if it
+    /// Fall of the root mean square error of a point in regions left out in turn if this effect alone is added and everything is fitted anew, in the diagnosis' `unit`; negative if it
     /// grows; nothing where it was not fitted.
     pub cv_gain: Option<f64>,
-    /// That error with the effect added, mm.
+    /// That error with the effect added.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub leaves_mm: Option<f64>,
     /// Expected size.
@@ -119,7 +119,7 @@ pub struct Candidate {
     pub plausible: bool,
     /// Share of the effect that the parameters already fitted would swallow, 0 to 1.
     pub absorbed: f64,
-    /// By how much the root mean square error of a point falls if this effect alone is added, mm: [`cv_gain`](Self::cv_gain) where it was fitted, else what the
+    /// By how much the root mean square error of a point falls if this effect alone is added: [`cv_gain`](Self::cv_gain) where it was fitted, else what the
     /// score test expects of the rows that were fitted.
     pub explains_mm: f64,
     /// Smallest size these poses would show four times in five, beside the scatter that is left with the candidate in, or the noise where that is larger.
@@ -274,12 +274,12 @@ pub enum AcrossPoses {
     Same,
     /// It differs by this standard deviation.
     Differs {
-        /// mm.
+        /// In the unit of the table's readings.
         scatter_mm: f64,
     },
     /// It differs by this standard deviation, and other conditions do as well.
     Tied {
-        /// mm.
+        /// In the unit of the table's readings.
         scatter_mm: f64,
     },
 }
@@ -296,7 +296,7 @@ pub struct NextPose {
     /// The surface over which the arm's own sensor is to trigger there, where that is what is measured.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub on: Option<String>,
-    /// Reading each contender predicts, mm, as `effect(where)`: [x, y, z].
+    /// Reading each contender predicts, mm (deg in a table of angles alone), as `effect(where)`: [x, y, z].
     pub predicted: serde_json::Map<String, Value>,
 }
 
@@ -307,11 +307,13 @@ pub struct Diagnosis {
     pub verdict: Verdict,
     /// The noise floor.
     pub floor: Floor,
+    /// The unit of the table's readings, and so of every error here whose name ends in `_mm`: mm, or degrees of angles alone.
+    pub unit: ReadingUnit,
     /// The noise of every kind of reading: declared, or estimated from the fit.
     pub noise: Vec<ReadingNoise>,
-    /// RMS of the residual of the model as it stands, mm.
+    /// RMS of the residual of the model as it is.
     pub rms_mm: Rms,
-    /// The same with mean, 95 % and maximum beside it, of one measured point, mm.
+    /// The same with mean, 95 % and maximum beside it, of one measured point.
     pub error_mm: Errors,
     /// How much of what is left could be explained at all; nothing where something is named, that was not asked, or the poses are too few.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -337,7 +339,7 @@ pub struct Diagnosis {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub probability: Option<f64>,
     /// Where something is named, located or tied although more than noise is left: the root mean square error of a point that is left with it in, less the noise
-    /// where that is known, mm.
+    /// where that is known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub left_unexplained_mm: Option<f64>,
     /// Effects that are the same thing as the first of those in these data: whichever is added, every reading is predicted alike.
@@ -372,7 +374,7 @@ pub struct Diagnosis {
     /// What was found of few poses that were measured often; nothing of other tables.
     #[serde(skip)]
     pub few_poses: Option<FewPoses>,
-    /// RMS of the fit of the model that was judged, mm: `rms_mm.fit`, but where a residual map came in after the verdict.
+    /// RMS of the fit of the model that was judged: `rms_mm.fit`, but where a residual map came in after the verdict.
     #[serde(skip)]
     pub judged_mm: f64,
 }

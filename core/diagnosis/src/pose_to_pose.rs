@@ -21,9 +21,10 @@ pub(crate) fn point_residual(fitted: &Fitted<'_>, row: usize, measured: &mut [bo
     let observations = fitted.machine.observations;
     let own = fitted.fit.residuals.get(observations.range(row)).unwrap_or(&[]);
     for (equation, residual) in observations.of_row(row).iter().zip(own) {
+        let Some(factor) = equation.factor_in(observations.unit()) else { continue };
         // A reading without a coordinate (a distance, a height) is a number of its own.
         let axis = equation.measurand.coordinate().unwrap_or(0);
-        point[axis] += residual;
+        point[axis] += residual * factor;
         measured[axis] = true;
     }
     point

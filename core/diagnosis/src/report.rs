@@ -5,6 +5,7 @@ use serde::Serialize;
 use crate::laboratory::{Comparison, EffectPlot, Laboratory, LaboratoryError};
 use crate::{Diagnosis, NextPoses};
 use plumb_calibration::arm_model::{AddedEffect, Model};
+use plumb_calibration::measurement::RmsError;
 use plumb_estimation::Progress;
 
 /// What a step of the fall of the error is.
@@ -21,7 +22,7 @@ pub enum StepKind {
     ResidualMap,
 }
 
-/// One step of the fall of the error, mm2: variances add, root mean squares do not.
+/// One step of the fall of the error, mm2 (deg2 in a table of angles alone): variances add, root mean squares do not.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Fall {
     /// What was added; `start` for the model without any added effect.
@@ -43,8 +44,9 @@ pub struct Chapter {
     pub number: u32,
     /// What was done.
     pub did: String,
-    /// RMS of the fit then, mm.
-    pub rms_mm: Option<f64>,
+    /// RMS of the fit then.
+    #[serde(flatten)]
+    pub rms: Option<RmsError>,
 }
 
 /// Everything a report tells.

@@ -12,6 +12,7 @@ use shape::{LevelMean, classify};
 use crate::cross_validation::pose_groups;
 use crate::fitted::Fitted;
 use crate::thresholds::{LEVELS, SHUFFLES, STRUCTURE_ROWS, WAVE_FRACTION};
+use plumb_calibration::measurement::ReadingUnit;
 use plumb_calibration::table::{MOST_LEVELS, Table};
 use plumb_estimation::{Random, f_tail};
 
@@ -50,9 +51,10 @@ impl Covariate {
     }
 }
 
-/// What is left, seen along one direction: a value a unit, mm.
+/// What is left, seen along one direction: a value a unit of rows, in the unit of the table's readings.
 struct Component {
     name: String,
+    unit: ReadingUnit,
     values: Vec<f64>,
 }
 
@@ -177,6 +179,7 @@ fn category_means(covariate: &Covariate, component: &Component) -> CategoryMeans
     CategoryMeans {
         along: component.name.clone(),
         against: covariate.name.clone(),
+        of_residual: component.unit,
         means: used.map(|(category, (sum, count))| (category.clone(), sum / count)).collect(),
     }
 }
@@ -191,6 +194,7 @@ fn trend(covariate: &Covariate, component: &Component) -> Option<Trend> {
         along: component.name.clone(),
         against: covariate.name.clone(),
         unit: covariate.unit,
+        of_residual: component.unit,
         in_degrees: covariate.turns,
         shape: classify(&level_means(&covariate.values, &component.values), wave)?,
     })
@@ -257,20 +261,36 @@ fn vector(fitted: &Fitted<'_>, row: usize) -> Option<Vector3<f64>> {
     any.then(|| sum * fit.weights.get(row).copied().unwrap_or(1.0))
 }
 
+/// What is left of the first of a row's readings, in the unit of the table's readings; nothing (0) where none has that unit.
+fn first_reading(fitted: &Fitted<'_>, row: usize) -> f64 {
+    let (machine, fit) = (&fitted.machine, &fitted.fit);
+    let own = fit.residuals.get(machine.observations.range(row)).unwrap_or(&[]);
+    let unit = machine.observations.unit();
+    let mut shown = machine
+        .observations
+        .of_row(row)
+        .iter()
+        .zip(own)
+        .filter_map(|(equation, residual)| Some(residual * equation.factor_in(unit)?));
+    // Weighed as in the fit, as a vector is.
+    shown.next().unwrap_or(0.0) * fit.weights.get(row).copied().unwrap_or(1.0)
+}
+
 /// What some rows have left, seen along the motion of every joint and along the axes of the measurements; or as it was read.
 fn components(fitted: &Fitted<'_>, units: &[Vec<usize>]) -> Vec<Component> {
     let (machine, fit) = (&fitted.machine, &fitted.fit);
+    let unit = machine.observations.unit();
     let first = units.iter().flatten().next().copied();
     if first.is_none_or(|row| vector(fitted, row).is_none()) {
-        let values = means(units, |row| {
-            let residual =
-                fit.residuals.get(machine.observations.range(row)).and_then(|own| own.first().copied());
-            residual.unwrap_or(0.0) * fit.weights.get(row).copied().unwrap_or(1.0)
-        });
-        return vec![Component { name: "in what was read".to_owned(), values }];
+        return vec![Component {
+            name: "in what was read".to_owned(),
+            unit,
+            values: means(units, |row| first_reading(fitted, row)),
+        }];
     }
     let joints = machine.model.chain.joints.iter().enumerate().map(|(index, joint)| Component {
         name: format!("along the motion of {}", joint.name),
+        unit,
         values: means(units, |row| {
             let motion = machine.row_details(&fit.state, row).by_joint.get(index).copied();
             let direction =
@@ -280,6 +300,7 @@ fn components(fitted: &Fitted<'_>, units: &[Vec<usize>]) -> Vec<Component> {
     });
     let axes = ["x", "y", "z"].iter().enumerate().map(|(axis, name)| Component {
         name: format!("along {name}"),
+        unit,
         values: means(units, |row| vector(fitted, row).map_or(0.0, |vector| vector[axis])),
     });
     joints.chain(axes).collect()

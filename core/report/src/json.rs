@@ -1,15 +1,56 @@
 //! The JSON of what the lab finds: the typed results, with what is said of them in words where the contract has it.
 
+use plumb_calibration::measurement::ReadingUnit;
 use plumb_diagnosis::laboratory::{Comparison, EffectValue};
 use plumb_diagnosis::report::Report;
 use plumb_diagnosis::{Diagnosis, Explainable, Growth, NextPoses};
-use serde_json::{Result, Value, json, to_value};
+use serde_json::{Map, Result, Value, json, to_value};
 
 use crate::words::{
     alike_in_words, comparison_sentence, diagnosis_sentence, explainable_sentence, gauge_in_words,
     growth_sentence, hypothesis_sentence, instead_in_words, map_sentence, next_poses_sentence, note_in_words,
     rejection_in_words, rest_in_words, why_held_in_words,
 };
+
+/// Keys of errors and noises of readings: in a table of angles alone they end in `_deg` in place of `_mm`, and hold degrees.
+const ERRORS_OF_READINGS: [&str; 20] = [
+    "after_mm",
+    "before_mm",
+    "beyond_others_mm",
+    "check_mm2",
+    "cv_mm2",
+    "error_mm",
+    "explains_mm",
+    "fit_mm2",
+    "floor_of_a_point_mm",
+    "largest_mm",
+    "leaves_mm",
+    "left_mm",
+    "left_out_mm",
+    "left_unexplained_mm",
+    "not_predictable_mm",
+    "rms_mm",
+    "scatter_mm",
+    "sigma_mm",
+    "to_name_mm",
+    "without_mm",
+];
+
+/// The same with keys that say the unit in which errors of readings are given, at any depth; lengths that are no errors of readings keep theirs.
+pub fn in_unit(value: Value, unit: ReadingUnit) -> Value {
+    let of_unit = |key: String| match ERRORS_OF_READINGS.contains(&key.as_str()) {
+        true => key.replace("_mm", &format!("_{unit}")),
+        false => key,
+    };
+    match value {
+        Value::Object(fields) => {
+            let fields = fields.into_iter().map(|(key, field)| (of_unit(key), in_unit(field, unit)));
+            Value::Object(fields.collect::<Map<String, Value>>())
+        }
+        Value::Array(items) => Value::Array(items.into_iter().map(|item| in_unit(item, unit)).collect()),
+        other => other,
+    }
+}
 
 /// A diagnosis with its sentence, the reasons of its candidates and the shape of the rest.
 ///
@@ -34,7 +75,7 @@ pub fn diagnosis(diagnosis: &Diagnosis) -> Result<Value> {
     }
     told["warnings"] = diagnosis.warnings.iter().map(note_in_words).collect();
     told["sentence"] = json!(diagnosis_sentence(diagnosis));
-    Ok(told)
+    Ok(in_unit(told, diagnosis.unit))
 }
 
 /// Gives what holds `explainable` the sentence of that.
@@ -71,7 +112,7 @@ pub fn comparison(comparison: &Comparison) -> Result<Value> {
     told["gauges"] = comparison.gauges.iter().map(gauge_in_words).collect();
     told["warnings"] = comparison.warnings.iter().map(note_in_words).collect();
     told["sentence"] = json!(comparison_sentence(comparison));
-    Ok(told)
+    Ok(in_unit(told, comparison.unit))
 }
 
 /// Poses to measure next.
@@ -92,7 +133,8 @@ pub fn next_poses(poses: &NextPoses) -> Result<Value> {
 pub fn growth(growth: &Growth) -> Result<Value> {
     let mut told = diagnosis(&growth.diagnosis)?;
     told["sentence"] = json!(growth_sentence(growth));
-    if let (Value::Object(told), Value::Object(all)) = (&mut told, to_value(growth)?) {
+    let all = in_unit(to_value(growth)?, growth.diagnosis.unit);
+    if let (Value::Object(told), Value::Object(all)) = (&mut told, all) {
         // A growth holds its diagnosis among its own keys: what else it has comes after the sentence.
         for (key, value) in all {
             told.entry(key).or_insert(value);
@@ -110,6 +152,7 @@ pub fn growth(growth: &Growth) -> Result<Value> {
 /// What serde_json reports.
 pub fn report(report: &Report) -> Result<Value> {
     let mut told = to_value(report)?;
+    told["fall"] = in_unit(told["fall"].take(), report.comparison.unit);
     told["comparison"] = comparison(&report.comparison)?;
     told["diagnosis"] = diagnosis(&report.diagnosis)?;
     if let Some(poses) = &report.next {

@@ -11,7 +11,7 @@ pub mod run_words;
 mod testing;
 mod words;
 
-pub use phrase::{is_determined, percent};
+pub use phrase::{is_determined, noise_text, percent};
 pub use words::{
     alike_in_words, comparison_sentence, diagnosis_sentence, explainable_sentence, gauge_in_words,
     growth_sentence, hypothesis_sentence, instead_in_words, map_in_words, map_sentence, next_poses_sentence,

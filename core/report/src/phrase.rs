@@ -1,6 +1,7 @@
 //! Numbers and lists as a person would write them.
 
 use plumb_calibration::effect::Unit;
+use plumb_calibration::measurement::ReadingUnit;
 
 /// A number with three figures, as a person would write it.
 pub(crate) fn figure(value: f64) -> String {
@@ -45,6 +46,15 @@ pub(crate) fn size_text(size: f64, error: f64, unit: &str) -> String {
         }
         _ => format!("{number} {unit}"),
     }
+}
+
+/// How large the noise of a reading is, with so many digits: `0.050 mm an axis` of coordinates and other lengths, `0.003 deg a reading` of angles.
+pub fn noise_text(sigma: f64, unit: ReadingUnit, digits: usize) -> String {
+    let of = match unit {
+        ReadingUnit::Mm => "an axis",
+        ReadingUnit::Deg => "a reading",
+    };
+    format!("{sigma:.digits$} {unit} {of}")
 }
 
 /// Words joined as in speech: `a, b and c`.

@@ -12,6 +12,7 @@ use super::sensor::Sensor;
 use super::stripe_rig::StripeRig;
 use super::surface::SurfaceShape;
 use crate::effect::{Definition, EffectId, Spot};
+use crate::measurement::RmsError;
 use crate::table::scalar::Scalar;
 
 /// A named point fixed in the flange's frame, mm; with axes of its own where it is a body or a camera.
@@ -215,8 +216,8 @@ pub struct Revision {
     pub data: Option<String>,
     /// The revision it was made from; 0 for the original.
     pub parent: Option<u32>,
-    /// RMS of the fit, mm.
-    pub rms: Option<f64>,
+    /// RMS of the fit, in the unit of the table's readings.
+    pub rms: Option<RmsError>,
 }
 
 /// What the machine is believed to be.

@@ -2,6 +2,7 @@
 
 use super::raw::{RawMeasuredFrom, RawRevision};
 use crate::arm_model::{MeasuredFrom, Revision};
+use crate::measurement::{ReadingUnit, RmsError};
 
 pub(super) fn measured_from(raw: RawMeasuredFrom) -> MeasuredFrom {
     match raw {
@@ -11,12 +12,16 @@ pub(super) fn measured_from(raw: RawMeasuredFrom) -> MeasuredFrom {
 }
 
 pub(super) fn revision(raw: &RawRevision) -> Revision {
+    let (lengths, angles) = (
+        raw.rms_mm.map(|value| (value, ReadingUnit::Mm)),
+        raw.rms_deg.map(|value| (value, ReadingUnit::Deg)),
+    );
     Revision {
         number: raw.number,
         of: raw.of.clone(),
         did: raw.did.clone(),
         data: raw.data.clone(),
         parent: raw.parent,
-        rms: raw.rms_mm,
+        rms: lengths.or(angles).map(|(value, unit)| RmsError { value, unit }),
     }
 }

@@ -471,4 +471,5 @@ pub(super) struct RawRevision {
     pub(super) data: Option<String>,
     pub(super) parent: Option<u32>,
     pub(super) rms_mm: Option<f64>,
+    pub(super) rms_deg: Option<f64>,
 }

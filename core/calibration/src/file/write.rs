@@ -362,7 +362,7 @@ fn revision(out: &mut String, revision: &Revision) -> std::fmt::Result {
         write!(out, ", parent: {parent}")?;
     }
     if let Some(rms) = rms {
-        write!(out, ", rms_mm: {}", number(*rms))?;
+        write!(out, ", rms_{}: {}", rms.unit, number(rms.value))?;
     }
     writeln!(out, "}}")
 }

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::observations::Observations;
+use super::unit::ReadingUnit;
 use crate::arm_model::Model;
 
 /// Who says how noisy a kind of reading is.
@@ -15,16 +16,6 @@ pub enum NoiseSource {
     Estimated,
     /// Nobody.
     Unknown,
-}
-
-/// The unit of a noise.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum ReadingUnit {
-    /// Millimetres.
-    Mm,
-    /// Degrees.
-    Deg,
 }
 
 /// The noise of the readings that share one key of `noise:`.
@@ -90,10 +81,7 @@ impl Observations {
             (false, Some(_)) => NoiseSource::Estimated,
             (false, None) => NoiseSource::Unknown,
         };
-        let (sigma, unit) = match group.is_length {
-            true => (sigma, ReadingUnit::Mm),
-            false => (sigma.to_degrees(), ReadingUnit::Deg),
-        };
-        ReadingNoise { reading: group.key.clone(), sigma, unit, source }
+        let unit = ReadingUnit::of(group.is_length);
+        ReadingNoise { reading: group.key.clone(), sigma: sigma * unit.factor(), unit, source }
     }
 }

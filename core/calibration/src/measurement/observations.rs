@@ -6,6 +6,7 @@ use super::error::ObservationsError;
 use super::kind::Equation;
 use super::library::kinds;
 use super::row::RowReader;
+use super::unit::{ReadingUnit, unit_of};
 use crate::arm_model::{Model, TouchDistance};
 use crate::table::{Table, suggestion};
 
@@ -33,6 +34,8 @@ pub struct Observations {
     pub(crate) places: Vec<String>,
     /// Whether every equation's sigma was declared.
     pub declared: bool,
+    /// The unit in which errors of these readings are shown.
+    pub(crate) unit: ReadingUnit,
 }
 
 impl Observations {
@@ -72,6 +75,7 @@ impl Observations {
         Ok(Self {
             starts,
             declared: equations.iter().all(|equation| equation.is_declared),
+            unit: unit_of(&equations),
             equations,
             place_distances: place_distances(model, table)?,
             places: table.touch.names.clone(),
@@ -98,6 +102,11 @@ impl Observations {
     /// A row's equations.
     pub fn of_row(&self, row: usize) -> &[Equation] {
         self.equations.get(self.range(row)).unwrap_or(&[])
+    }
+
+    /// The unit in which errors of these readings are shown: mm where any length was read, degrees of angles alone.
+    pub fn unit(&self) -> ReadingUnit {
+        self.unit
     }
 
     /// All equations.

@@ -13,7 +13,7 @@ use plumb_calibration::fit::RowBlock;
 use plumb_calibration::measurement::Observations;
 use plumb_estimation::{NormalEquations, over_chunks};
 
-/// Normal equations in mm (degrees in a table of tilts alone) of what is fitted and what was picked, by region.
+/// Normal equations in mm (degrees in a table of angles alone) of what is fitted and what was picked, by region.
 pub(super) struct Fall {
     regions: Vec<NormalEquations>,
     total: NormalEquations,
@@ -28,8 +28,7 @@ impl Fall {
         let probes: Vec<&dyn Effect> =
             picks.iter().filter_map(|pick| Some(pool.probes.get(pick.probe)?.effect.as_ref())).collect();
         let size = machine.slots().len() + probes.iter().map(|probe| probe.parameters().len()).sum::<usize>();
-        let equations = &machine.observations.equations;
-        let lengths = equations.iter().any(|equation| equation.measurand.is_length());
+        let unit = machine.observations.unit();
         // Every row counts alike: the fit's robust weights would hide what the error of a measured point is.
         let ones = vec![1.0; machine.table.len()];
         let blocks = region_blocks(machine.table, &fit.rows);
@@ -40,7 +39,7 @@ impl Fall {
                 || NormalEquations::zeros(size),
                 |sum, chunk| {
                     let mut block = machine.block(&fit.state, chunk, &ones, &probes);
-                    in_units_shown(&mut block, machine.observations, chunk, lengths);
+                    in_units_shown(&mut block, machine.observations, chunk);
                     sum.take(&block.residuals, &block.jacobian);
                 },
                 |sum| region.add(&sum),
@@ -54,7 +53,7 @@ impl Fall {
         let mut rows = blocks.concat();
         rows.retain(|row| {
             let mut own = machine.observations.of_row(*row).iter();
-            own.any(|equation| !lengths || equation.measurand.is_length())
+            own.any(|equation| equation.factor_in(unit).is_some())
         });
         Self { regions, total, points: points_in(machine, &rows).max(1) as f64 }
     }
@@ -74,14 +73,10 @@ impl Fall {
     }
 }
 
-/// Brings the equations of these rows from declared sigmas to mm; angles then count nothing beside lengths, and are in degrees where there are no lengths.
-fn in_units_shown(block: &mut RowBlock, observations: &Observations, rows: &[usize], lengths: bool) {
+/// Brings the equations of these rows from declared sigmas to the unit of the table's readings; angles then count nothing beside lengths.
+fn in_units_shown(block: &mut RowBlock, observations: &Observations, rows: &[usize]) {
     for (index, equation) in rows.iter().flat_map(|row| observations.of_row(*row)).enumerate() {
-        let unit = match (lengths, equation.measurand.is_length()) {
-            (true, true) => equation.sigma,
-            (true, false) => 0.0,
-            (false, _) => equation.sigma.to_degrees(),
-        };
+        let unit = equation.factor_in(observations.unit()).map_or(0.0, |factor| equation.sigma * factor);
         if let Some(residual) = block.residuals.get_mut(index) {
             *residual *= unit;
         }

@@ -339,6 +339,7 @@ pub(crate) fn explainable(
         false => rms_error(gain, left_mm, start.points()),
     };
     Ok(Some(Explainable {
+        unit: machine.observations.unit(),
         left_mm,
         not_predictable_mm,
         to_name_mm: left_mm - not_predictable_mm,

@@ -1,5 +1,6 @@
 //! How much of what a model leaves could be explained.
 
+use plumb_calibration::measurement::ReadingUnit;
 use serde::Serialize;
 
 /// One group of what is known of a row.
@@ -9,27 +10,28 @@ pub struct ExplainableGroup {
     pub group: String,
     /// Whether unseen rows are predicted better with it, beyond chance; only then is it used.
     pub explains: bool,
-    /// Root mean square error of a point of unseen rows with this group and those before it that explain, mm.
+    /// Root mean square error of a point of unseen rows with this group and those before it that explain.
     pub left_mm: f64,
-    /// How much that error rises when the regression has all groups that explain but this one, mm.
+    /// How much that error rises when the regression has all groups that explain but this one.
     pub beyond_others_mm: f64,
-    /// One standard error of the fall of the error with this group, mm.
+    /// One standard error of the fall of the error with this group.
     pub scatter_mm: f64,
 }
 
 /// The same where whole regions of pose space are left out, not single poses.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct BlockedExplainable {
-    /// Error of a point by what is fitted, mm.
+    /// Error of a point by what is fitted.
     pub left_mm: f64,
-    /// What no function of the groups predicts there, mm.
+    /// What no function of the groups predicts there.
     pub not_predictable_mm: f64,
 }
 
-/// How much of what a model leaves could be explained at all: root mean square errors of a point of rows that were left out at random, whole poses together, mm
-/// (degrees in a table of tilts alone).
+/// How much of what a model leaves could be explained at all: root mean square errors of a point of rows that were left out at random, whole poses together.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Explainable {
+    /// The unit of the table's readings, and so of every error here and in its groups whose name ends in `_mm`: mm, or degrees of angles alone.
+    pub unit: ReadingUnit,
     /// Left by what is fitted.
     pub left_mm: f64,
     /// Left by the flexible regression besides.

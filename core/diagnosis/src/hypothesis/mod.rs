@@ -25,6 +25,7 @@ use plumb_calibration::arm_model::Model;
 use plumb_calibration::effect::{self, Addend, DefinedPlace, Definition, Effect, EffectId};
 use plumb_calibration::file::Place;
 use plumb_calibration::fit::{Fit, FitOptions};
+use plumb_calibration::measurement::ReadingUnit;
 use plumb_estimation::{Progress, bic, holm};
 
 /// A formula for an effect that the library does not list.
@@ -38,7 +39,9 @@ pub struct Hypothesis {
     pub values: Vec<HypothesisValue>,
     /// Share of the squares beyond the noise that it takes away; of all squares where nobody knows the noise.
     pub explains: f64,
-    /// Root mean square error of a point of the rows that were searched, without it and with it, mm.
+    /// The unit of the two errors: that of the table's readings.
+    pub unit: ReadingUnit,
+    /// Root mean square error of a point of the rows that were searched, without it and with it.
     pub before_mm: f64,
     /// See `before_mm`.
     pub after_mm: f64,
@@ -242,7 +245,17 @@ impl Laboratory {
         let formula = form.formulas().into_iter().map(|(key, formula)| format!("{key}: {formula}"));
         let formula = formula.collect::<Vec<_>>().join(", ");
         let define = block(form, &place);
-        Hypothesis { place, formula, values: values.collect(), explains, before_mm, after_mm, or, define }
+        Hypothesis {
+            place,
+            formula,
+            values: values.collect(),
+            explains,
+            unit: self.observations().unit(),
+            before_mm,
+            after_mm,
+            or,
+            define,
+        }
     }
 }
 
@@ -267,7 +280,7 @@ struct BorneOut {
 /// The name of the effect in the block that is offered.
 pub const HYPOTHESIS: &str = "hypothesis";
 
-/// Root mean square error of the fitted points, mm.
+/// Root mean square error of the fitted points, in the unit of the table's readings.
 fn rms(fitted: &Fitted<'_>) -> f64 {
     let squares =
         fitted.fit.rows.iter().flat_map(|row| point_squares(&fitted.machine, &fitted.fit.residuals, *row));

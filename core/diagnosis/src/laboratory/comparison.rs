@@ -15,10 +15,10 @@ use crate::note::Note;
 use crate::thresholds::OUTLIER_WEIGHT;
 use plumb_calibration::effect::{self, LooksAt};
 use plumb_calibration::fit::{Convergence, Fit, Gauge, Part, ResidualModel, Slot};
-use plumb_calibration::measurement::ReadingNoise;
+use plumb_calibration::measurement::{ReadingNoise, ReadingUnit};
 use plumb_estimation::Progress;
 
-/// Root mean squares of the error of one measured point, mm: of its 3-D residual, or of the scalar one.
+/// Root mean squares of the error of one measured point, in the unit of the table's readings: of its 3-D residual, or of the scalar one.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Rms {
     /// Over the rows that were fitted.
@@ -37,7 +37,7 @@ impl Rms {
     }
 }
 
-/// How far measured orientations are off, degrees.
+/// How far measured orientations, and other angles beside lengths, are off, degrees.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct OrientationErrors {
     /// Over the rows that were fitted.
@@ -103,7 +103,7 @@ pub struct JointAxis {
 pub struct JointError {
     /// The joint.
     pub joint: String,
-    /// Root mean square of the residual along its motion over the fitted rows, mm.
+    /// Root mean square of the residual along its motion over the fitted rows, in the unit of the table's readings.
     pub rms_mm: f64,
 }
 
@@ -118,9 +118,11 @@ pub struct Comparison {
     pub fit_rows: usize,
     /// Rows held out.
     pub check_rows: usize,
+    /// The unit of the table's readings, and so of every error here whose name ends in `_mm`: mm, or degrees of angles alone.
+    pub unit: ReadingUnit,
     /// The noise floor.
     pub floor: Floor,
-    /// The same for one measured point (the length of its error in space), mm: what `rms_mm` is compared with; nothing if unknown.
+    /// The same for one measured point (the length of its error in space): what `rms_mm` is compared with; nothing if unknown.
     pub floor_of_a_point_mm: Option<f64>,
     /// The noise of every kind of reading: declared, or estimated from the fit.
     pub noise: Vec<ReadingNoise>,
@@ -143,7 +145,7 @@ pub struct Comparison {
     /// What the model's residual map does; nothing where it has none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub residual_map: Option<MapNote>,
-    /// Largest residual of a fitted point, mm.
+    /// Largest residual of a fitted point, in `unit`.
     pub largest_mm: f64,
     /// Independent parameters that were fitted.
     pub parameters: usize,
@@ -187,7 +189,9 @@ fn joint_axes(machine: &ResidualModel<'_>) -> Vec<JointAxis> {
 /// The root mean square of the fitted rows' residuals along the motion of each joint that moved.
 fn along_joints(joints: &[JointAxis], series: &[Series], rows: &[RowResidual]) -> Vec<JointError> {
     let errors = joints.iter().filter_map(|joint| {
-        let own = series.iter().find(|series| series.against == joint.name && series.unit == joint.unit)?;
+        let of_joint = |series: &&Series| series.against == joint.name && series.unit == joint.unit;
+        // Where only sizes are drawn nothing is known along any motion.
+        let own = series.iter().find(of_joint).filter(|series| !series.of_size)?;
         let fitted = own.points.iter().filter(|point| rows.get(point.2).is_some_and(|row| !row.held_out));
         let squares: Vec<f64> = fitted.map(|point| point.1 * point.1).collect();
         let mean = squares.iter().sum::<f64>() / squares.len().max(1) as f64;
@@ -200,7 +204,7 @@ fn what_is_held<S: serde::Serializer>(gauges: &[Gauge], serializer: S) -> Result
     serializer.collect_seq(gauges.iter().map(|gauge| &gauge.held))
 }
 
-/// Errors of the measured points of some rows, mm; nothing if none of them was measured.
+/// Errors of the measured points of some rows, in the unit of the table's readings; nothing if none of them was measured.
 fn errors_in(machine: &ResidualModel<'_>, residuals: &[f64], rows: &[usize]) -> Option<ErrorSummary> {
     ErrorSummary::of(rows.iter().flat_map(|row| point_squares(machine, residuals, *row)))
 }
@@ -244,7 +248,7 @@ impl Laboratory {
         Ok(explainable(&machine, &fit, progress)?)
     }
 
-    /// What a fit of everything free leaves of the fitted rows, mm RMS; nothing else is asked.
+    /// What a fit of everything free leaves of the fitted rows, RMS in the unit of the table's readings; nothing else is asked.
     ///
     /// # Errors
     /// Nothing can be fitted, or cancellation.
@@ -276,6 +280,7 @@ impl Laboratory {
             surfaces: found_surfaces(machine, fit),
             arm: self.model.arm.clone(),
             data: self.table.source.clone(),
+            unit: machine.observations.unit(),
             floor_of_a_point_mm: floor.sigma_mm.map(|sigma| sigma * noise_ratio),
             noise: self.noise(),
             along_joints: along_joints(&joints, &series, &rows),

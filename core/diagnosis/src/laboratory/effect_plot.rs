@@ -29,13 +29,13 @@ pub struct EffectPlot {
     pub added: bool,
     /// What drives it.
     pub across: PlotAxis,
-    /// What is left without it, mm.
+    /// What is left without it, in the unit of the table's readings.
     pub up: PlotAxis,
     /// What drives it, what is left, the row.
     pub points: Vec<(f64, f64, usize)>,
     /// The effect as it was fitted, from left to right.
     pub curve: Vec<(f64, f64)>,
-    /// Root mean square of the points about zero, and about the curve, mm.
+    /// Root mean square of the points about zero, and about the curve, in the unit of `up`.
     pub rms_mm: [f64; 2],
 }
 
@@ -148,16 +148,17 @@ impl Laboratory {
     fn plot(&self, fitted: &Fitted<'_>, valued: &Valued) -> Option<EffectPlot> {
         let regressor = Regressor::of(&fitted.machine, &fitted.fit.state, &valued.id);
         let motion = regressor.as_ref().and_then(|_| CommonMotion::of(fitted, valued));
+        let unit = fitted.machine.observations.unit().symbol();
         let (across, up, points, curve) = match (regressor, motion) {
             (Some(regressor), Some(motion)) => {
-                let up = PlotAxis::new(self.motion_name(valued, &motion), "mm");
+                let up = PlotAxis::new(self.motion_name(valued, &motion), unit);
                 let (points, curve) = against_driver(fitted, valued, &motion, &regressor.values);
                 (regressor.axis, up, points, curve)
             }
             _ => {
                 let (points, curve) = against_prediction(fitted, valued);
-                let across = PlotAxis::new("predicted by the effect", "mm");
-                (across, PlotAxis::new("left without it, along what it predicts", "mm"), points, curve)
+                let across = PlotAxis::new("predicted by the effect", unit);
+                (across, PlotAxis::new("left without it, along what it predicts", unit), points, curve)
             }
         };
         let about_zero = root_mean_square(points.iter().map(|(_, y, _, _)| *y));
@@ -273,8 +274,7 @@ fn rate_of(drives: &[Drive], handle: &Handle) -> f64 {
 /// What the rows in which something was measured say of an effect.
 fn row_parts(fitted: &Fitted<'_>, valued: &Valued, unit: Option<&UnitMotion>) -> Vec<RowParts> {
     let (machine, fit) = (&fitted.machine, &fitted.fit);
-    let equations = &machine.observations.equations;
-    let lengths = equations.iter().any(|equation| equation.measurand.is_length());
+    let unit_shown = machine.observations.unit();
     let mut probes: Vec<&dyn Effect> = vec![valued.effect.as_ref()];
     probes.extend(unit.map(|unit| unit as &dyn Effect));
     let slots = machine.slots().len();
@@ -285,10 +285,8 @@ fn row_parts(fitted: &Fitted<'_>, valued: &Valued, unit: Option<&UnitMotion>) ->
         let block = machine.block(&fit.state, &[row], &ones, &probes);
         let mut parts = RowParts { row, left: Vec::new(), does: Vec::new(), motion: Vec::new(), points: 1.0 };
         for (index, equation) in machine.observations.of_row(row).iter().enumerate() {
-            if equation.measurand.is_length() != lengths {
-                continue;
-            }
-            let unit_of = if lengths { equation.sigma } else { equation.sigma.to_degrees() };
+            let Some(factor) = equation.factor_in(unit_shown) else { continue };
+            let unit_of = equation.sigma * factor;
             let does = weighed(&block.jacobian, index, slots, &valued.values) * unit_of;
             let residual = block.residuals.get(index).copied().unwrap_or(0.0) * unit_of;
             parts.left.push(match &valued.beside {

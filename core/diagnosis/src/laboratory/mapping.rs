@@ -8,12 +8,15 @@ use crate::explainable::{FittedMap, residual_map};
 use crate::fitted::{Fitted, falls_by_pose};
 use crate::predictive_gain::Gain;
 use plumb_calibration::arm_model::{MeasuredRegion, Model};
+use plumb_calibration::measurement::ReadingUnit;
 use plumb_estimation::Progress;
 
 /// What a residual map does; it explains nothing.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct MapStep {
-    /// Root mean square error of a point on rows left out in turn, without it and with it, mm.
+    /// The unit of the errors: that of the table's readings.
+    pub unit: ReadingUnit,
+    /// Root mean square error of a point on rows left out in turn, without it and with it.
     pub left_out_mm: [f64; 2],
     /// The error of the model with it.
     pub rms_mm: Rms,
@@ -28,8 +31,9 @@ pub struct MapStep {
 }
 
 impl MapStep {
-    fn of(fitted: &FittedMap, rms_mm: Rms, locked_inside: [usize; 2]) -> Self {
+    fn of(fitted: &FittedMap, (rms_mm, unit): (Rms, ReadingUnit), locked_inside: [usize; 2]) -> Self {
         Self {
+            unit,
             left_out_mm: [fitted.without_mm, fitted.with_mm],
             rms_mm,
             not_understood: fitted.map.not_understood,
@@ -105,7 +109,7 @@ impl Laboratory {
             return Ok(None);
         }
         let comparison = mapped.comparison(&after.machine, &after.fit, progress)?;
-        let step = MapStep::of(&found, comparison.rms_mm, [inside.len(), locked.len()]);
+        let step = MapStep::of(&found, (comparison.rms_mm, comparison.unit), [inside.len(), locked.len()]);
         Ok(Some(Mapped { model: mapped.adopted(&after), step, error_mm: comparison.error_mm }))
     }
 }
@@ -184,7 +188,7 @@ mod tests {
             goes_by: vec!["pose".to_owned(), "side of approach".to_owned()],
             between_unknown: true,
         };
-        let step = MapStep::of(&fitted, RMS, [3, 4]);
+        let step = MapStep::of(&fitted, (RMS, ReadingUnit::Mm), [3, 4]);
         assert_eq!((step.left_out_mm, step.locked_inside), ([0.2, 0.1234], [3, 4]));
         assert!(step.between_unknown && step.not_understood == 0.62 && step.goes_by == fitted.goes_by);
     }

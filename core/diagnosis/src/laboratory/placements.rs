@@ -2,6 +2,7 @@
 
 use nalgebra::{Rotation3, Vector3};
 use plumb_calibration::fit::{Fit, ResidualModel, Slot};
+use plumb_calibration::measurement::{Measurand, ReadingUnit};
 use plumb_calibration::table::quaternion;
 use serde::Serialize;
 
@@ -92,17 +93,23 @@ pub(super) fn placements(machine: &ResidualModel<'_>, fit: &Fit) -> Vec<Placemen
     found
 }
 
-/// How far measured orientations are off in some rows, degrees; nothing if none was measured.
+/// Whether a reading's error is shown as an angle besides the others.
+fn is_angle(what: Measurand, beside_lengths: bool) -> bool {
+    what.kind.is_orientation() || (beside_lengths && !what.is_length())
+}
+
+/// How far measured orientations, and any other angles beside lengths, are off in some rows, degrees; nothing if none was measured.
 pub(super) fn orientation_errors(
     machine: &ResidualModel<'_>,
     residuals: &[f64],
     rows: &[usize],
 ) -> Option<ErrorSummary> {
+    let beside_lengths = machine.observations.unit() == ReadingUnit::Mm;
     ErrorSummary::of(rows.iter().flat_map(|row| {
         let own = residuals.get(machine.observations.range(*row)).unwrap_or(&[]);
         let equations = machine.observations.of_row(*row).iter().zip(own);
         let mut squares: Vec<((&str, u32), f64)> = Vec::new();
-        for (equation, residual) in equations.filter(|(one, _)| one.measurand.kind.is_orientation()) {
+        for (equation, residual) in equations.filter(|(one, _)| is_angle(one.measurand, beside_lengths)) {
             let key = (equation.measurand.kind.name(), equation.measurand.index);
             // Three small turns about perpendicular axes add as a vector: their squares make the square of the angle.
             let square = residual.to_degrees().powi(2);

@@ -8,7 +8,7 @@ use plumb_calibration::fit::ResidualModel;
 /// The share of the points that lie within [`ErrorSummary::percentile_95`].
 const SHARE_WITHIN: f64 = 0.95;
 
-/// The errors of some measured points, mm (degrees in a table of tilts alone).
+/// The errors of some measured points, in the unit of the table's readings (degrees of angles alone, else mm).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ErrorSummary {
     /// Points.
@@ -38,7 +38,7 @@ impl ErrorSummary {
     /// No points.
     const NONE: Self = Self { points: 0, rms: 0.0, mean: 0.0, percentile_95: 0.0, max: 0.0 };
 
-    /// Of points whose squared errors these are, mm2; nothing of no points.
+    /// Of points whose squared errors these are, mm2 or deg2; nothing of no points.
     pub(crate) fn of(squares: impl Iterator<Item = f64>) -> Option<Self> {
         let mut lengths: Vec<f64> = squares.map(f64::sqrt).collect();
         lengths.sort_by(f64::total_cmp);
@@ -62,21 +62,16 @@ impl ErrorSummary {
     }
 }
 
-/// Squared errors of a row's measured points, mm2: the coordinates of one target (or touched place) are one point, every other reading is one of its own.
-/// In a row without lengths, deg2. Empty if nothing was measured.
+/// Squared errors of a row's measured points, mm2 (deg2 in a table of angles alone): the coordinates of one target (or touched place) are one point, every other
+/// reading is one of its own. Empty if nothing in that unit was measured.
 pub(crate) fn point_squares(machine: &ResidualModel<'_>, residuals: &[f64], row: usize) -> Vec<f64> {
     let own = residuals.get(machine.observations.range(row)).unwrap_or(&[]);
     let equations = machine.observations.of_row(row);
-    let lengths = equations.iter().any(|equation| equation.measurand.is_length());
-    let unit = if lengths { 1.0 } else { 1.0_f64.to_degrees() };
     let mut points: Vec<((&str, u32), f64)> = Vec::new();
     for (equation, residual) in equations.iter().zip(own) {
         let what = equation.measurand;
-        // Millimetres and degrees have no common root mean square: where lengths are read, they are what is told.
-        if what.is_length() != lengths {
-            continue;
-        }
-        let square = (residual * unit).powi(2);
+        let Some(factor) = equation.factor_in(machine.observations.unit()) else { continue };
+        let square = (residual * factor).powi(2);
         let key = (what.kind.name(), what.index);
         match points.iter_mut().find(|(known, _)| *known == key) {
             Some((_, sum)) => *sum += square,
@@ -95,9 +90,9 @@ pub(crate) fn points_in(machine: &ResidualModel<'_>, rows: &[usize]) -> usize {
 /// By how much the error of a measured point exceeds that of one reading where both are noise alone: the root of how many readings make a point, 1.73 for a
 /// point in space.
 pub(crate) fn noise_of_a_point(machine: &ResidualModel<'_>, rows: &[usize]) -> f64 {
+    let unit = machine.observations.unit();
     let equations = rows.iter().flat_map(|row| machine.observations.of_row(*row));
-    let lengths = equations.clone().any(|equation| equation.measurand.is_length());
-    let readings = equations.filter(|equation| equation.measurand.is_length() == lengths).count();
+    let readings = equations.filter(|equation| equation.factor_in(unit).is_some()).count();
     (readings as f64 / points_in(machine, rows).max(1) as f64).sqrt()
 }
 

@@ -5,7 +5,8 @@ use serde::Serialize;
 
 use super::placements::orientation_errors;
 use super::point_errors::{ErrorSummary, point_squares};
-use plumb_calibration::fit::{Fit, ResidualModel};
+use plumb_calibration::fit::{Fit, ResidualModel, RowDetails};
+use plumb_calibration::measurement::ReadingUnit;
 use plumb_calibration::table::Covariate;
 
 /// What is left in one row.
@@ -22,9 +23,10 @@ pub struct RowResidual {
     /// Measured less predicted, mm, frame of the measurements; one a target or touched place, the mean of them where a
     /// row has several. Zero along axes that were not measured.
     pub vector_mm: [f64; 3],
-    /// Root mean square error of the row's measured points, mm (degrees for a row of tilts alone).
-    pub size_mm: f64,
-    /// Root mean square angle by which the row's measured orientations are off, deg; nothing of a row without any.
+    /// Root mean square error of the row's measured points, in the unit of the table's readings; nothing of a row without a reading in that unit.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub size: Option<f64>,
+    /// Root mean square angle by which the row's measured orientations, and other angles beside lengths, are off, deg; nothing of a row without any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub size_deg: Option<f64>,
     /// Where the point is believed to be, mm, frame of the measurements.
@@ -46,12 +48,14 @@ pub struct Series {
     pub of_size: bool,
     /// Whether it is of orientations, in degrees: these have a scale of their own.
     pub in_deg: bool,
-    /// Horizontal value, residual in mm (or deg), and the row.
+    /// Horizontal value, residual in the unit of the table's readings (deg of orientations), and the row.
     pub points: Vec<(f64, f64, usize)>,
 }
 
 /// What a series of sizes shows.
-const SIZE: &str = "error of a row, mm";
+fn size_of_a_row(unit: ReadingUnit) -> String {
+    format!("error of a row, {unit}")
+}
 
 /// What a series of how far orientations are off shows.
 const TURN: &str = "orientation of a row off, deg";
@@ -76,10 +80,8 @@ pub(super) fn row_residuals(machine: &ResidualModel<'_>, fit: &Fit, held_out: &[
                 held_out: held_out.get(row).copied().unwrap_or(false),
                 weight: fit.weights.get(row).copied().unwrap_or(1.0),
                 vector_mm: mean.into(),
-                size_mm: ErrorSummary::or_zero(ErrorSummary::of(
-                    point_squares(machine, &fit.residuals, row).into_iter(),
-                ))
-                .rms,
+                size: ErrorSummary::of(point_squares(machine, &fit.residuals, row).into_iter())
+                    .map(|error| error.rms),
                 size_deg: orientation_errors(machine, &fit.residuals, &[row]).map(|error| error.rms),
                 point_mm: machine.believed_point(&fit.state, row).into(),
                 joints: shown_joints(machine, row),
@@ -121,45 +123,72 @@ fn varies(points: &[(f64, f64, usize)]) -> bool {
     points.iter().any(|(x, _, _)| points.first().is_some_and(|(first, _, _)| (x - first).abs() > 1e-9))
 }
 
+/// What is drawn upwards.
+#[derive(Clone, Copy)]
+enum Shows<'a> {
+    /// The residual along a joint's motion.
+    Along(&'a str, ReadingUnit),
+    /// The error of a row.
+    Size(ReadingUnit),
+    /// How far a row's orientations are off.
+    Turn,
+}
+
 /// A series, where what it is drawn against varies.
 fn series_if_varied(
     against: String,
     unit: &str,
-    shows: &str,
+    shows: Shows<'_>,
     points: Vec<(f64, f64, usize)>,
 ) -> Option<Series> {
     varies(&points).then(|| Series {
         against,
         unit: unit.to_owned(),
-        shows: shows.to_owned(),
-        of_size: shows == SIZE || shows == TURN,
-        in_deg: shows == TURN,
+        shows: match shows {
+            Shows::Along(joint, unit) => format!("residual along the motion of {joint}, {unit}"),
+            Shows::Size(unit) => size_of_a_row(unit),
+            Shows::Turn => TURN.to_owned(),
+        },
+        of_size: !matches!(shows, Shows::Along(..)),
+        in_deg: matches!(shows, Shows::Turn),
         points,
     })
 }
 
 /// Residuals drawn against every joint, every moment of gravity that varies, approach, order and temperature.
 pub(super) fn series(machine: &ResidualModel<'_>, fit: &Fit, rows: &[RowResidual]) -> Vec<Series> {
-    let mut all = along_joints(machine, fit, rows);
+    let mut all = against_joints(machine, fit, rows);
     all.extend(against_conditions(machine, rows));
     all
 }
 
+/// The residual along a joint's motion in every row with an error; its size where no coordinate of a point was read, for an angle or a distance has no direction
+/// in space.
+fn along<'a>(
+    machine: &ResidualModel<'_>,
+    details: &[RowDetails],
+    rows: &[RowResidual],
+    (joint, name): (usize, &'a str),
+) -> (Shows<'a>, Vec<Option<f64>>) {
+    let unit = machine.observations.unit();
+    if !machine.observations.equations().iter().any(|equation| equation.measurand.coordinate().is_some()) {
+        return (Shows::Size(unit), rows.iter().map(|row| row.size).collect());
+    }
+    let along = rows.iter().zip(details).map(|(row, detail)| {
+        let motion = detail.by_joint.get(joint).and_then(|motion| motion.try_normalize(1e-9));
+        Some(motion.map_or(0.0, |direction| Vector3::from(row.vector_mm).dot(&direction)))
+    });
+    (Shows::Along(name, unit), along.collect())
+}
+
 /// The residual along each joint's motion, against its coordinate, its moment and its side of approach.
-fn along_joints(machine: &ResidualModel<'_>, fit: &Fit, rows: &[RowResidual]) -> Vec<Series> {
+fn against_joints(machine: &ResidualModel<'_>, fit: &Fit, rows: &[RowResidual]) -> Vec<Series> {
     let table = machine.table;
     let details: Vec<_> = (0..table.len()).map(|row| machine.row_details(&fit.state, row)).collect();
     let mut all = Vec::new();
     for (joint, described) in machine.model.chain.joints.iter().enumerate() {
         let name = &described.name;
-        let along = (0..table.len()).map(|row| {
-            let vector = rows.get(row).map_or_else(Vector3::zeros, |row| Vector3::from(row.vector_mm));
-            let motion = details.get(row).and_then(|detail| detail.by_joint.get(joint)).copied();
-            let direction = motion.and_then(|motion| motion.try_normalize(1e-9));
-            direction.map_or(0.0, |direction| vector.dot(&direction))
-        });
-        let along: Vec<f64> = along.collect();
-        let shows = format!("residual along the motion of {name}, mm");
+        let (shows, errors) = along(machine, &details, rows, (joint, name));
         let coordinates = rows.iter().map(|row| row.joints.get(joint).copied().unwrap_or(0.0));
         let mut against =
             vec![(name.clone(), unit_of_joint(machine, joint), coordinates.collect::<Vec<f64>>())];
@@ -170,8 +199,9 @@ fn along_joints(machine: &ResidualModel<'_>, fit: &Fit, rows: &[RowResidual]) ->
         let sides = (0..table.len()).map(|row| f64::from(table.approach_of(row, joint)));
         against.push((format!("approach of {name}"), "side", sides.collect()));
         for (against, unit, values) in against {
-            let points = values.iter().zip(&along).enumerate().map(|(row, (x, along))| (*x, *along, row));
-            all.extend(series_if_varied(against, unit, &shows, points.collect()));
+            let points = values.iter().zip(&errors).enumerate();
+            let points = points.filter_map(|(row, (x, error))| Some((*x, (*error)?, row)));
+            all.extend(series_if_varied(against, unit, shows, points.collect()));
         }
     }
     all
@@ -203,12 +233,12 @@ fn against_conditions(machine: &ResidualModel<'_>, rows: &[RowResidual]) -> Vec<
     // Against a condition the size is drawn, for the direction in which it acts is not known.
     let mut all = Vec::new();
     for (name, unit, values) in columns {
-        let sizes =
-            values.iter().enumerate().map(|(row, x)| (*x, rows.get(row).map_or(0.0, |row| row.size_mm), row));
-        all.extend(series_if_varied(name.to_owned(), unit, SIZE, sizes.collect()));
+        let sizes = values.iter().enumerate().filter_map(|(row, x)| Some((*x, rows.get(row)?.size?, row)));
+        let shows = Shows::Size(machine.observations.unit());
+        all.extend(series_if_varied(name.to_owned(), unit, shows, sizes.collect()));
         let turns =
             values.iter().enumerate().filter_map(|(row, x)| Some((*x, rows.get(row)?.size_deg?, row)));
-        all.extend(series_if_varied(name.to_owned(), unit, TURN, turns.collect()));
+        all.extend(series_if_varied(name.to_owned(), unit, Shows::Turn, turns.collect()));
     }
     all
 }

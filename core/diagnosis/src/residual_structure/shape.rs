@@ -1,6 +1,7 @@
 //! In what shape the rest goes with one covariate.
 
 use crate::thresholds::SHAPE_FRACTION;
+use plumb_calibration::measurement::ReadingUnit;
 
 /// Mean over the rows of one level of a covariate.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -13,7 +14,7 @@ pub(crate) struct LevelMean {
     pub(crate) count: f64,
 }
 
-/// In what shape a residual goes with a covariate. Lengths in mm, places in the covariate's unit.
+/// In what shape a residual goes with a covariate. Residuals in the unit of the table's readings, places in the covariate's unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ResidualShape {
     /// A wave of a rotating joint.
@@ -139,6 +140,8 @@ pub struct Trend {
     pub against: String,
     /// Its unit as shown.
     pub unit: &'static str,
+    /// The unit of what is left.
+    pub of_residual: ReadingUnit,
     /// Whether it is kept in radians and shown in degrees.
     pub in_degrees: bool,
     /// The shape.
@@ -152,7 +155,9 @@ pub struct CategoryMeans {
     pub along: String,
     /// The column.
     pub against: String,
-    /// Category and mean, mm, in the order in which the categories appear in the table.
+    /// The unit of what is left.
+    pub of_residual: ReadingUnit,
+    /// Category and mean of what is left, in the order in which the categories appear in the table.
     pub means: Vec<(String, f64)>,
 }
 

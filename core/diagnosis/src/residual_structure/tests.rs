@@ -17,7 +17,7 @@ fn sheet(covariate: Vec<f64>, component: Vec<f64>, turns: bool) -> Sheet {
             values: covariate,
             categories: Vec::new(),
         }],
-        components: vec![Component { name: "along x".to_owned(), values: component }],
+        components: vec![Component { name: "along x".to_owned(), unit: ReadingUnit::Mm, values: component }],
     }
 }
 
@@ -105,7 +105,11 @@ fn categories_are_described_by_the_means_of_their_own_rows_and_those_without_any
         values: vec![0.0, 2.0, 0.0, 2.0, 2.0],
         categories: ["left", "right", "rear"].map(str::to_owned).to_vec(),
     };
-    let component = Component { name: "along x".to_owned(), values: vec![1.0, 4.0, 2.0, 5.0, 9.0] };
+    let component = Component {
+        name: "along x".to_owned(),
+        unit: ReadingUnit::Mm,
+        values: vec![1.0, 4.0, 2.0, 5.0, 9.0],
+    };
     let found = category_means(&covariate, &component);
     assert_eq!((found.along.as_str(), found.against.as_str()), ("along x", "fixture"));
     assert_eq!(found.means, [("left".to_owned(), 1.5), ("rear".to_owned(), 6.0)]);

@@ -41,6 +41,6 @@ fn the_error_of_several_targets_is_that_of_one_target_not_of_the_row() {
         let cv = found.error_mm.cv.unwrap();
         assert!((cv.rms - f64::sqrt(squares)).abs() < 0.1 && cv.points == 20 * targets, "{cv:?}");
         assert!((found.rms_mm.cv.unwrap() - cv.rms).abs() < 1e-12);
-        assert!(found.rows.iter().all(|row| (row.size_mm - f64::sqrt(squares)).abs() < 0.3));
+        assert!(found.rows.iter().all(|row| (row.size.unwrap() - f64::sqrt(squares)).abs() < 0.3));
     }
 }

@@ -1,6 +1,7 @@
 //! Templates to start from and reports to hand on.
 
 use plumb_calibration::arm_model::Model;
+use plumb_calibration::measurement::{ReadingUnit, RmsError};
 use plumb_calibration::table::Table;
 use plumb_calibration::template::{Template, robots};
 use plumb_diagnosis::laboratory::Options;
@@ -47,7 +48,11 @@ fn a_report_is_one_page_that_tells_the_story_and_needs_no_other_file() {
     let model = format!(
         "{COLUMN_ARM}targets: {{p1: {{}}}}\nfree: [joint_zero(*)]\neffects: [joint_gain(elbow)]\nnoise: {{p1_mm: 0.02}}\n"
     );
-    let chapter = |number, did: &str| Chapter { number, did: did.to_owned(), rms_mm: Some(0.1) };
+    let chapter = |number, did: &str| Chapter {
+        number,
+        did: did.to_owned(),
+        rms: Some(RmsError { value: 0.1, unit: ReadingUnit::Mm }),
+    };
     let story = vec![chapter(0, "the model <as> written"), chapter(1, "add joint_gain(elbow)")];
     let report =
         laboratory(&model, &table, Options::default()).report(story, &Progress::unwatched()).unwrap();

@@ -1,9 +1,10 @@
-//! The fall of the error as a picture: a bar a step, the error of one measured point in mm. Mechanisms are solid, corrections and a residual map hatched; the
+//! The fall of the error as a picture: a bar a step, the error of one measured point in the unit of the table's readings. Mechanisms are solid, corrections and a residual map hatched; the
 //! noise and what no function of what is known of a row predicts are lines.
 
 use std::fmt::Write;
 
 use crate::plot::escaped;
+use plumb_calibration::measurement::ReadingUnit;
 use plumb_diagnosis::report::{Fall, Report, StepKind};
 
 /// Where the bars begin, and the length of the longest.
@@ -12,7 +13,14 @@ const BARS: (f64, f64) = (300.0, 520.0);
 /// Height of one step.
 const STEP_HEIGHT: f64 = 44.0;
 
-/// The greatest error of any step, mm.
+/// The error at the end of the longest bar, and the unit of all errors.
+#[derive(Clone, Copy)]
+struct Scale {
+    greatest: f64,
+    unit: ReadingUnit,
+}
+
+/// The greatest error of any step, mm or deg.
 fn greatest(fall: &[Fall]) -> f64 {
     let values = fall.iter().flat_map(|step| [Some(step.fit_mm2), step.cv_mm2, step.check_mm2]).flatten();
     values.filter(|value| value.is_finite()).fold(1e-12, f64::max).sqrt()
@@ -20,13 +28,14 @@ fn greatest(fall: &[Fall]) -> f64 {
 
 /// Draws the fall.
 pub(super) fn draw(out: &mut String, report: &Report) -> std::fmt::Result {
-    let greatest = greatest(&report.fall);
+    let scale = Scale { greatest: greatest(&report.fall), unit: report.comparison.unit };
     let height = STEP_HEIGHT * report.fall.len() as f64 + 78.0;
     writeln!(
         out,
-        "<p class=\"faint\">Bars: RMS error of one measured point, mm, in the fit; below each, outlined, in cross-validation (regions left out in turn), and dashed on the held-out rows. A solid bar is the \
+        "<p class=\"faint\">Bars: RMS error of one measured point, {}, in the fit; below each, outlined, in cross-validation (regions left out in turn), and dashed on the held-out rows. A solid bar is the \
          model with mechanisms alone, a hatched one has a correction or a residual map in. Lines: the noise of a point, and what no function of pose, moves or \
-         conditions predicts on unseen rows.</p>"
+         conditions predicts on unseen rows.</p>",
+        report.comparison.unit
     )?;
     writeln!(
         out,
@@ -42,15 +51,15 @@ pub(super) fn draw(out: &mut String, report: &Report) -> std::fmt::Result {
         let name = if index == 0 { "start".to_owned() } else { format!("+ {}", step.added) };
         // Once a correction is in, every later model holds it.
         hatched |= matches!(step.kind, StepKind::Correction | StepKind::ResidualMap);
-        bars(out, step, (&name, hatched), 10.0 + STEP_HEIGHT * index as f64, greatest)?;
+        bars(out, step, (&name, hatched), 10.0 + STEP_HEIGHT * index as f64, scale)?;
     }
-    axis(out, height, greatest)?;
+    axis(out, height, scale)?;
     if let Some(noise) = report.comparison.floor_of_a_point_mm {
-        vertical_line(out, ("noise of a point", "#2a8a2a", noise), height - 30.0, greatest)?;
+        vertical_line(out, ("noise of a point", "#2a8a2a", noise), height - 30.0, scale)?;
     }
     if let Some(explainable) = report.comparison.explainable.as_ref().filter(|known| known.is_structured()) {
         let bound = explainable.not_predictable_mm;
-        vertical_line(out, ("not predictable", "#b06000", bound), height - 44.0, greatest)?;
+        vertical_line(out, ("not predictable", "#b06000", bound), height - 44.0, scale)?;
     }
     writeln!(out, "</svg>")
 }
@@ -61,7 +70,7 @@ fn bars(
     step: &Fall,
     (name, hatched): (&str, bool),
     top: f64,
-    greatest: f64,
+    Scale { greatest, unit }: Scale,
 ) -> std::fmt::Result {
     let (left, width) = BARS;
     writeln!(
@@ -91,7 +100,7 @@ fn bars(
         )?;
         writeln!(
             out,
-            "<text x=\"{:.1}\" y=\"{:.0}\" font-size=\"10\" fill=\"#555\">{error:.4} mm</text>",
+            "<text x=\"{:.1}\" y=\"{:.0}\" font-size=\"10\" fill=\"#555\">{error:.4} {unit}</text>",
             left + long + 6.0,
             top + 13.0 + down,
         )?;
@@ -100,25 +109,25 @@ fn bars(
 }
 
 /// The axis below the bars.
-fn axis(out: &mut String, height: f64, greatest: f64) -> std::fmt::Result {
+fn axis(out: &mut String, height: f64, Scale { greatest, unit }: Scale) -> std::fmt::Result {
     let (left, width) = BARS;
     let y = height - 16.0;
     writeln!(
         out,
         "<path d=\"M{left} {y:.0}h{width}\" stroke=\"#888\"/><text x=\"{left}\" y=\"{t:.0}\" fill=\"#555\">0</text><text x=\"{end}\" y=\"{t:.0}\" fill=\"#555\" \
-         text-anchor=\"end\">{greatest:.4} mm</text><text x=\"{middle}\" y=\"{t:.0}\" fill=\"#555\" text-anchor=\"middle\">RMS error of one measured point, mm</text>",
+         text-anchor=\"end\">{greatest:.4} {unit}</text><text x=\"{middle}\" y=\"{t:.0}\" fill=\"#555\" text-anchor=\"middle\">RMS error of one measured point, {unit}</text>",
         t = y + 13.0,
         end = left + width,
         middle = left + 0.5 * width,
     )
 }
 
-/// A line across all steps with its name below, at an error in mm.
+/// A line across all steps with its name below, at an error on the scale.
 fn vertical_line(
     out: &mut String,
     (name, colour, error): (&str, &str, f64),
     below: f64,
-    greatest: f64,
+    Scale { greatest, unit }: Scale,
 ) -> std::fmt::Result {
     // A noise beyond all errors stands at the end, not outside the picture.
     let x = BARS.0 + BARS.1 * (error / greatest).min(1.0);
@@ -127,7 +136,7 @@ fn vertical_line(
         out,
         "<path d=\"M{x:.1} 6V{foot:.0}\" stroke=\"{colour}\" stroke-width=\"1.5\" stroke-dasharray=\"5 3\"/>"
     )?;
-    writeln!(out, "<text x=\"{x:.1}\" y=\"{below:.0}\" fill=\"{colour}\">{name} {error:.4} mm</text>")
+    writeln!(out, "<text x=\"{x:.1}\" y=\"{below:.0}\" fill=\"{colour}\">{name} {error:.4} {unit}</text>")
 }
 
 #[cfg(test)]
@@ -151,7 +160,13 @@ mod tests {
     fn a_line_stands_at_its_share_of_the_greatest_error_and_never_outside() {
         let at = |error: f64| {
             let mut out = String::new();
-            vertical_line(&mut out, ("noise", "green", error), 100.0, 2.0).unwrap();
+            vertical_line(
+                &mut out,
+                ("noise", "green", error),
+                100.0,
+                Scale { greatest: 2.0, unit: ReadingUnit::Mm },
+            )
+            .unwrap();
             out
         };
         assert!(at(1.0).contains(&format!("M{:.1} 6V88", BARS.0 + 0.5 * BARS.1)), "{}", at(1.0));

@@ -63,12 +63,13 @@ fn how_large(out: &mut String, report: &Report) -> std::fmt::Result {
         comparison.parameters,
         comparison.check_rows
     )?;
-    errors(out, &comparison.error_mm)?;
+    errors(out, &comparison.error_mm, comparison.unit)?;
     orientation_errors(out, comparison.orientation_error_deg.as_ref())?;
     match (comparison.floor_of_a_point_mm, comparison.floor.sigma_mm) {
         (Some(point), Some(reading)) => writeln!(
             out,
-            "<p>The noise of a point is {point:.4} mm ({reading:.4} mm a reading): with nothing wrong the RMS would be that.</p>"
+            "<p>The noise of a point is {point:.4} {unit} ({reading:.4} {unit} a reading): with nothing wrong the RMS would be that.</p>",
+            unit = comparison.unit
         ),
         _ => writeln!(out, "<p>The noise is not known: return to some poses, or declare it.</p>"),
     }
@@ -104,7 +105,7 @@ fn own_plots(report: &Report, added: bool, shown: &HashSet<u32>) -> Vec<Panel> {
     let panels = wanted.map(|plot| {
         let mut panel = effect_panel(plot, &report.comparison);
         let [before, after] = plot.rms_mm;
-        panel.title.push_str(&format!(": {before:.3} -> {after:.3} mm"));
+        panel.title.push_str(&format!(": {before:.3} -> {after:.3} {}", plot.up.unit));
         panel
     });
     thinned(panels.collect(), shown)
@@ -147,7 +148,11 @@ fn how_sure(out: &mut String, report: &Report) -> std::fmt::Result {
         writeln!(out, "<p>Probability that this is it: {}.</p>", percent(probability))?;
     }
     if let Some(left) = diagnosis.left_unexplained_mm {
-        writeln!(out, "<p>With it in, {left:.4} mm besides the noise is still not explained.</p>")?;
+        writeln!(
+            out,
+            "<p>With it in, {left:.4} {} besides the noise is still not explained.</p>",
+            diagnosis.unit
+        )?;
     }
     if let Some(hypothesis) = &diagnosis.hypothesis {
         writeln!(

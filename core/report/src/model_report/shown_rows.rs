@@ -12,17 +12,19 @@ const WORST: usize = 10;
 
 /// The rows with the largest error, the worst first.
 pub(super) fn worst(comparison: &Comparison) -> Vec<&RowResidual> {
-    let mut rows: Vec<&RowResidual> =
-        comparison.rows.iter().filter(|row| row.size_mm.is_finite() && row.size_mm > 0.0).collect();
-    rows.sort_by(|one, other| other.size_mm.total_cmp(&one.size_mm));
-    rows.truncate(WORST);
-    rows
+    worst_by(comparison, |row| row.size)
 }
 
 /// The rows whose orientation is farthest off, the worst first.
 pub(super) fn most_turned(comparison: &Comparison) -> Vec<&RowResidual> {
+    worst_by(comparison, |row| row.size_deg)
+}
+
+/// The rows with the largest error of some kind, the worst first; none without any.
+fn worst_by(comparison: &Comparison, size: impl Fn(&RowResidual) -> Option<f64>) -> Vec<&RowResidual> {
+    let sizes = comparison.rows.iter().filter_map(|row| Some((size(row)?, row)));
     let mut rows: Vec<(f64, &RowResidual)> =
-        comparison.rows.iter().filter_map(|row| Some((row.size_deg?, row))).collect();
+        sizes.filter(|(size, _)| size.is_finite() && *size > 0.0).collect();
     rows.sort_by(|one, other| other.0.total_cmp(&one.0));
     rows.into_iter().take(WORST).map(|(_, row)| row).collect()
 }
@@ -51,6 +53,6 @@ mod tests {
         let lines = shown(&many);
         assert!((1000..=MOST_ROWS + WORST).contains(&lines.len()), "{}", lines.len());
         assert!(worst(&many).iter().all(|row| lines.contains(&row.line)));
-        assert!(worst(&many).is_sorted_by(|one, other| one.size_mm >= other.size_mm));
+        assert!(worst(&many).is_sorted_by(|one, other| one.size >= other.size));
     }
 }

@@ -8,6 +8,7 @@ use crate::phrase::{figure, is_determined, listed, percent};
 use crate::plot::escaped;
 use crate::words::{map_in_words, next_poses_sentence, rejection_in_words, why_held_in_words};
 use plumb_calibration::effect::Unit;
+use plumb_calibration::measurement::ReadingUnit;
 use plumb_diagnosis::laboratory::{
     Comparison, EffectValue, ErrorSummary, Errors, OrientationErrors, RowResidual,
 };
@@ -15,10 +16,10 @@ use plumb_diagnosis::report::{Chapter, Report};
 use plumb_diagnosis::{Claim, Diagnosis, Explainable};
 
 /// The error of one measured point where the model was fitted and where it was not.
-pub(super) fn errors(out: &mut String, errors: &Errors) -> std::fmt::Result {
+pub(super) fn errors(out: &mut String, errors: &Errors, unit: ReadingUnit) -> std::fmt::Result {
     writeln!(
         out,
-        "<table><tr><th>error of a point, mm</th><th>RMS</th><th>mean</th><th>95 %</th><th>maximum</th><th>points</th></tr>"
+        "<table><tr><th>error of a point, {unit}</th><th>RMS</th><th>mean</th><th>95 %</th><th>maximum</th><th>points</th></tr>"
     )?;
     let parts = [
         ("where it was fitted", Some(errors.fit)),
@@ -38,7 +39,7 @@ pub(super) fn orientation_errors(out: &mut String, errors: Option<&OrientationEr
     let Some(errors) = errors else { return Ok(()) };
     writeln!(
         out,
-        "<table><tr><th>error of an orientation, deg</th><th>RMS</th><th>mean</th><th>95 %</th><th>maximum</th><th>orientations</th></tr>"
+        "<table><tr><th>error of an orientation or angle, deg</th><th>RMS</th><th>mean</th><th>95 %</th><th>maximum</th><th>readings</th></tr>"
     )?;
     for (name, summary) in [("where it was fitted", Some(&errors.fit)), ("held out", errors.check.as_ref())] {
         let Some(ErrorSummary { points, rms, mean, percentile_95, max }) = summary else { continue };
@@ -52,7 +53,8 @@ pub(super) fn orientation_errors(out: &mut String, errors: Option<&OrientationEr
 pub(super) fn groups(out: &mut String, explainable: &Explainable) -> std::fmt::Result {
     writeln!(
         out,
-        "<table><tr><th>known of a row</th><th>left with it and those above, mm</th><th>rise without it alone, mm</th><th>&plusmn; one standard error</th></tr>"
+        "<table><tr><th>known of a row</th><th>left with it and those above, {unit}</th><th>rise without it alone, {unit}</th><th>&plusmn; one standard error</th></tr>",
+        unit = explainable.unit
     )?;
     for group in &explainable.groups {
         let name = escaped(&group.group);
@@ -77,7 +79,7 @@ pub(super) fn along_joints(out: &mut String, comparison: &Comparison) -> std::fm
     if comparison.along_joints.is_empty() {
         return Ok(());
     }
-    writeln!(out, "<table><tr><th>joint</th><th>left along its motion, mm RMS</th></tr>")?;
+    writeln!(out, "<table><tr><th>joint</th><th>left along its motion, {} RMS</th></tr>", comparison.unit)?;
     for joint in &comparison.along_joints {
         writeln!(out, "<tr><td>{}</td><td class=\"n\">{:.4}</td></tr>", escaped(&joint.joint), joint.rms_mm)?;
     }
@@ -90,8 +92,10 @@ fn head_of_rows(out: &mut String, comparison: &Comparison) -> std::fmt::Result {
         comparison.joints.iter().map(|joint| format!("<th>{}, {}</th>", escaped(&joint.name), joint.unit));
     writeln!(
         out,
-        "<table><tr><th>line</th><th>error, mm</th>{}<th>along x, mm</th><th>y</th><th>z</th><th>at x, mm</th><th>y</th><th>z</th>{}<th></th></tr>",
+        "<table><tr><th>line</th><th>error, {}</th>{}{}<th>at x, mm</th><th>y</th><th>z</th>{}<th></th></tr>",
+        comparison.unit,
         if turns(comparison) { "<th>turned, deg</th>" } else { "" },
+        if is_in_space(comparison) { "<th>along x, mm</th><th>y</th><th>z</th>" } else { "" },
         joints.collect::<String>()
     )
 }
@@ -101,17 +105,29 @@ fn turns(comparison: &Comparison) -> bool {
     comparison.orientation_error_deg.is_some()
 }
 
+/// Whether an error has a direction in space: angles and distances have none.
+fn is_in_space(comparison: &Comparison) -> bool {
+    comparison.rows.iter().any(|row| row.vector_mm != [0.0; 3])
+}
+
 /// A number's cell, with so many digits after the point.
 fn cell(value: f64, digits: usize) -> String {
     format!("<td class=\"n\">{value:.digits$}</td>")
 }
 
-fn row_cells(row: &RowResidual, turns: bool) -> String {
-    let mut cells = cell(row.size_mm, 4);
-    if turns {
-        cells.push_str(&row.size_deg.map_or_else(|| "<td></td>".to_owned(), |size| cell(size, 5)));
+/// The same where there is a number; else an empty one.
+fn cell_if_known(value: Option<f64>, digits: usize) -> String {
+    value.map_or_else(|| "<td></td>".to_owned(), |value| cell(value, digits))
+}
+
+fn row_cells(row: &RowResidual, comparison: &Comparison) -> String {
+    let mut cells = cell_if_known(row.size, 4);
+    if turns(comparison) {
+        cells.push_str(&cell_if_known(row.size_deg, 5));
     }
-    cells.extend(row.vector_mm.iter().map(|part| cell(*part, 4)));
+    if is_in_space(comparison) {
+        cells.extend(row.vector_mm.iter().map(|part| cell(*part, 4)));
+    }
     cells.extend(row.point_mm.iter().map(|part| cell(*part, 1)));
     cells.extend(row.joints.iter().map(|joint| cell(*joint, 2)));
     let mut remarks = Vec::new();
@@ -139,7 +155,7 @@ pub(super) fn worst_rows(out: &mut String, comparison: &Comparison) -> std::fmt:
             out,
             "<tr><td class=\"n\"><a href=\"#line-{0}\">{0}</a></td>{1}</tr>",
             row.line,
-            row_cells(row, turns(comparison))
+            row_cells(row, comparison)
         )?;
     }
     writeln!(out, "</table></div>")
@@ -158,7 +174,7 @@ pub(super) fn most_turned_rows(out: &mut String, comparison: &Comparison) -> std
         writeln!(
             out,
             "<tr><td class=\"n\"><a href=\"#line-{line}\">{line}</a></td>{}</tr>",
-            row_cells(row, true)
+            row_cells(row, comparison)
         )?;
     }
     writeln!(out, "</table></div>")
@@ -177,7 +193,7 @@ pub(super) fn all_rows(out: &mut String, comparison: &Comparison, shown: &HashSe
             out,
             "<tr id=\"line-{0}\"><td class=\"n\">{0}</td>{1}</tr>",
             row.line,
-            row_cells(row, turns(comparison))
+            row_cells(row, comparison)
         )?;
     }
     writeln!(out, "</table></div>")?;
@@ -209,10 +225,10 @@ pub(super) fn story(out: &mut String, story: &[Chapter]) -> std::fmt::Result {
     }
     writeln!(
         out,
-        "<h3>The story so far</h3><table><tr><th>revision</th><th>what was done</th><th>RMS, mm</th></tr>"
+        "<h3>The story so far</h3><table><tr><th>revision</th><th>what was done</th><th>RMS</th></tr>"
     )?;
     for chapter in story {
-        let rms = chapter.rms_mm.map_or_else(String::new, |rms| format!("{rms:.4}"));
+        let rms = chapter.rms.map_or_else(String::new, |rms| rms.to_string());
         let did = escaped(&chapter.did);
         writeln!(
             out,
@@ -291,7 +307,8 @@ pub(super) fn candidates(out: &mut String, diagnosis: &Diagnosis) -> std::fmt::R
     }
     writeln!(
         out,
-        "<table><tr><th>effect</th><th>explains, mm</th><th>size</th><th>probability</th><th>p (Holm)</th><th></th></tr>"
+        "<table><tr><th>effect</th><th>explains, {}</th><th>size</th><th>probability</th><th>p (Holm)</th><th></th></tr>",
+        diagnosis.unit
     )?;
     for candidate in &diagnosis.candidates {
         let why = candidate.rejected.as_ref().map_or_else(|| "named".to_owned(), rejection_in_words);

@@ -30,7 +30,7 @@ pub struct Panel {
     pub up: (f64, f64),
     /// Both axes have one scale: a circle is drawn as one.
     pub one_scale: bool,
-    /// The noise, mm, where known: drawn as a band about zero. Of one reading, or of a point's error in space where that is what is shown.
+    /// The noise, in the unit of `up`, where known: drawn as a band about zero. Of one reading, or of a point's error in space where that is what is shown.
     pub floor: Option<f64>,
     /// The points.
     pub points: Vec<Dot>,
@@ -68,7 +68,7 @@ fn dot(comparison: &Comparison, across: f64, up: f64, row: usize) -> Dot {
 
 fn panel_of(series: &Series, comparison: &Comparison, reach: f64) -> Panel {
     let (floor, up) = match series.of_size {
-        // Degrees have a scale of their own; the noise is known in mm.
+        // Orientations have a scale of their own; the noise is known of the other readings.
         _ if series.in_deg => (None, (0.0, reach_of(series.points.iter().map(|(_, y, _)| *y), None))),
         true => (comparison.floor_of_a_point_mm, (0.0, reach)),
         false => (comparison.floor.sigma_mm, (-reach, reach)),
@@ -89,8 +89,8 @@ fn panel_of(series: &Series, comparison: &Comparison, reach: f64) -> Panel {
 
 /// All panels of a comparison: one a series, then what would be a bull's eye from above.
 pub fn panels(comparison: &Comparison) -> Vec<Panel> {
-    let in_mm = comparison.series.iter().filter(|series| !series.in_deg);
-    let sizes = in_mm.flat_map(|series| series.points.iter().map(|(_, y, _)| *y));
+    let of_readings = comparison.series.iter().filter(|series| !series.in_deg);
+    let sizes = of_readings.flat_map(|series| series.points.iter().map(|(_, y, _)| *y));
     let reach = reach_of(sizes, comparison.floor.sigma_mm);
     let mut all: Vec<Panel> =
         comparison.series.iter().map(|series| panel_of(series, comparison, reach)).collect();

@@ -40,7 +40,8 @@ pub(crate) fn space(comparison: &Comparison, shown: &HashSet<u32>, links: Links)
 }
 
 fn can_be_drawn(row: &RowResidual) -> bool {
-    row.point_mm.iter().chain(&row.vector_mm).all(|value| value.is_finite()) && row.size_mm.is_finite()
+    row.point_mm.iter().chain(&row.vector_mm).all(|value| value.is_finite())
+        && row.size.is_some_and(f64::is_finite)
 }
 
 /// Least and greatest along an axis, of points and arm.
@@ -148,7 +149,8 @@ fn one_view(
 /// The rows by their error, the worst first.
 fn worst<'r>(rows: &[&'r RowResidual]) -> Vec<&'r RowResidual> {
     let mut sorted = rows.to_vec();
-    sorted.sort_by(|one, other| other.size_mm.total_cmp(&one.size_mm));
+    let size = |row: &RowResidual| row.size.unwrap_or(0.0);
+    sorted.sort_by(|one, other| size(other).total_cmp(&size(one)));
     sorted
 }
 

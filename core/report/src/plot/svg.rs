@@ -22,7 +22,7 @@ const LONGEST_BESIDE: usize = 30;
 
 /// The residuals of a comparison, drawn.
 pub fn svg(comparison: &Comparison) -> String {
-    let heading = format!("{} against {}: residuals, mm", comparison.arm, comparison.data);
+    let heading = format!("{} against {}: residuals, {}", comparison.arm, comparison.data, comparison.unit);
     grid(&panels(comparison), &[heading, comparison_sentence(comparison)], Links::Nowhere)
 }
 

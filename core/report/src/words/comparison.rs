@@ -1,22 +1,23 @@
 //! What is said of a model held against a table.
 
+use crate::phrase::noise_text;
 use plumb_calibration::fit::Gauge;
 use plumb_diagnosis::laboratory::{Comparison, WhyHeld};
 
 /// How far a model misses, and how large the noise is.
 pub fn comparison_sentence(comparison: &Comparison) -> String {
-    let (floor, rms) = (&comparison.floor, &comparison.rms_mm);
+    let (floor, rms, unit) = (&comparison.floor, &comparison.rms_mm, comparison.unit);
     let shown = rms.check.map_or_else(
-        || format!("The model misses by {:.3} mm RMS", rms.fit),
+        || format!("The model misses by {:.3} {unit} RMS", rms.fit),
         |check| {
             format!(
-                "The model misses by {:.3} mm RMS where it was fitted and by {check:.3} mm where it was not",
+                "The model misses by {:.3} {unit} RMS where it was fitted and by {check:.3} {unit} where it was not",
                 rms.fit
             )
         },
     );
     match floor.sigma_mm {
-        Some(sigma) => format!("{shown}; the noise is {sigma:.3} mm an axis."),
+        Some(sigma) => format!("{shown}; the noise is {}.", noise_text(sigma, unit, 3)),
         None => format!("{shown}; the noise is not known: return to some poses, or declare it."),
     }
 }

@@ -5,10 +5,11 @@ use plumb_diagnosis::Explainable;
 
 /// How much could be explained, and by what kind of knowledge of a row.
 pub fn explainable_sentence(explainable: &Explainable) -> String {
+    let unit = explainable.unit;
     if !explainable.is_structured() {
         let asked: Vec<String> = explainable.groups.iter().map(|group| group.group.clone()).collect();
         return format!(
-            "left after what is fitted {:.3} mm; nothing of it is predictable from {} (0.000 +- {:.3} mm)",
+            "left after what is fitted {:.3} {unit}; nothing of it is predictable from {} (0.000 +- {:.3} {unit})",
             explainable.left_mm,
             listed(&asked, "or"),
             explainable.scatter_mm
@@ -25,7 +26,7 @@ pub fn explainable_sentence(explainable: &Explainable) -> String {
         false => format!(" (nothing more from {})", listed(&silent, "or")),
     };
     format!(
-        "left after what is fitted {:.3} mm; predictable from {}{silent} -> {:.3} +- {:.3} mm of structure is still to be named, {:.3} mm is not predictable",
+        "left after what is fitted {:.3} {unit}; predictable from {}{silent} -> {:.3} +- {:.3} {unit} of structure is still to be named, {:.3} {unit} is not predictable",
         explainable.left_mm,
         steps.collect::<Vec<_>>().join(", "),
         explainable.to_name_mm,
@@ -37,6 +38,7 @@ pub fn explainable_sentence(explainable: &Explainable) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use plumb_calibration::measurement::ReadingUnit;
     use plumb_diagnosis::ExplainableGroup;
 
     fn group(name: &str, explains: bool, left_mm: f64) -> ExplainableGroup {
@@ -52,6 +54,7 @@ mod tests {
     fn explainable(groups: Vec<ExplainableGroup>) -> Explainable {
         let not_predictable_mm = groups.last().map_or(0.617, |group| group.left_mm);
         Explainable {
+            unit: ReadingUnit::Mm,
             left_mm: 0.617,
             not_predictable_mm,
             to_name_mm: 0.617 - not_predictable_mm,

@@ -38,7 +38,7 @@ pub(super) fn with_condition(diagnosis: &Diagnosis, few: &FewPoses, condition: &
 
 /// What a condition does beside the poses' own errors.
 fn at_work(diagnosis: &Diagnosis, condition: &ConditionAtPoses) -> String {
-    let label = &condition.label;
+    let (label, unit) = (&condition.label, diagnosis.unit);
     let size = diagnosis.named.as_ref().map(|named| size_text(named.size, named.se, &named.unit));
     let size = size.unwrap_or_default();
     match condition.across {
@@ -46,14 +46,14 @@ fn at_work(diagnosis: &Diagnosis, condition: &ConditionAtPoses) -> String {
             let tied: Vec<String> =
                 diagnosis.tied.iter().map(|one| format!("{}({})", one.effect, one.place)).collect();
             format!(
-                "{} cannot be told apart with these data: what depends on the direction of arrival differs from pose to pose by {scatter_mm:.4} mm (standard deviation), more than the returns scatter. \
+                "{} cannot be told apart with these data: what depends on the direction of arrival differs from pose to pose by {scatter_mm:.4} {unit} (standard deviation), more than the returns scatter. \
                  Measure at more places, and let the moves to them be of several lengths.",
                 listed(&tied, "and")
             )
         }
         AcrossPoses::Same => format!("{label} is at work: {size}, the same at every pose; add it."),
         AcrossPoses::Differs { scatter_mm } => format!(
-            "{label} is at work: {size} on the average of the poses, from which they differ by {scatter_mm:.4} mm (standard deviation); add it."
+            "{label} is at work: {size} on the average of the poses, from which they differ by {scatter_mm:.4} {unit} (standard deviation); add it."
         ),
     }
 }

@@ -33,9 +33,9 @@ pub fn note_in_words(note: &Note) -> String {
              in the measured region"
         ),
         Note::DoesNotExtrapolate(way) => format!(
-            "does not extrapolate: with {} left out it misses there by {:.3} mm, and by {:.3} mm without what was added; \
+            "does not extrapolate: with {} left out it misses there by {:.3} {unit}, and by {:.3} {unit} without what was added; \
              use it only in the measured region",
-            way.left_out, way.rms_mm, way.without_mm
+            way.left_out, way.rms_mm, way.without_mm, unit = way.unit
         ),
     }
 }
@@ -43,11 +43,17 @@ pub fn note_in_words(note: &Note) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use plumb_calibration::measurement::ReadingUnit;
     use plumb_diagnosis::Extrapolation;
 
     #[test]
     fn notes_hold_the_numbers_and_names_they_are_about() {
-        let way = Extrapolation { left_out: "regions".to_owned(), rms_mm: 0.25, without_mm: 0.125 };
+        let way = Extrapolation {
+            left_out: "regions".to_owned(),
+            unit: ReadingUnit::Mm,
+            rms_mm: 0.25,
+            without_mm: 0.125,
+        };
         let cases = [
             (Note::Noticed("as the reader says".to_owned()), "as the reader says"),
             (Note::OutsideRegion { outside: 3, rows: 40 }, "3 of 40 rows lie outside the region"),

@@ -16,9 +16,10 @@ pub fn map_in_words(map: &MapNote) -> String {
 pub fn map_sentence(step: &MapStep) -> String {
     let [without_mm, with_mm] = step.left_out_mm;
     let sentence = format!(
-        "A residual map of {} takes {:.0} % of the variance that is left ({without_mm:.3} -> {with_mm:.3} mm on rows left out): not understood, and good only in the measured region.",
+        "A residual map of {} takes {:.0} % of the variance that is left ({without_mm:.3} -> {with_mm:.3} {} on rows left out): not understood, and good only in the measured region.",
         step.goes_by.join(" and "),
         100.0 * step.not_understood,
+        step.unit,
     );
     match step.between_unknown {
         true => {
@@ -33,11 +34,13 @@ pub fn map_sentence(step: &MapStep) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use plumb_calibration::measurement::ReadingUnit;
     use plumb_diagnosis::laboratory::Rms;
 
     #[test]
     fn the_sentence_of_a_map_says_what_it_takes_and_what_nothing_checks() {
         let step = |between_unknown: bool| MapStep {
+            unit: ReadingUnit::Mm,
             left_out_mm: [0.2, 0.1234],
             rms_mm: Rms { fit: 0.1, cv: None, check: None },
             not_understood: 0.62,

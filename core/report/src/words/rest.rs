@@ -49,28 +49,28 @@ fn at(trend: &Trend, value: f64) -> String {
 }
 
 fn trend_in_words(trend: &Trend) -> String {
-    let (along, name) = (&trend.along, &trend.against);
+    let (along, name, unit) = (&trend.along, &trend.against, trend.of_residual);
     match trend.shape {
         ResidualShape::Periodic { order, amplitude } => {
-            format!("{along} it swings {order} times a turn of {name}, by {} mm", figure(amplitude))
+            format!("{along} it swings {order} times a turn of {name}, by {} {unit}", figure(amplitude))
         }
         ResidualShape::Levels { difference, first, last } => format!(
-            "{along} it differs by {} mm between {name} {} and {}",
+            "{along} it differs by {} {unit} between {name} {} and {}",
             figure(difference),
             at(trend, first),
             at(trend, last)
         ),
         ResidualShape::Step { height, at: place } => {
-            format!("{along} it jumps by {} mm at {name} {}", figure(height), at(trend, place))
+            format!("{along} it jumps by {} {unit} at {name} {}", figure(height), at(trend, place))
         }
         ResidualShape::Linear { rise, from, to } => format!(
-            "{along} it changes steadily with {name}, by {} mm from {} to {}",
+            "{along} it changes steadily with {name}, by {} {unit} from {} to {}",
             figure(rise),
             at(trend, from),
             at(trend, to)
         ),
         ResidualShape::Curved { lowest, highest } => format!(
-            "{along} it bends with {name}: {} mm near {} and {} mm near {}",
+            "{along} it bends with {name}: {} {unit} near {} and {} {unit} near {}",
             figure(lowest.0),
             at(trend, lowest.1),
             figure(highest.0),
@@ -79,7 +79,7 @@ fn trend_in_words(trend: &Trend) -> String {
     }
 }
 
-/// The two categories that differ most, in the table's order, and by how much, mm.
+/// The two categories that differ most, in the table's order, and by how much.
 fn extremes(means: &[(String, f64)]) -> Option<(&str, &str, f64)> {
     let each = means.iter().enumerate();
     let (lowest, (_, least)) = each.clone().min_by(|left, right| left.1.1.total_cmp(&right.1.1))?;
@@ -91,12 +91,15 @@ fn extremes(means: &[(String, f64)]) -> Option<(&str, &str, f64)> {
 
 fn categories_in_words(means: &CategoryMeans) -> String {
     let Some((first, last, difference)) = extremes(&means.means) else { return String::new() };
-    let (along, name) = (&means.along, &means.against);
+    let (along, name, unit) = (&means.along, &means.against, means.of_residual);
     let mut text =
-        format!("{along} it differs by {} mm between {name} {first} and {last}", figure(difference));
+        format!("{along} it differs by {} {unit} between {name} {first} and {last}", figure(difference));
     if means.means.len() > 2 {
-        let all: Vec<String> =
-            means.means.iter().map(|(category, mean)| format!("{category} {} mm", figure(*mean))).collect();
+        let all: Vec<String> = means
+            .means
+            .iter()
+            .map(|(category, mean)| format!("{category} {} {unit}", figure(*mean)))
+            .collect();
         text.push_str(&format!(" (on average {})", all.join(", ")));
     }
     text
@@ -105,6 +108,7 @@ fn categories_in_words(means: &CategoryMeans) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use plumb_calibration::measurement::ReadingUnit;
 
     #[test]
     fn angles_are_shown_in_degrees_and_a_missing_unit_leaves_no_blank() {
@@ -113,6 +117,7 @@ mod tests {
             along: "along x".to_owned(),
             against: "lift".to_owned(),
             unit: "deg",
+            of_residual: ReadingUnit::Mm,
             in_degrees: true,
             shape,
         };
@@ -123,7 +128,12 @@ mod tests {
 
     fn of_fixtures(means: &[(&str, f64)]) -> String {
         let means = means.iter().map(|(category, mean)| ((*category).to_owned(), *mean)).collect();
-        let means = CategoryMeans { along: "along x".to_owned(), against: "fixture".to_owned(), means };
+        let means = CategoryMeans {
+            along: "along x".to_owned(),
+            against: "fixture".to_owned(),
+            of_residual: ReadingUnit::Mm,
+            means,
+        };
         categories_in_words(&means)
     }
 

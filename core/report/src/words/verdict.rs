@@ -3,7 +3,7 @@
 use super::few_poses::{added_to, with_condition};
 use super::jumps::jumps_in_words;
 use super::rest::rest_in_words;
-use crate::phrase::{listed, size_text};
+use crate::phrase::{listed, noise_text, size_text};
 use plumb_diagnosis::{Alike, Diagnosis, EffectPlace, Located, Named, NotShown, Rejection, Verdict};
 
 /// How the noise of light stripes is called among the readings of a table.
@@ -31,11 +31,11 @@ pub fn alike_in_words(alike: &Alike) -> String {
 
 /// The verdict, and how much of the rest is not explained with it.
 fn verdict_in_words(diagnosis: &Diagnosis) -> String {
-    let floor = diagnosis
-        .floor
-        .sigma_mm
-        .map_or_else(|| "an unknown noise".to_owned(), |sigma| format!("the noise of {sigma:.3} mm an axis"));
-    let miss = diagnosis.judged_mm;
+    let floor = diagnosis.floor.sigma_mm.map_or_else(
+        || "an unknown noise".to_owned(),
+        |sigma| format!("the noise of {}", noise_text(sigma, diagnosis.unit, 3)),
+    );
+    let (miss, unit) = (diagnosis.judged_mm, diagnosis.unit);
     let told = match diagnosis.verdict {
         Verdict::Named => diagnosis.named.as_ref().map_or_else(String::new, |named| name(diagnosis, named)),
         Verdict::Located => diagnosis.located.as_ref().map_or_else(String::new, |located| {
@@ -43,12 +43,12 @@ fn verdict_in_words(diagnosis: &Diagnosis) -> String {
                 format!(" Errors of the arm's geometry that the model does not free explain it as well: free `{group}` and ask again.")
             });
             let why = why_not_named(diagnosis, located);
-            format!("The error of {miss:.3} mm sits in {}, but {why}.{free}", located.place)
+            format!("The error of {miss:.3} {unit} sits in {}, but {why}.{free}", located.place)
         }),
         Verdict::Tied => tie(diagnosis),
         Verdict::AtFloor => at_floor(diagnosis, &floor),
         Verdict::Unknown => format!(
-            "{miss:.3} mm is left over {floor}, and nothing in the library explains it: {}.",
+            "{miss:.3} {unit} is left over {floor}, and nothing in the library explains it: {}.",
             rest_in_words(&diagnosis.remaining)
         ),
         Verdict::Blind => {
@@ -58,26 +58,26 @@ fn verdict_in_words(diagnosis: &Diagnosis) -> String {
             format!("The arm does not come back to where it was: {}.", rest_in_words(&diagnosis.remaining))
         }
         Verdict::FloorUnknown => format!(
-            "Nothing can be named, and the noise is not known: {miss:.3} mm may be all noise; return to some poses."
+            "Nothing can be named, and the noise is not known: {miss:.3} {unit} may be all noise; return to some poses."
         ),
     };
     match diagnosis.left_unexplained_mm {
-        Some(left) => format!("{told} {left:.3} mm of the rest is not explained yet."),
+        Some(left) => format!("{told} {left:.3} {unit} of the rest is not explained yet."),
         None => told,
     }
 }
 
 /// One effect is named.
 fn name(diagnosis: &Diagnosis, named: &Named) -> String {
-    let miss = diagnosis.judged_mm;
+    let (miss, unit) = (diagnosis.judged_mm, diagnosis.unit);
     let label = label_of(diagnosis, &named.effect);
     let size = size_text(named.size, named.se, &named.unit);
     match named.effect.at {
         Some(at) => format!(
-            "The error of {miss:.3} mm is {label} at {at:.0} s: {size}. No number of the model cures lost steps: find the zeros anew, and drive \
+            "The error of {miss:.3} {unit} is {label} at {at:.0} s: {size}. No number of the model cures lost steps: find the zeros anew, and drive \
              more slowly where they were lost; add it to see what else there is."
         ),
-        None => format!("The error of {miss:.3} mm is {label}: {size}; add it."),
+        None => format!("The error of {miss:.3} {unit} is {label}: {size}; add it."),
     }
 }
 
@@ -103,16 +103,18 @@ fn tie(diagnosis: &Diagnosis) -> String {
     let labels: Vec<String> = diagnosis.tied.iter().take(4).map(|tie| label_of(diagnosis, tie)).collect();
     if let Some(group) = diagnosis.free_first {
         return format!(
-            "The error of {:.3} mm may be {}, or errors of the arm's geometry that the model does not free: they explain it as well. Free `{group}` and ask again.",
+            "The error of {:.3} {} may be {}, or errors of the arm's geometry that the model does not free: they explain it as well. Free `{group}` and ask again.",
             diagnosis.judged_mm,
+            diagnosis.unit,
             listed(&labels, "or")
         );
     }
     let mut others = diagnosis.tied.iter().skip(1).map(|tie| label_of(diagnosis, tie));
     if !diagnosis.same.is_empty() && others.all(|label| diagnosis.same.contains(&label)) {
         return format!(
-            "The error of {:.3} mm is {}: the same in these data, where they move every reading alike; add either.",
+            "The error of {:.3} {} is {}: the same in these data, where they move every reading alike; add either.",
             diagnosis.judged_mm,
+            diagnosis.unit,
             listed(&labels, "or")
         );
     }

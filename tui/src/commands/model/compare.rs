@@ -41,9 +41,9 @@ fn tell(comparison: &Comparison) -> String {
         "{} rows fitted, {} held out, {} parameters\n",
         comparison.fit_rows, comparison.check_rows, comparison.parameters
     ));
-    text.push_str(&error_lines(&comparison.error_mm));
+    text.push_str(&error_lines(&comparison.error_mm, comparison.unit));
     text.push_str(&orientation_lines(comparison.orientation_error_deg.as_ref()));
-    text.push_str(&floor_line(&comparison.floor));
+    text.push_str(&floor_line(&comparison.floor, comparison.unit));
     text.push_str(&explainable_line(comparison.explainable.as_ref()));
     text.push_str(&noise_lines(&comparison.noise));
     text.push_str(&placement_lines(&comparison.placed));

@@ -2,6 +2,7 @@
 
 use std::error::Error;
 
+use plumb_calibration::measurement::ReadingUnit;
 use plumb_diagnosis::{Candidate, Diagnosis, Verdict};
 use plumb_report::{
     diagnosis_sentence, hypothesis_sentence, is_determined, json, note_in_words, rejection_in_words,
@@ -38,8 +39,8 @@ pub(super) fn verdict(verdict: Verdict) -> &'static str {
 
 /// The whole diagnosis as text, with its sentence.
 pub(super) fn tell(diagnosis: &Diagnosis, sentence: &str) -> String {
-    let mut text = error_lines(&diagnosis.error_mm);
-    text.push_str(&floor_line(&diagnosis.floor));
+    let mut text = error_lines(&diagnosis.error_mm, diagnosis.unit);
+    text.push_str(&floor_line(&diagnosis.floor, diagnosis.unit));
     text.push_str(&noise_lines(&diagnosis.noise));
     text.push_str(&findings(diagnosis, sentence));
     text
@@ -48,7 +49,7 @@ pub(super) fn tell(diagnosis: &Diagnosis, sentence: &str) -> String {
 /// What was found: how much could be explained, the candidates, the verdict.
 pub(crate) fn findings(diagnosis: &Diagnosis, sentence: &str) -> String {
     let mut text = explainable_line(diagnosis.explainable.as_ref());
-    text.push_str(&candidates(&diagnosis.candidates));
+    text.push_str(&candidates(&diagnosis.candidates, diagnosis.unit));
     if !diagnosis.besides.is_empty() {
         text.push_str(&format!("also at work: {}\n", diagnosis.besides.join(", ")));
     }
@@ -66,7 +67,7 @@ pub(crate) fn findings(diagnosis: &Diagnosis, sentence: &str) -> String {
     text
 }
 
-fn candidates(candidates: &[Candidate]) -> String {
+fn candidates(candidates: &[Candidate], unit: ReadingUnit) -> String {
     if candidates.is_empty() {
         return String::new();
     }
@@ -84,7 +85,7 @@ fn candidates(candidates: &[Candidate]) -> String {
         };
         let why = candidate.rejected.as_ref().map_or_else(|| "named".to_owned(), rejection_in_words);
         text.push_str(&format!(
-            "  {:width$}  explains {:7.4} mm  {size:<34} {why}\n",
+            "  {:width$}  explains {:7.4} {unit}  {size:<34} {why}\n",
             candidate.label, candidate.explains_mm
         ));
     }

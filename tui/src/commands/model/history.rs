@@ -2,6 +2,7 @@
 
 use std::error::Error;
 
+use plumb_calibration::measurement::RmsError;
 use plumb_calibration::revision::{Entry, Family};
 use serde::Serialize;
 
@@ -15,8 +16,8 @@ struct Line {
     did: String,
     #[serde(skip_serializing_if = "Option::is_none")]
     data: Option<String>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    rms_mm: Option<f64>,
+    #[serde(flatten)]
+    rms: Option<RmsError>,
     effects: Vec<String>,
 }
 
@@ -28,13 +29,13 @@ impl Line {
             file: entry.path.display().to_string(),
             did: revision.map_or_else(|| "original".to_owned(), |revision| revision.did.clone()),
             data: revision.and_then(|revision| revision.data.clone()),
-            rms_mm: revision.and_then(|revision| revision.rms),
+            rms: revision.and_then(|revision| revision.rms),
             effects: entry.model.effects.iter().map(|added| entry.model.label(&added.id)).collect(),
         }
     }
 
     fn tell(&self) -> String {
-        let rms = self.rms_mm.map_or_else(String::new, |rms| format!("  {rms:.4} mm"));
+        let rms = self.rms.map_or_else(String::new, |rms| format!("  {rms}"));
         format!("{:>4}  {:<40}{rms}  {}\n", self.revision, self.did, self.file)
     }
 }

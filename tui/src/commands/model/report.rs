@@ -19,7 +19,7 @@ pub(super) fn run(arguments: &ReportArguments) -> Result<String, Box<dyn Error>>
             number: entry.number,
             did: revision
                 .map_or_else(|| "the model as it was written".to_owned(), |revision| revision.did.clone()),
-            rms_mm: revision.and_then(|revision| revision.rms),
+            rms: revision.and_then(|revision| revision.rms),
         });
     }
     let report = watched(|progress| opened.laboratory.report(story, progress))?;

@@ -5,6 +5,7 @@ use std::io::{self, IsTerminal as _, Write as _};
 use std::path::Path;
 
 use plumb_calibration::effect::{self, EffectId};
+use plumb_calibration::measurement::{ReadingUnit, RmsError};
 use plumb_calibration::revision::Entry;
 use plumb_diagnosis::laboratory::Addition;
 use plumb_diagnosis::{Claim, Growth, Note, Objection};
@@ -104,14 +105,14 @@ pub(super) fn accept(arguments: &AcceptArguments) -> Result<String, Box<dyn Erro
     write(&arguments.pair, &opened, did, &accepted)
 }
 
-/// What became of an error, mm: `falls from 0.5000 to 0.1000 mm`.
-fn change_of_error(before: f64, after: f64) -> String {
+/// What became of an error: `falls from 0.5000 to 0.1000 mm`.
+fn change_of_error(before: f64, after: f64, unit: ReadingUnit) -> String {
     let (shown_before, shown_after) = (format!("{before:.4}"), format!("{after:.4}"));
     if shown_before == shown_after {
-        return format!("stays at {shown_after} mm");
+        return format!("stays at {shown_after} {unit}");
     }
     let way = if after < before { "falls" } else { "rises" };
-    format!("{way} from {shown_before} to {shown_after} mm")
+    format!("{way} from {shown_before} to {shown_after} {unit}")
 }
 
 /// Writes the next revision, and says what became of the error.
@@ -122,17 +123,18 @@ fn write(
     addition: &Addition,
 ) -> Result<String, Box<dyn Error>> {
     let data = pair.data_name();
-    let rms = Some(addition.rms_mm.fit);
+    let unit = addition.comparison.unit;
+    let rms = Some(RmsError { value: addition.rms_mm.fit, unit });
     let parent = Some(opened.entry.number);
     let entry = opened.family.write(addition.model.clone(), parent, did, Some(&data), rms)?;
     let sentence = format!(
         "{did}: the error {}; revision {} is {}.",
-        change_of_error(addition.before.fit, addition.rms_mm.fit),
+        change_of_error(addition.before.fit, addition.rms_mm.fit, unit),
         entry.number,
         entry.path.display()
     );
     if pair.json {
-        return Ok(super::json(&Changed {
+        let changed = serde_json::to_value(Changed {
             revision: entry.number,
             file: entry.path.display().to_string(),
             did,
@@ -144,14 +146,15 @@ fn write(
             placed: &addition.comparison.placed,
             surfaces: &addition.comparison.surfaces,
             sentence,
-        })?);
+        })?;
+        return Ok(super::json(&json::in_unit(changed, unit))?);
     }
     let mut text = placement_lines(&addition.comparison.placed);
     text.push_str(&surface_lines(&addition.comparison.surfaces));
     text.push_str(&effects_table(&addition.added));
-    text.push_str(&format!("before  {}", rms_line(&addition.before)));
-    text.push_str(&format!("now     {}", rms_line(&addition.rms_mm)));
-    text.push_str(&floor_line(&addition.comparison.floor));
+    text.push_str(&format!("before  {}", rms_line(&addition.before, unit)));
+    text.push_str(&format!("now     {}", rms_line(&addition.rms_mm, unit)));
+    text.push_str(&floor_line(&addition.comparison.floor, unit));
     for moved in &addition.moved {
         text.push_str(&format!("moved by more than two standard errors: {moved}\n"));
     }
@@ -160,7 +163,8 @@ fn write(
 
 /// The fall of the error, step by step; then by mechanisms alone, and by both, where corrections were added.
 fn fall(growth: &Growth) -> String {
-    let mut text = format!("{:<34} fit {:.4} mm\n", "start", growth.start.fit);
+    let unit = growth.diagnosis.unit;
+    let mut text = format!("{:<34} fit {:.4} {unit}\n", "start", growth.start.fit);
     for step in &growth.steps {
         let ratio =
             step.floor_ratio.map_or_else(String::new, |ratio| format!(", {ratio:.2} times the noise"));
@@ -168,17 +172,17 @@ fn fall(growth: &Growth) -> String {
             Claim::Mechanism => String::new(),
             Claim::Correction => format!("  correction: may be {}", step.may_be.join(", or ")),
         };
-        text.push_str(&format!("+ {:<32} fit {:.4} mm{ratio}{claim}\n", step.label, step.rms_mm.fit));
+        text.push_str(&format!("+ {:<32} fit {:.4} {unit}{ratio}{claim}\n", step.label, step.rms_mm.fit));
     }
     if let (Some(alone), Some(last)) = (growth.mechanisms_alone, growth.steps.last()) {
         text.push_str(&format!(
-            "by mechanisms alone: fit {:.4} -> {:.4} mm; with corrections: {:.4} mm\n",
+            "by mechanisms alone: fit {:.4} -> {:.4} {unit}; with corrections: {:.4} {unit}\n",
             growth.start.fit, alone.fit, last.rms_mm.fit
         ));
     }
     if let Some(map) = &growth.residual_map {
         text.push_str(&format!(
-            "+ {:<32} fit {:.4} mm  not understood: {:.0} % of the variance left, by {}\n",
+            "+ {:<32} fit {:.4} {unit}  not understood: {:.0} % of the variance left, by {}\n",
             "residual_map",
             map.rms_mm.fit,
             100.0 * map.not_understood,
@@ -203,6 +207,7 @@ pub(super) fn grow(arguments: &GrowArguments) -> Result<String, Box<dyn Error>> 
     })?;
     if !arguments.dry {
         let data = arguments.pair.data_name();
+        let unit = growth.diagnosis.unit;
         let mut parent = opened.entry.number;
         let mut together: Vec<&str> = Vec::new();
         for step in &growth.steps {
@@ -211,8 +216,9 @@ pub(super) fn grow(arguments: &GrowArguments) -> Result<String, Box<dyn Error>> 
             let claim = if step.claim == Claim::Correction { " (correction)" } else { "" };
             let did = format!("add {}{claim}", together.join(", "));
             together.clear();
+            let rms = Some(RmsError { value: step.rms_mm.fit, unit });
             let written: Result<Entry, _> =
-                opened.family.write(model.clone(), Some(parent), &did, Some(&data), Some(step.rms_mm.fit));
+                opened.family.write(model.clone(), Some(parent), &did, Some(&data), rms);
             match written {
                 Ok(entry) => parent = entry.number,
                 // The findings are worth more than the files.
@@ -223,7 +229,7 @@ pub(super) fn grow(arguments: &GrowArguments) -> Result<String, Box<dyn Error>> 
             }
         }
         if let Some(step) = &growth.residual_map {
-            let (model, rms) = (growth.model.clone(), Some(step.rms_mm.fit));
+            let (model, rms) = (growth.model.clone(), Some(RmsError { value: step.rms_mm.fit, unit }));
             let did = "add residual_map (not understood)";
             if let Err(error) = opened.family.write(model, Some(parent), did, Some(&data), rms) {
                 growth.diagnosis.warnings.push(no_revision(&error));
@@ -237,8 +243,9 @@ pub(super) fn grow(arguments: &GrowArguments) -> Result<String, Box<dyn Error>> 
     for way in &growth.extrapolation {
         let (with, without) = (way.rms_mm, way.without_mm);
         text.push_str(&format!(
-            "left out {:<25} {with:.4} mm, {without:.4} mm without what was added\n",
-            way.left_out
+            "left out {:<25} {with:.4} {unit}, {without:.4} {unit} without what was added\n",
+            way.left_out,
+            unit = way.unit
         ));
     }
     Ok(format!("{text}\n{}", diagnose::tell(&growth.diagnosis, &growth_sentence(&growth))))

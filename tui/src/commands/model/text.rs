@@ -1,33 +1,38 @@
 //! Parts that several reports share.
 
-use plumb_calibration::measurement::{NoiseSource, ReadingNoise};
+use plumb_calibration::measurement::{NoiseSource, ReadingNoise, ReadingUnit};
 use plumb_diagnosis::laboratory::{
     EffectValue, ErrorSummary, Errors, FoundAngle, FoundNumber, FoundSurface, OrientationErrors, Placement,
     Rms,
 };
 use plumb_diagnosis::noise_floor::{Floor, FloorSource};
 use plumb_diagnosis::{Claim, Explainable};
-use plumb_report::{explainable_sentence, is_determined, why_held_in_words};
+use plumb_report::{explainable_sentence, is_determined, noise_text, why_held_in_words};
 
 use crate::shown_unit::shown_unit;
 
 /// `RMS error: fit 0.112 mm, cross-validation 0.126 mm, held out 0.111 mm`.
-pub(super) fn rms_line(rms: &Rms) -> String {
-    let mut text = format!("RMS error: fit {:.4} mm", rms.fit);
+pub(super) fn rms_line(rms: &Rms, unit: ReadingUnit) -> String {
+    let mut text = format!("RMS error: fit {:.4} {unit}", rms.fit);
     if let Some(cv) = rms.cv {
-        text.push_str(&format!(", cross-validation {cv:.4} mm"));
+        text.push_str(&format!(", cross-validation {cv:.4} {unit}"));
     }
     if let Some(check) = rms.check {
-        text.push_str(&format!(", held out {check:.4} mm"));
+        text.push_str(&format!(", held out {check:.4} {unit}"));
     }
     text + "\n"
 }
 
 /// The error of one measured point where the model was fitted and where it was not, a line each.
-pub(crate) fn error_lines(errors: &Errors) -> String {
+pub(crate) fn error_lines(errors: &Errors, unit: ReadingUnit) -> String {
     let mut text = format!(
         "{:<28}{:>10}{:>10}{:>10}{:>10}{:>9}\n",
-        "error of a point, mm", "RMS", "mean", "95 %", "maximum", "points"
+        format!("error of a point, {unit}"),
+        "RMS",
+        "mean",
+        "95 %",
+        "maximum",
+        "points"
     );
     let parts = [("fit", Some(errors.fit)), ("cross-validation", errors.cv), ("held out", errors.check)];
     for (name, summary) in parts {
@@ -42,7 +47,7 @@ pub(crate) fn error_lines(errors: &Errors) -> String {
 /// How far measured orientations are off, a line each for fitted and held-out rows; empty where none was measured.
 pub(super) fn orientation_lines(errors: Option<&OrientationErrors>) -> String {
     let Some(errors) = errors else { return String::new() };
-    let mut text = "error of an orientation, deg\n".to_owned();
+    let mut text = "error of an orientation or angle, deg\n".to_owned();
     for (name, summary) in [("fit", Some(errors.fit)), ("held out", errors.check)] {
         let Some(ErrorSummary { points, rms, mean, percentile_95, max }) = summary else { continue };
         text.push_str(&format!(
@@ -124,15 +129,17 @@ pub(super) fn explainable_line(explainable: Option<&Explainable>) -> String {
     let regions =
         explainable.blocked.filter(|_| explainable.is_structured()).map_or_else(String::new, |blocked| {
             format!(
-                "; in cross-validation by whole regions {:.3} mm is left, {:.3} mm is not predictable",
-                blocked.left_mm, blocked.not_predictable_mm
+                "; in cross-validation by whole regions {:.3} {unit} is left, {:.3} {unit} is not predictable",
+                blocked.left_mm,
+                blocked.not_predictable_mm,
+                unit = explainable.unit
             )
         });
     format!("explainable: {}{regions}\n", explainable_sentence(explainable))
 }
 
 /// Where the noise floor lies and how that is known.
-pub(super) fn floor_line(floor: &Floor) -> String {
+pub(super) fn floor_line(floor: &Floor, unit: ReadingUnit) -> String {
     match (floor.sigma_mm, floor.source) {
         (Some(sigma), FloorSource::Repeats) => {
             let allowed = match floor.allowed_for.as_slice() {
@@ -140,11 +147,12 @@ pub(super) fn floor_line(floor: &Floor) -> String {
                 some => format!(", {} allowed for", some.join(", ")),
             };
             format!(
-                "noise: {sigma:.4} mm an axis, from returns ({} degrees of freedom{allowed})\n",
+                "noise: {}, from returns ({} degrees of freedom{allowed})\n",
+                noise_text(sigma, unit, 4),
                 floor.dof
             )
         }
-        (Some(sigma), _) => format!("noise: {sigma:.4} mm an axis, as declared\n"),
+        (Some(sigma), _) => format!("noise: {}, as declared\n", noise_text(sigma, unit, 4)),
         (None, _) => {
             "noise: unknown; return to some poses (column `repeat`) or declare it (`noise:`)\n".to_owned()
         }

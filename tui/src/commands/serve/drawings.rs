@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use plumb_calibration::measurement::RmsError;
 use plumb_calibration::revision::{Family, RevisionError};
 use plumb_record::{Record, RecordError, RunId};
 use serde::Serialize;
@@ -103,7 +104,7 @@ pub(super) fn fall(directory: &Path, run: i64, model: usize) -> Result<String, D
     let models = models(directory, run)?;
     let path = models.get(model).ok_or(DrawingError::Unknown { run })?;
     let history = Family::of(path)?.history()?;
-    let rows: Vec<(String, f64)> = history
+    let rows: Vec<(String, RmsError)> = history
         .iter()
         .filter_map(|entry| entry.model.revision.as_ref())
         .filter_map(|revision| Some((revision.did.clone(), revision.rms?)))
@@ -112,8 +113,8 @@ pub(super) fn fall(directory: &Path, run: i64, model: usize) -> Result<String, D
 }
 
 /// A bar a row, from 0 on one scale.
-fn bars(rows: &[(String, f64)]) -> String {
-    let most = rows.iter().map(|(_, rms)| *rms).fold(f64::MIN_POSITIVE, f64::max);
+fn bars(rows: &[(String, RmsError)]) -> String {
+    let most = rows.iter().map(|(_, rms)| rms.value).fold(f64::MIN_POSITIVE, f64::max);
     let height = ROW * rows.len().max(1) as f64 + 8.0;
     let mut svg = format!(
         r##"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {height}" font-family="sans-serif" font-size="12"><rect width="{WIDTH}" height="{height}" fill="#fff"/>"##
@@ -124,14 +125,14 @@ fn bars(rows: &[(String, f64)]) -> String {
         // Writing to a string cannot fail.
         let _ = write!(
             svg,
-            r##"<text x="{:.0}" y="{:.1}" text-anchor="end" fill="#222">{}</text><rect x="{LEFT}" y="{:.1}" width="{:.1}" height="{:.1}" fill="#1f5fa8"/><text x="{:.1}" y="{:.1}" fill="#222">{rms:.4} mm</text>"##,
+            r##"<text x="{:.0}" y="{:.1}" text-anchor="end" fill="#222">{}</text><rect x="{LEFT}" y="{:.1}" width="{:.1}" height="{:.1}" fill="#1f5fa8"/><text x="{:.1}" y="{:.1}" fill="#222">{rms}</text>"##,
             LEFT - 8.0,
             y + 15.0,
             escaped(&short),
             y + 4.0,
-            (RIGHT - LEFT) * rms / most,
+            (RIGHT - LEFT) * rms.value / most,
             ROW - 8.0,
-            LEFT + (RIGHT - LEFT) * rms / most + 6.0,
+            LEFT + (RIGHT - LEFT) * rms.value / most + 6.0,
             y + 15.0
         );
     }
@@ -152,11 +153,14 @@ pub(super) fn cloud(directory: &Path, run: i64, name: &str) -> Result<Vec<u8>, D
 
 #[cfg(test)]
 mod tests {
+    use plumb_calibration::measurement::ReadingUnit;
+
     use super::*;
 
     #[test]
     fn the_longest_bar_is_the_largest_error_and_words_stay_words() {
-        let svg = bars(&[("add <x>".to_owned(), 0.5), ("add y".to_owned(), 0.25)]);
+        let rms = |value: f64| RmsError { value, unit: ReadingUnit::Mm };
+        let svg = bars(&[("add <x>".to_owned(), rms(0.5)), ("add y".to_owned(), rms(0.25))]);
         assert!(
             svg.contains("add &lt;x&gt;")
                 && svg.contains(r#"width="270.0""#)

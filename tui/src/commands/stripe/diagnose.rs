@@ -56,7 +56,7 @@ fn told(lab: &Lab, adjusted: &Adjustment, diagnosis: &Diagnosis) -> String {
         text,
         "\na stripe on a surface is one point of the lab: where it lies, how it is turned, how it bends"
     );
-    text.push_str(&error_lines(&diagnosis.error_mm));
+    text.push_str(&error_lines(&diagnosis.error_mm, diagnosis.unit));
     if let Some(sigma) = diagnosis.floor.sigma_mm {
         let _ = writeln!(
             text,

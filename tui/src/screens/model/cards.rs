@@ -1,6 +1,7 @@
 //! The candidates as ranked cards: the effect, where, its size, what it gains where it was not fitted, what would explain
 //! it as well, why it was not named.
 
+use plumb_calibration::measurement::ReadingUnit;
 use plumb_report::percent;
 use ratatui::Frame;
 use ratatui::layout::Rect;
@@ -26,7 +27,9 @@ pub(crate) fn view(model: &ModelState, theme: &Theme, hits: &Hits, frame: &mut F
         .cards
         .iter()
         .enumerate()
-        .map(|(place, card)| card_lines(place, card, place == model.chosen, roomy, theme, width))
+        .map(|(place, card)| {
+            card_lines((place, card), place == model.chosen, (roomy, standing.unit), theme, width)
+        })
         .collect();
     if blocks.is_empty() {
         let text = match &model.busy {
@@ -57,10 +60,9 @@ pub(crate) fn view(model: &ModelState, theme: &Theme, hits: &Hits, frame: &mut F
 
 /// The lines of a card: two, or all there is to say of the chosen one; its sketch where the pane is `roomy`.
 fn card_lines(
-    place: usize,
-    card: &Card,
+    (place, card): (usize, &Card),
     chosen: bool,
-    roomy: bool,
+    (roomy, unit): (bool, ReadingUnit),
     theme: &Theme,
     width: usize,
 ) -> Vec<Line<'static>> {
@@ -91,7 +93,11 @@ fn card_lines(
     lines.extend(indented(card.size.clone(), theme.text));
     if let Some(gain) = card.gain_mm {
         lines.extend(indented(
-            format!("cross-validation: {:.4} mm {}", gain.abs(), if gain < 0.0 { "worse" } else { "better" }),
+            format!(
+                "cross-validation: {:.4} {unit} {}",
+                gain.abs(),
+                if gain < 0.0 { "worse" } else { "better" }
+            ),
             theme.text,
         ));
     }

@@ -47,6 +47,7 @@ fn lines(model: &ModelState, card: &Card, theme: &Theme, width: usize) -> Vec<Li
     let mut say = |text: &str, style: Style| {
         lines.extend(wrapped(text, width).into_iter().map(|line| Line::styled(line, style)));
     };
+    let unit = model.reading_unit();
     let (_, word, style) = look(card.standing, theme);
     say(&verdict(card, word), style);
     if let Some(probability) = card.probability {
@@ -63,15 +64,15 @@ fn lines(model: &ModelState, card: &Card, theme: &Theme, width: usize) -> Vec<Li
     }
     if let Some(gain) = card.gain_mm {
         let word = if gain < 0.0 { "worse" } else { "better" };
-        say(&format!("Cross-validation: {:.4} mm {word}.", gain.abs()), theme.text);
+        say(&format!("Cross-validation: {:.4} {unit} {word}.", gain.abs()), theme.text);
     }
     if let Some(leaves) = card.leaves_mm {
-        say(&format!("Adding it leaves {leaves:.4} mm there."), theme.text);
+        say(&format!("Adding it leaves {leaves:.4} {unit} there."), theme.text);
     }
     if let Some(plot) = model.own_plot() {
         let [before, after] = plot.rms_mm;
         say(
-            &format!("In its own plot: {before:.4} mm RMS about zero, {after:.4} about the curve."),
+            &format!("In its own plot: {before:.4} {unit} RMS about zero, {after:.4} about the curve."),
             theme.text,
         );
     }

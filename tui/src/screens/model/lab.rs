@@ -5,6 +5,7 @@ use std::sync::mpsc::Sender;
 use std::thread;
 
 use plumb_calibration::effect;
+use plumb_calibration::measurement::RmsError;
 use plumb_calibration::revision::{Entry, Family, RevisionError};
 use plumb_diagnosis::Diagnosis;
 use plumb_diagnosis::laboratory::{Comparison, Laboratory, LaboratoryError};
@@ -264,7 +265,7 @@ impl Worker {
     fn add(&mut self, effect: &str) -> Result<(), LabError> {
         let top = self.top()?;
         let addition = top.laboratory.add(effect, &self.progress())?;
-        let rms = Some(addition.rms_mm.fit);
+        let rms = Some(RmsError { value: addition.rms_mm.fit, unit: addition.comparison.unit });
         let did = format!("add {effect}");
         let entry = self.family.write(addition.model, Some(top.number), &did, Some(&self.data), rms)?;
         let (table, options) = (top.laboratory.table().clone(), top.laboratory.options().clone());

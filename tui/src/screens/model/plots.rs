@@ -2,6 +2,7 @@
 //! eye with the noise's ring, as a histogram, against moments of gravity, sides of approach, order and every other condition. All share one scale tied to the
 //! noise floor.
 
+use plumb_calibration::measurement::ReadingUnit;
 use plumb_diagnosis::laboratory::{EffectPlot, Series};
 use plumb_report::plot::reach_of;
 use ratatui::Frame;
@@ -49,7 +50,9 @@ struct Sheet<'a> {
     residuals: &'a Residuals,
     arm_mm: &'a [[f64; 3]],
     plane: [usize; 2],
-    /// Half the height of a plot, mm.
+    /// The unit of the table's readings.
+    unit: ReadingUnit,
+    /// Half the height of a plot, in `unit`.
     half: f64,
     floor: Option<f64>,
     floor_of_a_point: Option<f64>,
@@ -57,7 +60,7 @@ struct Sheet<'a> {
 }
 
 impl Sheet<'_> {
-    /// The height of plots of sizes, mm: the error of a point is larger than that of a reading by what makes a point of readings.
+    /// The height of plots of sizes: the error of a point is larger than that of a reading by what makes a point of readings.
     fn half_of_a_point(&self) -> f64 {
         let ratio = match (self.floor_of_a_point, self.floor) {
             (Some(point), Some(reading)) if reading > 0.0 => point / reading,
@@ -107,6 +110,7 @@ fn sheet<'a>(model: &'a ModelState, residuals: &'a Residuals, theme: &Theme) -> 
         residuals,
         arm_mm: standing.map_or(&[][..], |standing| standing.arm_mm.as_slice()),
         plane: PLANES.get(model.plane).copied().unwrap_or([0, 1]),
+        unit: model.reading_unit(),
         half: model.half_height_mm(),
         floor: model.floor_mm(),
         floor_of_a_point: standing.and_then(|standing| standing.floor_of_a_point_mm),
@@ -138,7 +142,7 @@ fn title(model: &ModelState, (plots, shown, scrolled): (usize, usize, usize), wi
         None => format!("{times:.0} typical errors"),
     };
     let (first, last) = (scrolled + 1, (scrolled + shown).min(plots));
-    let half = model.half_height_mm();
+    let (half, unit) = (model.half_height_mm(), model.reading_unit());
     let (long, short) = match plots > shown {
         true if shown > 1 => (
             format!(" \u{b7} {first}\u{2013}{last} of {plots}, PgDn"),
@@ -147,10 +151,10 @@ fn title(model: &ModelState, (plots, shown, scrolled): (usize, usize, usize), wi
         true => (format!(" \u{b7} {first} of {plots}, PgDn"), format!(" \u{b7} {first}/{plots} PgDn")),
         false => (String::new(), String::new()),
     };
-    let full = format!("Error, \u{b1}{half:.3} mm = {scale}{long}");
+    let full = format!("Error, \u{b1}{half:.3} {unit} = {scale}{long}");
     match columns(&full) <= width {
         true => full,
-        false => fitted(&format!("\u{b1}{half:.2} mm{short}"), width),
+        false => fitted(&format!("\u{b1}{half:.2} {unit}{short}"), width),
     }
 }
 
@@ -226,7 +230,7 @@ fn own_chart(plot: &EffectPlot, sheet: &Sheet, theme: &Theme, hits: &Hits, frame
 fn against(series: &Series, sheet: &Sheet, theme: &Theme, hits: &Hits, frame: &mut Frame, area: Rect) {
     let Some((left, right)) = span(series.points.iter().map(|point| point.0)) else { return };
     let (y, floor) = match series.of_size {
-        // Degrees have a scale of their own, with its numbers at the axis.
+        // Orientations have a scale of their own, with its numbers at the axis.
         _ if series.in_deg => ([0.0, reach_of(series.points.iter().map(|point| point.1), None)], None),
         true => ([0.0, sheet.half_of_a_point()], sheet.floor_of_a_point),
         false => ([-sheet.half, sheet.half], sheet.floor),
@@ -266,12 +270,14 @@ fn histogram(sheet: &Sheet, theme: &Theme, frame: &mut Frame, area: Rect) {
         return;
     }
     let parts = Parts::of(area, false);
-    let most_mm = sheet.half_of_a_point();
+    let largest = sheet.half_of_a_point();
     let bins = usize::from(parts.canvas.width) * 2;
     let mut counts = vec![0_u32; bins];
     let mut outside = 0;
     for row in &sheet.residuals.rows {
-        let place = row.size_mm / most_mm * bins as f64;
+        // A row without such a reading is none of them.
+        let Some(size) = row.size else { continue };
+        let place = size / largest * bins as f64;
         // A size is never negative; what is not finite fails the comparison.
         match counts.get_mut(place as usize) {
             Some(count) if place.is_finite() => *count += 1,
@@ -281,10 +287,10 @@ fn histogram(sheet: &Sheet, theme: &Theme, frame: &mut Frame, area: Rect) {
     let most = f64::from(counts.iter().copied().max().unwrap_or(0).max(1));
     let look = sheet.look;
     let canvas =
-        Canvas::default().marker(Marker::Braille).x_bounds([0.0, most_mm]).y_bounds([0.0, most]).paint(
+        Canvas::default().marker(Marker::Braille).x_bounds([0.0, largest]).y_bounds([0.0, most]).paint(
             |context| {
                 for (bin, count) in counts.iter().enumerate().filter(|(_, count)| **count > 0) {
-                    let x = (bin as f64 + 0.5) * most_mm / bins as f64;
+                    let x = (bin as f64 + 0.5) * largest / bins as f64;
                     let bar = Line { x1: x, y1: 0.0, x2: x, y2: f64::from(*count), color: look.points };
                     context.draw(&bar);
                 }
@@ -304,5 +310,5 @@ fn histogram(sheet: &Sheet, theme: &Theme, frame: &mut Frame, area: Rect) {
         frame.render_widget(Span::styled(format!("{most:>6.0} "), theme.faint), top);
     }
     let below = Rect { x: parts.canvas.x, width: parts.canvas.width, ..parts.foot };
-    chart::across("error of a row, mm", [0.0, most_mm], theme, frame, below);
+    chart::across(&format!("error of a row, {}", sheet.unit), [0.0, largest], theme, frame, below);
 }

@@ -18,21 +18,21 @@ pub(crate) const PLANES: [[usize; 2]; 3] = [[0, 1], [0, 2], [1, 2]];
 pub(crate) const AXES: [&str; 3] = ["x", "y", "z"];
 
 impl Residuals {
-    /// The typical error along one axis, mm, that few gross ones do not change: the median of the sizes over that of the
+    /// The typical error along one axis, in the unit of the table's readings, that few gross ones do not change: the median of the sizes over that of the
     /// size of a normal error in space (1.538 standard deviations).
     pub(crate) fn typical_mm(&self) -> f64 {
         let mut sizes: Vec<f64> =
-            self.rows.iter().map(|row| row.size_mm).filter(|size| size.is_finite()).collect();
+            self.rows.iter().filter_map(|row| row.size).filter(|size| size.is_finite()).collect();
         sizes.sort_by(f64::total_cmp);
         sizes.get(sizes.len() / 2).map_or(0.0, |median| median / 1.538)
     }
 
     /// The rows in which anything is left, by their place in the table, the worst first.
     pub(crate) fn worst(&self) -> Vec<usize> {
-        let mut rows: Vec<&RowResidual> =
-            self.rows.iter().filter(|row| row.size_mm.is_finite() && row.size_mm > 0.0).collect();
-        rows.sort_by(|one, other| other.size_mm.total_cmp(&one.size_mm));
-        rows.into_iter().map(|row| row.row).collect()
+        let sizes = self.rows.iter().filter_map(|row| Some((row.size?, row.row)));
+        let mut rows: Vec<(f64, usize)> = sizes.filter(|(size, _)| size.is_finite() && *size > 0.0).collect();
+        rows.sort_by(|one, other| other.0.total_cmp(&one.0));
+        rows.into_iter().map(|(_, row)| row).collect()
     }
 
     /// Errors of all measurements in a plane, mm, with their rows.

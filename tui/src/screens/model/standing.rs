@@ -20,6 +20,7 @@ pub(crate) fn compared(comparison: &Comparison, fall: &[FallStep]) -> Standing {
         verdict: String::new(),
         at_floor: false,
         sentence: comparison_sentence(comparison),
+        unit: comparison.unit,
         floor_mm: comparison.floor.sigma_mm,
         floor_of_a_point_mm: comparison.floor_of_a_point_mm,
         floor_source: source(&comparison.floor).to_owned(),
@@ -85,7 +86,7 @@ fn sentence(diagnosis: &Diagnosis) -> String {
 
 /// The error of a measured point.
 fn how_large(comparison: &Comparison) -> StripLine {
-    let fit = comparison.error_mm.fit;
+    let (fit, unit) = (comparison.error_mm.fit, comparison.unit);
     let held_out = comparison.error_mm.check.map(|check| format!("held out {:.3}", check.rms));
     let noise = comparison
         .floor_of_a_point_mm
@@ -94,11 +95,11 @@ fn how_large(comparison: &Comparison) -> StripLine {
     let inside = held_out.as_ref().map_or_else(String::new, |held_out| format!(" ({held_out})"));
     StripLine {
         full: format!(
-            "RMS {:.3}, mean {:.3}, 95 % {:.3}, max {:.3} mm{after}; {noise}",
+            "RMS {:.3}, mean {:.3}, 95 % {:.3}, max {:.3} {unit}{after}; {noise}",
             fit.rms, fit.mean, fit.percentile_95, fit.max
         ),
         short: format!(
-            "RMS {:.3}{inside}, 95 % {:.3}, max {:.3} mm; {noise}",
+            "RMS {:.3}{inside}, 95 % {:.3}, max {:.3} {unit}; {noise}",
             fit.rms, fit.percentile_95, fit.max
         ),
     }
@@ -114,17 +115,17 @@ fn how_much(comparison: &Comparison) -> StripLine {
     };
     if !known.is_structured() {
         return same(format!(
-            "nothing of it is predictable (0.000 \u{b1} {:.3} mm){mapped}",
-            known.scatter_mm
+            "nothing of it is predictable (0.000 \u{b1} {:.3} {}){mapped}",
+            known.scatter_mm, known.unit
         ));
     }
     let (to_name, scatter, rest) = (known.to_name_mm, known.scatter_mm, known.not_predictable_mm);
-    let kinds = known.kinds().join(" + ");
+    let (kinds, unit) = (known.kinds().join(" + "), known.unit);
     StripLine {
         full: format!(
-            "{to_name:.3} \u{b1} {scatter:.3} mm, from {kinds}; {rest:.3} mm is not predictable{mapped}"
+            "{to_name:.3} \u{b1} {scatter:.3} {unit}, from {kinds}; {rest:.3} {unit} is not predictable{mapped}"
         ),
-        short: format!("{to_name:.3} \u{b1} {scatter:.3} mm: {kinds}; {rest:.3} not predictable{mapped}"),
+        short: format!("{to_name:.3} \u{b1} {scatter:.3} {unit}: {kinds}; {rest:.3} not predictable{mapped}"),
     }
 }
 
@@ -159,8 +160,8 @@ fn where_it_is(comparison: &Comparison) -> StripLine {
     match along.is_empty() {
         true => StripLine { full: format!("worst lines {lines}"), short: format!("worst {lines}") },
         false => StripLine {
-            full: format!("worst lines {lines}; along {} mm RMS", along.join(", ")),
-            short: format!("worst {lines}; {in_short} mm RMS"),
+            full: format!("worst lines {lines}; along {} {} RMS", along.join(", "), comparison.unit),
+            short: format!("worst {lines}; {in_short} {} RMS", comparison.unit),
         },
     }
 }

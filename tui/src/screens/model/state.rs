@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use plumb_calibration::measurement::ReadingUnit;
 use plumb_diagnosis::laboratory::{EffectPlot, JointAxis};
 use plumb_diagnosis::report::StepKind;
 
@@ -92,7 +93,7 @@ impl Doubtful {
 pub(crate) struct Preview {
     /// The candidate, as the lab names it.
     pub candidate: String,
-    /// Root mean square of the residuals it would leave, mm.
+    /// Root mean square of the residuals it would leave, in the unit of the table's readings.
     pub rms_mm: f64,
     /// The residuals it would leave.
     pub residuals: Residuals,
@@ -114,13 +115,15 @@ pub(crate) struct Standing {
     pub at_floor: bool,
     /// One plain sentence.
     pub sentence: String,
-    /// One standard deviation of the noise in one direction, mm, where it is known.
+    /// The unit of the table's readings, and so of every error here whose name ends in `_mm`: mm, or degrees of angles alone.
+    pub unit: ReadingUnit,
+    /// One standard deviation of the noise of a reading, where it is known.
     pub floor_mm: Option<f64>,
-    /// The same for a measured point, mm: what errors of points are compared with.
+    /// The same for a measured point: what errors of points are compared with.
     pub floor_of_a_point_mm: Option<f64>,
     /// Where the floor comes from.
     pub floor_source: String,
-    /// Error of a point that no function of what is known of a row predicts, mm; nothing where that is not known, or nothing is predictable.
+    /// Error of a point that no function of what is known of a row predicts; nothing where that is not known, or nothing is predictable.
     pub not_predictable_mm: Option<f64>,
     /// How large the error of a point is, in words.
     pub how_large: StripLine,
@@ -159,9 +162,9 @@ pub(crate) struct Card {
     pub place: String,
     /// Its size with unit and error.
     pub size: String,
-    /// How much less error it leaves where it was not fitted, mm.
+    /// How much less error it leaves where it was not fitted, in the unit of the table's readings.
     pub gain_mm: Option<f64>,
-    /// The error that it leaves there, mm.
+    /// The error that it leaves there, in the same.
     pub leaves_mm: Option<f64>,
     /// Chance that noise alone looks as convincing, over all candidates (Holm).
     pub holm_p: Option<f64>,
@@ -196,9 +199,9 @@ pub(crate) struct FallStep {
     pub added: String,
     /// What that is.
     pub kind: StepKind,
-    /// Root mean square error of a measured point in the fit, mm.
+    /// Root mean square error of a measured point in the fit, in the unit of the table's readings.
     pub fit_mm: f64,
-    /// The same where regions were left out in turn, mm, where it was measured.
+    /// The same where regions were left out in turn, where it was measured.
     pub cross_validation_mm: Option<f64>,
 }
 
@@ -244,12 +247,17 @@ impl ModelState {
         self.busy.is_none() && self.standing.as_ref().is_none_or(|standing| standing.verdict.is_empty())
     }
 
-    /// One standard deviation of the noise along an axis, mm, where it is known.
+    /// The unit in which errors of the table's readings are shown.
+    pub(crate) fn reading_unit(&self) -> ReadingUnit {
+        self.standing.as_ref().map_or(ReadingUnit::Mm, |standing| standing.unit)
+    }
+
+    /// One standard deviation of the noise of a reading, in [`Self::reading_unit`], where it is known.
     pub(crate) fn floor_mm(&self) -> Option<f64> {
         self.standing.as_ref()?.floor_mm
     }
 
-    /// What one unit of the scale is, mm: the noise floor, or the typical error where the floor is unknown.
+    /// What one unit of the scale is, in [`Self::reading_unit`]: the noise floor, or the typical error where the floor is unknown.
     pub(crate) fn unit_mm(&self) -> f64 {
         let standing = self.standing.as_ref();
         let unit = standing.map_or(0.0, |standing| match standing.floor_mm {
@@ -259,7 +267,7 @@ impl ModelState {
         if unit.is_finite() && unit > 0.0 { unit } else { 1.0 }
     }
 
-    /// Half the height of the plots, mm.
+    /// Half the height of the plots, in [`Self::reading_unit`].
     pub(crate) fn half_height_mm(&self) -> f64 {
         self.unit_mm() * SCALES.get(self.scale).copied().unwrap_or(4.0)
     }

@@ -79,8 +79,10 @@ fn sentence(model: &ModelState) -> String {
     }
     match (&model.preview, &model.standing) {
         (Some(preview), _) => format!(
-            "Preview: with {} added, {:.4} mm RMS would be left. a adds it, Space goes back.",
-            preview.candidate, preview.rms_mm
+            "Preview: with {} added, {:.4} {} RMS would be left. a adds it, Space goes back.",
+            preview.candidate,
+            preview.rms_mm,
+            model.reading_unit()
         ),
         (None, Some(standing)) => standing.sentence.clone(),
         (None, None) => format!("Nothing is fitted to {}; j starts over.", model.files),
@@ -122,13 +124,18 @@ fn pointed(standing: &Standing, row: usize) -> Option<String> {
         false => String::new(),
     };
     let turned = known.size_deg.map_or_else(String::new, |size| format!(", turned by {size:.4} deg"));
-    let [x, y, z] = known.vector_mm;
+    let along = match known.vector_mm {
+        // An angle or a distance has no direction in space.
+        [0.0, 0.0, 0.0] => String::new(),
+        [x, y, z] => format!(" (x {x:.3}, y {y:.3}, z {z:.3})"),
+    };
     Some(format!(
-        "{} {} ({place} of {}): off by {:.3} mm (x {x:.3}, y {y:.3}, z {z:.3}){turned} at {}.{held_out}{weight}",
+        "{} {} ({place} of {}): off by {:.3} {}{along}{turned} at {}.{held_out}{weight}",
         standing.row_name,
         known.line,
         worst.len(),
-        known.size_mm,
+        known.size?,
+        standing.unit,
         pose.join(", ")
     ))
 }

@@ -40,7 +40,7 @@ impl Scale {
 
 /// Draws the fall.
 pub(crate) fn view(model: &ModelState, theme: &Theme, frame: &mut Frame, area: Rect) {
-    let inner = pane::open(frame, area, theme, "RMS of a point, mm", false);
+    let inner = pane::open(frame, area, theme, &format!("RMS of a point, {}", model.reading_unit()), false);
     let Some(standing) = &model.standing else { return };
     let width = usize::from(inner.width);
     let scale = scale(standing, width);

@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use plumb_calibration::measurement::ReadingUnit;
 use plumb_cell::event::{
     Correction, DeviceState, Event, NamedValue, PlannedStep, RunOutcome, StampedEvent, StepOutcome, StepPath,
 };
@@ -368,6 +369,7 @@ fn standing() -> Standing {
         verdict: "located".to_owned(),
         sentence: "The shoulder gives way under gravity; whether its joint or its link cannot be told from these poses."
             .to_owned(),
+        unit: ReadingUnit::Mm,
         floor_mm: Some(0.05),
         floor_source: "repeats".to_owned(),
         floor_of_a_point_mm: Some(0.0866),
@@ -439,7 +441,7 @@ fn residuals() -> Residuals {
             held_out: false,
             weight: 1.0,
             vector_mm: [error(row), 0.4 * noise(row), -error(row)],
-            size_mm: error(row).abs() * 2.0_f64.sqrt(),
+            size: Some(error(row).abs() * 2.0_f64.sqrt()),
             size_deg: None,
             point_mm: [spread(row, 17) * 2.0, spread(row, 23) * 2.0, 300.0],
             joints: (0..6).map(|joint| spread(row, 29 + 8 * joint)).collect(),

@@ -1,5 +1,6 @@
 //! The Model screen: the order of what it says, the chosen candidate's own plot, details, rows that are pointed out, and what asks before it is added.
 
+use plumb_calibration::measurement::ReadingUnit;
 use ratatui::crossterm::event::KeyCode;
 
 use super::fixtures::{examined, page, press};
@@ -246,7 +247,7 @@ fn numbers_that_are_none_and_rows_that_are_missing_break_no_plot() {
     let mut standing = standing(&state);
     for row in &mut standing.residuals.rows {
         row.vector_mm = [f64::NAN; 3];
-        row.size_mm = f64::INFINITY;
+        row.size = Some(f64::INFINITY);
         row.joints.clear();
     }
     for series in &mut standing.residuals.series {
@@ -285,5 +286,37 @@ fn nothing_of_the_lines_over_the_page_is_cut_without_a_mark_in_a_small_terminal(
         }
         let foot = page.lines().rev().nth(2).unwrap();
         assert!(foot.contains('\u{2026}'), "what is cut of the sentence is marked: {page}");
+    }
+}
+
+/// Of a table of tilts alone the page said mm where degrees are meant.
+#[test]
+fn of_a_table_of_angles_alone_every_error_is_in_degrees() {
+    for (width, height) in SIZES {
+        let mut state = examined();
+        let mut angles = standing(&state);
+        angles.unit = ReadingUnit::Deg;
+        for plot in &mut angles.plots {
+            plot.up.unit = "deg".to_owned();
+        }
+        for series in &mut angles.residuals.series {
+            series.shows = series.shows.replace(", mm", ", deg");
+        }
+        for row in &mut angles.residuals.rows {
+            row.vector_mm = [0.0; 3];
+        }
+        for line in [&mut angles.how_large, &mut angles.how_much, &mut angles.where_it_is] {
+            (line.full, line.short) = (line.full.replace(" mm", " deg"), line.short.replace(" mm", " deg"));
+        }
+        take(&mut state, angles);
+        let shown = page(&state, width, height);
+        for length in [" mm", ",mm", "mm\u{2502}"] {
+            assert!(!shown.contains(length), "{shown}");
+        }
+        assert!(shown.contains("RMS of a point, deg"), "{shown}");
+        assert!(shown.contains(" deg = ") || shown.contains("\u{b1}0.40 deg"), "{shown}");
+        press(&mut state, KeyCode::Enter);
+        let details = page(&state, width, height);
+        assert!(!details.contains(" mm") && details.contains("In its own plot: 0.1600 deg RMS"), "{details}");
     }
 }

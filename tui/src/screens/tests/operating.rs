@@ -521,7 +521,7 @@ fn the_scale_of_the_plots_follows_the_model_until_the_operator_steps_it() {
         state.model.as_ref().and_then(|model| model.standing.clone()).expect("the model was examined");
     let mut fall = |state: &mut State| {
         for row in &mut standing.residuals.rows {
-            row.size_mm *= 0.4;
+            row.size = row.size.map(|size| 0.4 * size);
         }
         update(state, Message::Lab(LabAnswer::Examined(Box::new(standing.clone()))));
     };
