@@ -52,6 +52,7 @@ mod reading_uncertainty;
 mod refused;
 mod remembering;
 mod rig_corrections;
+mod rows;
 mod schema;
 mod serial;
 mod shipped_plugins;

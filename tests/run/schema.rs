@@ -19,7 +19,7 @@ use serde_json::{Value, json};
 use crate::lab::Lab;
 
 /// With the plugins of the examples, which have cells of their own.
-fn schema(lab: &Lab, kind: &str) -> jsonschema::Validator {
+pub(crate) fn schema(lab: &Lab, kind: &str) -> jsonschema::Validator {
     let examples = concat!(env!("CARGO_MANIFEST_DIR"), "/../plugins/bridge/examples");
     let said = lab.plumb(&["schema", kind, "--plugins", examples]);
     assert_eq!(said.code(), 0, "{}", said.all());
@@ -74,7 +74,7 @@ fn files(folder: &Path) -> Vec<(PathBuf, Value)> {
     found
 }
 
-fn problems(validator: &jsonschema::Validator, value: &Value) -> Vec<String> {
+pub(crate) fn problems(validator: &jsonschema::Validator, value: &Value) -> Vec<String> {
     validator.iter_errors(value).map(|error| format!("{}: {error}", error.instance_path())).collect()
 }
 

@@ -309,8 +309,8 @@ pub(super) fn is_in_length(name: &str) -> bool {
     name.rsplit_once('_').is_some_and(|(_, unit)| length(unit).is_some())
 }
 
-/// A known header close to one that is not known: a slip of the pen worth a word.
-pub(super) fn near_miss(name: &str, joints: usize) -> Option<String> {
+/// Headers that are known, one of each kind, without those of joints.
+pub(super) fn known_headers() -> Vec<String> {
     let mut known: Vec<String> = [
         "on",
         "distance_to",
@@ -325,7 +325,10 @@ pub(super) fn near_miss(name: &str, joints: usize) -> Option<String> {
         "p1_x_mm",
         "p1_y_mm",
         "p1_z_mm",
+        "p1_qw",
         "p1_rx_rad",
+        "level",
+        "board",
         "board_x_mm",
         "board_y_mm",
         "board_z_mm",
@@ -339,6 +342,12 @@ pub(super) fn near_miss(name: &str, joints: usize) -> Option<String> {
     .map(str::to_owned)
     .to_vec();
     known.extend(SCALARS.iter().map(|scalar| scalar.header()));
+    known
+}
+
+/// A known header close to one that is not known: a slip of the pen worth a word.
+pub(super) fn near_miss(name: &str, joints: usize) -> Option<String> {
+    let mut known = known_headers();
     known.extend((1..=joints).map(|joint| format!("approach_q{joint}")));
     // Spreadsheets begin every cell with a capital.
     let lower = name.to_lowercase();

@@ -9,6 +9,7 @@ mod number;
 mod orientation;
 mod profile;
 mod read;
+mod row_column;
 pub mod scalar;
 mod stretch;
 mod text;
@@ -20,6 +21,7 @@ pub(crate) use naming::suggestion;
 pub use naming::{Naming, Rename};
 pub use orientation::{Body, OrientationColumns, OrientationForm, UNIT_TOLERANCE, quaternion};
 pub use profile::ProfileColumns;
+pub use row_column::RowColumn;
 pub use stretch::Stretch;
 pub use write::table_text;
 

@@ -1,5 +1,6 @@
 //! `row`: a row of the run's measurement table, for the model lab.
 
+use plumb_calibration::table::RowColumn;
 use plumb_document::{Key, Node, NodeValue, Span, did_you_mean};
 use serde_json::{Map, Value, json};
 
@@ -33,24 +34,7 @@ pub(crate) struct RowStep {
     pub(crate) words: Vec<(String, String, Span)>,
 }
 
-/// The model lab's columns of numbers that a row may have, beside those of targets (`p1_x_mm`).
-const NUMBERS: [&str; 10] = [
-    "height_mm",
-    "tilt_x_deg",
-    "tilt_y_deg",
-    "distance_mm",
-    "std_x_mm",
-    "std_y_mm",
-    "std_z_mm",
-    "payload_kg",
-    "temperature_c",
-    "repeat",
-];
-
-/// Its columns of words.
-const WORDS: [&str; 6] = ["on", "level", "board", "session", "touch", "distance_to"];
-
-/// Columns that say how it was measured, not what.
+/// Columns of a search that say how it was measured, not what.
 pub(super) const CIRCUMSTANCES: [&str; 3] = ["payload_kg", "temperature_c", "repeat"];
 
 fn read(node: &Node, context: &ReadContext<'_>) -> Option<RowStep> {
@@ -66,35 +50,64 @@ fn read(node: &Node, context: &ReadContext<'_>) -> Option<RowStep> {
         numbers: Vec::new(),
         words: Vec::new(),
     };
+    let mut measures = false;
     for (key, node) in entries {
         let what = format!("`{}`", key.name);
         match key.name.as_str() {
-            "robot" => row.robot = node.text(&what, context.problems)?.to_owned(),
+            "robot" => {
+                row.robot = node.text(&what, context.problems)?.to_owned();
+                row.robot_place = node.span;
+            }
             "joints_deg" | "joints_mm" => {}
-            name if WORDS.contains(&name) => {
-                row.words.push((key.name.clone(), node.text(&what, context.problems)?.to_owned(), node.span));
-            }
-            name if NUMBERS.contains(&name) || is_of_target(name) => {
-                row.numbers.push((key.name.clone(), context.expression(node, &what)?));
-            }
-            _ => unknown(key, context),
-        }
-        if key.name == "robot" {
-            row.robot_place = node.span;
+            _ => measures |= read_column(&mut row, key, node, context)?,
         }
     }
     if row.robot.is_empty() {
         context.problems.add(node.span, "a row needs the key `robot`", "");
         return None;
     }
-    let measures = |name: &str| !CIRCUMSTANCES.contains(&name) && !name.starts_with("std_");
-    if !row.numbers.iter().any(|(name, _)| measures(name))
-        && !row.words.iter().any(|(name, ..)| name == "touch")
-    {
-        let help = "give what was measured: `height_mm`, `tilt_x_deg`, `tilt_y_deg`, `distance_mm`, `touch`, or a point such as `p1_x_mm`, an orientation such as `p1_qw`, a board such as `board_x_mm`, a profile such as `profile_x_mm`";
-        context.problems.add(node.span, "this row measures nothing", help);
+    if !measures {
+        context.problems.add(node.span, "this row measures nothing", measured_help());
     }
     Some(row)
+}
+
+/// Reads a column by the model lab's own table of them, into the row. Whether it says what was measured: what is no column was meant to, and is reported once.
+/// Nothing of a value that is reported.
+fn read_column(row: &mut RowStep, key: &Key, node: &Node, context: &ReadContext<'_>) -> Option<bool> {
+    let what = format!("`{}`", key.name);
+    match RowColumn::of(&key.name) {
+        Ok(Some(RowColumn::Word)) => {
+            row.words.push((key.name.clone(), node.text(&what, context.problems)?.to_owned(), node.span));
+            Some(WORDS_THAT_MEASURE.contains(&key.name.as_str()))
+        }
+        Ok(Some(column)) => {
+            row.numbers.push((key.name.clone(), context.expression(node, &what)?));
+            Some(column == RowColumn::Reading)
+        }
+        Ok(None) => {
+            unknown(key, context);
+            Some(true)
+        }
+        Err(wrong) => {
+            context.problems.add(key.span, format!("a row has no column `{}`", key.name), wrong);
+            Some(true)
+        }
+    }
+}
+
+/// Words that are a measurement without any number: that a place was touched, and over which surface or edge the arm's own sensor triggered.
+const WORDS_THAT_MEASURE: [&str; 2] = ["touch", "on"];
+
+/// What a row may say, by the kinds of measurement themselves.
+fn measured_help() -> String {
+    let mut columns: Vec<String> = plumb_calibration::measurement::kinds()
+        .iter()
+        .filter(|kind| !kind.columns().is_empty())
+        .map(|kind| format!("`{}`", kind.columns()))
+        .collect();
+    columns.dedup();
+    format!("give what was measured, one of: {}", columns.join(", "))
 }
 
 fn read_joints(node: &Node, context: &ReadContext<'_>) -> JointTargets {
@@ -104,43 +117,10 @@ fn read_joints(node: &Node, context: &ReadContext<'_>) -> JointTargets {
     read_pair(&mut map, "joints_deg", "joints_mm", context)
 }
 
-/// `p1_x_mm` and so on, to `p9_z_mm`; their orientations, as quaternions (`p1_qw`) or rotation vectors (`p1_rx_rad`); the same of a `board` that a camera on
-/// the hand sees; a point of the profile that a laser line sensor sees (`profile_x_mm`, `profile3_z_mm`).
-fn is_of_target(name: &str) -> bool {
-    let parts: Vec<&str> = name.split('_').collect();
-    if let [point, "x" | "z", "mm"] = parts.as_slice()
-        && let Some(digits) = point.strip_prefix("profile")
-    {
-        return digits.len() < 4
-            && !digits.starts_with('0')
-            && digits.bytes().all(|byte| byte.is_ascii_digit());
-    }
-    let body = match parts.as_slice() {
-        [body, "x" | "y" | "z", "mm"]
-        | [body, "qw" | "qx" | "qy" | "qz"]
-        | [body, "rx" | "ry" | "rz", "rad"] => *body,
-        _ => return false,
-    };
-    let is_number = |number: &str| number.len() == 1 && ("1"..="9").contains(&number);
-    body == "board" || body.strip_prefix('p').is_some_and(is_number)
-}
-
 fn unknown(key: &Key, context: &ReadContext<'_>) {
-    let known = [
-        "robot",
-        "joints_deg",
-        "joints_mm",
-        "p1_x_mm",
-        "p1_y_mm",
-        "p1_z_mm",
-        "p1_qw",
-        "p1_rx_rad",
-        "board_x_mm",
-        "board_rx_rad",
-        "profile_x_mm",
-        "profile1_z_mm",
-    ];
-    let help = did_you_mean(&key.name, known.into_iter().chain(NUMBERS).chain(WORDS));
+    let columns = RowColumn::headers();
+    let known = ["robot", "joints_deg", "joints_mm"].into_iter().chain(columns.iter().map(String::as_str));
+    let help = did_you_mean(&key.name, known);
     context.problems.add(key.span, format!("a row has no column `{}`", key.name), help);
 }
 
@@ -190,12 +170,12 @@ impl StepKind for RowStep {
   "description": "A row of the run's measurement table, which `plumb show --table` gives to the model lab.",
   "type": "object",
   "required": ["robot"],
-  "propertyNames": {"anyOf": [{"pattern": "^(p[1-9]|board)_([xyz]_mm|q[wxyz]|r[xyz]_rad)$"}, {"pattern": "^profile([1-9][0-9]{0,2})?_[xz]_mm$"}, {"enum": ["robot", "joints_deg", "joints_mm", "on", "level", "board", "session", "touch", "distance_to", "repeat", "height_mm", "tilt_x_deg", "tilt_y_deg", "distance_mm", "std_x_mm", "std_y_mm", "std_z_mm", "payload_kg", "temperature_c", "p1_x_mm", "p1_y_mm", "p1_z_mm", "p2_x_mm", "p2_y_mm", "p2_z_mm", "p3_x_mm", "p3_y_mm", "p3_z_mm", "p4_x_mm", "p4_y_mm", "p4_z_mm"]}]},
+  "propertyNames": {"anyOf": [{"pattern": "^(p[1-9][0-9]{0,2}|board)_([xyz]_(mm|m|in)|q[wxyz]|r[xyz]_(rad|deg))$"}, {"pattern": "^(p[1-9][0-9]{0,2}_(azimuth|elevation)|tilt_[xy])_(deg|rad)$"}, {"pattern": "^(profile([1-9][0-9]{0,2})?_[xz]|height|distance|std_[xyz]|tvec_[xyz])_(mm|m|in)$"}, {"pattern": "^rvec_[xyz]_(rad|deg)$"}, {"enum": ["robot", "joints_deg", "joints_mm", "on", "level", "board", "session", "touch", "distance_to", "repeat", "height_mm", "tilt_x_deg", "tilt_y_deg", "distance_mm", "std_x_mm", "std_y_mm", "std_z_mm", "payload_kg", "temperature_c", "p1_x_mm", "p1_y_mm", "p1_z_mm", "p1_azimuth_deg", "p1_elevation_deg", "p2_x_mm", "p2_y_mm", "p2_z_mm", "p3_x_mm", "p3_y_mm", "p3_z_mm", "p4_x_mm", "p4_y_mm", "p4_z_mm"]}]},
   "properties": {
     "robot": {"$ref": "#/definitions/text"},
     "joints_deg": {"description": "Joints that were read where the arm is not any more.", "$ref": "#/definitions/joint_numbers"},
     "joints_mm": {"description": "Joints that were read where the arm is not any more.", "$ref": "#/definitions/joint_numbers"},
-    "on": {"description": "The surface of the model file that `height_mm` is over.", "$ref": "#/definitions/text"},
+    "on": {"description": "The surface of the model file that `height_mm` is over, or over which the arm's own sensor triggered.", "$ref": "#/definitions/text"},
     "level": {"description": "The level of the model file that was read.", "$ref": "#/definitions/text"},
     "board": {"description": "Which of the model file's boards the camera sees.", "$ref": "#/definitions/text"},
     "session": {"$ref": "#/definitions/text"},
