@@ -44,6 +44,8 @@ pub(crate) struct Score {
     pub(crate) beside: Vec<f64>,
     /// Expected size.
     pub(crate) size: Size,
+    /// Whether some of its numbers could not be seen at any plausible size: these are zero in `values`.
+    pub(crate) has_unseen: bool,
     /// Whether the values are those of a real machine, within two standard errors.
     pub(crate) plausible: bool,
     /// Share of its squares the fitted parameters swallow.
@@ -145,13 +147,20 @@ pub(super) fn information(own: &DMatrix<f64>, beyond: &DMatrix<f64>) -> DMatrix<
     in_units(&clean, &own.diagonal().map(|square| square.max(0.0).sqrt()))
 }
 
-/// Whether an effect could be seen at all at the greatest plausible size.
-fn is_visible(effect: &dyn Effect, beyond: &DMatrix<f64>, noise: Noise) -> bool {
+/// The squared number of standard errors by which each of an effect's numbers would show at its greatest plausible size, variances.
+fn shown_at_most(effect: &dyn Effect, beyond: &DMatrix<f64>) -> Vec<f64> {
     let widest = effect.parameters().iter().map(|one| one.range.0.abs().max(one.range.1.abs()));
-    let squares: f64 =
-        widest.enumerate().map(|(index, range)| range * range * beyond[(index, index)].max(0.0)).sum();
-    // Its squares at the greatest size are the squared number of standard errors by which it would show.
-    squares >= VISIBLE_VARIANCES * noise.variance
+    widest.enumerate().map(|(index, range)| range * range * beyond[(index, index)].max(0.0)).collect()
+}
+
+/// What is left of a candidate beyond the fitted parameters without the numbers that could not be seen at any plausible size, and whether there are any: their
+/// estimates would be noise divided by next to nothing, as of a creep along a plane whose heights are measured.
+fn without_unseen(beyond: &DMatrix<f64>, shown: &[f64], noise: Noise) -> (DMatrix<f64>, bool) {
+    let unseen = |index: usize| shown.get(index).is_some_and(|squares| *squares < UNSEEN * noise.variance);
+    let seen = DMatrix::from_fn(beyond.nrows(), beyond.ncols(), |row, column| {
+        if unseen(row) || unseen(column) { 0.0 } else { beyond[(row, column)] }
+    });
+    (seen, (0..beyond.nrows()).any(unseen))
 }
 
 /// Whether values lie within an effect's plausible ranges, give or take two standard errors.
@@ -181,6 +190,10 @@ fn f_test(gain: f64, freedom: usize, noise: Noise) -> ((f64, f64), f64) {
     ((left, below), f_tail(gain / freedom as f64 / (left / below), freedom as f64, below))
 }
 
+/// A number that shows less than this at its greatest plausible size is taken as zero beside others of its effect (variances). Why: its range is then a third of a
+/// standard error, so that its estimate says nothing; and of a curve, 40 pieces that show no more each are needed to show as a whole.
+const UNSEEN: f64 = 0.1;
+
 /// Fraction of the squares that is taken to be left whatever a score promises.
 const LEAST_LEFT: f64 = 0.01;
 
@@ -195,16 +208,19 @@ fn score_one(
 ) -> Score {
     let units = units(own);
     let (mut inverse, mut freedom) = information_inverse(beyond, &units);
+    let shown = shown_at_most(probe.effect.as_ref(), beyond);
     // An effect that could not be seen at any plausible size is no candidate.
-    if !is_visible(probe.effect.as_ref(), beyond, noise) {
+    if shown.iter().sum::<f64>() < VISIBLE_VARIANCES * noise.variance {
         freedom = 0;
         inverse.fill(0.0);
     }
     let estimate = &inverse * score;
     let gain = score.dot(&estimate).max(0.0);
     let (left, p) = f_test(gain, freedom, noise);
-    let covariance = &inverse * (left.0 / left.1);
-    let values: Vec<f64> = estimate.iter().copied().collect();
+    let (seen, has_unseen) = without_unseen(beyond, &shown, noise);
+    let of_seen = if has_unseen && freedom > 0 { information_inverse(&seen, &units).0 } else { inverse };
+    let covariance = &of_seen * (left.0 / left.1);
+    let values: Vec<f64> = (&of_seen * score).iter().copied().collect();
     let first = probe.effect.parameters().first().map_or(1.0, |parameter| parameter.unit.factor);
     // Of several parameters the mean square: a wave has the same strength whatever its phase.
     let length = own.diagonal().map(|square| square.max(0.0)).sum().sqrt();
@@ -215,6 +231,7 @@ fn score_one(
         p,
         size: probe.effect.size(&values, &covariance),
         plausible: is_plausible(probe.effect.as_ref(), &values, &covariance),
+        has_unseen,
         values,
         covariance,
         beside: Vec::new(),

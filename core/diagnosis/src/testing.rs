@@ -139,6 +139,7 @@ pub(crate) fn contender(name: &str, joint: usize, bic: f64) -> Contender {
         covariance: one.clone(),
         beside: Vec::new(),
         size: Size { value: 1.0, unit: "deg", error: 0.01 },
+        has_unseen: false,
         plausible: true,
         absorbed: 0.0,
         strength: 1.0,

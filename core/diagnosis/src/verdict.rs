@@ -383,6 +383,10 @@ impl Finding<'_> {
     }
 
     fn size(&self, contender: &Contender) -> Size {
+        // A refit frees every number, also those that no plausible size of them could show.
+        if contender.score.has_unseen {
+            return contender.score.size;
+        }
         let built = effect::build(&contender.id, self.stage.fitted.machine.model);
         built.map_or(contender.score.size, |effect| effect.size(&contender.values, &contender.covariance))
     }

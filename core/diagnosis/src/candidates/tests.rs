@@ -23,6 +23,7 @@ fn scored(gain: f64) -> Score {
         covariance: DMatrix::zeros(1, 1),
         beside: Vec::new(),
         size: Size { value: 0.0, unit: "", error: 0.0 },
+        has_unseen: false,
         plausible: true,
         absorbed: 0.0,
         strength: 1.0,
