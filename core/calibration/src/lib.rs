@@ -14,6 +14,7 @@ mod opened;
 pub mod placeholders;
 pub mod prediction;
 pub mod profile_table;
+mod reading_unit;
 pub mod revision;
 mod suggestion;
 pub mod table;

@@ -29,6 +29,7 @@ mod touch;
 mod trigger;
 mod unit;
 
+pub use crate::reading_unit::{ReadingUnit, RmsError};
 pub use error::ObservationsError;
 pub use kind::{Equation, Measurand, MeasurementKind, Prediction, RowContext, SensorShift, Subject};
 pub use library::kinds;
@@ -36,4 +37,3 @@ pub(crate) use noise::NoiseGroup;
 pub use noise::{NoiseSource, ReadingNoise};
 pub use observations::Observations;
 pub use row::RowReader;
-pub use unit::{ReadingUnit, RmsError};

@@ -6,7 +6,7 @@ use thiserror::Error;
 
 use crate::arm_model::{Model, Revision};
 use crate::file::{ModelFileError, model_text};
-use crate::measurement::RmsError;
+use crate::reading_unit::RmsError;
 
 /// Why a revision cannot be read or written.
 #[derive(Debug, Error)]
@@ -193,7 +193,7 @@ impl Family {
 mod tests {
     use super::*;
 
-    use crate::measurement::ReadingUnit;
+    use crate::reading_unit::ReadingUnit;
 
     const ARM: &str =
         "arm: arm\nconvention: distal\njoints: [{name: one, a_mm: 100}]\ntargets: {p1: {}}\neffects: []\n";

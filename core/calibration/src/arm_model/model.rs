@@ -12,7 +12,7 @@ use super::sensor::Sensor;
 use super::stripe_rig::StripeRig;
 use super::surface::SurfaceShape;
 use crate::effect::{Definition, EffectId, Spot};
-use crate::measurement::RmsError;
+use crate::reading_unit::RmsError;
 use crate::table::scalar::Scalar;
 
 /// A named point fixed in the flange's frame, mm; with axes of its own where it is a body or a camera.

@@ -2,7 +2,7 @@
 
 use super::raw::{RawMeasuredFrom, RawRevision};
 use crate::arm_model::{MeasuredFrom, Revision};
-use crate::measurement::{ReadingUnit, RmsError};
+use crate::reading_unit::{ReadingUnit, RmsError};
 
 pub(super) fn measured_from(raw: RawMeasuredFrom) -> MeasuredFrom {
     match raw {

@@ -3,8 +3,8 @@
 use serde::Serialize;
 
 use super::observations::Observations;
-use super::unit::ReadingUnit;
 use crate::arm_model::Model;
+use crate::reading_unit::ReadingUnit;
 
 /// Who says how noisy a kind of reading is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]

@@ -6,8 +6,9 @@ use super::error::ObservationsError;
 use super::kind::Equation;
 use super::library::kinds;
 use super::row::RowReader;
-use super::unit::{ReadingUnit, unit_of};
+use super::unit::unit_of;
 use crate::arm_model::{Model, TouchDistance};
+use crate::reading_unit::ReadingUnit;
 use crate::table::{Table, suggestion};
 
 /// A known distance between two touched places.
