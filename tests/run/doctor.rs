@@ -46,6 +46,35 @@ fn what_is_wrong_is_told_with_how_to_mend_it_and_ends_with_one() {
     assert_eq!((json.code(), wrong), (1, 2), "{}", json.out());
 }
 
+/// Ten plugins that nobody had built, nor needed, were ten things wrong; of a program alone the plugins that are not there were one.
+#[test]
+fn a_plugin_that_is_not_built_is_wrong_only_for_a_cell_that_needs_it() {
+    let lab = Lab::new();
+    let spare = lab.path("plugins/spare");
+    fs::create_dir_all(&spare).unwrap();
+    let manifest = "id: spare\ntitle: Not built\nversion: 0.1.0\ncontract: [1, 0]\nkind: sensor\nlibrary: libspare.so\nquantities: []\n";
+    fs::write(spare.join("plugin.yaml"), manifest).unwrap();
+    let doctor = || lab.plumb(&["doctor", "cell.yaml", "--plugins", "plugins"]);
+    let fine = doctor();
+    assert_eq!(fine.code(), 0, "{}", fine.all());
+    assert!(
+        fine.out()
+            .contains("plugins        note   not built: spare; a cell needs that of each of its devices"),
+        "{}",
+        fine.out()
+    );
+    assert!(
+        fine.out().contains("cargo build --release") && fine.out().ends_with("nothing is wrong\n"),
+        "{}",
+        fine.out()
+    );
+    lab.edit("cell.yaml", "plugin: ir-proximity", "plugin: spare");
+    let needed = doctor();
+    assert_eq!(needed.code(), 1, "{}", needed.all());
+    assert!(needed.out().contains("library libspare.so of plugin 'spare' is not there"), "{}", needed.out());
+    assert!(needed.out().ends_with("one thing is wrong\n"), "{}", needed.out());
+}
+
 #[test]
 fn a_cell_file_that_is_not_there_is_named() {
     let lab = Lab::new();

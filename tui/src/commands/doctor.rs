@@ -57,7 +57,7 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
     findings.extend(processes::look());
     findings.extend(serial_ports::look(&arguments.cells));
     findings.extend(terminal::look());
-    findings.extend(plugins::look(&arguments.plugins));
+    findings.extend(plugins::look(&arguments.plugins, &arguments.cells));
     findings.extend(record::look(arguments.record.as_ref()));
     if let Some(address) = &arguments.database {
         findings.extend(database::look(address, arguments.record.as_ref())?);
