@@ -78,7 +78,7 @@ pub struct TypicalPace {
     /// Full speed of a joint that slides, mm/s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mm_per_s: Option<f64>,
-    /// How long a move takes beside the motion itself: to be told to the robot, and to be known to have ended, s.
+    /// How long a move takes beside the motion itself: to be sent to the robot, and to be known to have ended, s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub command_s: Option<f64>,
 }
@@ -175,7 +175,7 @@ const WORDS: &[(&str, &str)] = &[
     ("typical.mm_per_s", "Full speed of a joint that slides."),
     (
         "typical.command_s",
-        "How long a move takes beside the motion itself: to be told to the robot, and to be known to have ended.",
+        "How long a move takes beside the motion itself: to be sent to the robot, and to be known to have ended.",
     ),
     (
         "config",
@@ -300,9 +300,16 @@ impl Manifest {
         }
     }
 
+    /// Whether it is of this kind; a kind that could not be read may be any, and has been reported.
+    fn may_be(&self, kind: DeviceKind, root: &Node) -> bool {
+        let written = root.get("kind").map(|node| &node.value);
+        let is_known = |known: DeviceKind| written == Some(&NodeValue::Text(known.to_string()));
+        self.kind == kind || ![DeviceKind::Robot, DeviceKind::Sensor].into_iter().any(is_known)
+    }
+
     /// What is listed of readings and lines.
     fn check_lists(&self, root: &Node, problems: &Problems) {
-        if self.quantities.is_some() && self.kind != DeviceKind::Sensor {
+        if self.quantities.is_some() && !self.may_be(DeviceKind::Sensor, root) {
             let help = "only a sensor's readings carry quantities: take it away";
             problems.add(root.span_at(&["quantities"]), "a robot lists `quantities`", help);
         }
@@ -318,7 +325,7 @@ impl Manifest {
                 problems.add(node.span_at(&["name"]), message, help);
             }
         }
-        if self.joints.is_some() && self.kind != DeviceKind::Robot {
+        if self.joints.is_some() && !self.may_be(DeviceKind::Robot, root) {
             let help = "only a robot has joints: take it away";
             problems.add(root.span_at(&["joints"]), "a sensor lists `joints`", help);
         }
@@ -332,7 +339,7 @@ impl Manifest {
 
     fn check_typical(&self, root: &Node, problems: &Problems) {
         let Some(typical) = self.typical else { return };
-        if self.kind != DeviceKind::Robot {
+        if !self.may_be(DeviceKind::Robot, root) {
             problems.add(root.span_at(&["typical"]), "a sensor has no `typical` pace", "take it away");
             return;
         }
@@ -349,7 +356,7 @@ impl Manifest {
 
     fn check_time_limit(&self, root: &Node, problems: &Problems) {
         let Some(limit) = self.read_time_limit_s.filter(|limit| !limit.is_nan()) else { return };
-        if self.kind != DeviceKind::Sensor || limit <= 0.0 || limit > LONGEST_READING_S {
+        if !self.may_be(DeviceKind::Sensor, root) || limit <= 0.0 || limit > LONGEST_READING_S {
             problems.add(
                 root.span_at(&["read_time_limit_s"]),
                 format!("`read_time_limit_s` is {limit}"),
@@ -531,6 +538,22 @@ config:
             assert!(message.contains(told), "{told}: {message}");
         }
         assert_eq!(message.matches("plugin.yaml:").count(), 4, "{message}");
+    }
+
+    /// `a robot lists quantities` was said beside it.
+    #[test]
+    fn a_slip_in_the_kind_is_one_mistake_whatever_else_the_manifest_lists() {
+        for more in [
+            "quantities: [{name: height, unit: mm}]\n",
+            "read_time_limit_s: 3\n",
+            "joints: []\n",
+            "typical: {command_s: 0.1}\n",
+        ] {
+            let text = GOOD.replace("kind: sensor", "kind: sensr").replace("quantities: []\n", "") + more;
+            let message = Manifest::parse(&text, "plugin.yaml").unwrap_err().to_string();
+            assert!(message.contains("`kind` is `sensr`, which is not known"), "{message}");
+            assert_eq!(message.matches("plugin.yaml:").count(), 1, "{more}: {message}");
+        }
     }
 
     #[test]
