@@ -36,7 +36,9 @@ impl Checker<'_> {
         let target = self.target(&target);
         let sensor = self.sensor(&raw.sensor, target.white);
         let scene = Scene { table: self.table(&raw.table), target, sensor };
-        let arm = self.teachmover(&arm);
+        let typed = arm;
+        let arm = self.teachmover(&typed);
+        self.require_firm(&arm.mechanism.machine(), &typed.droop);
         self.require_free(&arm, scene.table.solid, start);
         let instruments = self.instruments(&raw.instruments);
         Some(WorldDescription {

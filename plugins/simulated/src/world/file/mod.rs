@@ -6,6 +6,7 @@
 
 mod check;
 pub(crate) mod error;
+mod firmness;
 mod raw;
 pub(crate) mod seal;
 pub(crate) mod typed;
