@@ -37,6 +37,21 @@ pub struct Publisher {
     signal: Signal,
 }
 
+/// What `create` makes, asked again while every place is taken and `wait`, which waits a little, says that it is not time to give up. After the last wait it is
+/// asked once more.
+fn once_there_is_a_place<T>(
+    mut create: impl FnMut() -> Result<T, PublisherCreateError>,
+    mut wait: impl FnMut() -> bool,
+) -> Result<T, PublisherCreateError> {
+    let mut goes_on = true;
+    loop {
+        match create() {
+            Err(PublisherCreateError::ExceedsMaxSupportedPublishers) if goes_on => goes_on = wait(),
+            other => return other,
+        }
+    }
+}
+
 impl Publisher {
     pub(crate) fn open(
         node: &Node,
@@ -54,15 +69,12 @@ impl Publisher {
                 .max_loaned_samples(1)
                 .create()
         };
-        let mut port = create();
         let given_up = Instant::now() + TAKING_OVER_TIME;
-        while matches!(port, Err(PublisherCreateError::ExceedsMaxSupportedPublishers))
-            && Instant::now() < given_up
-        {
+        let port = once_there_is_a_place(create, || {
             thread::sleep(TAKING_OVER_TIME / 100);
             node.clean_after_the_dead();
-            port = create();
-        }
+            Instant::now() < given_up
+        });
         let port = port.map_err(|error| OpenError::new(&what, error))?;
         let signal = Signal::open(node, &stream_signal(&name))?;
         Ok(Self { stream: name, shape, sequence: 0, port, signal })
@@ -158,4 +170,37 @@ pub(crate) fn stream_service(
         .max_nodes(MAX_NODES)
         .open_or_create_with_attributes(&attributes)
         .map_err(|error| OpenError::new(&what, error))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TAKEN: Result<u32, PublisherCreateError> = Err(PublisherCreateError::ExceedsMaxSupportedPublishers);
+
+    /// What comes of answers in turn where so many waits go on, and how often was waited.
+    fn asked(
+        answers: &[Result<u32, PublisherCreateError>],
+        waits: u32,
+    ) -> (Result<u32, PublisherCreateError>, u32) {
+        let (mut answers, mut waited) = (answers.iter(), 0);
+        let made = once_there_is_a_place(
+            || *answers.next().unwrap(),
+            || {
+                waited += 1;
+                waited < waits
+            },
+        );
+        (made, waited)
+    }
+
+    #[test]
+    fn a_place_that_becomes_free_while_it_is_waited_for_is_taken() {
+        assert_eq!(asked(&[Ok(1)], 9), (Ok(1), 0), "a free place is not waited for");
+        assert_eq!(asked(&[TAKEN, TAKEN, Ok(2)], 9), (Ok(2), 2));
+        assert_eq!(asked(&[TAKEN, TAKEN, Ok(3)], 2), (Ok(3), 2), "also after the last wait");
+        assert_eq!(asked(&[TAKEN; 3], 2), (TAKEN, 2), "then it is refused");
+        let other = Err(PublisherCreateError::UnableToCreateDataSegment);
+        assert_eq!(asked(&[TAKEN, other], 9), (other, 1), "what waiting does not mend is said at once");
+    }
 }

@@ -569,15 +569,22 @@ steps:
 
 #[test]
 fn whoever_decides_about_a_failed_step_may_take_longer_than_the_step_had() {
-    let steps = "
+    const TIME_LIMIT_S: f64 = 0.05;
+    let steps = format!(
+        "
 steps:
-  - {id: ready, do: {prompt: {text: Ready?}}, time_limit_s: 0.05}
-  - {id: after, do: {compute: {values: {x: 1}}}}
-";
-    let (outcome, events, place, _) = run_attended(steps, |event, handle| {
+  - {{id: ready, do: {{prompt: {{text: Ready?}}}}, time_limit_s: {TIME_LIMIT_S}}}
+  - {{id: after, do: {{compute: {{values: {{x: 1}}}}}}}}
+"
+    );
+    let (outcome, events, place, _) = run_attended(&steps, |event, handle| {
         let Event::PromptAsked { prompt } = event else { return };
         if let PromptKind::Decision { .. } = &prompt.kind {
-            std::thread::sleep(std::time::Duration::from_millis(300));
+            // Longer than the step had, however long that takes here.
+            let asked = std::time::Instant::now();
+            while asked.elapsed().as_secs_f64() <= 2.0 * TIME_LIMIT_S {
+                std::thread::yield_now();
+            }
             let answer = Answer::Decision { decision: Decision::Skip };
             handle.send(Command::Answer { prompt: prompt.id, answer, by: "ada".to_owned() });
         }
