@@ -307,7 +307,7 @@ const FAULTS: &[Fault] = &[
         kind: "robot",
         from: "    *state = state_now(arm, 0);\n    return PLUMB_OK;\n}\n\n/* Brings",
         to: "    *state = state_now(arm, 1);\n    return PLUMB_OK;\n}\n\n/* Brings",
-        check: "a move ends where it was told to",
+        check: "a move ends at its target",
         told: "returns while it still moves",
     },
     Fault {
@@ -328,7 +328,7 @@ const FAULTS: &[Fault] = &[
         kind: "robot",
         from: "+ way[joint] * (step / steps)",
         to: "+ (joint == 1 ? 0.1 : 1) * way[joint] * (step / steps)",
-        check: "a move ends where it was told to",
+        check: "a move ends at its target",
         told: "slide ends at",
     },
     Fault { kind: "robot", from: ROBOT_STOP, to: "if (0) {", check: "a stop ends a move in time", told: "" },
@@ -378,9 +378,9 @@ fn checks_that_move_a_robot_wait_for_leave() {
     let checked = own.plumb(&["plugins", "check", "."]);
     assert_eq!(checked.code(), 0, "{}", checked.all());
     let out = checked.out();
-    assert!(out.contains("skipped  a move ends where it was told to: it would move the robot"), "{out}");
+    assert!(out.contains("skipped  a move ends at its target: it would move the robot"), "{out}");
     assert!(out.contains("to check how it moves, keep clear of it and add --move"), "{out}");
-    assert!(out.contains("passed   it stands when it is read"), "{out}");
+    assert!(out.contains("passed   it is at rest when it is read"), "{out}");
 }
 
 #[test]
@@ -488,5 +488,5 @@ fn an_axis_of_ophyd_conforms() {
     }
     let checked = own.plumb(&["plugins", "check", ".", "--move"]);
     assert_eq!(checked.code(), 0, "{}", checked.all());
-    assert!(checked.out().contains("passed   a move ends where it was told to"), "{}", checked.out());
+    assert!(checked.out().contains("passed   a move ends at its target"), "{}", checked.out());
 }

@@ -52,6 +52,9 @@ enum Flaw {
     ClockRunsBack,
     DoesNotCloseTheMove,
     IgnoresTheStop,
+    /// As on a machine that was busy just then.
+    IsLateToStopOnce,
+    IsLateToStop,
     ForgetsTheStop,
     ReturnsWhileItMoves,
     ReadsAsNotANumber,
@@ -71,6 +74,8 @@ struct TestRobot {
     flaw: Flaw,
     joints: JointVector,
     reads: u64,
+    /// Moves that ended because of a stop.
+    stopped: u32,
     /// How often it was told to stop, in all robots of a report.
     stops: Arc<AtomicU32>,
 }
@@ -80,7 +85,7 @@ const TIME_OF_DAY_NS: u64 = 1_780_000_000_000_000_000;
 
 impl TestRobot {
     fn new(host: Host, flaw: Flaw) -> Self {
-        Self { host, flaw, joints: JointVector::zeros(3), reads: 0, stops: Arc::default() }
+        Self { host, flaw, joints: JointVector::zeros(3), reads: 0, stopped: 0, stops: Arc::default() }
     }
 
     fn now_ns(&self) -> u64 {
@@ -94,6 +99,19 @@ impl TestRobot {
 
     fn state(&self, moving: bool) -> JointState {
         JointState::new(self.now_ns(), self.joints, moving)
+    }
+
+    /// Takes longer than 300 ms and its 20 ms where it is late.
+    fn come_to_rest(&mut self) {
+        let is_late = match self.flaw {
+            Flaw::IsLateToStop => true,
+            Flaw::IsLateToStopOnce => self.stopped == 0,
+            _ => false,
+        };
+        if is_late {
+            std::thread::sleep(Duration::from_millis(400));
+        }
+        self.stopped += 1;
     }
 
     fn end_of(&self, motion: &Motion) -> JointVector {
@@ -169,7 +187,7 @@ impl Robot for TestRobot {
             if self.flaw == Flaw::IgnoresTheStop || self.flaw == Flaw::ForgetsTheStop && step == 1 {
                 std::thread::sleep(Duration::from_millis(5));
             } else {
-                self.host.wait(Duration::from_millis(5))?;
+                self.host.wait(Duration::from_millis(5)).inspect_err(|_| self.come_to_rest())?;
             }
             for joint in 0..3 {
                 let part = if step as f64 == steps { 1.0 } else { step as f64 / steps };
@@ -254,29 +272,37 @@ fn a_manifest_that_lists_other_lines_joints_or_quantities_than_are_described_fai
 fn each_flaw_fails_the_check_that_names_it() {
     for (flaw, check) in [
         (Flaw::RangeUpsideDown, "its description makes sense"),
-        (Flaw::ReadsAsMoving, "it stands when it is read"),
+        (Flaw::ReadsAsMoving, "it is at rest when it is read"),
         (Flaw::ReadsAsMoving, "it is at rest before anything is asked of it"),
-        (Flaw::EndsBesideTheTarget, "a move ends where it was told to"),
+        (Flaw::EndsBesideTheTarget, "a move ends at its target"),
         (Flaw::TakesRelativeForAbsolute, "a relative move adds to where the joints are"),
         (Flaw::MovesEveryJoint, "joints that take no part stay where they are"),
         (Flaw::SaysNothingAtTheEnd, "its joint stream ends at rest where the move ended"),
         (Flaw::ClockRunsBack, "its times never go back"),
         (Flaw::DoesNotCloseTheMove, "its input stream closes every move"),
         (Flaw::IgnoresTheStop, "a stop ends a move in time"),
+        (Flaw::IsLateToStop, "a stop ends a move in time"),
         (Flaw::ForgetsTheStop, "a stop holds until it is activated again"),
-        (Flaw::ReturnsWhileItMoves, "a move ends where it was told to"),
-        (Flaw::ReadsAsNotANumber, "it stands when it is read"),
-        (Flaw::EndsAtNotANumber, "a move ends where it was told to"),
+        (Flaw::ReturnsWhileItMoves, "a move ends at its target"),
+        (Flaw::ReadsAsNotANumber, "it is at rest when it is read"),
+        (Flaw::EndsAtNotANumber, "a move ends at its target"),
         (Flaw::TimesAreZero, "its times are those of the cell's clock"),
         (Flaw::TimesAreOfTheDay, "its times are those of the cell's clock"),
         (Flaw::TimesStandStill, "its times are those of the cell's clock"),
         (Flaw::InputsCannotBeRead, "its input lines can be read at rest"),
         (Flaw::EmitsWhatIsNotDeclared, "it emits what its manifest declares"),
-        (Flaw::Panics, "it stands when it is read"),
+        (Flaw::Panics, "it is at rest when it is read"),
     ] {
         let report = check_robot(ROBOT_MANIFEST, |host| Ok(TestRobot::new(host, flaw)));
         assert!(failures(&report).contains(&check), "{flaw:?} passed '{check}':\n{report}");
     }
+}
+
+/// On a machine with ten programs for every processor a good robot failed now and then.
+#[test]
+fn a_stop_that_is_late_once_is_tried_again() {
+    let report = check_robot(ROBOT_MANIFEST, |host| Ok(TestRobot::new(host, Flaw::IsLateToStopOnce)));
+    assert!(!failures(&report).contains(&"a stop ends a move in time"), "{report}");
 }
 
 #[test]
@@ -287,7 +313,7 @@ fn a_robot_that_blocks_for_longer_than_its_host_would_wait_is_named_with_both_ti
         let is_third = first.fetch_add(1, Ordering::Relaxed) == 2;
         Ok(TestRobot::new(host, if is_third { Flaw::BlocksInARead } else { Flaw::None }))
     });
-    assert_eq!(failures(&report), ["it stands when it is read"], "{report}");
+    assert_eq!(failures(&report), ["it is at rest when it is read"], "{report}");
     assert!(report.to_string().contains("'read joints' took 5.2 s; it may take 5.0 s"), "{report}");
 }
 
@@ -297,7 +323,7 @@ fn a_robot_is_stopped_after_a_check_that_failed() {
     let report = check_robot(ROBOT_MANIFEST, |host| {
         Ok(TestRobot { stops: Arc::clone(&stops), ..TestRobot::new(host, Flaw::ReturnsWhileItMoves) })
     });
-    assert_eq!(failures(&report), ["a move ends where it was told to"], "{report}");
+    assert_eq!(failures(&report), ["a move ends at its target"], "{report}");
     // One more for each of the two checks that interrupt a move.
     assert_eq!(stops.load(Ordering::Relaxed), 3);
 }
@@ -329,7 +355,7 @@ fn a_failure_teaches_what_the_contract_says_and_what_to_change() {
 #[test]
 fn nothing_more_is_asked_of_a_robot_that_could_not_be_stopped() {
     let report = check_robot(ROBOT_MANIFEST, |host| Ok(TestRobot::new(host, Flaw::NeverEndsMoving)));
-    assert_eq!(failures(&report), ["a move ends where it was told to"], "{report}");
+    assert_eq!(failures(&report), ["a move ends at its target"], "{report}");
     let text = report.to_string();
     assert!(
         text.contains(

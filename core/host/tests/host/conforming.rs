@@ -32,8 +32,8 @@ fn a_robot_that_hangs_or_dies_does_not_conform() {
     let report = check_robot(bus, &arguments, command);
     assert!(!report.is_good());
     let text = report.to_string();
-    assert!(text.contains("passed   it stands when it is read"), "{text}");
-    let failed = "FAILED   a move ends where it was told to: the host of arm was ended by SIGABRT";
+    assert!(text.contains("passed   it is at rest when it is read"), "{text}");
+    let failed = "FAILED   a move ends at its target: the host of arm was ended by SIGABRT";
     assert!(text.contains(failed), "{text}");
 }
 

@@ -206,7 +206,9 @@ fn limits(
         return Ok(None);
     }
     if does == Does::Turns && lower.abs().max(upper.abs()) > 30.0 {
-        let reason = format!("its limits {lower} and {upper} look like degrees: URDF counts in radians");
+        let reason = format!(
+            "its limits {lower} and {upper} look like degrees: URDF counts in radians, and a joint that does turn so often is of the type `continuous`"
+        );
         return refuse(&limit, element, reason);
     }
     if does == Does::Slides && lower.abs().max(upper.abs()) > LONGEST_M {

@@ -58,17 +58,17 @@ const LESSONS: &[(&str, Lesson)] = &[
         },
     ),
     (
-        "it stands when it is read",
+        "it is at rest when it is read",
         Lesson {
             contract: "`read_joints` answers within 5 s, with as many finite numbers as there are joints, and `moving` 0 while nothing moves",
             change: "read the controller's own state, in rad and mm; give an error where it does not answer",
         },
     ),
     (
-        "a move ends where it was told to",
+        "a move ends at its target",
         Lesson {
             contract: "`move_joints` returns when the robot is at rest at its target, to the resolution it describes; joints are rad and mm",
-            change: "wait until the controller says that it stands; convert units on both ways; describe the true resolution",
+            change: "wait until the controller says that it is at rest; convert units on both ways; describe the true resolution",
         },
     ),
     (

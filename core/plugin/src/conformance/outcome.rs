@@ -97,9 +97,8 @@ mod tests {
         for (words, cause) in CAUSES {
             assert!(lesson(cause).is_some(), "{words}");
         }
-        let taught = |how: &str| {
-            row_in_words("a move ends where it was told to", &CheckOutcome::Failed(how.to_owned()))
-        };
+        let taught =
+            |how: &str| row_in_words("a move ends at its target", &CheckOutcome::Failed(how.to_owned()));
         for (how, contract) in [
             (
                 "the driver emits on 'extra', which its plugin.yaml does not declare",

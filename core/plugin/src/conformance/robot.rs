@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use super::CheckOutcome;
 use super::names::{WRITABLE, can_be_written};
@@ -77,8 +77,8 @@ pub type RobotCheck = (&'static str, fn(&mut dyn RobotBench) -> Result<CheckOutc
 pub const ROBOT_CHECKS: &[RobotCheck] = &[
     ("it is at rest before anything is asked of it", comes_to_rest_first),
     ("its description makes sense", description_makes_sense),
-    ("it stands when it is read", stands_when_read),
-    ("a move ends where it was told to", move_ends_where_told),
+    ("it is at rest when it is read", stands_when_read),
+    ("a move ends at its target", move_ends_where_told),
     ("a relative move adds to where the joints are", relative_move_adds),
     ("joints that take no part stay where they are", others_stay),
     ("its joint stream ends at rest where the move ended", stream_ends_at_rest),
@@ -94,7 +94,7 @@ pub const ROBOT_CHECKS: &[RobotCheck] = &[
 const AT_REST: [&str; 4] = [
     "it is at rest before anything is asked of it",
     "its description makes sense",
-    "it stands when it is read",
+    "it is at rest when it is read",
     "its input lines can be read at rest",
 ];
 
@@ -127,6 +127,9 @@ pub fn not_run() -> CheckOutcome {
 /// comes on top.
 const STOP_NOTICED: Duration = Duration::from_millis(300);
 
+/// How often a stop is tried whose move ends late: a busy machine makes a stop late, never early, so that the best of a few says what the robot does.
+const STOPS_TRIED: u32 = 4;
+
 /// How often a robot that comes to rest is looked at.
 const LOOK: Duration = Duration::from_millis(20);
 
@@ -146,14 +149,18 @@ fn comes_to_rest_first(bench: &mut dyn RobotBench) -> Result<CheckOutcome, Plugi
     }
     let stop_time = Duration::from_millis(bench.describe()?.capabilities.stop_time_ms.into());
     bench.stop()?;
-    let (begin, limit) = (Instant::now(), STOP_NOTICED + stop_time);
-    while bench.read_joints()?.is_moving() {
-        if begin.elapsed() > limit {
-            return failed(format!("it moved, was told to stop, and still moves {limit:?} later"));
+    let limit = STOP_NOTICED + stop_time;
+    // So many looks, each after a pause: on a busy machine they take longer, and the robot has longer too.
+    for _ in 0..limit.as_millis().div_ceil(LOOK.as_millis()) {
+        if !bench.read_joints()?.is_moving() {
+            return Ok(CheckOutcome::Passed);
         }
         thread::sleep(LOOK);
     }
-    Ok(CheckOutcome::Passed)
+    if !bench.read_joints()?.is_moving() {
+        return Ok(CheckOutcome::Passed);
+    }
+    failed(format!("it moved, was told to stop, and still moves {limit:?} later"))
 }
 
 fn description_makes_sense(bench: &mut dyn RobotBench) -> Result<CheckOutcome, PluginError> {
@@ -219,8 +226,11 @@ fn looks_like_degrees(joint: &JointDescription) -> Option<String> {
     let turns = (upper - lower) / std::f64::consts::TAU;
     is_like.then(|| {
         format!(
-            "{} goes from {lower} to {upper} rad, which is {turns:.1} turns: are these degrees? Joints that turn are described, read and moved in rad",
-            joint.name
+            "{} goes from {lower} to {upper} rad, which is {turns:.1} turns: are these degrees? Joints that turn are described, read and moved in rad: \
+             {lower} to {upper} deg are {:.4} to {:.4} rad. If it does turn so often, give its ends in rad where its stops lie, which is at no whole numbers of them",
+            joint.name,
+            lower.to_radians(),
+            upper.to_radians()
         )
     })
 }
@@ -440,22 +450,30 @@ fn stop_ends_a_move(bench: &mut dyn RobotBench) -> Result<CheckOutcome, PluginEr
     if !robot.capabilities.interruptible {
         return Ok(CheckOutcome::Skipped("it says that its moves cannot be interrupted".to_owned()));
     }
-    bench.activate()?;
-    let motion = long_move(&robot, &bench.read_joints()?.joints);
-    let Interruption { result, after } = bench.interrupt(&motion);
-    let Some(after) = after else {
-        result?;
-        return Ok(CheckOutcome::Skipped("its moves take no time".to_owned()));
-    };
     let limit = STOP_NOTICED + Duration::from_millis(robot.capabilities.stop_time_ms.into());
-    match result {
-        Err(PluginError::Stopped(_)) if after <= limit => Ok(CheckOutcome::Passed),
-        Err(PluginError::Stopped(_)) => {
-            failed(format!("it came to rest {after:?} after the stop; {limit:?} are allowed"))
+    let mut soonest: Option<Duration> = None;
+    for _ in 0..STOPS_TRIED {
+        bench.activate()?;
+        let motion = long_move(&robot, &bench.read_joints()?.joints);
+        let Interruption { result, after } = bench.interrupt(&motion);
+        let Some(after) = after else {
+            result?;
+            return Ok(CheckOutcome::Skipped("its moves take no time".to_owned()));
+        };
+        match result {
+            Err(PluginError::Stopped(_)) if after <= limit => return Ok(CheckOutcome::Passed),
+            Err(PluginError::Stopped(_)) => soonest = Some(soonest.map_or(after, |known| known.min(after))),
+            // It may have ended by itself just before it could take notice.
+            Ok(_) => {}
+            Err(error) => return Err(error),
         }
-        Ok(_) => failed("the move ended as if it had not been stopped".to_owned()),
-        Err(error) => Err(error),
     }
+    failed(soonest.map_or_else(
+        || "the move ended as if it had not been stopped".to_owned(),
+        |after| {
+            format!("it came to rest {after:?} after the stop at the soonest of {STOPS_TRIED}; {limit:?} are allowed")
+        },
+    ))
 }
 
 fn stop_holds(bench: &mut dyn RobotBench) -> Result<CheckOutcome, PluginError> {
