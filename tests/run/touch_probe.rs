@@ -70,7 +70,7 @@ fn a_probe_that_is_nowhere_near_or_has_nothing_to_feel_fails_the_run_and_says_so
     lab.edit("world-probe.yaml", "point_mm: [-450, -200, 60]", "point_mm: [-450, -200, 40]");
     let run = lab.plumb(&["run", "cell-probe.yaml", "--headless"]);
     assert_ne!(run.code(), 0);
-    assert!(run.all().contains("the probe does not feel `top` from here: its ball stands "), "{}", run.all());
+    assert!(run.all().contains("the probe does not feel `top` from here: its ball is "), "{}", run.all());
     lab.plumb(&["doctor", "--clean", "cell-probe.yaml"]);
     lab.edit("procedures/feel.yaml", "{read_probe: {at: top}}", "{read_probe: {at: tip}}");
     let run = lab.plumb(&["run", "cell-probe.yaml", "--headless", "--record", "other"]);

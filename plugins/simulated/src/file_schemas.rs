@@ -9,7 +9,7 @@ use crate::world::file as teachmover;
 const WORLD: &[(&str, &str)] = &[
     ("world", "The world's title."),
     ("seed", "What is left to chance is drawn from this."),
-    ("arm", "The arm that stands in it, and what is not ideal about it."),
+    ("arm", "The arm in it, and what is not ideal about it."),
     ("table", "The table's top."),
     ("target", "What lies on the table."),
     ("sensor", "The proximity sensor on the hand."),

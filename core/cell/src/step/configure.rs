@@ -59,7 +59,7 @@ impl StepKind for ConfigureStep {
   "required": ["sensor", "settings"],
   "properties": {
     "sensor": {"$ref": "#/definitions/text"},
-    "settings": {"description": "What the sensor is told, as under its `config`."}
+    "settings": {"description": "The sensor's settings, as under its `config`."}
   }
 }"##;
 

@@ -110,7 +110,7 @@ fn read_simulated(node: &Node, context: &ReadContext<'_>) -> Option<SimulatedAct
         return None;
     };
     let mut read = SimulatedAct { act: act.name.clone(), numbers: Vec::new(), words: Vec::new() };
-    for (key, node) in values.entries("what an act is told", context.problems)? {
+    for (key, node) in values.entries("the values of an act", context.problems)? {
         let what = format!("`{}`", key.name);
         match &node.value {
             NodeValue::Bool(word) if WORDS.contains(&key.name.as_str()) => {
@@ -216,7 +216,7 @@ impl StepKind for PromptStep {
         "default": {"$ref": "#/definitions/expression"}
       }
     },
-    "draw": {"description": "The robot that is drawn under the text as it stands.", "$ref": "#/definitions/text"},
+    "draw": {"description": "The robot that is drawn under the text in its present pose.", "$ref": "#/definitions/text"},
     "simulated": {
       "description": "What the operator's hands do in a simulated world when this is answered, or what the instrument reads that is asked for: `read_ruler`, `read_level`, `read_tracker`, `read_board`, `read_board_turn`, `read_profile`, `read_probe`, `drive_to_level`, `hang`, `rest_on_gauge`, `trim_to_fire`, `place_hand`, `shine`.",
       "type": "object",

@@ -57,11 +57,11 @@ pub(crate) struct SearchStep {
     pub(crate) back_off_first: bool,
     /// When the sensor does not change on the whole way: go on, and say so in the result, rather than fail.
     pub(crate) may_find_nothing: bool,
-    /// What the sensor stands over when it changes, for who fits a model to the trigger poses.
+    /// What the sensor is over when it changes, for who fits a model to the trigger poses.
     pub(crate) finds: Option<Finds>,
 }
 
-/// What the sensor stands over when it changes.
+/// What the sensor is over when it changes.
 #[derive(Debug, Clone)]
 pub(crate) struct Finds {
     /// The surface or line, as the robot's model file calls it.
@@ -297,7 +297,7 @@ impl StepKind for SearchStep {
     "already_there": {"enum": ["fail", "back_off"]},
     "nothing_found": {"description": "What to do when the sensor does not change on the whole way.", "enum": ["fail", "go_on"]},
     "finds": {
-      "description": "What the sensor stands over when it changes; `plumb show --table` gives the trigger poses to the model lab with it.",
+      "description": "What the sensor is over when it changes; `plumb show --table` gives the trigger poses to the model lab with it.",
       "type": "object",
       "additionalProperties": false,
       "required": ["on"],

@@ -107,7 +107,7 @@ pub enum NoStripe {
     },
     /// Two could be it.
     #[error(
-        "two stripes of {rows} and {other_rows} rows stand side by side: which one is the laser's cannot be told; shade the other light, or a mirror-like surface"
+        "two stripes of {rows} and {other_rows} rows lie side by side: which one is the laser's cannot be decided; shade the other light, or a mirror-like surface"
     )]
     Ambiguous {
         /// Rows of the tallest.

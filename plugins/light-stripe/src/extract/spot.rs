@@ -23,14 +23,14 @@ pub struct Spot {
 pub enum NoSpot {
     /// Nothing stands out.
     #[error(
-        "nothing as large as a spot stands out from level {threshold}: is the filter out, the threshold right?"
+        "nothing as large as a spot rises above level {threshold}: is the filter out, the threshold right?"
     )]
     None {
         /// The level.
         threshold: u8,
     },
     /// The largest is cut by the picture's edge.
-    #[error("the spot lies at the picture's edge: its middle cannot be told")]
+    #[error("the spot lies at the picture's edge: its middle cannot be found")]
     AtEdge,
 }
 

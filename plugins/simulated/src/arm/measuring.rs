@@ -49,7 +49,7 @@ pub enum MeasuringError {
     },
     /// It is too far away, or too deep inside.
     #[error(
-        "the probe does not feel `{of}` from here: its ball stands {off:.2} mm off it, and it feels {reach} mm either way"
+        "the probe does not feel `{of}` from here: its ball is {off:.2} mm from it, and it feels {reach} mm either way"
     )]
     NotFelt {
         /// What.

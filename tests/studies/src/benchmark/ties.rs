@@ -177,7 +177,7 @@ pub(super) fn lines(row: &Row) -> String {
         row.title,
         row.ties,
         row.trials,
-        line(&format!("no pose tells {}: at random", row.no_pose_tells.settled.trials), &row.no_pose_tells),
+        line(&format!("no pose decides {}: at random", row.no_pose_tells.settled.trials), &row.no_pose_tells),
         line(&format!("poses asked for, {}", row.asked_for.settled.trials), &row.asked_for),
         line(&format!("random poses, {}", row.by_lot.settled.trials), &row.by_lot)
     )
