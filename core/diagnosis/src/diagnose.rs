@@ -426,4 +426,16 @@ mod tests {
         assert!(!rises(&gives_way), "{:?}", gives_way.warnings);
         assert!(rises(&wrong_way), "{:?}", wrong_way.warnings);
     }
+
+    #[test]
+    fn what_is_left_of_two_positions_is_by_place_and_size() {
+        let lab = crate::testing::two_links(6, "", 0.05, 31, |_| [0.0; 2]);
+        let joint = Split { spot: Spot::Joint(1), apart: 0.5_f64.to_radians(), turns: true };
+        let base = Split { spot: Spot::Base, apart: 0.3, turns: false };
+        let left = lab.remaining_of_splits(&[joint, base]);
+        assert_eq!((left.places, left.covariates), (vec!["elbow".to_owned(), "base".to_owned()], Vec::new()));
+        let Some(Rest::TwoPositions(two)) = left.shape else { panic!("{:?}", left.shape) };
+        assert!((two[0].apart - 0.5).abs() < 1e-12 && two[0].unit == "deg" && two[0].place == "elbow");
+        assert_eq!(two[1], TwoPositions { place: "base".to_owned(), apart: 0.3, unit: "mm" });
+    }
 }

@@ -294,4 +294,25 @@ mod tests {
             assert!(Surface::of(&lab, &state, &[]).is_none(), "{columns}");
         }
     }
+
+    #[test]
+    fn the_strongest_joint_of_a_row_is_the_one_with_the_longest_lever_up() {
+        let lab = over_table("", "");
+        let state = lab.machine(&[]).unwrap().start();
+        let surface = Surface::of(&lab, &state, &[]).unwrap();
+        let points = Points { lab: &lab, surface: &surface, state: &state, effects: &[] };
+        // Levers of the height are x of the tip from each joint: 200 cos(q1) + 150 cos(q1 + q2), and 150 cos(q1 + q2) alone.
+        let text =
+            "q1_deg,q2_deg,on,signal\n0,0,table,on\n0,180,table,on\n80,-80,table,on\n150,-150,table,on\n";
+        let table = Table::parse("poses.csv", text).unwrap();
+        let heights = points.heights(&table).unwrap();
+        let shoulder = points.levers(&table, &heights, 0).unwrap();
+        let elbow = points.levers(&table, &heights, 1).unwrap();
+        for (found, expected) in
+            [(shoulder[0], 350.0), (elbow[0], 150.0), (shoulder[1], 50.0), (elbow[1], -150.0)]
+        {
+            assert!((found - expected).abs() < 0.1, "{shoulder:?} {elbow:?}");
+        }
+        assert_eq!(points.strongest_joints(&table).unwrap(), [0, 1, 0, 1]);
+    }
 }

@@ -181,4 +181,29 @@ mod tests {
             assert!(q[0].abs() <= 170.0_f64.to_radians() && q[1].abs() <= 150.0_f64.to_radians());
         }
     }
+
+    #[test]
+    fn poses_of_the_volume_have_sides_loads_and_ranges_of_the_table() {
+        let (lab, state) = volume("");
+        let lab = crate::testing::with_table(&lab, |table| {
+            table.approach = Some(crate::testing::sides_in_turn(20));
+            table.payload =
+                Some((0..20).map(|row| if row % 3 == 0 { f64::NAN } else { (row % 3) as f64 }).collect());
+        });
+        let drawn = Volume::of(&lab, lab.model(), &state).unwrap().table;
+        assert_eq!(drawn.len(), POSES);
+        let sides = drawn.approach.as_ref().unwrap();
+        let from = |side: i8| sides.iter().filter(|own| **own == side).count();
+        assert_eq!(from(1) + from(-1), 2 * POSES);
+        assert!(from(1) > POSES / 2 && from(-1) > POSES / 2, "either side is drawn");
+        let loads = drawn.payload.as_ref().unwrap();
+        assert!(
+            loads.iter().all(|load| [1.0, 2.0].contains(load))
+                && loads.contains(&1.0)
+                && loads.contains(&2.0)
+        );
+        assert_eq!(drawn.lines, (1..=u32::try_from(POSES).unwrap()).collect::<Vec<_>>());
+        let bare = Volume::of(&volume("").0, lab.model(), &state).unwrap().table;
+        assert!(bare.approach.is_none() && bare.payload.unwrap().iter().all(|load| *load == 0.0));
+    }
 }

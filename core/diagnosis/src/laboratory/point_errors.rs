@@ -99,6 +99,9 @@ pub(crate) fn noise_of_a_point(machine: &ResidualModel<'_>, rows: &[usize]) -> f
 #[cfg(test)]
 mod tests {
     use super::*;
+    use plumb_calibration::arm_model::Model;
+    use plumb_calibration::measurement::Observations;
+    use plumb_calibration::table::Table;
 
     #[test]
     fn a_summary_holds_root_mean_square_mean_and_ranks() {
@@ -108,5 +111,22 @@ mod tests {
         assert!((summary.rms - (2870.0_f64 / 20.0).sqrt()).abs() < 1e-12);
         assert_eq!(ErrorSummary::of(std::iter::empty()), None);
         assert_eq!(ErrorSummary::of(std::iter::once(4.0)).unwrap().percentile_95, 2.0);
+    }
+
+    #[test]
+    fn a_point_in_space_is_off_by_the_root_of_three_of_what_a_reading_is() {
+        let lab = crate::testing::two_links(6, "", 0.05, 31, |_| [0.0; 2]);
+        let machine = lab.machine(&[]).unwrap();
+        assert!((noise_of_a_point(&machine, &[0, 2, 4]) - 3.0_f64.sqrt()).abs() < 1e-12);
+        assert_eq!(points_in(&machine, &[0, 2, 4]), 3);
+        // A height is a point of its own.
+        let text = "q1_deg,q2_deg,on,height_mm\n0,10,table,5\n20,30,table,6\n40,50,table,7\n";
+        let plane = "surfaces: {table: {plane: {normal: [0, 0, 1], offset_mm: 0}}}";
+        let model = format!("{}free: []\n{plane}\n", crate::testing::TWO_LINKS);
+        let model = Model::parse("model.yaml", &model).unwrap();
+        let table = Table::parse("table.csv", text).unwrap();
+        let observations = Observations::new(&model, &table).unwrap();
+        let machine = ResidualModel::new(&model, &table, &observations, &[]).unwrap();
+        assert!((noise_of_a_point(&machine, &[0, 1]) - 1.0).abs() < 1e-12);
     }
 }

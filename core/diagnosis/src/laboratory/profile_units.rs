@@ -132,4 +132,22 @@ mod tests {
         assert!(on_a_ball(&[20.0; 3], 5).is_err());
         assert_eq!(on_a_ball(&[20.0; 3], 4), Ok(()), "four points are no circle");
     }
+
+    #[test]
+    fn profiles_end_where_no_sensor_sees_and_are_no_shorter_than_the_shortest_line() {
+        let model = "arm: one\nconvention: distal\njoints: [{name: turn, a_mm: 100}]\ntargets: {p1: {}}\nprofile: {seen_by: p1}\nsurfaces:\n  plate: {plane: {normal: [0, 0, 1], offset_mm: 0}}\n";
+        let reaching = |far: f64| {
+            let text =
+                format!("q1_deg,on,profile1_x_mm,profile1_z_mm\n0,plate,0,{}\n1,plate,0,{far}\n", 0.5 * far);
+            let said = check(&Model::parse("m.yaml", model).unwrap(), &Table::parse("t.csv", &text).unwrap());
+            said.map_err(|error| match error {
+                ImplausibleError::ProfileUnit { as_what, .. } => as_what,
+                other => panic!("{other:?}"),
+            })
+        };
+        assert_eq!((reaching(FARTHEST), reaching(-FARTHEST)), (Ok(()), Ok(())));
+        assert_eq!(reaching(-1.001 * FARTHEST), Err("something smaller than mm"));
+        assert_eq!((reaching(SHORTEST_LINE), reaching(-SHORTEST_LINE)), (Ok(()), Ok(())));
+        assert_eq!(reaching(0.999 * SHORTEST_LINE), Err("m"));
+    }
 }

@@ -134,4 +134,14 @@ mod tests {
         assert!((robust_scale(&residuals) / sound - 1.0).abs() < 0.1);
         assert_eq!(robust_scale(&[]), 1.0);
     }
+
+    #[test]
+    fn the_jackknife_of_a_mean_is_its_standard_error_and_one_value_has_none() {
+        // Means of 1, 2, 6 with each left out: 4, 3.5, 1.5. Their standard error is that of the mean, sqrt(7 / 3).
+        let left_out = [4.0, 3.5, 1.5];
+        assert!((jackknife(left_out.into_iter()) - (7.0_f64 / 3.0).sqrt()).abs() < 1e-12);
+        // Of two: sqrt(1 / 2 (1 + 1)).
+        assert!((jackknife([1.0, 3.0].into_iter()) - 1.0).abs() < 1e-12);
+        assert_eq!((jackknife([5.0].into_iter()), jackknife(std::iter::empty())), (0.0, 0.0));
+    }
 }

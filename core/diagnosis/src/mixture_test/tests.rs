@@ -175,3 +175,13 @@ fn members_are_measured_along_their_way_and_what_lies_across_is_noise_of_its_own
     kept[1] = 0.0;
     assert!(Lines::along(&returns, &deviations, &kept, &path, None).is_none());
 }
+
+#[test]
+fn the_smaller_cluster_has_one_member_in_six() {
+    // Groups of which one member is on the other side: six members count 6 (1 - 2 / 64) = 5.8, seven 6.9.
+    let odd_one = |count: usize| -> Vec<f64> {
+        (0..count).map(|member| if member == 0 { 9.0 } else { -9.0 }).collect()
+    };
+    assert!(in_earnest(&[line(&odd_one(6)), line(&odd_one(6))], 9.0, 1.0));
+    assert!(!in_earnest(&[line(&odd_one(7)), line(&odd_one(7))], 9.0, 1.0));
+}

@@ -114,3 +114,29 @@ fn categories_are_described_by_the_means_of_their_own_rows_and_those_without_any
     assert_eq!((found.along.as_str(), found.against.as_str()), ("along x", "fixture"));
     assert_eq!(found.means, [("left".to_owned(), 1.5), ("rear".to_owned(), 6.0)]);
 }
+
+#[test]
+fn the_strength_of_a_covariate_is_that_of_its_f_test_by_the_component_it_explains_best() {
+    // 16 between two levels and 4 within of four rows: F = 16 / 2 with 1 and 2 degrees. p = 1 - sqrt(F / (F + 2)).
+    let mut sheet = sheet(vec![0.0, 0.0, 1.0, 1.0], vec![1.0, 3.0, 5.0, 7.0], false);
+    sheet.components.push(Component { name: "along y".to_owned(), values: vec![1.0, 7.0, 3.0, 5.0] });
+    let of = |levels: &[Vec<usize>]| strongest(&sheet, levels, &[0, 1, 2, 3]);
+    let found = of(&[vec![0, 0, 1, 1]]);
+    let expected = -(1.0 - (8.0_f64 / 10.0).sqrt()).ln();
+    assert!((found[0].strength - expected).abs() < 1e-9, "{} {expected}", found[0].strength);
+    assert_eq!((found.len(), found[0].covariate, found[0].component), (1, 0, 0));
+    // A single level has nothing between, as many levels as rows nothing within.
+    let found = of(&[vec![0; 4], vec![0, 1, 2, 3], vec![0, 1, 1, 0]]);
+    assert_eq!(found.iter().map(|find| find.covariate).collect::<Vec<_>>(), [2]);
+    assert_eq!(found[0].component, 1, "3, 5 and 1, 7 have the same mean, but not along x");
+}
+
+#[test]
+fn what_a_row_has_left_is_a_vector_weighed_as_in_the_fit() {
+    let lab = crate::testing::two_links(6, "", 0.05, 31, |_| [0.0; 2]);
+    let mut fitted = lab.fit_with(&[], None, &plumb_estimation::Progress::unwatched()).unwrap();
+    fitted.fit.weights[2] = 0.25;
+    let own = &fitted.fit.residuals[fitted.machine.observations.range(2)];
+    let expected = Vector3::new(own[0], own[1], own[2]) * 0.25;
+    assert!(expected.norm() > 0.0 && (vector(&fitted, 2).unwrap() - expected).norm() < 1e-15);
+}
