@@ -271,4 +271,24 @@ mod tests {
         assert!((first.values[0] - 0.4_f64.to_radians()).abs() < 4.0 * error, "{:?} {error}", first.values);
         assert!(error > first.score.covariance[(0, 0)].sqrt(), "{error}");
     }
+
+    #[test]
+    fn either_side_is_a_step_of_the_logarithm_away() {
+        let lab = dated(30, |time| 0.4 * (1.0 - (-time / 800.0).exp()));
+        let none = crate::candidates::Candidates { listed: Vec::new(), unlisted: Vec::new() };
+        let watch = Progress::unwatched();
+        let stage = lab.stage(Vec::new(), None, &none, &watch).unwrap();
+        let id = effect::parse("warm_up(elbow, zero)", lab.model()).unwrap();
+        let id = with_inner(&id, 800.0);
+        let (low, high) = lab.either_side(&stage, &id, (&[0.005], 0.5), &watch).unwrap();
+        let there = |inner: f64| lab.tried(&stage, &with_inner(&id, inner), vec![0.005], &watch).unwrap();
+        let (below, above) = (there(800.0 * (-0.5_f64).exp()), there(800.0 * 0.5_f64.exp()));
+        assert!((low.squares / below.squares - 1.0).abs() < 1e-9);
+        assert!((high.squares / above.squares - 1.0).abs() < 1e-9);
+        let middle = there(800.0);
+        assert!(middle.squares < 0.9 * low.squares && middle.squares < 0.9 * high.squares);
+        assert!((middle.values[0] - 0.4_f64.to_radians()).abs() < 4.0 * middle.covariance[(0, 0)].sqrt());
+        // Two zeros, and the size.
+        assert_eq!((middle.rank, middle.values.len(), middle.covariance.shape()), (3.0, 1, (1, 1)));
+    }
 }

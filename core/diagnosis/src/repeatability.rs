@@ -380,4 +380,70 @@ mod tests {
         let scattered = camps().iter().map(|own| [own[1], own[2], own[1]]).collect();
         assert_eq!(of(&jointed(scattered, [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])), []);
     }
+
+    #[test]
+    fn a_base_in_two_places_must_be_clearly_likelier_than_a_joint() {
+        let lab = crate::testing::two_links(4, "", 0.05, 1, |_| [0.0; 2]);
+        let machine = lab.machine(&[]).unwrap();
+        let mut seen = [0; 2];
+        // The joint's motion is the farther from that of the base the more it goes aside.
+        for aside in [0.0, 0.01, 0.02, 0.03, 0.05, 0.1, 0.2] {
+            let returns = jointed(camps(), [[0.0, 1.0, 0.0], [2.0, aside, 0.0]]);
+            let inquiry = Inquiry::of(&returns);
+            let joint = inquiry.split(&joint_ways(&machine, &returns)[1]).unwrap().1;
+            let base = inquiry.split(&inquiry.loose_ways()[0]).unwrap().1;
+            let found = find_splits(&machine, &returns);
+            let expected = if base - joint > BASE_OVER_JOINT { Spot::Base } else { Spot::Joint(1) };
+            assert_eq!(found[0].spot, expected, "{aside}: {joint} {base}");
+            seen[usize::from(expected == Spot::Base)] += 1;
+        }
+        assert!(seen[0] > 0 && seen[1] > 0, "{seen:?}");
+    }
+
+    #[test]
+    fn two_joints_in_two_places_are_each_seen_with_the_other_left_out_of_account() {
+        let lab = crate::testing::two_links(4, "", 0.05, 1, |_| [0.0; 2]);
+        let machine = lab.machine(&[]).unwrap();
+        // The first joint moves along y by 1 a radian, the second along x by 2; they change sides independently.
+        let sides = [1.0, 1.0, -1.0, -1.0, 1.0, -1.0, 1.0, 1.0, -1.0, -1.0];
+        let both = camps().into_iter().zip(sides).map(|(own, side)| [own[0], 2.0 * side + own[1], own[2]]);
+        let returns = jointed(both.collect(), [[0.0, 1.0, 0.0], [2.0, 0.0, 0.0]]);
+        let found = find_splits(&machine, &returns);
+        let mut joints: Vec<(Spot, f64)> = found.iter().map(|one| (one.spot, one.apart)).collect();
+        joints.sort_by(|one, other| one.1.total_cmp(&other.1));
+        assert_eq!(joints.iter().map(|one| one.0).collect::<Vec<_>>(), [Spot::Joint(1), Spot::Joint(0)]);
+        assert!((joints[0].1 - 3.0).abs() < 0.1 && (joints[1].1 - 4.0).abs() < 0.15, "{joints:?}");
+    }
+
+    #[test]
+    fn what_explains_returns_without_a_second_place_pays_for_its_numbers() {
+        let with = |candidates: Vec<(EffectId, Range<usize>)>| {
+            let count = candidates.iter().map(|(_, range)| range.end).max().unwrap_or(0);
+            Replicates { candidates, columns: vec![DMatrix::zeros(3, count); 10], ..rocking() }
+        };
+        let number = 0.5 * 10.0_f64.ln();
+        let gap = (EffectId::at(SIDE_OF_APPROACH, Spot::Joint(0)), 0..2);
+        let step = |joint: usize| (EffectId::at("joint_step", Spot::Joint(joint)), 2 + joint..3 + joint);
+        let returns = with(vec![gap, step(0), step(1), step(2)]);
+        let inquiry = Inquiry::of(&returns);
+        // Two poses have a gap each; what the floor allows, nothing, is free.
+        let prices: Vec<f64> = inquiry.explained.iter().map(|(_, price)| *price).collect();
+        assert!(
+            prices.len() == 2 && prices[0] == 0.0 && (prices[1] - 2.0 * number).abs() < 1e-12,
+            "{prices:?}"
+        );
+        // One number, and which of three moments it is.
+        let jumps = inquiry.jumps();
+        assert_eq!(jumps.len(), 3);
+        assert!(jumps.iter().all(|(_, price)| (price - number - 3.0_f64.ln()).abs() < 1e-12));
+    }
+
+    #[test]
+    fn a_return_is_wild_beyond_four_times_the_upper_quartile() {
+        let mut sizes = vec![0.5, 0.5, 0.5, 0.5, 0.5, 0.5, 0.5, 1.0, 1.0, 1.0];
+        (sizes[8], sizes[9]) = (0.99 * REPLICATE_OUTLIER, 1.01 * REPLICATE_OUTLIER);
+        let kept = without_wild(&sizes);
+        assert!(kept[..9].iter().all(|kept| *kept == 1.0) && kept[9] == 0.0, "{kept:?}");
+        assert_eq!(without_wild(&[]), Vec::<f64>::new());
+    }
 }

@@ -91,3 +91,65 @@ fn left(normal: &NormalEquations, values: &DVector<f64>) -> f64 {
     let matrix = normal.matrix.view((0, 0), (count, count));
     normal.squares - 2.0 * values.dot(&normal.gradient.rows(0, count)) + values.dot(&(matrix * values))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::laboratory::{Laboratory, Options};
+    use crate::split::Holdout;
+    use plumb_calibration::arm_model::Model;
+    use plumb_calibration::table::Table;
+
+    /// A row of positions and orientations of which each is off.
+    fn of_poses() -> Laboratory {
+        let lines = "free: []\nnoise: {p1_mm: 0.5, p1_deg: 0.25}\n";
+        let model = Model::parse("model.yaml", &format!("{}{lines}", crate::testing::TWO_LINKS)).unwrap();
+        let mut text = "q1_deg,q2_deg,p1_x_mm,p1_y_mm,p1_z_mm,p1_rx_deg,p1_ry_deg,p1_rz_deg\n".to_owned();
+        for row in 0..8 {
+            let (q, off) = ([10.0 * f64::from(row), 30.0], 0.2 + 0.1 * f64::from(row));
+            let (first, both) = (q[0].to_radians(), (q[0] + q[1]).to_radians());
+            let (x, y) = (200.0 * first.cos() + 150.0 * both.cos(), 200.0 * first.sin() + 150.0 * both.sin());
+            text.push_str(&format!("{},{},{},{y},{off},0,0,{}\n", q[0], q[1], x - off, q[0] + q[1] + off));
+        }
+        let table = Table::parse("table.csv", &text).unwrap();
+        let options = Options { holdout: Holdout::None, ..Options::default() };
+        Laboratory::new(model, table, options).unwrap()
+    }
+
+    #[test]
+    fn equations_are_brought_to_mm_and_to_degrees_where_angles_alone_are_measured() {
+        let lab = of_poses();
+        let machine = lab.machine(&[]).unwrap();
+        let (state, rows) = (machine.start(), [1, 4]);
+        let gain =
+            plumb_calibration::effect::EffectId::at("joint_gain", plumb_calibration::effect::Spot::Joint(0));
+        let gain = plumb_calibration::effect::build(&gain, lab.model()).unwrap();
+        let block = || machine.block(&state, &rows, &[1.0; 8], &[gain.as_ref()]);
+        let (plain, residuals) = (block(), machine.residuals(&state));
+        for lengths in [true, false] {
+            let mut shown = block();
+            in_units_shown(&mut shown, machine.observations, &rows, lengths);
+            let mut index = 0;
+            for row in rows {
+                let own = &residuals[machine.observations.range(row)];
+                for (equation, residual) in machine.observations.of_row(row).iter().zip(own) {
+                    let is_length = equation.measurand.is_length();
+                    assert!(
+                        (equation.sigma - if is_length { 0.5 } else { 0.25_f64.to_radians() }).abs() < 1e-12
+                    );
+                    let (expected, unit) = match (lengths, is_length) {
+                        (true, true) => (*residual, 0.5),
+                        (true, false) => (0.0, 0.0),
+                        (false, _) => (residual.to_degrees(), equation.sigma.to_degrees()),
+                    };
+                    // A block holds what is measured less what is believed, or the other way round.
+                    assert!((shown.residuals[index].abs() - expected.abs()).abs() < 1e-9);
+                    let columns = shown.jacobian.column(index) - plain.jacobian.column(index) * unit;
+                    assert!(columns.amax() < 1e-9);
+                    index += 1;
+                }
+            }
+            assert!(index == 12 && shown.residuals.iter().any(|one| one.abs() > 0.1));
+        }
+    }
+}

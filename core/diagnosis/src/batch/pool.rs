@@ -424,4 +424,29 @@ mod tests {
         assert!(pool.select(&[]).is_empty());
         assert!(pool.needed(vec![Pick { probe: 0 }, Pick { probe: 3 }]).is_empty());
     }
+
+    #[test]
+    fn a_candidate_is_worth_what_schwarz_gives_less_its_numbers_and_its_search() {
+        let lab = two_links(60, "joint_zero(*)", 0.02, 45, |q| [0.0, 0.01 * q[1]]);
+        let mut pool = pool(&lab);
+        let label = |probe: &Probe| lab.model().label(&probe.id);
+        let gain = pool.probes.iter().position(|probe| label(probe) == "joint_gain(elbow)").unwrap();
+        let beyond = pool.beyond(&(0..pool.slots).collect::<Vec<_>>());
+        let worth = pool.worth(gain, &beyond).unwrap();
+        // What is left with it in is the noise of 180 readings, less three numbers.
+        let fitted = lab
+            .fit_with(
+                &[AddedEffect { id: pool.probes[gain].id.clone(), values: vec![0.0] }],
+                None,
+                &Progress::unwatched(),
+            )
+            .unwrap();
+        let expected = 180.0 * (beyond.squares / fitted.fit.normal.squares).ln() - 180.0_f64.ln();
+        assert!((worth / expected - 1.0).abs() < 0.02, "{worth} {expected}");
+        pool.probes[gain].search_cost += 7.0;
+        assert!((worth - pool.worth(gain, &beyond).unwrap() - 7.0).abs() < 1e-9, "a search has its price");
+        // With it in, nothing is left for it to explain.
+        let taken = pool.columns(&[Pick { probe: gain }]);
+        assert!(pool.worth(gain, &pool.beyond(&taken)).is_none());
+    }
 }

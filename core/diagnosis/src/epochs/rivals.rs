@@ -204,4 +204,40 @@ mod tests {
         assert!(apart(&off_from(100, 1.0, &independent), &independent));
         assert!(!apart(&off_from(100, 1.0, &drifting), &drifting));
     }
+
+    #[test]
+    fn rivals_of_an_event_join_it_where_anything_by_epoch_is_asked_and_an_instrument_may_always_be_one() {
+        let lab = crate::testing::two_links(20, "joint_zero(*)", 0.05, 31, |_| [0.0; 2]);
+        let none = crate::candidates::Candidates { listed: Vec::new(), unlisted: Vec::new() };
+        let watch = plumb_estimation::Progress::unwatched();
+        let mut stage = lab.stage(Vec::new(), None, &none, &watch).unwrap();
+        let rows = noise(100, 5);
+        let with = |name: &str, spot: Spot, row_residuals: &[Vec<f64>]| Contender {
+            id: EffectId::at(name, spot),
+            row_residuals: row_residuals.to_vec(),
+            ..contender(name, 0, 0.0)
+        };
+        let worse: Vec<Vec<f64>> = rows.iter().map(|row| vec![row[0] + 1.0]).collect();
+        let mut mad = with("joint_zero_reset", Spot::Joint(1), &rows);
+        mad.score.plausible = false;
+        stage.contenders = vec![
+            with("joint_zero_reset", Spot::Joint(0), &rows),
+            with("joint_zero_reset", Spot::Joint(1), &worse),
+            with("base_reset", Spot::Base, &worse),
+            with("joint_step", Spot::Joint(1), &rows),
+            mad,
+            with("joint_gain", Spot::Joint(1), &rows),
+        ];
+        assert_eq!(with_rivals(&stage, vec![0, 1]), [0, 1, 2, 3], "one of several may be the instrument");
+        assert_eq!(with_rivals(&stage, vec![0, 3]), [0, 2, 3], "a known one is no second");
+        assert_eq!(with_rivals(&stage, vec![0, 2]), [0, 2, 3], "the instrument is among them");
+        assert_eq!(with_rivals(&stage, vec![5, 0]), [5, 0], "the best is no event");
+        assert_eq!(with_rivals(&stage, Vec::new()), Vec::<usize>::new());
+        stage.contenders[3].row_residuals = worse;
+        assert_eq!(with_rivals(&stage, vec![0]), [0], "alone it is what it is");
+        // Without anything by epoch events have no rivals.
+        let step = |joint: usize| with("joint_step", Spot::Joint(joint), &rows);
+        stage.contenders = vec![step(0), step(1)];
+        assert_eq!(with_rivals(&stage, vec![0]), [0]);
+    }
 }

@@ -250,3 +250,47 @@ fn slopes_and_steps_begin_within_the_range_of_their_angle() {
     let most = places.iter().copied().fold(f64::MIN, f64::max);
     assert!(least < low + 0.4 * (high - low) && most > high - 0.4 * (high - low), "{places:?}");
 }
+
+#[test]
+fn a_formula_explains_its_share_of_what_lies_beyond_the_noise() {
+    let lab = two_links(30, "joint_zero(*)", 0.05, 71, |_| [0.0; 2]);
+    let fitted = lab.fit_with(&[], None, &Progress::unwatched()).unwrap();
+    let before = fitted.fit.normal.squares;
+    // Ninety readings less two zeros.
+    let freedom = 88.0;
+    let floor = |noise: f64| Floor {
+        scale: (noise > 0.0).then(|| (noise * before / freedom).sqrt()),
+        ..Floor::of(&fitted.machine, &fitted.fit, &lab.survey())
+    };
+    let leaving = |share: f64| Contender {
+        left: (share * before, freedom),
+        ..crate::testing::contender("joint_gain", 1, 0.0)
+    };
+    let share = |left: f64, noise: f64| explained(&fitted, &leaving(left), &floor(noise));
+    assert!((share(0.4, 0.2) - 0.75).abs() < 1e-9, "six tenths of eight");
+    assert!((share(0.4, 0.0) - 0.6).abs() < 1e-9, "of all where nobody knows the noise");
+    assert_eq!((share(0.1, 0.2), share(1.5, 0.2)), (1.0, 0.0));
+}
+
+#[test]
+fn a_form_pays_for_its_numbers_and_for_being_chosen_among_many() {
+    let lab = two_links(30, "joint_zero(*)", 0.05, 71, |_| [0.0; 2]);
+    let fitted = lab.fit_with(&[], None, &Progress::unwatched()).unwrap();
+    let squares = fitted.fit.normal.squares;
+    let score = |gain: f64| Score {
+        gain: gain * squares,
+        freedom: 3,
+        ..crate::testing::contender("joint_gain", 1, 0.0).score
+    };
+    // Schwarz: n ln(S / n) + k ln n, up to what is the same for all.
+    let differs = |gain: f64, cost: f64| {
+        criterion(&fitted.fit, &score(gain), cost) - criterion(&fitted.fit, &score(0.0), 0.0)
+    };
+    assert!((differs(0.5, 0.0) - 90.0 * 0.5_f64.ln()).abs() < 1e-9);
+    assert!((differs(0.0, 7.0) - 7.0).abs() < 1e-9);
+    assert!((differs(2.0, 0.0) - 90.0 * 1e-9_f64.ln()).abs() < 1e-6, "never to nothing");
+    let plain = bic(squares, 90.0, 2.0, 0.0);
+    assert!((criterion(&fitted.fit, &score(0.0), 0.0) - plain - 3.0 * 90.0_f64.ln()).abs() < 1e-9);
+    let mad = Score { plausible: false, ..score(0.5) };
+    assert_eq!((plausible_gain(&score(0.5)), plausible_gain(&mad)), (0.5 * squares, 0.0));
+}

@@ -152,4 +152,15 @@ mod tests {
         assert!(two.contains("did you mean `offset_mm`?") && two.contains("`normal` has no length"), "{two}");
         assert!(parse("surfaces: {}", Path::new("scene.yaml")).is_err());
     }
+
+    #[test]
+    fn a_normal_has_a_length_that_rounding_does_not_make() {
+        let with = |length: f64| {
+            let text =
+                format!("surfaces:\n  table: {{plane: {{normal: [0, {length:e}, 0], offset_mm: -300}}}}\n");
+            parse(&text, Path::new("scene.yaml")).is_ok()
+        };
+        assert!(with(1.5 * SHORTEST_NORMAL) && with(-1.5 * SHORTEST_NORMAL));
+        assert!(!with(0.7 * SHORTEST_NORMAL));
+    }
 }

@@ -248,3 +248,150 @@ fn a_root_mean_square_falls_by_the_difference_of_the_roots() {
     assert!((expected_fall(100.0, 200.0, 4.0) - 5.0).abs() < 1e-12);
     assert_eq!(expected_fall(100.0, 0.0, 4.0), 0.0);
 }
+
+/// A finding on contenders made by hand, and what is asked of it.
+fn finding_of<T>(contenders: Vec<Contender>, ask: impl Fn(&mut Finding<'_>) -> T) -> T {
+    let lab = crate::testing::two_links(20, "joint_zero(*)", 0.05, 31, |_| [0.0; 2]);
+    let none = crate::candidates::Candidates { listed: Vec::new(), unlisted: Vec::new() };
+    let mut stage = lab.stage(Vec::new(), None, &none, &plumb_estimation::Progress::unwatched()).unwrap();
+    stage.contenders = contenders;
+    ask(&mut finding_of_stage(stage))
+}
+
+/// All contenders are close to the best, and nothing else is known.
+fn finding_of_stage(stage: Stage<'_>) -> Finding<'_> {
+    let close = (0..stage.contenders.len()).collect();
+    Finding {
+        stage,
+        left_over: None,
+        left_now: None,
+        verdict: Verdict::Tied,
+        place: None,
+        close,
+        besides: Vec::new(),
+        places: Vec::new(),
+        left_unexplained_mm: None,
+        free_first: None,
+        mechanism: None,
+        dirty: false,
+    }
+}
+
+#[test]
+fn a_joint_that_rises_under_load_is_warned_of_where_it_is_the_likeliest_and_no_chance() {
+    let warned = |name: &str, value: f64, holm_p: f64| {
+        let one = Contender { values: vec![value], holm_p, ..contender(name, 1, 0.0) };
+        finding_of(vec![one], |finding| finding.gravity_warning())
+    };
+    let name = "joint_compliance";
+    assert_eq!(warned(name, -1.0, 1e-10), Some(Note::RisesUnderLoad(format!("{name}(elbow)"))));
+    assert_eq!(warned(name, 1.0, 1e-10), None, "it yields");
+    assert_eq!(warned(name, -1.0, NAMING_LEVEL), None, "chance does as much");
+    assert!(warned(name, -1.0, 0.99 * NAMING_LEVEL).is_some());
+    assert_eq!(warned("joint_gain", -1.0, 1e-10), None, "it does not feel gravity");
+}
+
+#[test]
+fn what_cannot_be_distinguished_is_listed_where_that_is_the_verdict() {
+    let two = || vec![contender("joint_gain", 1, 0.0), contender("joint_zero", 0, 0.5)];
+    let tied = |contenders: Vec<Contender>, verdict: Verdict, free_first: Option<&'static str>| {
+        let places = finding_of(contenders, |finding| {
+            (finding.verdict, finding.free_first) = (verdict, free_first);
+            finding.tied()
+        });
+        places.iter().map(|place| format!("{}({})", place.effect, place.place)).collect::<Vec<_>>()
+    };
+    let both = ["joint_gain(elbow)", "joint_zero(shoulder)"];
+    assert_eq!(tied(two(), Verdict::Tied, None), both);
+    assert_eq!(tied(two(), Verdict::Located, None), both);
+    assert_eq!(tied(two(), Verdict::Named, None), [""; 0]);
+    // One alone is tied with errors of the geometry that are to be freed first, and with nothing else.
+    let one = || vec![contender("joint_gain", 1, 0.0)];
+    assert_eq!(tied(one(), Verdict::Tied, Some("link_length(*)")), [both[0]]);
+    assert_eq!(tied(one(), Verdict::Tied, None), [""; 0]);
+    assert_eq!(tied(one(), Verdict::Located, Some("link_length(*)")), [""; 0]);
+}
+
+#[test]
+fn a_known_place_is_told_with_what_may_be_at_work_there_and_nowhere_else() {
+    let contenders = || {
+        let names = [("joint_gain", 1), ("joint_harmonic", 1), ("joint_zero", 0), ("joint_harmonic", 1)];
+        names.map(|(name, joint)| contender(name, joint, 0.0)).into_iter().collect()
+    };
+    let located = |verdict: Verdict, place: Option<Spot>| {
+        finding_of(contenders(), |finding| {
+            (finding.verdict, finding.place) = (verdict, place);
+            finding.besides = vec![
+                EffectId::at("joint_backlash", Spot::Joint(1)),
+                EffectId::at("joint_gain", Spot::Joint(0)),
+            ];
+            finding.located().map(|located| (located.place, located.family))
+        })
+    };
+    let family = ["joint_gain", "joint_harmonic", "joint_backlash"].map(str::to_owned).to_vec();
+    assert_eq!(located(Verdict::Located, Some(Spot::Joint(1))), Some(("elbow".to_owned(), family)));
+    assert_eq!(located(Verdict::Located, None), None);
+    assert_eq!(located(Verdict::Tied, Some(Spot::Joint(1))), None);
+}
+
+#[test]
+fn a_correction_may_be_itself_what_is_close_or_what_no_library_lists() {
+    let outvoted = Contender { outvoted: true, ..contender("joint_zero", 1, 2.0) };
+    let contenders = vec![contender("joint_gain", 1, 0.0), contender("joint_gain", 0, 1.0), outvoted];
+    let found = finding_of(contenders, |finding| {
+        finding.close = vec![0, 1];
+        finding.corrections()
+    });
+    let told: Vec<(&str, Vec<&str>)> = found
+        .iter()
+        .map(|one| (one.place.place.as_str(), one.may_be.iter().map(String::as_str).collect()))
+        .collect();
+    let (elbow, shoulder) = ("joint_gain(elbow)", "joint_gain(shoulder)");
+    let expected =
+        [("elbow", vec![elbow, shoulder, NOT_LISTED]), ("shoulder", vec![shoulder, elbow, NOT_LISTED])];
+    assert_eq!(told, expected);
+}
+
+/// Zeros of both joints and gains of the elbow, which moves by so much a row; the last one was not refitted.
+fn alike_over<T>(step: f64, ask: impl Fn(&mut Finding<'_>) -> T) -> T {
+    let lab = crate::testing::two_links(60, "", 0.05, 31, |_| [0.0; 2]);
+    let lab = crate::testing::with_table(&lab, |table| {
+        (0..60).for_each(|row| table.q[2 * row + 1] = 1.0 + step * row as f64);
+    });
+    let none = crate::candidates::Candidates { listed: Vec::new(), unlisted: Vec::new() };
+    let mut stage = lab.stage(Vec::new(), None, &none, &plumb_estimation::Progress::unwatched()).unwrap();
+    stage.contenders = vec![
+        contender("joint_zero", 1, 0.0),
+        contender("joint_zero", 0, 1.0),
+        contender("joint_gain", 1, 2.0),
+        Contender { refitted: false, ..contender("joint_gain", 1, 3.0) },
+    ];
+    ask(&mut finding_of_stage(stage))
+}
+
+#[test]
+fn contenders_that_move_the_readings_alike_are_listed_by_how_much_and_the_same_are_set_apart() {
+    // A zero and a gain move the elbow by 1 and by its angle: the correlation is the cosine of these two columns.
+    let cosine = |step: f64| {
+        let q: Vec<f64> = (0..60).map(|row| 1.0 + step * f64::from(row)).collect();
+        q.iter().sum::<f64>() / (60.0 * q.iter().map(|q| q * q).sum::<f64>()).sqrt()
+    };
+    for (step, listed, same) in [(0.002, true, false), (1e-6, true, true), (0.1, false, false)] {
+        let expected = cosine(step);
+        assert_eq!((expected > ALIKE_CORRELATION, expected > SAME_CORRELATION), (listed, same), "{expected}");
+        let (found, are_same, alike) =
+            alike_over(step, |finding| (finding.correlated(), finding.same(), finding.alike()));
+        assert_eq!(found.len(), usize::from(listed), "{step}: {found:?}");
+        assert!(found.iter().all(|(one, id)| (one - expected).abs() < 1e-9 && id.name == "joint_gain"));
+        assert_eq!(are_same.len(), usize::from(same), "{step}");
+        let told: Vec<_> = alike.iter().map(|one| (one.one.as_str(), one.other.as_str())).collect();
+        let pair = ("joint_zero(elbow)", "joint_gain(elbow)");
+        assert_eq!(told, if listed && !same { vec![pair] } else { Vec::new() }, "{step}");
+    }
+    // The shoulder moves the point in other directions than the elbow.
+    let of_shoulder = alike_over(0.002, |finding| {
+        finding.stage.contenders.swap(0, 1);
+        finding.correlated()
+    });
+    assert_eq!(of_shoulder, []);
+}
