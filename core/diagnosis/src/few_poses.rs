@@ -222,4 +222,69 @@ mod tests {
         let at = |p: f64| PoseShare { share: 0.5, p, poses: 3 }.is_significant();
         assert!(at(0.99 * LACK_OF_FIT_LEVEL) && !at(LACK_OF_FIT_LEVEL));
     }
+
+    /// A slide measured at eight positions, six times from either side: `play` mm, and an error of position of its own.
+    fn slide(play: f64, error: f64) -> Laboratory {
+        let model = "
+arm: axis
+convention: distal
+joints:
+  - {name: x, slides: true, limits_mm: [-5, 205]}
+base: {xyz_mm: [0, 0, 0], rpy_deg: [0, 90, 0], free: false}
+targets: {p1: {xyz_mm: [0, 0, 0], free: false}}
+free: [joint_zero(x)]
+";
+        let mut random = Random::seeded(3);
+        let mut text = "q1_mm,approach_q1,repeat,p1_x_mm\n".to_owned();
+        for row in 0..96 {
+            let (position, side) = (row % 8, if row / 8 % 2 == 0 { 1.0 } else { -1.0 });
+            let x = 25.0 * f64::from(position) + 4.0 * (1.7 * f64::from(position)).sin();
+            let read = x + error * (x / 11.0).sin() - side * play / 2.0 + 0.002 * random.normal();
+            text.push_str(&format!("{x},{side},t{position},{read}\n"));
+        }
+        let model = plumb_calibration::arm_model::Model::parse("m.yaml", model).unwrap();
+        let table = plumb_calibration::table::Table::parse("t.csv", &text).unwrap();
+        let options = crate::laboratory::Options {
+            holdout: crate::split::Holdout::None,
+            ..crate::laboratory::Options::default()
+        };
+        Laboratory::new(model, table, options).unwrap()
+    }
+
+    #[test]
+    fn the_play_of_a_slide_is_named_beside_an_error_of_each_position() {
+        let lab = slide(0.006, 0.03);
+        let told = lab.diagnose(&Progress::unwatched()).unwrap();
+        let named = told.named.unwrap();
+        assert!((named.size - 0.006).abs() < 4.0 * named.se && named.se < 0.001, "{named:?}");
+        assert_eq!((told.verdict, named.effect.effect.as_str()), (Verdict::Named, "joint_backlash"));
+        let few = told.few_poses.unwrap();
+        assert!(few.share.poses == 8 && few.share.share > 0.5 && few.share.is_significant());
+        let condition = few.condition.unwrap();
+        assert_eq!((condition.label.as_str(), condition.across), ("joint_backlash(x)", AcrossPoses::Same));
+        // Eight positions hold a curve of seven pieces at most.
+        let curve = few.curve.unwrap();
+        assert!(curve.starts_with("positioning_error(x, "), "{curve}");
+        // What is left is that of the model itself.
+        let alone = lab.compare(&Progress::unwatched()).unwrap().rms_mm;
+        assert!((told.rms_mm.fit - alone.fit).abs() < 1e-9, "{:?} {alone:?}", told.rms_mm);
+    }
+
+    #[test]
+    fn what_goes_with_the_position_alone_is_said_so_and_of_scatter_nothing_is() {
+        let told = slide(0.0, 0.03).diagnose(&Progress::unwatched()).unwrap();
+        let few = told.few_poses.unwrap();
+        assert!(told.named.is_none() && few.condition.is_none() && few.curve.is_some());
+        assert_eq!(told.remaining.covariates.first().map(String::as_str), Some("pose"));
+        assert_eq!(told.remaining.shape, Some(Rest::PoseAlone(few.share)));
+        let sound = slide(0.0, 0.0).diagnose(&Progress::unwatched()).unwrap();
+        assert!(sound.few_poses.is_none() && sound.named.is_none());
+    }
+
+    #[test]
+    fn only_a_slide_that_moved_alone_has_a_curve() {
+        let two = crate::testing::returned(4, FEW_POSES_RETURNS);
+        assert_eq!(two.curve_of_the_axis(), None, "two joints moved");
+        assert!(slide(0.0, 0.0).curve_of_the_axis().is_some());
+    }
 }

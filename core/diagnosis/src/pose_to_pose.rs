@@ -270,4 +270,14 @@ mod tests {
         // The second pose has cells of its own, though it was reached as the first was.
         assert_eq!(lab.cells(&poses), Some(vec![vec![0, 2], vec![1], vec![3], vec![4, 5]]));
     }
+
+    #[test]
+    fn what_a_fit_leaves_of_a_point_is_the_vector_of_its_coordinates() {
+        let lab = two_links(6, "", 0.05, 77, |_| [0.0; 2]);
+        let fitted = lab.fit_with(&[], None, &Progress::unwatched()).unwrap();
+        let own = &fitted.fit.residuals[fitted.machine.observations.range(4)];
+        let mut measured = [false; 3];
+        let point = point_residual(&fitted, 4, &mut measured);
+        assert!(point.norm() > 0.0 && point.as_slice() == own, "{point} {own:?}");
+    }
 }

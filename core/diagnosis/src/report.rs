@@ -211,4 +211,74 @@ mod tests {
         assert!((fall.cv_mm2.unwrap().sqrt() - rms.cv.unwrap()).abs() < 1e-12);
         assert_eq!(fall.check_mm2, None, "nothing was held out");
     }
+
+    /// The small arm with a mechanism, a correction and another mechanism added, in this order.
+    fn with_three() -> Laboratory {
+        let lab = two_links(60, "joint_zero(*)", 0.3, 4, |_| [0.0; 2]);
+        let mut model = lab.model().clone();
+        for text in ["joint_gain(elbow)", "joint_gain(shoulder)", "joint_harmonic(elbow, 2)"] {
+            let id = plumb_calibration::effect::parse(text, &model).unwrap();
+            let count = plumb_calibration::effect::build(&id, &model).unwrap().parameters().len();
+            model.effects.push(AddedEffect { id, values: vec![0.0; count] });
+        }
+        let id = model.effects[1].id.clone();
+        model.corrections.push(plumb_calibration::arm_model::Correction { id, may_be: Vec::new() });
+        lab.with_model(model)
+    }
+
+    #[test]
+    fn a_step_is_of_what_came_in_since_the_step_before() {
+        let lab = with_three();
+        let comparison = lab.compare(&Progress::unwatched()).unwrap();
+        let step = |count: usize, group: usize| {
+            let step = lab.step(count, group, &comparison);
+            (step.added, step.kind)
+        };
+        let (gain, wave) = ("joint_gain(elbow)", "joint_harmonic(elbow, 2)");
+        assert_eq!(step(0, 1), ("start".to_owned(), StepKind::Start));
+        assert_eq!(step(1, 1), (gain.to_owned(), StepKind::Mechanism));
+        assert_eq!(step(2, 1), ("joint_gain(shoulder) (correction)".to_owned(), StepKind::Correction));
+        assert_eq!(step(3, 1), (wave.to_owned(), StepKind::Mechanism));
+        // In groups of two a correction among them makes the step one; the last may hold fewer.
+        assert_eq!(step(0, 2), ("start".to_owned(), StepKind::Start));
+        assert_eq!(step(2, 2), (format!("{gain} and 1 more"), StepKind::Correction));
+        assert_eq!(step(3, 2), (wave.to_owned(), StepKind::Mechanism));
+    }
+
+    #[test]
+    fn the_fall_begins_without_what_was_added_and_ends_with_all_of_it() {
+        let lab = with_three();
+        let watch = Progress::unwatched();
+        let now = lab.compare(&watch).unwrap();
+        let (fall, moved) = lab.fall(&now, &watch).unwrap();
+        let added: Vec<&str> = fall.iter().map(|step| step.added.as_str()).collect();
+        let correction = "joint_gain(shoulder) (correction)";
+        assert_eq!(added, ["start", "joint_gain(elbow)", correction, "joint_harmonic(elbow, 2)"]);
+        assert!((fall[3].fit_mm2.sqrt() - now.rms_mm.fit).abs() < 1e-12);
+        let bare = lab.with_model(Model { effects: Vec::new(), ..lab.model().clone() });
+        assert!((fall[0].fit_mm2.sqrt() - bare.compare(&watch).unwrap().rms_mm.fit).abs() < 1e-9);
+        assert!(fall.windows(2).all(|pair| pair[1].fit_mm2 < pair[0].fit_mm2));
+        assert_eq!(moved, Vec::<String>::new(), "noise moves no zero by two of its errors");
+    }
+
+    #[test]
+    fn what_is_named_or_tied_is_plotted_else_the_likeliest_and_then_what_was_added() {
+        let lab = with_three();
+        let mut diagnosis =
+            two_links(20, "joint_zero(*)", 0.3, 4, |_| [0.0; 2]).diagnose(&Progress::unwatched()).unwrap();
+        let named = ["a", "b", "c", "d"].map(|name| crate::testing::candidate(name, "elbow"));
+        (diagnosis.candidates, diagnosis.named, diagnosis.tied) = (named.to_vec(), None, Vec::new());
+        let added = ["joint_harmonic(elbow, 2)", "joint_gain(shoulder)", "joint_gain(elbow)"];
+        let plotted = |diagnosis: &Diagnosis| {
+            let mut all = lab.worth_plotting(diagnosis);
+            assert_eq!(all.split_off(all.len() - 3), added, "the last that was added first");
+            all
+        };
+        assert_eq!(plotted(&diagnosis), ["a(elbow)", "b(elbow)", "c(elbow)"]);
+        diagnosis.tied = vec![crate::testing::place("d", "elbow"), crate::testing::place("b", "elbow")];
+        assert_eq!(plotted(&diagnosis), ["b(elbow)", "d(elbow)"]);
+        let (effect, unit) = (crate::testing::place("c", "elbow"), "deg".to_owned());
+        diagnosis.named = Some(crate::outcome::Named { effect, size: 0.1, unit, se: 0.01 });
+        assert_eq!(plotted(&diagnosis), ["b(elbow)", "c(elbow)", "d(elbow)"]);
+    }
 }

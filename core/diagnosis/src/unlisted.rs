@@ -233,4 +233,12 @@ mod tests {
         close(&hinge(Some(0), 0.6, 1.0), &[0.2, 0.0]);
         close(&hinge(Some(0), 0.6, -1.0), &[0.0, -0.2]);
     }
+
+    #[test]
+    fn a_foot_that_rocks_changes_no_joint() {
+        let of = |shape: Shape| Unlisted::new(2, shape).changes_coordinate();
+        assert_eq!(of(Shape::RockingBase { limit: None }), None);
+        assert_eq!(of(Shape::RockingBase { limit: Some(3.0) }), None);
+        assert_eq!(of(Shape::Hinge { other: None, at: 0.3 }), Some(2));
+    }
 }

@@ -228,3 +228,14 @@ pub(super) fn finer(lab: &Laboratory, form: &Form) -> Vec<(Form, Probe)> {
     };
     shapes.into_iter().map(|shape| Form { shape, ..*form }).map(|form| (form, probe(form, 0))).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_middle_of_what_was_logged_is_its_mean_to_a_tenth() {
+        assert_eq!(middle(&[21.96, f64::NAN, 22.5, -1.0]), 14.5, "14.487");
+        assert_eq!((middle(&[-21.96]), middle(&[f64::NAN]), middle(&[])), (-22.0, 0.0, 0.0));
+    }
+}

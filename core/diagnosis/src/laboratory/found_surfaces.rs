@@ -199,4 +199,72 @@ mod tests {
             (None, None)
         );
     }
+
+    /// The normals of a table and of a wall.
+    fn normals() -> [Vector3<f64>; 2] {
+        [Vector3::new(0.01, -0.02, 1.0), Vector3::new(0.6, 0.8, 0.03)].map(|normal| normal.normalize())
+    }
+
+    /// Heights over a table and beside a wall, both about where the model has them, read by a known arm with noise of 0.1 mm.
+    fn touched(seed: u64) -> crate::laboratory::Laboratory {
+        let model = "
+arm: three
+convention: distal
+joints:
+  - {name: j1, alpha_deg: 90, d_mm: 400}
+  - {name: j2, a_mm: 350, alpha_deg: 90}
+  - {name: j3, d_mm: 80}
+base: {free: false}
+targets: {p1: {xyz_mm: [0, 0, 0], free: false}}
+surfaces:
+  table: {plane: {normal: [0, 0, 1], offset_mm: 0}, free: true}
+  wall: {plane: {normal: [0.6, 0.8, 0], offset_mm: 0}, free: true}
+free: []
+noise: {height_mm: 0.1}
+";
+        let [table, wall] = normals();
+        let mut random = plumb_estimation::Random::seeded(seed);
+        let mut text = "q1_deg,q2_deg,q3_deg,on,height_mm\n".to_owned();
+        for row in 0..40 {
+            let q = [60.0, 50.0].map(|reach| reach * (2.0 * random.uniform() - 1.0));
+            let (first, second) = (q[0].to_radians(), q[1].to_radians());
+            // The last row leads 80 mm along the third axis: that of the first turned by the second and a quarter.
+            let out = 350.0 * second.cos() + 80.0 * second.sin();
+            let up = 400.0 + 350.0 * second.sin() - 80.0 * second.cos();
+            let point = Vector3::new(out * first.cos(), out * first.sin(), up);
+            let (name, normal) = if row % 2 == 0 { ("table", table) } else { ("wall", wall) };
+            let height = normal.dot(&point) - 5.0 + 0.1 * random.normal();
+            text.push_str(&format!("{},{},0,{name},{height}\n", q[0], q[1]));
+        }
+        let model = plumb_calibration::arm_model::Model::parse("m.yaml", model).unwrap();
+        let table = plumb_calibration::table::Table::parse("t.csv", &text).unwrap();
+        let holdout = crate::split::Holdout::None;
+        let options = crate::laboratory::Options { holdout, ..Default::default() };
+        crate::laboratory::Laboratory::new(model, table, options).unwrap()
+    }
+
+    #[test]
+    fn the_angle_between_fitted_planes_scatters_as_its_standard_error_says() {
+        let [table, wall] = normals();
+        let truth = table.angle(&wall).to_degrees();
+        let mut squares = 0.0;
+        for seed in 0..40 {
+            let lab = touched(seed);
+            let fitted = lab.fit_with(&[], None, &plumb_estimation::Progress::unwatched()).unwrap();
+            let found = found_surfaces(&fitted.machine, &fitted.fit);
+            let names: Vec<&str> = found.iter().map(|one| one.name.as_str()).collect();
+            assert_eq!((names, found[1].angles.len()), (vec!["table", "wall"], 0));
+            let angle = &found[0].angles[0];
+            let se = angle.se_deg.unwrap();
+            assert!(
+                found[0].angles.len() == 1 && angle.to == "wall" && (0.005..0.1).contains(&se),
+                "{angle:?}"
+            );
+            squares += ((angle.deg - truth) / se).powi(2);
+            let offset = &found[1].numbers[0];
+            assert!((offset.value.unwrap() - 5.0).abs() < 5.0 * offset.se.unwrap(), "{offset:?}");
+        }
+        let ratio = (squares / 40.0_f64).sqrt();
+        assert!((0.75..1.3).contains(&ratio), "{ratio}");
+    }
 }

@@ -121,3 +121,80 @@ pub(super) fn orientation_errors(
         squares.into_iter().map(|(_, square)| square)
     }))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Positions and orientations of a body on the planar arm, with noise of 0.1 mm and 0.05 deg an axis.
+    fn tracked(rows: usize, base_free: bool) -> crate::laboratory::Laboratory {
+        let lines = format!("free: []\nbase: {{xyz_mm: [0, 0, 0], free: {base_free}}}\n");
+        let model = crate::testing::TWO_LINKS
+            .replace("base: {xyz_mm: [0, 0, 0], free: false}\n", &lines)
+            .replace("xyz_mm: [0, 0, 0], free: false}}", "free: true, free_rpy: true}}");
+        let mut random = plumb_estimation::Random::seeded(17);
+        let mut text = "q1_deg,q2_deg,p1_x_mm,p1_y_mm,p1_z_mm,p1_rx_deg,p1_ry_deg,p1_rz_deg\n".to_owned();
+        for row in 0..rows {
+            let q = [7.0 * row as f64 % 90.0 - 40.0, 13.0 * row as f64 % 70.0];
+            let (first, both) = (q[0].to_radians(), (q[0] + q[1]).to_radians());
+            let x = 200.0 * first.cos() + 180.0 * both.cos() + 20.0 * both.sin();
+            let y = 200.0 * first.sin() + 180.0 * both.sin() - 20.0 * both.cos();
+            let [x, y, z] = [x, y, 10.0].map(|part| part + 0.1 * random.normal());
+            let [rx, ry, rz] = [0.0, 0.0, q[0] + q[1] + 25.0].map(|part| part + 0.05 * random.normal());
+            text.push_str(&format!("{},{},{x},{y},{z},{rx},{ry},{rz}\n", q[0], q[1]));
+        }
+        let model = plumb_calibration::arm_model::Model::parse("m.yaml", &model).unwrap();
+        let table = plumb_calibration::table::Table::parse("t.csv", &text).unwrap();
+        let holdout = crate::split::Holdout::None;
+        let options = crate::laboratory::Options { holdout, ..Default::default() };
+        crate::laboratory::Laboratory::new(model, table, options).unwrap()
+    }
+
+    #[test]
+    fn a_body_is_placed_with_errors_that_fall_with_the_root_of_the_rows() {
+        let lab = tracked(36, false);
+        let fitted = lab.fit_with(&[], None, &plumb_estimation::Progress::unwatched()).unwrap();
+        let found = placements(&fitted.machine, &fitted.fit);
+        assert_eq!(found.len(), 1, "the base is held");
+        let body = &found[0];
+        assert_eq!((body.name.as_str(), body.frame), ("p1", "flange"));
+        for axis in 0..3 {
+            let (xyz, rpy) = ([30.0, -20.0, 10.0][axis], [0.0, 0.0, 25.0][axis]);
+            let (mm, deg) = (body.se_mm[axis].unwrap(), body.se_deg[axis].unwrap());
+            // Six times as sure as one row of 36.
+            assert!(
+                (mm / (0.1 / 6.0) - 1.0).abs() < 0.3 && (deg / (0.05 / 6.0) - 1.0).abs() < 0.3,
+                "{body:?}"
+            );
+            assert!((body.xyz_mm[axis] - xyz).abs() < 4.0 * mm, "{body:?}");
+            assert!((body.rpy_deg[axis] - rpy).abs() < 4.0 * deg, "{body:?}");
+        }
+        let half = (12.5_f64.to_radians().cos(), 12.5_f64.to_radians().sin());
+        assert!(
+            (body.quaternion[0].abs() - half.0).abs() < 1e-3
+                && (body.quaternion[3].abs() - half.1).abs() < 1e-3
+        );
+        // Three turns of 0.05 deg make an angle.
+        let rows: Vec<usize> = (0..36).collect();
+        let errors = orientation_errors(&fitted.machine, &fitted.fit.residuals, &rows).unwrap();
+        assert!(
+            errors.points == 36 && (errors.rms / (0.05 * 3.0_f64.sqrt()) - 1.0).abs() < 0.15,
+            "{errors:?}"
+        );
+        let lab = crate::testing::two_links(6, "", 0.05, 31, |_| [0.0; 2]);
+        let plain = lab.fit_with(&[], None, &plumb_estimation::Progress::unwatched()).unwrap();
+        assert!(placements(&plain.machine, &plain.fit).is_empty(), "of a bare point the turn is not known");
+        assert_eq!(orientation_errors(&plain.machine, &plain.fit.residuals, &[0, 1]), None);
+    }
+
+    #[test]
+    fn what_cannot_be_distinguished_has_no_standard_error() {
+        // On a planar arm the body's height and the base's are one number.
+        let lab = tracked(36, true);
+        let fitted = lab.fit_with(&[], None, &plumb_estimation::Progress::unwatched()).unwrap();
+        let found = placements(&fitted.machine, &fitted.fit);
+        assert_eq!(found.iter().map(|one| one.name.as_str()).collect::<Vec<_>>(), ["p1", "base"]);
+        let known = |axis: usize| found.iter().filter(|one| one.se_mm[axis].is_some()).count();
+        assert_eq!([known(0), known(1), known(2)], [2, 2, 1], "{found:?}");
+    }
+}

@@ -86,3 +86,62 @@ fn what_a_row_leaves_is_parted_along_its_motion_and_across_it_for_each_direction
     assert_eq!(parts(&[0.9 * LEAST_MOTION, 0.0], &[2.0, 3.0]), None, "it does not move");
     assert!(parts(&[1.1 * LEAST_MOTION, 0.0], &[2.0, 3.0]).is_some());
 }
+
+#[test]
+fn waves_imitate_anything_and_play_does_not() {
+    let at = |name: &str| EffectId::at(name, Spot::Joint(0));
+    assert!(
+        imitates(&at("joint_harmonic")) && !imitates(&at("joint_backlash")) && !imitates(&at("no_effect"))
+    );
+    assert!(
+        is_of_a_joint(&at("joint_gain"))
+            && !is_of_a_joint(&at("link_length"))
+            && !is_of_a_joint(&at("no_effect"))
+    );
+}
+
+/// A stage of an arm whose links are longer than its model has them by so much (mm), and whose elbow has a wave of this amplitude.
+fn with_left_out_geometry(longer: [f64; 2], amplitude: f64, found: &[&str]) -> bool {
+    let lab = two_links(120, "joint_zero(*)", 0.05, 21, |q| [0.0, amplitude * (12.0 * q[1]).sin()]);
+    let mut model = lab.model().clone();
+    model.chain.joints[0].a -= longer[0];
+    model.chain.joints[1].a -= longer[1];
+    let lab = lab.with_model(model);
+    let listed = crate::candidates::probes(&lab);
+    let none = crate::candidates::Candidates { listed: Vec::new(), unlisted: Vec::new() };
+    let base = lab.stage(Vec::new(), None, &none, &Progress::unwatched()).unwrap();
+    let found: Vec<EffectId> =
+        found.iter().map(|text| plumb_calibration::effect::parse(text, lab.model()).unwrap()).collect();
+    explains_as_well(&base, &listed, &found)
+}
+
+#[test]
+fn geometry_that_is_not_free_is_a_rival_of_what_imitates_it_and_of_nothing_else() {
+    let wave = "joint_harmonic(elbow, 12)";
+    assert!(!with_left_out_geometry([0.0; 2], WAVE, &[wave]), "the links are right");
+    assert!(with_left_out_geometry([0.6, -0.5], 0.0, &["joint_gain(elbow)"]), "the links are wrong");
+    // Where both are wrong the wave explains what no link does.
+    assert!(!with_left_out_geometry([0.6, -0.5], WAVE, &[wave]));
+    assert!(!with_left_out_geometry([0.6, -0.5], 0.0, &[]), "nothing was found");
+    // Two waves of orders that the arm does not have explain no more than the links.
+    let waves = ["joint_harmonic(shoulder, 1)", "joint_harmonic(elbow, 1)"];
+    assert!(with_left_out_geometry([0.6, -0.5], 0.0, &waves));
+}
+
+#[test]
+fn effects_pay_for_being_chosen_from_the_second_on() {
+    // 2 ln of (k - i) / (i + 1) each: of ten families 9 / 2 and 8 / 3.
+    assert_eq!(
+        (left_out_geometry::cost_of_choice(10.0, 0), left_out_geometry::cost_of_choice(10.0, 1)),
+        (0.0, 0.0)
+    );
+    assert!((left_out_geometry::cost_of_choice(10.0, 2) - 2.0 * 4.5_f64.ln()).abs() < 1e-12);
+    assert!(
+        (left_out_geometry::cost_of_choice(10.0, 3) - 2.0 * (4.5_f64.ln() + (8.0_f64 / 3.0).ln())).abs()
+            < 1e-12
+    );
+    assert!(
+        (left_out_geometry::cost_of_choice(1.0, 2) - 2.0 * 0.5_f64.ln()).abs() < 1e-12,
+        "never of fewer than one"
+    );
+}

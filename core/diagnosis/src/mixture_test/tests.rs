@@ -166,6 +166,7 @@ fn members_are_measured_along_their_way_and_what_lies_across_is_noise_of_its_own
     assert!((told.typical - 2.0).abs() < 1e-12, "sigmas along the way: 2, 0, 2 twice");
     // The likelihood of what lies across: -8 ln s - 20 / 2 s^2.
     assert!((told.across(2.0) - (-8.0 * 2.0_f64.ln() - 2.5)).abs() < 1e-12);
+    assert!((told.across(5.0) - (-8.0 * 5.0_f64.ln() - 0.4)).abs() < 1e-12);
     // What moves beside it along y is left out of account, and costs a direction.
     let beside = vec![DVector::from_row_slice(&[0.0, 3.0, 0.0]); 6];
     let aside = Lines::along(&returns, &deviations, &[1.0; 6], &path, Some(&beside)).unwrap();
@@ -184,4 +185,9 @@ fn the_smaller_cluster_has_one_member_in_six() {
     };
     assert!(in_earnest(&[line(&odd_one(6)), line(&odd_one(6))], 9.0, 1.0));
     assert!(!in_earnest(&[line(&odd_one(7)), line(&odd_one(7))], 9.0, 1.0));
+}
+
+#[test]
+fn a_pattern_says_which_members_are_taken_to_be_of_the_upper_place() {
+    assert_eq!(shifted(&line(&[5.0, 5.0, -2.0]), 0b101, 1.5), [3.5, 6.5, -3.5]);
 }

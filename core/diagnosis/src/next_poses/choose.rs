@@ -349,4 +349,29 @@ mod tests {
         // Pairs: b before a, c before a, c before b.
         assert_eq!(choice(&[5.0, 0.9 * SETTLES, 1.1 * SETTLES]).alike(&labels), [("a", "c")]);
     }
+
+    #[test]
+    fn what_a_rival_predicts_is_where_the_point_is_and_a_second_point_sits_off_the_axis() {
+        let lab = crate::testing::two_links(8, "", 0.05, 73, |_| [0.0; 2]);
+        let fitted = lab.fit_with(&[], None, &Progress::unwatched()).unwrap();
+        let unit = crate::noise_floor::typical_sigma(&fitted.machine);
+        let rival = Rival::of("as it is".to_owned(), Vec::new(), &fitted);
+        let mut chooser = Chooser::new(&lab, vec![rival], 1.0).unwrap();
+        let design = |q: [f64; 2]| Design { q: q.to_vec(), approach: vec![0, 0], payload: 0.0, wait: 0.0 };
+        let designs = [design([0.5, -1.0]), design([-0.3, 0.2])];
+        let wish = || Wish { count: 0, keep_out: &[], payloads: &[] };
+        for (sensing, side) in [(Sensing::AsBefore, 0.0), (Sensing::SecondPoint, SECOND_POINT * 350.0)] {
+            chooser.sensing = sensing;
+            let forecast = chooser.forecast(&designs, wish()).unwrap();
+            assert_eq!((forecast.rivals.len(), forecast.reach_allowed.as_slice()), (1, &[true, true][..]));
+            for (index, design) in designs.iter().enumerate() {
+                let (first, both) = (design.q[0], design.q[0] + design.q[1]);
+                let x = 200.0 * first.cos() + (150.0 + side) * both.cos() - side * both.sin();
+                let y = 200.0 * first.sin() + (150.0 + side) * both.sin() + side * both.cos();
+                let found = &forecast.rivals[0][index].0 * unit;
+                let expected = DVector::from_vec(vec![x, y, 0.0]);
+                assert!((&found - &expected).norm() < 1e-6, "{found} {expected}");
+            }
+        }
+    }
 }

@@ -4,7 +4,10 @@ use nalgebra::{DMatrix, DVector};
 
 use super::*;
 use crate::thresholds::INLIER_QUANTILE;
+use plumb_calibration::arm_model::Model;
 use plumb_calibration::effect::{EffectId, Spot};
+use plumb_calibration::measurement::Observations;
+use plumb_calibration::table::Table;
 use plumb_estimation::{Random, chi_squared_quantile};
 
 /// Groups of so many replicates, three equations each, with scatter `sigma` and no candidate for it.
@@ -295,4 +298,20 @@ fn replicates_that_read_something_else_than_the_first_are_not_compared() {
     });
     let rows: Vec<usize> = count(&lab).iter().map(|(row, _)| *row).collect();
     assert_eq!(rows, [0, 1, 2, 3, 5, 9, 10, 11, 12, 13, 14, 15, 16, 17]);
+}
+
+#[test]
+fn the_typical_sigma_is_the_root_mean_square_of_lengths_and_of_angles_where_there_are_no_lengths() {
+    let typical = |columns: &str, cells: &str| {
+        let lines = "free: []\nnoise: {p1_mm: 0.3, p1_deg: 0.25}\n";
+        let model = Model::parse("m.yaml", &format!("{}{lines}", crate::testing::TWO_LINKS)).unwrap();
+        let table = Table::parse("t.csv", &format!("q1_deg,q2_deg,{columns}\n0,10,{cells}\n20,30,{cells}\n"));
+        let table = table.unwrap();
+        let observations = Observations::new(&model, &table).unwrap();
+        typical_sigma(&ResidualModel::new(&model, &table, &observations, &[]).unwrap())
+    };
+    let (places, turns) = ("p1_x_mm,p1_y_mm,p1_z_mm", "p1_rx_deg,p1_ry_deg,p1_rz_deg");
+    assert!((typical(places, "1,2,3") - 0.3).abs() < 1e-12);
+    assert!((typical(turns, "1,2,3") - 0.25).abs() < 1e-12);
+    assert!((typical(&format!("{places},{turns}"), "1,2,3,1,2,3") - 0.3).abs() < 1e-12);
 }

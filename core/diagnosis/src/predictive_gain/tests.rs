@@ -68,3 +68,10 @@ fn an_effect_that_is_not_there_fits_but_does_not_predict() {
     assert!(falls > 0.0, "in sample two more parameters always explain something");
     assert!(gains < 0.0, "out of sample they do harm: {gains}");
 }
+
+#[test]
+fn a_gain_counts_above_one_standard_error_and_nothing_at_all_is_no_gain() {
+    let counts = |total: f64| Gain { total, error: 2.0 }.counts();
+    assert!(counts(2.02 * GAIN_ERRORS) && !counts(2.0 * GAIN_ERRORS) && !counts(-9.0));
+    assert!(!Gain { total: 0.0, error: 0.0 }.counts());
+}

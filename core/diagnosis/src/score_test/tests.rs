@@ -103,3 +103,11 @@ fn information_drops_what_is_rounding_and_keeps_the_rest() {
     let clean = information(&own, &beyond);
     assert!((clean - DMatrix::from_row_slice(2, 2, &[1.0, 0.0, 0.0, 0.0])).norm() < 1e-12);
 }
+
+#[test]
+fn a_column_of_nothing_has_no_unit() {
+    let own = DMatrix::from_row_slice(3, 3, &[4.0, 1.0, 0.0, 1.0, 0.25, 0.0, 0.0, 0.0, 0.0]);
+    assert_eq!(units(&own), DVector::from_vec(vec![0.5, 2.0, 0.0]));
+    let expected = DMatrix::from_row_slice(3, 3, &[1.0, 1.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
+    assert_eq!(in_units(&own, &units(&own)), expected);
+}

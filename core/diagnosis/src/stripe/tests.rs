@@ -4,6 +4,7 @@ use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use plumb_kinematics::{Deviation, Posture, inverse};
 
 use super::{Adjustment, Scans, StripePixel, StripeScene, Surface, View, adjust};
+use plumb_calibration::arm_model::AddedEffect;
 use plumb_calibration::arm_model::{Model, RigNumber, StripeRig};
 use plumb_calibration::effect;
 use plumb_estimation::Progress;
@@ -164,6 +165,14 @@ fn what_no_surface_can_tell_is_named() {
 
 #[test]
 fn the_laboratory_asks_the_stripes_with_the_whole_library() {
-    let laboratory = found(&rig(), &[], &[]).laboratory().unwrap();
+    let mut adjustment = found(&rig(), &[], &[]);
+    let laboratory = adjustment.laboratory().unwrap();
     assert!(laboratory.passport().stripes && !laboratory.passport().moves);
+    // Effects of the rig are no part of the arm, and pictures are late by what their clock is.
+    assert_eq!(adjustment.late_s(), 0.0);
+    let of_arm = adjustment.of_arm().len();
+    assert!(of_arm > 0 && of_arm < adjustment.effects.len());
+    let skew = effect::parse("clock_skew(sensor)", laboratory.model()).unwrap();
+    adjustment.effects.push(AddedEffect { id: skew, values: vec![0.004] });
+    assert_eq!((adjustment.late_s(), adjustment.of_arm().len()), (0.004, of_arm));
 }

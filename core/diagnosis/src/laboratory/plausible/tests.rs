@@ -159,3 +159,54 @@ fn short_distances_are_not_compared() {
     assert!((median_size(&found) - 2.0_f64.ln()).abs() < 1e-12);
     assert_eq!(median_size(&[]), 0.0);
 }
+
+#[test]
+fn a_point_stands_still_where_the_joints_move_and_it_does_not() {
+    let sample = |q: f64| Sample { line: 1, q: vec![q, 0.0], measured: Vector3::zeros() };
+    let still = |qs: [f64; 3], x: [f64; 3]| {
+        stands_still(&qs.map(sample), &x.map(|x| Vector3::new(100.0 + x, -50.0, 20.0)))
+    };
+    assert!(still([0.0, 0.5, 0.0], [0.0, 1e-7, -1e-7]));
+    assert!(!still([0.0, 0.5, 0.0], [0.0, 0.0, 1e-5]) && !still([0.0, 0.5, 1.0], [0.0, -1e-5, 0.0]));
+    assert!(!still([0.5, 0.5, 0.5], [0.0; 3]), "the joints stand still as well");
+}
+
+#[test]
+fn distances_are_compared_where_they_are_long_enough_to_tell() {
+    let at = |x: f64| Vector3::new(x, 0.0, 0.0);
+    // The longest believed distance is 100: pairs from a share of it on count.
+    let short = SHORT * 100.0;
+    let believed = [at(0.0), at(100.0), at(1.01 * short), at(100.0 - 0.99 * short)];
+    let measured = believed.map(|point| point * 2.0);
+    let found = ratios(&measured, &believed);
+    let known =
+        |one: usize, other: usize| found[one][other].map(|ratio| (ratio / 2.0_f64.ln() * 1e6).round() / 1e6);
+    assert_eq!(
+        (known(0, 1), known(0, 2), known(2, 0), known(1, 3), known(0, 0)),
+        (Some(1.0), Some(1.0), Some(1.0), None, None)
+    );
+    assert_eq!(
+        ratios(&[at(1.0), at(2.0)], &[at(5.0), at(5.0)]),
+        vec![vec![None, None]; 2],
+        "they stand still"
+    );
+}
+
+#[test]
+fn coordinates_count_as_beyond_their_limits_from_a_thousandth_of_the_range_on() {
+    let model = Model::parse("model.yaml", ARM).unwrap();
+    let beyond = |rows: &[[f64; 2]]| {
+        let rows: String = rows.iter().map(|q| format!("{},{},0,0,0\n", q[0], q[1])).collect();
+        let text = format!("q1_deg,q2_deg,p1_x_mm,p1_y_mm,p1_z_mm\n{rows}");
+        beyond_limits(&model, &Table::parse("table.csv", &text).unwrap())
+    };
+    // A thousandth of 340 and of 300 degrees.
+    assert_eq!(beyond(&[[170.3, 150.25], [-170.3, -150.25]]), None);
+    let told = beyond(&[[0.0, 0.0], [0.0, -150.4], [170.4, 0.0], [-170.4, 150.4]]).unwrap();
+    assert!(
+        told.starts_with(
+            "4 commanded coordinates lie beyond the model's limits, the first in line 3: elbow at -150.40 deg"
+        ),
+        "{told}"
+    );
+}
