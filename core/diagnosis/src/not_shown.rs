@@ -253,4 +253,37 @@ mod tests {
         kinds.dedup();
         assert_eq!(kinds.len(), count, "of one kind at one place the worst stands for all");
     }
+
+    #[test]
+    fn an_effect_of_one_number_hides_below_what_its_standard_error_and_its_range_allow() {
+        let lab = two_links_with("free: [joint_zero(*)]\nnoise: {p1_mm: 0.05}", 12, 0.05, 3, |_| [0.0; 2]);
+        let watch = plumb_estimation::Progress::unwatched();
+        let fitted = lab.fit_with(&[], None, &watch).unwrap();
+        let floor = Floor { scale: Some(1.3), ..Floor::of(&fitted.machine, &fitted.fit, &lab.survey()) };
+        let faint = lab.faint(&fitted, &floor).unwrap();
+        assert!(faint.windows(2).all(|pair| pair[0].error_mm >= pair[1].error_mm));
+        let mut asked = 0;
+        for one in faint.iter().filter(|one| one.values.len() == 1 && moves_the_tip(&one.id)) {
+            let with =
+                lab.fit_with(&[AddedEffect { id: one.id.clone(), values: vec![0.0] }], None, &watch).unwrap();
+            let place = with.fit.covariance.nrows() - 1;
+            // Where a number cannot be distinguished from those that are fitted its range alone bounds it.
+            if with.fit.factor.dependent.contains(&place) {
+                continue;
+            }
+            let error = 1.3 * (with.fit.covariance[(place, place)] / with.fit.variance).sqrt();
+            let (low, high) = one.effect.parameters()[0].range;
+            let (by_rows, by_range) = (DETECTABLE_ERRORS * error, low.abs().max(high.abs()));
+            let expected = (by_rows.powi(-2) + by_range.powi(-2)).powf(-0.5);
+            assert!(
+                (one.values[0].abs() / expected - 1.0).abs() < 0.02,
+                "{:?} {:?} {expected}",
+                one.id,
+                one.values
+            );
+            assert_eq!(one.any_size, (expected / by_rows).powi(2) < BOUNDED_BY_ROWS, "{:?}", one.id);
+            asked += 1;
+        }
+        assert!(asked > 2, "{asked}");
+    }
 }

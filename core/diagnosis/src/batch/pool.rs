@@ -407,6 +407,7 @@ mod tests {
         let (effects, moved) = pool.effects(&picks);
         assert_eq!((lab.model().label(&effects[0].id).as_str(), moved.len()), ("joint_gain(elbow)", 2));
         assert!((effects[0].values[0] - 0.01).abs() < 2e-4, "{effects:?}");
+        assert_eq!(picks.len(), 1, "{effects:?}");
         assert!(pool.needed(picks.clone()).first() == picks.first());
         // With it the rows that are left out are predicted to the noise, without it not.
         let left = |picks: &[Pick]| pool.left_out(&pool.columns(picks), &pool.folds);

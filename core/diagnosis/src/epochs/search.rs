@@ -454,4 +454,48 @@ mod tests {
         assert!((inflation([0.1; 4]) - 7.0 / 3.0).abs() < 1e-9, "all alike, as in the series of ones");
         assert_eq!(inflation([0.1, -0.1, 0.1, -0.1]), 1.0);
     }
+
+    /// One reading a row, of a level that is fitted and may be re-set, with noise of a tenth about these levels.
+    fn columns(rows: usize, level: impl Fn(usize) -> f64) -> Columns {
+        let mut random = plumb_estimation::Random::seeded(19);
+        Columns {
+            rows: (0..rows).collect(),
+            positions: (0..rows).map(|row| row as f64).collect(),
+            ranges: (0..rows).map(|row| row..row + 1).collect(),
+            residuals: (0..rows).map(|row| level(row) + 0.1 * random.normal()).collect(),
+            fitted: DMatrix::from_element(1, rows, 1.0),
+            steps: DMatrix::from_element(1, rows, 1.0),
+            ids: vec![plumb_calibration::effect::EffectId::at(
+                "reading_reset",
+                plumb_calibration::effect::Spot::Base,
+            )],
+        }
+    }
+
+    #[test]
+    fn change_points_move_to_where_they_explain_most_beside_the_others() {
+        let columns = columns(80, |row| [0.0, 2.0, -1.0][usize::from(row >= 20) + usize::from(row >= 55)]);
+        let search = Search::new(&columns, 0);
+        let mut starts = [31, 44];
+        search.move_to_better_places(&mut starts);
+        starts.sort_unstable();
+        assert_eq!(starts, [20, 55]);
+        assert_eq!(search.best_beyond(&[55]).map(|(place, _)| place), Some(20));
+        assert_eq!(search.best_beyond(&[20]).map(|(place, _)| place), Some(55));
+        let changes = search.changes();
+        assert!(changes.starts == [20, 55] && changes.p < JUMP_LEVEL, "{changes:?}");
+        // Epochs have so many rows at least.
+        let mut edge = [3];
+        search.move_to_better_places(&mut edge);
+        assert_eq!(edge, [55], "three down are more than two up");
+    }
+
+    #[test]
+    fn a_change_that_is_taken_back_is_found_though_either_half_alone_is_hardly_seen() {
+        let columns = columns(90, |row| if (40..50).contains(&row) { 0.4 } else { 0.0 });
+        let search = Search::new(&columns, 0);
+        assert_eq!(search.changes().starts, [40, 50]);
+        let steady = self::columns(90, |_| 0.0);
+        assert!(Search::new(&steady, 0).changes().starts.is_empty());
+    }
 }

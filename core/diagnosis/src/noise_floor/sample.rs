@@ -70,4 +70,24 @@ mod tests {
             assert!(odd * 3 > all && odd * 3 < all * 2, "{odd} of {all}");
         }
     }
+
+    #[test]
+    fn poses_go_before_returns_while_there_are_many_of_them_and_few_returns_to_each() {
+        // With so many joints any table is too large, and half of it is not.
+        let kept = |poses: usize, returns: usize| {
+            let groups = vec![(0..returns).collect::<Vec<usize>>(); poses];
+            let joints = (MOST_NUMBERS / (EQUATIONS * poses * returns) - COLUMNS) / poses + 1;
+            assert_eq!(sampled(groups.clone(), joints - 1), groups, "it is just held");
+            let kept = sampled(groups, joints);
+            (kept.len(), kept.iter().map(Vec::len).max().unwrap_or(0))
+        };
+        // Of n every other one in steps of the golden section: about a half.
+        let half = |count: usize| every_other(vec![(); count]).len();
+        assert_eq!(kept(MANY_POSES + 1, 7), (half(MANY_POSES + 1), 7));
+        assert_eq!(kept(MANY_POSES + 1, 8), (MANY_POSES + 1, half(8)));
+        assert_eq!(kept(MANY_POSES, 7), (MANY_POSES, half(7)));
+        assert_eq!(kept(MANY_POSES, 4), (MANY_POSES, half(4)));
+        assert_eq!(kept(MANY_POSES, 3), (half(MANY_POSES), 3), "two returns at least are left of four");
+        assert_eq!((half(2), half(4), half(5), half(10)), (1, 2, 3, 5));
+    }
 }

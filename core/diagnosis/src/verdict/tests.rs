@@ -395,3 +395,29 @@ fn contenders_that_move_the_readings_alike_are_listed_by_how_much_and_the_same_a
     });
     assert_eq!(of_shoulder, []);
 }
+
+#[test]
+fn of_effects_that_were_taken_in_the_one_that_is_missed_most_is_in_question() {
+    let both = |q: [f64; 2]| [0.001 * (7.0 * q[0]).sin(), 0.01 * q[1]];
+    let lab = crate::testing::two_links(60, "joint_zero(*)", 0.02, 45, both);
+    let watch = plumb_estimation::Progress::unwatched();
+    let candidates =
+        crate::candidates::Candidates { listed: crate::candidates::probes(&lab), unlisted: Vec::new() };
+    let id = |text: &str| effect::parse(text, lab.model()).unwrap();
+    let needed = |names: &[&str]| {
+        let taken = names.iter().map(|name| {
+            let id = id(name);
+            let count = effect::build(&id, lab.model()).unwrap().parameters().len();
+            AddedEffect { id, values: vec![0.0; count] }
+        });
+        let full = lab.stage(taken.collect(), None, &candidates, &watch).unwrap();
+        let without = lab.most_needed(&full, &candidates, &watch).unwrap()?;
+        Some(without.taken.iter().map(|one| lab.model().label(&one.id)).collect::<Vec<_>>())
+    };
+    let (wave, gain) = ("joint_harmonic(shoulder, 7)", "joint_gain(elbow)");
+    // A gain of a hundredth moves the point farther than a wave of a milliradian.
+    assert_eq!(needed(&[gain, wave]), Some(vec![wave.to_owned()]));
+    assert_eq!(needed(&[wave, gain]), Some(vec![wave.to_owned()]));
+    assert_eq!(needed(&[wave]), Some(Vec::new()));
+    assert_eq!(needed(&[]), None);
+}
