@@ -280,3 +280,23 @@ fn one_robust_step_from_near_is_the_whole_fit_and_without_scatter_a_whole_fit_is
         "a whole fit says what is wrong"
     );
 }
+
+#[test]
+fn one_step_that_leaves_more_than_staying_is_refused_and_a_whole_fit_is_made() {
+    let model = Model::parse("planar.yaml", PLANAR).unwrap();
+    let added = |text: &str| AddedEffect { id: parse(text, &model).unwrap(), values: Vec::new() };
+    // The elbow hardly bends, and what was measured is that of other poses: the tangent asks for turns of many times round.
+    let mut table = measured(60, 0.05, 13);
+    (0..60).for_each(|row| table.q[2 * row + 1] = 0.03 * (row % 3) as f64);
+    let observations = Observations::new(&model, &table).unwrap();
+    let effects = ["joint_zero(shoulder)", "joint_zero(elbow)"].map(added);
+    let machine = ResidualModel::new(&model, &table, &observations, &effects).unwrap();
+    let (start, rows, ones) = (machine.start(), (0..60).collect::<Vec<usize>>(), vec![1.0; 60]);
+    assert!(super::outcome::one_step(&machine, &start, &rows, ones.clone()).unwrap().is_none());
+    let options = FitOptions::default();
+    let whole = machine.refit(&start, &rows, &ones, options, &Progress::default()).unwrap();
+    let made = machine.refit_by_one_step(&start, &rows, &ones, options, &Progress::default()).unwrap();
+    assert_eq!(made.state.effects, whole.state.effects);
+    let squares = |state: &State| machine.normal(state, &rows, &made.weights, &[]).squares;
+    assert!(made.convergence.steps > 1 && squares(&whole.state) < squares(&start));
+}
