@@ -254,11 +254,11 @@ free: [joint_zero(x)]
     #[test]
     fn the_play_of_a_slide_is_named_beside_an_error_of_each_position() {
         let lab = slide(0.006, 0.03);
-        let told = lab.diagnose(&Progress::unwatched()).unwrap();
-        let named = told.named.unwrap();
+        let diagnosis = lab.diagnose(&Progress::unwatched()).unwrap();
+        let named = diagnosis.named.unwrap();
         assert!((named.size - 0.006).abs() < 4.0 * named.se && named.se < 0.001, "{named:?}");
-        assert_eq!((told.verdict, named.effect.effect.as_str()), (Verdict::Named, "joint_backlash"));
-        let few = told.few_poses.unwrap();
+        assert_eq!((diagnosis.verdict, named.effect.effect.as_str()), (Verdict::Named, "joint_backlash"));
+        let few = diagnosis.few_poses.unwrap();
         assert!(few.share.poses == 8 && few.share.share > 0.5 && few.share.is_significant());
         let condition = few.condition.unwrap();
         assert_eq!((condition.label.as_str(), condition.across), ("joint_backlash(x)", AcrossPoses::Same));
@@ -267,16 +267,16 @@ free: [joint_zero(x)]
         assert!(curve.starts_with("positioning_error(x, "), "{curve}");
         // What is left is that of the model itself.
         let alone = lab.compare(&Progress::unwatched()).unwrap().rms_mm;
-        assert!((told.rms_mm.fit - alone.fit).abs() < 1e-9, "{:?} {alone:?}", told.rms_mm);
+        assert!((diagnosis.rms_mm.fit - alone.fit).abs() < 1e-9, "{:?} {alone:?}", diagnosis.rms_mm);
     }
 
     #[test]
     fn what_goes_with_the_position_alone_is_said_so_and_of_scatter_nothing_is() {
-        let told = slide(0.0, 0.03).diagnose(&Progress::unwatched()).unwrap();
-        let few = told.few_poses.unwrap();
-        assert!(told.named.is_none() && few.condition.is_none() && few.curve.is_some());
-        assert_eq!(told.remaining.covariates.first().map(String::as_str), Some("pose"));
-        assert_eq!(told.remaining.shape, Some(Rest::PoseAlone(few.share)));
+        let diagnosis = slide(0.0, 0.03).diagnose(&Progress::unwatched()).unwrap();
+        let few = diagnosis.few_poses.unwrap();
+        assert!(diagnosis.named.is_none() && few.condition.is_none() && few.curve.is_some());
+        assert_eq!(diagnosis.remaining.covariates.first().map(String::as_str), Some("pose"));
+        assert_eq!(diagnosis.remaining.shape, Some(Rest::PoseAlone(few.share)));
         let sound = slide(0.0, 0.0).diagnose(&Progress::unwatched()).unwrap();
         assert!(sound.few_poses.is_none() && sound.named.is_none());
     }

@@ -144,16 +144,20 @@ fn what_a_row_has_left_is_a_vector_weighed_as_in_the_fit() {
 #[test]
 fn sessions_and_columns_of_words_are_categories_unless_there_are_one_or_too_many() {
     let lab = crate::testing::two_links(6, "", 0.05, 31, |_| [0.0; 2]);
-    let told = |sessions: usize| {
+    let with_sessions = |sessions: usize| {
         let lab = crate::testing::with_table(&lab, |table| {
             table.session.names = (0..sessions).map(|one| format!("s{one}")).collect();
             table.session.of_row = (0..6).map(|row| (row != 3).then_some(u32::from(row > 3))).collect();
         });
         categorical(lab.table(), &[0, 3, 5])
     };
-    let two = told(2);
+    let two = with_sessions(2);
     assert_eq!((two.len(), two[0].name.as_str(), two[0].turns), (1, "session", false));
     assert!(two[0].values[0] == 0.0 && two[0].values[1].is_nan() && two[0].values[2] == 1.0);
     assert_eq!(two[0].categories, ["s0", "s1"]);
-    assert!(told(1).is_empty() && told(MOST_LEVELS).len() == 1 && told(MOST_LEVELS + 1).is_empty());
+    assert!(
+        with_sessions(1).is_empty()
+            && with_sessions(MOST_LEVELS).len() == 1
+            && with_sessions(MOST_LEVELS + 1).is_empty()
+    );
 }

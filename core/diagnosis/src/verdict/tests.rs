@@ -313,7 +313,7 @@ fn what_cannot_be_distinguished_is_listed_where_that_is_the_verdict() {
 }
 
 #[test]
-fn a_known_place_is_told_with_what_may_be_at_work_there_and_nowhere_else() {
+fn a_known_place_is_given_with_what_may_be_at_work_there_and_nowhere_else() {
     let contenders = || {
         let names = [("joint_gain", 1), ("joint_harmonic", 1), ("joint_zero", 0), ("joint_harmonic", 1)];
         names.map(|(name, joint)| contender(name, joint, 0.0)).into_iter().collect()
@@ -342,14 +342,14 @@ fn a_correction_may_be_itself_what_is_close_or_what_no_library_lists() {
         finding.close = vec![0, 1];
         finding.corrections()
     });
-    let told: Vec<(&str, Vec<&str>)> = found
+    let listed: Vec<(&str, Vec<&str>)> = found
         .iter()
         .map(|one| (one.place.place.as_str(), one.may_be.iter().map(String::as_str).collect()))
         .collect();
     let (elbow, shoulder) = ("joint_gain(elbow)", "joint_gain(shoulder)");
     let expected =
         [("elbow", vec![elbow, shoulder, NOT_LISTED]), ("shoulder", vec![shoulder, elbow, NOT_LISTED])];
-    assert_eq!(told, expected);
+    assert_eq!(listed, expected);
 }
 
 /// Zeros of both joints and gains of the elbow, which moves by so much a row; the last one was not refitted.
@@ -384,9 +384,9 @@ fn contenders_that_move_the_readings_alike_are_listed_by_how_much_and_the_same_a
         assert_eq!(found.len(), usize::from(listed), "{step}: {found:?}");
         assert!(found.iter().all(|(one, id)| (one - expected).abs() < 1e-9 && id.name == "joint_gain"));
         assert_eq!(are_same.len(), usize::from(same), "{step}");
-        let told: Vec<_> = alike.iter().map(|one| (one.one.as_str(), one.other.as_str())).collect();
+        let pairs: Vec<_> = alike.iter().map(|one| (one.one.as_str(), one.other.as_str())).collect();
         let pair = ("joint_zero(elbow)", "joint_gain(elbow)");
-        assert_eq!(told, if listed && !same { vec![pair] } else { Vec::new() }, "{step}");
+        assert_eq!(pairs, if listed && !same { vec![pair] } else { Vec::new() }, "{step}");
     }
     // The shoulder moves the point in other directions than the elbow.
     let of_shoulder = alike_over(0.002, |finding| {

@@ -289,17 +289,17 @@ fn about_one_axis(rows: usize, deg: f64) -> Vec<[f64; 3]> {
 #[test]
 fn a_hand_that_turned_about_one_axis_cannot_tell_base_and_body_apart() {
     let odd = |lines: &str, rows: &[[f64; 3]]| said(lines, &tracked(rows, |_, seen| seen)).unwrap();
-    let told = odd(ALL_FREE, &about_one_axis(8, 0.0));
+    let noted = odd(ALL_FREE, &about_one_axis(8, 0.0));
     assert!(
-        told.len() == 1 && told[0].starts_with("between all poses the hand turned about one axis only ("),
-        "{told:?}"
+        noted.len() == 1 && noted[0].starts_with("between all poses the hand turned about one axis only ("),
+        "{noted:?}"
     );
     assert!(
-        told[0].contains("0.00, 1.00] in the base's frame): how far p1 sits along it")
-            || told[0].contains("0.00, -1.00]"),
-        "{told:?}"
+        noted[0].contains("0.00, 1.00] in the base's frame): how far p1 sits along it")
+            || noted[0].contains("0.00, -1.00]"),
+        "{noted:?}"
     );
-    assert!(told[0].contains("cannot be told from the base; add poses"), "{told:?}");
+    assert!(noted[0].contains("cannot be told from the base; add poses"), "{noted:?}");
     let edge = ONE_AXIS.to_degrees();
     assert_eq!(odd(ALL_FREE, &about_one_axis(9, 0.9 * edge)).len(), 1);
     assert_eq!(odd(ALL_FREE, &about_one_axis(9, 1.2 * edge)), Vec::<String>::new());
@@ -311,13 +311,13 @@ fn a_hand_that_turned_about_one_axis_cannot_tell_base_and_body_apart() {
 #[test]
 fn fewer_than_three_poses_cannot_tell_base_and_body_apart_however_they_turn() {
     let odd = |rows: usize| said(ALL_FREE, &tracked(&anywhere(rows), |_, seen| seen)).unwrap();
-    let told = odd(1);
+    let noted = odd(1);
     assert!(
-        told.len() == 1
-            && told[0].starts_with(
+        noted.len() == 1
+            && noted[0].starts_with(
                 "1 poses with an orientation cannot tell how p1 sits on the flange and where the base is"
             ),
-        "{told:?}"
+        "{noted:?}"
     );
     assert_eq!(odd(FEWEST_OF_A_CAMERA), Vec::<String>::new());
     let still = said(ALL_FREE, &tracked(&about_one_axis(2, 0.0), |_, seen| seen)).unwrap();
@@ -359,12 +359,12 @@ fn a_board_in_few_pictures_is_placed_by_a_camera_that_another_board_tells() {
     assert!(with_wall(1, &anywhere(FEWEST_OF_A_CAMERA))[0].contains("hardly anything confirms it"));
     let neither = with_wall(1, &anywhere(FEWEST_OF_A_CAMERA - 1));
     assert!(
-        neither.iter().any(|told| told.starts_with("1 poses") && told.contains("where the board wall is")),
+        neither.iter().any(|noted| noted.starts_with("1 poses") && noted.contains("where the board wall is")),
         "{neither:?}"
     );
     let turned = with_wall(1, &about_one_axis(12, 0.0));
-    assert!(turned.iter().any(|told| told.contains("cannot be told from the board floor")), "{turned:?}");
-    assert!(turned.iter().any(|told| told.starts_with("1 poses")), "{turned:?}");
+    assert!(turned.iter().any(|noted| noted.contains("cannot be told from the board floor")), "{turned:?}");
+    assert!(turned.iter().any(|noted| noted.starts_with("1 poses")), "{turned:?}");
 }
 
 #[test]

@@ -161,14 +161,14 @@ fn short_distances_are_not_compared() {
 }
 
 #[test]
-fn a_point_stands_still_where_the_joints_move_and_it_does_not() {
+fn a_point_is_still_where_the_joints_move_and_it_does_not() {
     let sample = |q: f64| Sample { line: 1, q: vec![q, 0.0], measured: Vector3::zeros() };
     let still = |qs: [f64; 3], x: [f64; 3]| {
         stands_still(&qs.map(sample), &x.map(|x| Vector3::new(100.0 + x, -50.0, 20.0)))
     };
     assert!(still([0.0, 0.5, 0.0], [0.0, 1e-7, -1e-7]));
     assert!(!still([0.0, 0.5, 0.0], [0.0, 0.0, 1e-5]) && !still([0.0, 0.5, 1.0], [0.0, -1e-5, 0.0]));
-    assert!(!still([0.5, 0.5, 0.5], [0.0; 3]), "the joints stand still as well");
+    assert!(!still([0.5, 0.5, 0.5], [0.0; 3]), "the joints do not move either");
 }
 
 #[test]
@@ -188,7 +188,7 @@ fn distances_are_compared_where_they_are_long_enough_to_tell() {
     assert_eq!(
         ratios(&[at(1.0), at(2.0)], &[at(5.0), at(5.0)]),
         vec![vec![None, None]; 2],
-        "they stand still"
+        "they do not move"
     );
 }
 
@@ -202,11 +202,11 @@ fn coordinates_count_as_beyond_their_limits_from_a_thousandth_of_the_range_on() 
     };
     // A thousandth of 340 and of 300 degrees.
     assert_eq!(beyond(&[[170.3, 150.25], [-170.3, -150.25]]), None);
-    let told = beyond(&[[0.0, 0.0], [0.0, -150.4], [170.4, 0.0], [-170.4, 150.4]]).unwrap();
+    let noted = beyond(&[[0.0, 0.0], [0.0, -150.4], [170.4, 0.0], [-170.4, 150.4]]).unwrap();
     assert!(
-        told.starts_with(
+        noted.starts_with(
             "4 commanded coordinates lie beyond the model's limits, the first in line 3: elbow at -150.40 deg"
         ),
-        "{told}"
+        "{noted}"
     );
 }
