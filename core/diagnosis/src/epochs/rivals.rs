@@ -240,4 +240,16 @@ mod tests {
         stage.contenders = vec![step(0), step(1)];
         assert_eq!(with_rivals(&stage, vec![0]), [0]);
     }
+
+    #[test]
+    fn chance_is_the_difference_of_squares_row_by_row_about_its_mean_or_what_the_better_one_predicts() {
+        let (own, least) = ([vec![3.0, 1.0], vec![2.0], vec![0.0]], [vec![1.0, 2.0], vec![1.0], vec![4.0]]);
+        // Squares 10, 4, 0 less 5, 1, 16: 5, 3, -16, of which the mean is -8 / 3.
+        assert!((difference(&own, &least) + 8.0).abs() < 1e-12);
+        let expected = [5.0, 3.0, -16.0].map(|one| one + 8.0 / 3.0);
+        let parts = about_mean(&own, &least);
+        assert!(parts.iter().zip(expected).all(|(part, expected)| (part - expected).abs() < 1e-12));
+        // Twice the residuals of the better one times by how much the two differ: 2 (2 - 2), 2 (1), 2 (-16).
+        assert_eq!(under_the_better(&own, &least), [0.0, 2.0, -32.0]);
+    }
 }

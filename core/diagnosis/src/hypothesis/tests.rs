@@ -294,3 +294,13 @@ fn a_form_pays_for_its_numbers_and_for_being_chosen_among_many() {
     let mad = Score { plausible: false, ..score(0.5) };
     assert_eq!((plausible_gain(&score(0.5)), plausible_gain(&mad)), (0.5 * squares, 0.0));
 }
+
+#[test]
+fn kinks_steps_halves_and_bumps_have_a_number_that_was_searched_for() {
+    let angle = Angle::of(1);
+    let plain = [Shape::One, Shape::Linear(angle), Shape::Wave(angle, 2)];
+    assert!(!plain.into_iter().any(Shape::is_searched));
+    let kinked =
+        [Shape::Above, Shape::Below, Shape::Beyond, Shape::Step, Shape::Half].map(|shape| shape(angle, 0.3));
+    assert!(kinked.into_iter().chain([Shape::Bump(angle, 0.3, 0.1)]).all(Shape::is_searched));
+}
