@@ -119,7 +119,11 @@ fn categories_are_described_by_the_means_of_their_own_rows_and_those_without_any
 fn the_strength_of_a_covariate_is_that_of_its_f_test_by_the_component_it_explains_best() {
     // 16 between two levels and 4 within of four rows: F = 16 / 2 with 1 and 2 degrees. p = 1 - sqrt(F / (F + 2)).
     let mut sheet = sheet(vec![0.0, 0.0, 1.0, 1.0], vec![1.0, 3.0, 5.0, 7.0], false);
-    sheet.components.push(Component { name: "along y".to_owned(), values: vec![1.0, 7.0, 3.0, 5.0] });
+    sheet.components.push(Component {
+        name: "along y".to_owned(),
+        unit: ReadingUnit::Mm,
+        values: vec![1.0, 7.0, 3.0, 5.0],
+    });
     let of = |levels: &[Vec<usize>]| strongest(&sheet, levels, &[0, 1, 2, 3]);
     let found = of(&[vec![0, 0, 1, 1]]);
     let expected = -(1.0 - (8.0_f64 / 10.0).sqrt()).ln();
