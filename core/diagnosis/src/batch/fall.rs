@@ -127,7 +127,8 @@ mod tests {
         let block = || machine.block(&state, &rows, &[1.0; 8], &[gain.as_ref()]);
         let (plain, residuals) = (block(), machine.residuals(&state));
         // With positions in the table the unit is mm, and an angle counts for nothing.
-        for lengths in [true] {
+        let lengths = true;
+        {
             let mut shown = block();
             in_units_shown(&mut shown, machine.observations, &rows);
             let mut index = 0;
