@@ -127,7 +127,6 @@ mod tests {
         let block = || machine.block(&state, &rows, &[1.0; 8], &[gain.as_ref()]);
         let (plain, residuals) = (block(), machine.residuals(&state));
         // With positions in the table the unit is mm, and an angle counts for nothing.
-        let lengths = true;
         {
             let mut shown = block();
             in_units_shown(&mut shown, machine.observations, &rows);
@@ -139,11 +138,7 @@ mod tests {
                     assert!(
                         (equation.sigma - if is_length { 0.5 } else { 0.25_f64.to_radians() }).abs() < 1e-12
                     );
-                    let (expected, unit) = match (lengths, is_length) {
-                        (true, true) => (*residual, 0.5),
-                        (true, false) => (0.0, 0.0),
-                        (false, _) => (residual.to_degrees(), equation.sigma.to_degrees()),
-                    };
+                    let (expected, unit) = if is_length { (*residual, 0.5) } else { (0.0, 0.0) };
                     // A block holds what is measured less what is believed, or the other way round.
                     assert!((shown.residuals[index].abs() - expected.abs()).abs() < 1e-9);
                     let columns = shown.jacobian.column(index) - plain.jacobian.column(index) * unit;
