@@ -1,4 +1,4 @@
-//! What a row of a table may say beside where the joints are, for whoever writes rows: the columns are those that reading a table knows.
+//! The columns that a written row of measurements may have besides the coordinates of the joints: those that are understood where a table is read.
 
 use super::header::{Meaning, known_headers, parse};
 use super::orientation::Body;

@@ -100,10 +100,14 @@ mod tests {
     use plumb_calibration::arm_model::Model;
     use plumb_calibration::table::Table;
 
-    /// A row of positions and orientations of which each is off.
+    fn laboratory(model: &str, table: &str) -> Laboratory {
+        let model = Model::parse("model.yaml", &format!("{}{model}", crate::testing::TWO_LINKS)).unwrap();
+        let table = Table::parse("table.csv", table).unwrap();
+        Laboratory::new(model, table, Options { holdout: Holdout::None, ..Options::default() }).unwrap()
+    }
+
+    /// Rows of positions and orientations of which each is off.
     fn of_poses() -> Laboratory {
-        let lines = "free: []\nnoise: {p1_mm: 0.5, p1_deg: 0.25}\n";
-        let model = Model::parse("model.yaml", &format!("{}{lines}", crate::testing::TWO_LINKS)).unwrap();
         let mut text = "q1_deg,q2_deg,p1_x_mm,p1_y_mm,p1_z_mm,p1_rx_deg,p1_ry_deg,p1_rz_deg\n".to_owned();
         for row in 0..8 {
             let (q, off) = ([10.0 * f64::from(row), 30.0], 0.2 + 0.1 * f64::from(row));
@@ -111,42 +115,53 @@ mod tests {
             let (x, y) = (200.0 * first.cos() + 150.0 * both.cos(), 200.0 * first.sin() + 150.0 * both.sin());
             text.push_str(&format!("{},{},{},{y},{off},0,0,{}\n", q[0], q[1], x - off, q[0] + q[1] + off));
         }
-        let table = Table::parse("table.csv", &text).unwrap();
-        let options = Options { holdout: Holdout::None, ..Options::default() };
-        Laboratory::new(model, table, options).unwrap()
+        laboratory("free: []\nnoise: {p1_mm: 0.5, p1_deg: 0.25}\n", &text)
     }
 
-    #[test]
-    fn equations_are_brought_to_mm_where_lengths_are_measured() {
-        let lab = of_poses();
+    /// Rows of directions of which each is off.
+    fn of_directions() -> Laboratory {
+        let mut text = "q1_deg,q2_deg,p1_azimuth_deg\n".to_owned();
+        for row in 0..8 {
+            let (q, off) = ([10.0 * f64::from(row), 30.0], 0.2 + 0.1 * f64::from(row));
+            let (first, both) = (q[0].to_radians(), (q[0] + q[1]).to_radians());
+            let (x, y) = (200.0 * first.cos() + 150.0 * both.cos(), 200.0 * first.sin() + 150.0 * both.sin());
+            text.push_str(&format!("{},{},{}\n", q[0], q[1], y.atan2(x).to_degrees() + off));
+        }
+        laboratory("free: []\nnoise: {azimuth_deg: 0.25}\n", &text)
+    }
+
+    /// Brings two rows to the unit shown, and holds each equation to its residual and factor there, by whether it is a length; how many there were.
+    fn shown(lab: &Laboratory, expected: impl Fn(bool, f64, f64) -> (f64, f64)) -> usize {
         let machine = lab.machine(&[]).unwrap();
         let (state, rows) = (machine.start(), [1, 4]);
         let gain =
             plumb_calibration::effect::EffectId::at("joint_gain", plumb_calibration::effect::Spot::Joint(0));
         let gain = plumb_calibration::effect::build(&gain, lab.model()).unwrap();
         let block = || machine.block(&state, &rows, &[1.0; 8], &[gain.as_ref()]);
-        let (plain, residuals) = (block(), machine.residuals(&state));
-        // With positions in the table the unit is mm, and an angle counts for nothing.
-        {
-            let mut shown = block();
-            in_units_shown(&mut shown, machine.observations, &rows);
-            let mut index = 0;
-            for row in rows {
-                let own = &residuals[machine.observations.range(row)];
-                for (equation, residual) in machine.observations.of_row(row).iter().zip(own) {
-                    let is_length = equation.measurand.is_length();
-                    assert!(
-                        (equation.sigma - if is_length { 0.5 } else { 0.25_f64.to_radians() }).abs() < 1e-12
-                    );
-                    let (expected, unit) = if is_length { (*residual, 0.5) } else { (0.0, 0.0) };
-                    // A block holds what is measured less what is believed, or the other way round.
-                    assert!((shown.residuals[index].abs() - expected.abs()).abs() < 1e-9);
-                    let columns = shown.jacobian.column(index) - plain.jacobian.column(index) * unit;
-                    assert!(columns.amax() < 1e-9);
-                    index += 1;
-                }
-            }
-            assert!(index == 12 && shown.residuals.iter().any(|one| one.abs() > 0.1));
+        let (plain, residuals, mut shown) = (block(), machine.residuals(&state), block());
+        in_units_shown(&mut shown, machine.observations, &rows);
+        let equations = rows.iter().flat_map(|row| {
+            let own = &residuals[machine.observations.range(*row)];
+            machine.observations.of_row(*row).iter().zip(own)
+        });
+        let mut count = 0;
+        for (index, (equation, residual)) in equations.enumerate() {
+            let (expected, unit) = expected(equation.measurand.is_length(), *residual, equation.sigma);
+            // A block holds what is measured less what is predicted, or the other way round.
+            assert!((shown.residuals[index].abs() - expected.abs()).abs() < 1e-9);
+            let columns = shown.jacobian.column(index) - plain.jacobian.column(index) * unit;
+            assert!(columns.amax() < 1e-9);
+            count += 1;
         }
+        assert!(shown.residuals.iter().any(|one| one.abs() > 0.1));
+        count
+    }
+
+    #[test]
+    fn equations_are_brought_to_mm_and_to_degrees_where_angles_alone_are_measured() {
+        let of_lengths = |is_length, residual, sigma| if is_length { (residual, sigma) } else { (0.0, 0.0) };
+        assert_eq!(shown(&of_poses(), of_lengths), 12);
+        let of_angles = |_, residual: f64, sigma: f64| (residual.to_degrees(), sigma.to_degrees());
+        assert_eq!(shown(&of_directions(), of_angles), 2);
     }
 }
