@@ -558,7 +558,7 @@ fn a_trial_whose_table_has_orientations_is_diagnosed_and_scored() {
             "{text}"
         );
         let compared = plumb(&["model", "compare", &model, "--data", &table], home.path());
-        assert!(said(&compared).contains("error of an orientation, deg"), "{}", said(&compared));
+        assert!(said(&compared).contains("error of an orientation or angle, deg"), "{}", said(&compared));
         let diagnosis = plumb(&["model", "diagnose", &model, "--data", &table, "--json"], home.path());
         fs::write(home.path().join("found.json"), &diagnosis.stdout).unwrap();
         let revealed = plumb(&["trial", "reveal", name, "--diagnosis", "found.json"], home.path());

@@ -82,11 +82,11 @@ fn an_uncertainty_that_is_none_is_refused_where_it_stands() {
     assert_ne!(said.code(), 0);
     assert!(said.all().contains("`std_x_mm` is -0.02: a standard uncertainty is above 0"), "{}", said.all());
     lab.plumb(&["doctor", "--clean", "cell.yaml"]);
-    lab.write("sure.yaml", &procedure("std_x_m: tip.std_x_mm"));
+    lab.write("sure.yaml", &procedure("std_x_mn: tip.std_x_mm"));
     let said = lab.plumb(&["check", "cell.yaml"]);
     assert!(
         said.code() != 0
-            && said.all().contains("a row has no column `std_x_m`")
+            && said.all().contains("a row has no column `std_x_mn`")
             && said.all().contains("std_x_mm"),
         "{}",
         said.all()
