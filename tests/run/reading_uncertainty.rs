@@ -87,7 +87,7 @@ fn an_uncertainty_that_is_none_is_refused_where_it_stands() {
     assert!(
         said.code() != 0
             && said.all().contains("a row has no column `std_x_mn`")
-            && said.all().contains("std_x_mm"),
+            && said.all().contains("units are mm, m"),
         "{}",
         said.all()
     );
