@@ -149,6 +149,12 @@ impl<C: Controls> Drop for Emulator<C> {
     }
 }
 
+/// Lets everybody see how the controller is now.
+fn publish<C: Controls>(controller: &mut C, line: &Line, standing: &Mutex<C::Standing>) {
+    let now = controller.standing(line.port(), line);
+    *standing.lock().unwrap_or_else(PoisonError::into_inner) = now;
+}
+
 /// The thread's work, until it is told to end.
 fn serve<C: Controls>(
     controller: &mut C,
@@ -171,9 +177,10 @@ fn serve<C: Controls>(
         }
         line.receive()?;
         controller.work(line)?;
+        // Whoever has read an answer finds the controller as it was when it answered; the port may be gone once it was sent.
+        publish(controller, line, standing);
         line.send()?;
-        let stands = controller.standing(line.port(), line);
-        *standing.lock().unwrap_or_else(PoisonError::into_inner) = stands;
+        publish(controller, line, standing);
         for tell in happened {
             // Whoever told it may have gone.
             let _ = tell.send(());
