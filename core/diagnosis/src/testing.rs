@@ -25,6 +25,16 @@ targets: {p1: {xyz_mm: [0, 0, 0], free: false}}
 measured_from: world
 ";
 
+/// Three joints whose axes differ; what it carries, sees and touches follows.
+pub(crate) const THREE_JOINTS: &str = "
+arm: three
+convention: distal
+joints:
+  - {name: j1, alpha_deg: 90, d_mm: 400}
+  - {name: j2, a_mm: 350, alpha_deg: 90}
+  - {name: j3, d_mm: 80}
+";
+
 /// The arm measured at `poses` poses with noise of `sigma` mm, while each joint's coordinate is off by `off` of the pose (rad). What
 /// is `free` is fitted; nothing is held out.
 pub(crate) fn two_links(

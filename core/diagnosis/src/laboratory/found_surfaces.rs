@@ -207,14 +207,7 @@ mod tests {
 
     /// Heights over a table and beside a wall, both about where the model has them, read by a known arm with noise of 0.1 mm.
     fn touched(seed: u64) -> crate::laboratory::Laboratory {
-        let model = "
-arm: three
-convention: distal
-joints:
-  - {name: j1, alpha_deg: 90, d_mm: 400}
-  - {name: j2, a_mm: 350, alpha_deg: 90}
-  - {name: j3, d_mm: 80}
-base: {free: false}
+        let setup = "base: {free: false}
 targets: {p1: {xyz_mm: [0, 0, 0], free: false}}
 surfaces:
   table: {plane: {normal: [0, 0, 1], offset_mm: 0}, free: true}
@@ -236,7 +229,8 @@ noise: {height_mm: 0.1}
             let height = normal.dot(&point) - 5.0 + 0.1 * random.normal();
             text.push_str(&format!("{},{},0,{name},{height}\n", q[0], q[1]));
         }
-        let model = plumb_calibration::arm_model::Model::parse("m.yaml", model).unwrap();
+        let model = format!("{}{setup}", crate::testing::THREE_JOINTS);
+        let model = plumb_calibration::arm_model::Model::parse("m.yaml", &model).unwrap();
         let table = plumb_calibration::table::Table::parse("t.csv", &text).unwrap();
         let holdout = crate::split::Holdout::None;
         let options = crate::laboratory::Options { holdout, ..Default::default() };

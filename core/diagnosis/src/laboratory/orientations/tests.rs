@@ -94,17 +94,6 @@ fn every_reading_undoes_the_slip_it_is_named_for() {
     assert!(scaled(&scaled(&turn, 0.01), 100.0).angle_to(&turn) < 1e-7);
 }
 
-/// Three joints whose axes differ, and what it carries and sees.
-const ARM: &str = "
-arm: three
-convention: distal
-joints:
-  - {name: j1, alpha_deg: 90, d_mm: 400}
-  - {name: j2, a_mm: 350, alpha_deg: 90}
-  - {name: j3, d_mm: 80}
-free: []
-";
-
 type Pose = IsometryMatrix3<f64>;
 
 fn flange(q_deg: [f64; 3]) -> Pose {
@@ -181,7 +170,8 @@ fn wall() -> Pose {
 
 /// What is said of the orientations of a table.
 fn said(lines: &str, table: &str) -> Result<Vec<String>, ImplausibleError> {
-    let model = Model::parse("model.yaml", &format!("{ARM}{lines}\n")).unwrap();
+    let model =
+        Model::parse("model.yaml", &format!("{}free: []\n{lines}\n", crate::testing::THREE_JOINTS)).unwrap();
     let table = Table::parse("table.csv", table).unwrap();
     let observations = Observations::new(&model, &table).unwrap();
     check(&ResidualModel::new(&model, &table, &observations, &[]).unwrap())
