@@ -252,4 +252,23 @@ mod tests {
         // Twice the residuals of the better one times by how much the two differ: 2 (2 - 2), 2 (1), 2 (-16).
         assert_eq!(under_the_better(&own, &least), [0.0, 2.0, -32.0]);
     }
+
+    #[test]
+    fn a_number_more_costs_the_logarithm_of_the_equations_times_the_variance_that_is_left() {
+        let with = |freedom: usize| {
+            let mut one = Contender {
+                row_residuals: vec![vec![1.0]; 100],
+                left: (400.0, 100.0),
+                ..contender("joint_step", 0, 0.0)
+            };
+            one.score.freedom = freedom;
+            one
+        };
+        // 400 squares on 100 degrees: each number costs 4 ln 100 = 18.4, and 0.15 of 400 are 60. Nothing else differs.
+        assert!(is_rival(&with(4), &with(1)), "three numbers more");
+        assert!(!is_rival(&with(5), &with(1)), "four numbers more");
+        let without_freedom = |freedom: usize| Contender { left: (4.0, 0.0), ..with(freedom) };
+        // Without any freedom one degree is assumed: a number costs 4 ln 100 where 0.6 are allowed.
+        assert!(!is_rival(&without_freedom(2), &without_freedom(1)));
+    }
 }
