@@ -376,4 +376,93 @@ mod tests {
         let own = carriers.joints[1].as_ref().unwrap();
         assert!(own.iter().all(|value| (value - 1.0).abs() < 1e-12), "{own}");
     }
+
+    /// What is known of a table with so many poses of two joints.
+    fn known(poses: usize) -> Known {
+        let lab = crate::testing::two_links(poses, "", 0.05, 4, |_| [0.0; 2]);
+        let machine = lab.machine(&[]).unwrap();
+        Known::of(&machine, &(0..poses).collect::<Vec<usize>>())
+    }
+
+    fn builder(known: &Known, rows: usize) -> Builder<'_> {
+        Builder {
+            known,
+            row_of: (0..rows).collect(),
+            columns: Vec::new(),
+            components: Vec::new(),
+            joints: Vec::new(),
+            groups: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn a_component_has_mean_square_one_and_one_of_nothing_is_none() {
+        let known = known(3);
+        let mut builder = builder(&known, 2);
+        let carrier = DVector::from_row_slice(&[1.0, 2.0]);
+        builder.push(&carrier, &[3.0, 4.0]);
+        builder.push(&carrier, &[0.0, 1.0]);
+        builder.close_component(Some(1));
+        // 9, 64, 0 and 4: the mean square is 77 / 4.
+        let length = (77.0_f64 / 4.0).sqrt();
+        assert!((builder.columns[0][1] - 8.0 / length).abs() < 1e-12);
+        assert!((builder.columns[1][1] - 2.0 / length).abs() < 1e-12);
+        builder.push(&carrier, &[0.0, 0.0]);
+        builder.close_component(Some(0));
+        builder.close_component(None);
+        assert_eq!(
+            (builder.columns.len(), &builder.components, &builder.joints),
+            (2, &vec![0..2], &vec![Some(1)])
+        );
+        builder.close_group("pose");
+        builder.close_group("nothing");
+        builder.push(&carrier, &[1.0, 1.0]);
+        builder.close_component(None);
+        builder.close_group("load");
+        let named = |name: &str, components| Group { name: name.to_owned(), components };
+        assert_eq!(builder.groups, [named("pose", 0..1), named("load", 1..2)]);
+    }
+
+    #[test]
+    fn a_joint_has_a_cosine_for_thirty_poses_and_the_whole_pose_a_frequency_for_sixteen() {
+        let columns = |poses: usize| {
+            let known = known(poses);
+            let mut builder = builder(&known, poses);
+            let carrier = Some(DVector::from_element(poses, 1.0));
+            let shifts = vec![DVector::from_element(poses, 1.0)];
+            builder.pose(&Carriers { shifts, tilts: Vec::new(), joints: vec![carrier.clone(), carrier] });
+            assert_eq!(builder.joints, [None, None, Some(0), Some(1)]);
+            builder.components.iter().map(ExactSizeIterator::len).collect::<Vec<usize>>()
+        };
+        // A sine and a cosine of each frequency.
+        assert_eq!(columns(59), [6, 6, 4, 4], "three frequencies and four cosines at least");
+        assert_eq!(columns(150), [18, 18, 5, 5]);
+        assert_eq!(columns(600), [48, 48, 16, 16], "24 frequencies and 16 cosines at most");
+    }
+
+    #[test]
+    fn a_number_acts_as_shifts_and_at_joints_and_a_condition_with_the_pose_as_well() {
+        let known = known(40);
+        let carriers = || Carriers {
+            shifts: vec![DVector::from_element(40, 1.0); 3],
+            tilts: vec![DVector::from_element(40, 1.0); 2],
+            joints: vec![Some(DVector::from_element(40, 1.0)), None],
+        };
+        let values: Vec<f64> = (0..40).map(f64::from).collect();
+        let widths = |builder: &Builder<'_>| {
+            builder.components.iter().map(ExactSizeIterator::len).collect::<Vec<usize>>()
+        };
+        let mut plain = builder(&known, 40);
+        plain.number("time", &values, TIME_COSINES, false, &carriers());
+        assert_eq!(widths(&plain), [24, 8]);
+        let mut with_pose = builder(&known, 40);
+        with_pose.number("temperature", &values, OTHER_COSINES, true, &carriers());
+        // Of the pose six frequencies for each shift and two cosines of the joint.
+        assert_eq!(widths(&with_pose), [12, 4, 36, 2]);
+        let mut levels = builder(&known, 40);
+        let of_row: Vec<Option<usize>> = (0..40).map(|row| (row > 0).then_some(row % 3)).collect();
+        levels.categories("operator", &of_row, &carriers());
+        assert_eq!(widths(&levels), [9, 6, 3]);
+        assert_eq!(levels.groups, [Group { name: "operator".to_owned(), components: 0..3 }]);
+    }
 }
