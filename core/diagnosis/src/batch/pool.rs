@@ -450,4 +450,63 @@ mod tests {
         let taken = pool.columns(&[Pick { probe: gain }]);
         assert!(pool.worth(gain, &pool.beyond(&taken)).is_none());
     }
+
+    /// Two gains in a pool beside one fitted number, with products and gradients as given, on a unit of squares.
+    fn by_hand(equations: usize, rank: usize, (with_other, gradient): (f64, [f64; 2])) -> Pool {
+        let lab = two_links(20, "joint_zero(*)", 0.02, 45, |_| [0.0; 2]);
+        let mut pool = pool(&lab);
+        pool.probes.retain(|probe| probe.id.name == "joint_gain");
+        assert_eq!(pool.probes.len(), 2);
+        pool.probes.iter_mut().for_each(|probe| probe.search_cost = 0.0);
+        // Gains of some thousandths, as real arms have them.
+        let scale = 1e4;
+        let mut total = NormalEquations::zeros(3);
+        total.matrix = DMatrix::from_row_slice(
+            3,
+            3,
+            &[1.0, 0.0, 0.0, 0.0, scale, with_other * scale, 0.0, with_other * scale, scale],
+        );
+        total.gradient = DVector::from_row_slice(&[0.0, 100.0 * gradient[0], 100.0 * gradient[1]]);
+        (total.squares, total.equations) = (1.0, equations);
+        Pool { ranges: vec![1..2, 2..3], slots: 1, total, rank, ..pool }
+    }
+
+    /// Which of the two are selected.
+    fn selected(pool: &Pool) -> Vec<usize> {
+        pool.select(&[]).iter().map(|pick| pick.probe).collect()
+    }
+
+    #[test]
+    fn a_candidate_is_selected_where_chance_hardly_does_as_much() {
+        // With two degrees left a gain of g^2 of a unit has P = 1 - g; of two candidates each may have half of 0.003.
+        let with = |g: f64, rank: usize| selected(&by_hand(30, rank, (0.0, [g, 0.0])));
+        assert_eq!(with(1.0 - 0.0014, 27), [0]);
+        assert_eq!(with(1.0 - 0.0016, 27), [0_usize; 0]);
+        assert_eq!(with(1.0 - 0.0016, 26), [0], "three degrees");
+        // The second is held against what the first leaves, on a degree less.
+        let second = |g: f64| selected(&by_hand(30, 26, (0.0, [0.999_f64.sqrt(), 0.001_f64.sqrt() * g])));
+        assert_eq!(second(1.0 - 0.0014), [0, 1]);
+        assert_eq!(second(1.0 - 0.0016), [0]);
+    }
+
+    #[test]
+    fn a_candidate_is_selected_where_it_betters_schwarz_by_more_than_a_tie() {
+        let mut pool = by_hand(100, 1, (0.0, [0.0, 0.5_f64.sqrt()]));
+        let price = 100.0 * 2.0_f64.ln() - 100.0_f64.ln() - TIE_BIC;
+        pool.probes[1].search_cost = price - 0.01;
+        assert_eq!(selected(&pool), [1]);
+        pool.probes[1].search_cost = price + 0.01;
+        assert_eq!(selected(&pool), [0_usize; 0]);
+    }
+
+    #[test]
+    fn the_better_candidate_is_taken_first_and_what_the_other_shares_with_it_counts_once() {
+        assert_eq!(selected(&by_hand(1000, 1, (0.0, [0.5, 0.6]))), [1, 0]);
+        // Alike by 0.6: all that the second shows is the first's.
+        assert_eq!(selected(&by_hand(1000, 1, (0.6, [0.8, 0.48]))), [0]);
+        assert_eq!(selected(&by_hand(1000, 1, (0.6, [0.8, 0.48 + 0.3]))), [0, 1]);
+        assert_eq!(selected(&by_hand(1000, 1, (0.6, [0.8, 0.48 - 0.3]))), [0, 1]);
+        // A gain of seven percent is no error of a real arm.
+        assert_eq!(selected(&by_hand(1000, 1, (0.0, [7.0, 0.6]))), [1]);
+    }
 }

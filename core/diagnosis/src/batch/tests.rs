@@ -134,3 +134,29 @@ fn small_tables_and_those_without_a_family_are_left_to_the_search_one_by_one() {
     let plain = two_links(BATCH_ROWS, "joint_zero(*)", 0.02, 43, |q| [0.0, 0.002 * q[1]]);
     assert!(plain.batch(false, &Progress::unwatched()).unwrap().is_none());
 }
+
+/// What is doubted of gains that are taken in, of an arm whose elbow has a gain that is wrong and turns by so much of its range.
+fn doubted(range: f64, gains: &[usize]) -> Vec<usize> {
+    let lab = two_links(90, "joint_zero(*)", 0.02, 45, |q| [0.0, (1.01 * range - 1.0) * q[1]]);
+    let lab = crate::testing::with_table(&lab, |table| {
+        table.q.iter_mut().skip(1).step_by(2).for_each(|elbow| *elbow *= range);
+    });
+    let fitted = lab.fit_with(&[], None, &Progress::unwatched()).unwrap();
+    let floor =
+        Floor { sigma_mm: Some(0.02), dof: 90, scale: Some(0.02), ..Floor::among(&fitted.machine, None) };
+    let pool = pool::Pool::gather(&lab, &fitted, &Progress::unwatched()).unwrap();
+    let of = |joint: usize| {
+        let gain = EffectId::at("joint_gain", Spot::Joint(joint));
+        pool.probes.iter().position(|probe| probe.id == gain).unwrap()
+    };
+    let picks: Vec<Pick> = gains.iter().map(|joint| Pick { probe: of(*joint) }).collect();
+    let found = lab.doubtful(&pool, &picks, &fitted, &floor, &Progress::unwatched()).unwrap();
+    gains.iter().copied().filter(|joint| found.contains(&of(*joint))).collect()
+}
+
+#[test]
+fn a_name_in_a_batch_is_doubted_where_it_does_not_predict_or_where_another_does_as_well() {
+    assert_eq!(doubted(1.0, &[1]), [0_usize; 0]);
+    assert_eq!(doubted(1.0, &[0, 1]), [0], "the shoulder has no gain");
+    assert_eq!(doubted(0.1, &[1]), [1], "over a tenth of the range a wave does what the gain does");
+}
