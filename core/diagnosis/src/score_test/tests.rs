@@ -111,3 +111,61 @@ fn a_column_of_nothing_has_no_unit() {
     let expected = DMatrix::from_row_slice(3, 3, &[1.0, 1.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
     assert_eq!(in_units(&own, &units(&own)), expected);
 }
+
+#[test]
+fn a_number_that_could_not_be_seen_is_left_out_of_its_row_and_its_column() {
+    let beyond = DMatrix::from_row_slice(2, 2, &[4.0, 1.0, 1.0, 9.0]);
+    let without =
+        |shown: [f64; 2], variance: f64| without_unseen(&beyond, &shown, Noise { variance, freedom: 9.0 });
+    assert_eq!(without([0.11, 5.0], 1.0), (beyond.clone(), false));
+    let second = DMatrix::from_row_slice(2, 2, &[0.0, 0.0, 0.0, 9.0]);
+    assert_eq!(without([0.09, 5.0], 1.0), (second.clone(), true), "less than a tenth of the variance");
+    assert_eq!(without([0.19, 5.0], 2.0), (second, true), "of twice the variance");
+    assert_eq!(without([5.0, 0.09], 1.0).0, DMatrix::from_row_slice(2, 2, &[4.0, 0.0, 0.0, 0.0]));
+    // At the farther end of its range a number shows most.
+    let ranged = probe(&[(-3.0, 2.0), (0.0, 0.5)]);
+    assert_eq!(shown_at_most(ranged.effect.as_ref(), &beyond), [36.0, 2.25]);
+}
+
+#[test]
+fn an_unseen_number_keeps_no_value_and_the_others_are_as_without_it() {
+    // The second column is 30 times as weak as its range allows to see.
+    let columns = DMatrix::from_row_slice(3, 2, &[1.0, 0.0, 2.0, 0.0, 2.0, 0.01]);
+    let residuals = DVector::from_vec(vec![1.0, 2.0, 2.0]);
+    let noise = Noise { variance: 1.0, freedom: 30.0 };
+    let score = scored(&probe(&[(-9.0, 9.0), (-1.0, 1.0)]), &columns, &residuals, noise);
+    assert!(score.has_unseen && score.values[1] == 0.0, "{:?}", score.values);
+    // 9 / 9 by the first alone, with the variance that is left over nine squares.
+    assert!((score.values[0] - 1.0).abs() < 1e-12);
+    assert!((score.covariance[(0, 0)] - score.left.0 / score.left.1 / 9.0).abs() < 1e-12);
+    assert_eq!(score.covariance[(1, 1)], 0.0);
+    // Squares of 9 and 0.0001, two parameters.
+    assert!((score.strength - (9.0001_f64 / 2.0).sqrt()).abs() < 1e-12);
+    let seen = scored(&probe(&[(-9.0, 9.0), (-900.0, 900.0)]), &columns, &residuals, noise);
+    assert!(!seen.has_unseen);
+}
+
+#[test]
+fn a_gain_is_tested_against_what_it_leaves_on_the_degrees_it_leaves() {
+    let noise = Noise { variance: 2.0, freedom: 10.0 };
+    // 20 squares; P(F with 2 and 8 degrees > f) = (1 + f / 4)^-4, and f is 10 / 2 over 10 / 8.
+    let (left, p) = f_test(10.0, 2, noise);
+    assert_eq!(left, (10.0, 8.0));
+    assert!((p - 2.0_f64.powi(-4)).abs() < 1e-9, "{p}");
+    assert_eq!(f_test(3.0, 0, noise), ((17.0, 10.0), 1.0), "without a number there is no gain to test");
+    assert_eq!(f_test(30.0, 2, noise).0, (0.01 * 20.0, 8.0), "one percent is left whatever is promised");
+    assert_eq!(f_test(10.0, 12, noise).0, (10.0, 1.0), "one degree at least");
+}
+
+#[test]
+fn what_the_fitted_numbers_take_of_a_candidate_is_a_share_from_nought_to_one() {
+    let own = DMatrix::from_row_slice(2, 2, &[4.0, 0.0, 0.0, 9.0]);
+    let share = |first: f64, second: f64| {
+        absorbed(&own, &DMatrix::from_row_slice(2, 2, &[first, 0.0, 0.0, second]), &units(&own))
+    };
+    // A quarter and a ninth are left of two wholes.
+    assert!((share(1.0, 1.0) - (1.0 - (0.25 + 1.0 / 9.0) / 2.0)).abs() < 1e-12);
+    assert_eq!((share(4.0, 9.0), share(0.0, 0.0), share(5.0, 9.0)), (0.0, 1.0, 0.0));
+    let nothing = DMatrix::zeros(2, 2);
+    assert_eq!(absorbed(&nothing, &nothing, &units(&nothing)), 1.0, "what does nothing is absorbed whole");
+}
