@@ -315,3 +315,56 @@ fn the_typical_sigma_is_the_root_mean_square_of_lengths_and_of_angles_where_ther
     assert!((typical(turns, "1,2,3") - 0.25).abs() < 1e-12);
     assert!((typical(&format!("{places},{turns}"), "1,2,3,1,2,3") - 0.3).abs() < 1e-12);
 }
+
+/// Ten pairs whose members are one sigma off their mean; a condition of two numbers is this share of the squares.
+fn pairs_of_a_condition(share: f64) -> Replicates {
+    let mut all = replicates(&[2; 10], 0.0, 5);
+    all.candidates = vec![(EffectId::at("drift", Spot::Base), 0..2)];
+    for (member, (columns, residual)) in all.columns.iter_mut().zip(&mut all.residuals).enumerate() {
+        let side = if member % 2 == 0 { 1.0 } else { -1.0 };
+        *columns = DMatrix::from_row_slice(3, 2, &[side, 0.0, 0.0, side, 0.0, 0.0]);
+        // What is left differs in sign from pair to pair.
+        let rest = if member % 4 < 2 { side } else { -side };
+        let along = side * (share / 2.0).sqrt();
+        *residual += DVector::from_row_slice(&[along, along, rest * (1.0 - share).sqrt()]);
+    }
+    all
+}
+
+#[test]
+fn a_condition_is_taken_out_from_a_level_of_one_percent_on() {
+    // Thirty degrees of freedom: P(F with 2 and 28 degrees > f) = (1 + f / 14)^-14, which is the share that is left to the 14th.
+    let edge = 1.0 - 0.01_f64.powf(1.0 / 14.0);
+    let (chosen, scatter) = allow(&pairs_of_a_condition(1.005 * edge));
+    assert_eq!((chosen, scatter.freedom), (vec![0], 28));
+    assert!((scatter.squares - 20.0 * (1.0 - 1.005 * edge)).abs() < 1e-9, "{}", scatter.squares);
+    let (chosen, scatter) = allow(&pairs_of_a_condition(0.995 * edge));
+    assert_eq!((chosen.len(), scatter.freedom), (0, 30));
+    assert!((scatter.squares - 20.0).abs() < 1e-9 && (scatter.sigma - (20.0_f64 / 30.0).sqrt()).abs() < 1e-9);
+    // Beside another that is asked as well each has half of it (Holm 1979).
+    let mut two = pairs_of_a_condition(1.005 * edge);
+    two.candidates.push((EffectId::at("warm_up", Spot::Joint(0)), 2..3));
+    for (member, columns) in two.columns.iter_mut().enumerate() {
+        *columns = columns.clone().insert_column(2, 0.0);
+        columns[(0, 2)] = if member % 4 == 0 { 0.01 } else { -0.01 };
+    }
+    assert!(allow(&two).0.is_empty());
+}
+
+#[test]
+fn of_two_gaps_one_is_taken_out_and_a_condition_beside_it() {
+    let with = |names: [&str; 3]| {
+        let mut all = replicates(&[4; 30], 1.0, 22);
+        all.candidates =
+            (0..3).map(|one| (EffectId::at(names[one], Spot::Joint(one)), one..one + 1)).collect();
+        for (member, (columns, residual)) in all.columns.iter_mut().zip(&mut all.residuals).enumerate() {
+            let signs = [[1.0, -1.0, 1.0, -1.0], [1.0, 1.0, -1.0, -1.0], [1.0, -1.0, -1.0, 1.0]];
+            let signs = signs.map(|signs| signs[member % 4]);
+            *columns = DMatrix::from_diagonal(&nalgebra::DVector::from_row_slice(&signs));
+            *residual += DVector::from_row_slice(&[2.0 * signs[0], 1.6 * signs[1], 1.2 * signs[2]]);
+        }
+        allow(&all).0
+    };
+    assert_eq!(with([SIDE_OF_APPROACH, SIDE_OF_APPROACH, "drift"]), [0, 2]);
+    assert_eq!(with([SIDE_OF_APPROACH, "warm_up", "drift"]), [0, 1, 2], "the clearest first");
+}
