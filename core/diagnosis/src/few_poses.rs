@@ -225,6 +225,11 @@ mod tests {
 
     /// A slide measured at eight positions, six times from either side: `play` mm, and an error of position of its own.
     fn slide(play: f64, error: f64) -> Laboratory {
+        slide_with(false, |_| play, error)
+    }
+
+    /// The same with play by the position, always from the least to the greatest, or in sweeps up and down.
+    fn slide_with(in_sweeps: bool, play: impl Fn(i32) -> f64, error: f64) -> Laboratory {
         let model = "
 arm: axis
 convention: distal
@@ -237,9 +242,10 @@ free: [joint_zero(x)]
         let mut random = Random::seeded(3);
         let mut text = "q1_mm,approach_q1,repeat,p1_x_mm\n".to_owned();
         for row in 0..96 {
-            let (position, side) = (row % 8, if row / 8 % 2 == 0 { 1.0 } else { -1.0 });
+            let (place, side) = (row % 8, if row / 8 % 2 == 0 { 1.0 } else { -1.0 });
+            let position = if in_sweeps && side < 0.0 { 7 - place } else { place };
             let x = 25.0 * f64::from(position) + 4.0 * (1.7 * f64::from(position)).sin();
-            let read = x + error * (x / 11.0).sin() - side * play / 2.0 + 0.002 * random.normal();
+            let read = x + error * (x / 11.0).sin() - side * play(position) / 2.0 + 0.002 * random.normal();
             text.push_str(&format!("{x},{side},t{position},{read}\n"));
         }
         let model = plumb_calibration::arm_model::Model::parse("m.yaml", model).unwrap();
@@ -286,5 +292,46 @@ free: [joint_zero(x)]
         let two = crate::testing::returned(4, FEW_POSES_RETURNS);
         assert_eq!(two.curve_of_the_axis(), None, "two joints moved");
         assert!(slide(0.0, 0.0).curve_of_the_axis().is_some());
+    }
+
+    /// What is said of play that differs by so much (mm) in turn from position to position, beside what settles.
+    fn judged(in_sweeps: bool, differs: f64) -> FromPoseToPose {
+        let play = |position: i32| 0.02 + if position % 2 == 0 { differs } else { -differs };
+        let lab = slide_with(in_sweeps, play, 0.03);
+        let groups = lab.few_poses().unwrap();
+        let beside = lab.beside_pose_errors(&groups);
+        let progress = Progress::unwatched();
+        let effect = AddedEffect { id: EffectId::at("joint_backlash", Spot::Joint(0)), values: vec![0.0] };
+        let named = Named {
+            effect: crate::testing::place("joint_backlash", "x"),
+            size: 0.02,
+            unit: "mm".to_owned(),
+            se: 0.001,
+        };
+        let fitted = beside.fit_with(&[], None, &progress).unwrap();
+        let floor = crate::noise_floor::Floor::of(&fitted.machine, &fitted.fit, &beside.survey());
+        let candidates = ["joint_settling", "joint_gain"].map(|name| crate::testing::candidate(name, "x"));
+        beside.judged_from_pose_to_pose(&groups, (&effect, &named), (&floor, &candidates), &progress).unwrap()
+    }
+
+    #[test]
+    fn play_that_differs_from_pose_to_pose_says_so_and_is_tied_with_what_settles_where_that_does_as_well() {
+        assert!(matches!(judged(false, 0.0), FromPoseToPose::Same));
+        // Moves of any length and direction: a share of the last one is no play.
+        match judged(false, 0.004) {
+            FromPoseToPose::Differs { scatter_mm, wider } => {
+                // Half of 0.004 mm on either side, six returns of 0.002 mm each.
+                assert!((0.001..0.004).contains(&scatter_mm) && wider > 1.0, "{scatter_mm} {wider}");
+            }
+            _ => panic!("the play differs, and nothing else does as well"),
+        }
+        // Sweeps up and down in even steps: the last move goes with the side.
+        match judged(true, 0.008) {
+            FromPoseToPose::Tied { tied, .. } => {
+                let names: Vec<&str> = tied.iter().map(|one| one.effect.as_str()).collect();
+                assert_eq!(names, ["joint_backlash", "joint_settling"]);
+            }
+            _ => panic!("what settles does as well"),
+        }
     }
 }
