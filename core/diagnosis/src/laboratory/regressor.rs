@@ -184,4 +184,57 @@ mod tests {
         assert_eq!(backlash.values[0], 0.0, "the first row arrived from nowhere that is known");
         assert!((1..12).all(|row| backlash.values[row] == (elbow[row] - elbow[row - 1]).signum()));
     }
+
+    #[test]
+    fn a_condition_is_drawn_as_it_was_logged_and_the_order_of_the_rows_by_their_times() {
+        let plain = two_links(4, "", 0.05, 74, |_| [0.0; 2]);
+        let lab = crate::testing::with_table(&plain, |table| {
+            table.temperature = Some(vec![20.0, 21.5, 22.0, 20.5]);
+            table.time = Some(vec![30.0, 10.0, 40.0, 20.0]);
+        });
+        let drawn = |lab: &crate::laboratory::Laboratory, id: EffectId| {
+            let fitted = lab.fit_with(&[], None, &Progress::unwatched()).unwrap();
+            let found = Regressor::of(&fitted.machine, &fitted.fit.state, &id);
+            found.map(|found| (found.axis.title(), found.values))
+        };
+        let heat = EffectId::at("thermal_growth", Spot::Joint(1));
+        assert_eq!(drawn(&plain, heat.clone()), None, "not logged");
+        let expected = ("temperature, deg C".to_owned(), vec![20.0, 21.5, 22.0, 20.5]);
+        assert_eq!(drawn(&lab, heat), Some(expected));
+        let warm = EffectId::at("warm_up", Spot::Joint(1));
+        assert_eq!(drawn(&lab, warm.clone()), Some(("time, s".to_owned(), vec![30.0, 10.0, 40.0, 20.0])));
+        let in_turn = Some(("order of the rows".to_owned(), vec![1.0, 2.0, 3.0, 4.0]));
+        assert_eq!(drawn(&plain, warm), in_turn);
+        let reset = EffectId::at("base_reset", Spot::Base);
+        assert_eq!(drawn(&lab, reset), Some(("order of the rows".to_owned(), vec![3.0, 1.0, 4.0, 2.0])));
+        assert_eq!(drawn(&lab, EffectId::at("base_position", Spot::Base)), None, "more than one number");
+        // The tip of the arm along x.
+        let (title, values) = drawn(&lab, EffectId::at("scale", Spot::Axis(0))).unwrap();
+        assert!(title.ends_with("of the point, mm"), "{title}");
+        for (row, value) in values.iter().enumerate() {
+            let [first, second] = [0, 1].map(|joint| lab.table().q_of(row)[joint]);
+            let x = 200.0 * first.cos() + 150.0 * (first + second).cos();
+            assert!((value - x).abs() < 1e-9, "{value} {x}");
+        }
+        assert_eq!(drawn(&lab, EffectId::at("scale", Spot::Base)), None);
+    }
+
+    #[test]
+    fn a_slide_is_drawn_in_mm_and_its_screw_within_a_turn() {
+        let model = "arm: axes\nconvention: distal\njoints:\n  - {name: turn, a_mm: 100}\n  - {name: slide, slides: true, screw_pitch_mm: 5}\ntargets: {p1: {}}\nmeasured_from: world\n";
+        let model = plumb_calibration::arm_model::Model::parse("m.yaml", model).unwrap();
+        let rows: String = [3.0, -1.0, 12.0].map(|slide| format!("10,{slide},1,2,3\n")).concat();
+        let text = format!("q1_deg,q2_mm,p1_x_mm,p1_y_mm,p1_z_mm\n{rows}");
+        let table = plumb_calibration::table::Table::parse("t.csv", &text).unwrap();
+        let lab =
+            crate::laboratory::Laboratory::new(model, table, crate::laboratory::Options::default()).unwrap();
+        let machine = lab.machine(&[]).unwrap();
+        let turn = turn_of_screw(&machine, 1).unwrap();
+        assert_eq!((turn.axis.unit.as_str(), turn.values), ("mm", vec![3.0, 4.0, 2.0]));
+        assert!(turn_of_screw(&machine, 0).is_none() && turn_of_screw(&machine, 7).is_none());
+        assert_eq!(coordinate(&machine, 1).values, [3.0, -1.0, 12.0]);
+        assert_eq!(last_move(&machine, 1).values, [0.0, -4.0, 13.0]);
+        assert!(coordinate(&machine, 0).values.iter().all(|angle| (angle - 10.0).abs() < 1e-12));
+        assert_eq!(side(&machine, 1).values, [0.0, -1.0, 1.0]);
+    }
 }
