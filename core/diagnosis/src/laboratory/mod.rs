@@ -423,4 +423,49 @@ mod tests {
         assert!(!LaboratoryError::Refused("no".to_owned()).is_cancelled());
         assert!(!LaboratoryError::Fit(FitError::NoRows { table: "t".to_owned() }).is_cancelled());
     }
+
+    #[test]
+    fn sessions_that_the_model_knows_keep_their_place_and_others_follow() {
+        let lab = crate::testing::two_links(4, "", 0.05, 3, |_| [0.0; 2]);
+        let named = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<String>>();
+        let mut table = lab.table().clone();
+        let none = sessions(lab.model(), &table, Holdout::None);
+        assert!(none.unwrap_err().to_string().contains("`session`"));
+        table.session.names = named(&["monday", "tuesday"]);
+        assert_eq!(
+            sessions(lab.model(), &table, Holdout::None).unwrap(),
+            Epochs::Sessions(named(&["monday", "tuesday"]))
+        );
+        let epochs = Some(Epochs::Sessions(named(&["sunday", "tuesday"])));
+        let model = Model { epochs, ..lab.model().clone() };
+        let all = Epochs::Sessions(named(&["sunday", "tuesday", "monday"]));
+        assert_eq!(sessions(&model, &table, Holdout::Regions).unwrap(), all);
+        assert!(sessions(&model, &table, Holdout::Session).is_err(), "its base could not be fitted");
+    }
+
+    #[test]
+    fn a_base_per_session_is_free_between_sessions_where_there_are_several() {
+        let lab = crate::testing::two_links(4, "joint_zero(*)", 0.05, 3, |_| [0.0; 2]);
+        let free = |per_session: bool, epochs: &[&str], added: &[&str]| {
+            let mut model = lab.model().clone();
+            model.base.per_session = per_session;
+            model.epochs = Some(Epochs::Sessions(epochs.iter().map(|name| (*name).to_owned()).collect()));
+            model.effects = added
+                .iter()
+                .map(|text| {
+                    let id = effect::parse(text, &model).unwrap();
+                    let parameters = effect::build(&id, &model).unwrap().parameters().len();
+                    AddedEffect { id, values: vec![0.0; parameters] }
+                })
+                .collect();
+            let free = lab.with_model(model).free_effects().unwrap();
+            free.iter().map(|one| one.id.name.clone()).collect::<Vec<String>>()
+        };
+        let zeros = ["joint_zero", "joint_zero"];
+        assert_eq!(free(true, &["a", "b"], &[]), [zeros[0], zeros[1], "base_reset"]);
+        assert_eq!(free(true, &["a"], &[]), zeros, "one session has one base");
+        assert_eq!(free(false, &["a", "b"], &[]), zeros);
+        assert_eq!(free(true, &["a", "b"], &["base_reset"]), zeros, "it was added already");
+        assert_eq!(free(false, &["a"], &["joint_zero(elbow)"]), zeros[..1], "the others alone");
+    }
 }
