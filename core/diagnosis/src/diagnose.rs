@@ -438,4 +438,42 @@ mod tests {
         assert!((two[0].apart - 0.5).abs() < 1e-12 && two[0].unit == "deg" && two[0].place == "elbow");
         assert_eq!(two[1], TwoPositions { place: "base".to_owned(), apart: 0.3, unit: "mm" });
     }
+
+    #[test]
+    fn a_mechanism_that_is_not_named_is_objected_to_and_what_is_no_mechanism_is_not() {
+        let lab = two_links_with(DECLARED, 40, 0.05, 22, |q| [0.0, 0.01 * q[1]]);
+        let progress = Progress::unwatched();
+        let diagnosis = lab.diagnose_in_full(&progress).unwrap();
+        assert!(diagnosis.explainable.is_none() && diagnosis.hypothesis.is_none(), "it has a name");
+        let id = |text: &str| plumb_calibration::effect::parse(text, lab.model()).unwrap();
+        assert!(lab.objection_by(&diagnosis, &id("joint_gain(elbow)")).is_none());
+        assert!(lab.objection_by(&diagnosis, &id("joint_gain(shoulder)")).is_some());
+        assert!(lab.objection_by(&diagnosis, &id("joint_zero(elbow)")).is_none(), "it is free already");
+        assert!(lab.objection(&id("joint_gain(shoulder)"), &progress).unwrap().is_some());
+        assert!(lab.objection(&id("joint_zero(elbow)"), &progress).unwrap().is_none());
+    }
+
+    #[test]
+    fn what_has_no_name_is_asked_how_much_of_it_could_be_explained() {
+        let lab = two_links_with(DECLARED, 60, 0.05, 23, |q| [0.004 * (2.3 * q[0] + 1.7 * q[1]).sin(), 0.0]);
+        let told = lab.diagnose_in_full(&Progress::unwatched()).unwrap();
+        assert!(told.verdict.is_nameless() && told.explainable.is_some(), "{:?}", told.verdict);
+    }
+
+    #[test]
+    fn a_model_to_which_all_was_added_is_at_the_floor_or_has_structure_left() {
+        let settled = |poses: usize, off: f64| {
+            let lab =
+                two_links_with(DECLARED, poses, 0.05, 23, |q| [off * (2.3 * q[0] + 1.7 * q[1]).sin(), 0.0]);
+            let fitted = lab.fit_with(&[], None, &Progress::unwatched()).unwrap();
+            lab.settled(&fitted, &Progress::unwatched()).unwrap()
+        };
+        let sound = settled(12, 0.0);
+        assert_eq!((sound.verdict, sound.not_logged.len()), (Verdict::AtFloor, 3));
+        assert!(!sound.not_shown.is_empty() && sound.remaining.shape.is_none());
+        assert!((sound.left_ratio.unwrap() - 1.0).abs() < 0.5 && sound.floor_ratio == sound.left_ratio);
+        let left = settled(60, 0.004);
+        assert_eq!((left.verdict, left.not_logged.len(), left.not_shown.len()), (Verdict::Unknown, 0, 0));
+        assert!(left.remaining.shape.is_some() && left.left_ratio.unwrap() > 3.0);
+    }
 }

@@ -368,4 +368,18 @@ mod tests {
             "{left}"
         );
     }
+
+    #[test]
+    fn what_was_reset_is_added_before_batches_of_a_large_table() {
+        let reset = |rows: usize, by: f64| {
+            let lab = crate::testing::by_wire(rows, 0.05, 8, |row| if row < rows / 2 { 0.0 } else { by });
+            lab.with_what_was_reset(0, &Progress::unwatched()).unwrap()
+        };
+        let (grown, steps) = reset(BATCH_ROWS, 0.3);
+        assert_eq!(steps.len(), 1, "{steps:?}");
+        assert_eq!(steps[0].added.effect.effect, "reading_reset");
+        assert_eq!(grown.model().effects.len(), 1);
+        assert!(reset(BATCH_ROWS - 1, 0.3).1.is_empty(), "a small table is grown one by one");
+        assert!(reset(BATCH_ROWS, 0.0).1.is_empty(), "nothing jumps");
+    }
 }

@@ -165,3 +165,18 @@ fn sessions_and_columns_of_words_are_categories_unless_there_are_one_or_too_many
             && with_sessions(MOST_LEVELS + 1).is_empty()
     );
 }
+
+#[test]
+fn of_readings_without_a_direction_what_was_read_is_looked_at_as_the_fit_weighs_it() {
+    let lab = crate::testing::by_wire(12, 0.0, 5, |row| if row == 3 { 0.4 } else { 0.1 });
+    let lab = lab.with_model(plumb_calibration::arm_model::Model { free: Vec::new(), ..lab.model().clone() });
+    let mut fitted = lab.fit_with(&[], None, &plumb_estimation::Progress::unwatched()).unwrap();
+    fitted.fit.weights = vec![1.0; 12];
+    fitted.fit.weights[3] = 0.5;
+    assert!(vector(&fitted, 0).is_none());
+    let left: Vec<f64> = [0, 3].map(|row| first_reading(&fitted, row)).to_vec();
+    assert!((left[0].abs() - 0.1).abs() < 1e-6 && (left[1] / left[0] - 2.0).abs() < 1e-6, "{left:?}");
+    let found = components(&fitted, &[vec![0, 1], vec![3]]);
+    assert_eq!((found.len(), found[0].name.as_str()), (1, "in what was read"));
+    assert!((found[0].values[0] - left[0]).abs() < 1e-6 && (found[0].values[1] - left[1]).abs() < 1e-9);
+}
