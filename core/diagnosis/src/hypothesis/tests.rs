@@ -229,6 +229,14 @@ fn an_angle_that_stays_where_it_is_has_no_steps_and_slopes() {
     };
     assert_eq!(kinks(&bent(|_| 30.0)), 0);
     assert!(kinks(&bent(|row| -60.0 + 3.0 * row)) > 0);
+    // What goes beyond an angle on either side needs both.
+    let beyond = |lab: &Laboratory| {
+        let forms = grammar::probes(lab).into_iter().map(|(form, _)| form.shape);
+        forms.filter(|shape| matches!(shape, Shape::Beyond(angle, _) if *angle == Angle::of(1))).count()
+    };
+    assert!(beyond(&bent(|row| -60.0 + 3.0 * row)) > 0);
+    assert_eq!(beyond(&bent(|row| 2.0 * row)), 0, "from zero upward");
+    assert_eq!(beyond(&bent(|row| -2.0 * row)), 0, "from zero downward");
 }
 
 #[test]

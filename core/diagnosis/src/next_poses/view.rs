@@ -103,4 +103,13 @@ mod tests {
         assert!(view.holds(&at(300.0, aside - 0.001, 0.0)) && !view.holds(&at(300.0, aside + 0.001, 0.0)));
         assert!(view.holds(&at(300.0, 0.0, aslant - 0.001)) && !view.holds(&at(300.0, 0.0, aslant + 0.001)));
     }
+
+    #[test]
+    fn without_a_camera_on_the_hand_every_pose_is_in_view() {
+        let lab = crate::testing::two_links(4, "", 0.05, 4, |_| [0.0; 2]);
+        let fitted = lab.fit_with(&[], None, &plumb_estimation::Progress::unwatched()).unwrap();
+        assert_eq!(View::of(&lab), None);
+        let view = View { distances: (250.0, 400.0), aside: 0.3, aslant: 0.5 };
+        assert!(view.sees(&fitted.machine, &fitted.fit.state, 0));
+    }
 }
