@@ -498,4 +498,45 @@ mod tests {
         let steady = self::columns(90, |_| 0.0);
         assert!(Search::new(&steady, 0).changes().starts.is_empty());
     }
+
+    /// Readings one off in turn about a level that is fitted, which steps by so much at the 30th of 60 rows.
+    fn stepped(by: f64) -> Columns {
+        let residuals =
+            (0..60).map(|row| if row % 2 == 0 { 1.0 } else { -1.0 } + if row < 30 { 0.0 } else { by });
+        Columns { residuals: residuals.collect(), ..columns(60, |_| 0.0) }
+    }
+
+    #[test]
+    fn change_points_are_judged_by_the_weakest_of_them_and_charged_their_places() {
+        let columns = stepped(1.0);
+        let search = Search::new(&columns, 0);
+        // Two means leave 60 squares on 58 degrees, one mean 15 more: chance of F, 60 places being tried.
+        let judged = search.judged(vec![30]);
+        let p = f_tail(15.0 / (60.0 / 58.0), 1.0, 58.0);
+        assert!((judged.p - 60.0 * p).abs() < 1e-9 && judged.p < 0.05, "{} {p}", judged.p);
+        // Two numbers, and a place that costs two.
+        assert!((judged.bic - (2.0 + 2.0) * 60.0_f64.ln()).abs() < 1e-9, "{}", judged.bic);
+        let none = search.judged(Vec::new());
+        assert!((none.bic - 60.0 * (75.0_f64 / 60.0).ln() - 60.0_f64.ln()).abs() < 1e-9 && none.p == 0.0);
+        assert_eq!(search.judged(vec![44, 30]).p, 1.0, "another that explains next to nothing");
+        assert_eq!(search.judged(vec![44, 30]).starts, [30, 44]);
+    }
+
+    #[test]
+    fn a_first_change_point_is_hopeless_where_the_best_of_so_many_places_explains_as_much_by_chance() {
+        // The chance is one of sixty where F is 6.06 (R: qf(1 / 60, 1, 58, lower.tail = FALSE)): 15 squares of the step over 60 / 58.
+        let edge = |f: f64| (f * 60.0 / 58.0 / 15.0).sqrt();
+        let hopeless = |by: f64| {
+            let columns = stepped(by);
+            Search::new(&columns, 0).is_hopeless(&[30])
+        };
+        let f = (50..80)
+            .map(|tenths| f64::from(tenths) / 10.0)
+            .find(|f| 60.0 * f_tail(*f, 1.0, 58.0) < 1.0)
+            .unwrap();
+        assert!((6.0..6.2).contains(&f), "{f}");
+        assert!(hopeless(edge(f - 0.2)) && !hopeless(edge(f + 0.1)));
+        let columns = stepped(0.1);
+        assert!(!Search::new(&columns, 0).is_hopeless(&[30, 44]), "several are not asked");
+    }
 }
