@@ -291,4 +291,46 @@ mod tests {
         // Two zeros, and the size.
         assert_eq!((middle.rank, middle.values.len(), middle.covariance.shape()), (3.0, 1, (1, 1)));
     }
+
+    #[test]
+    fn what_is_searched_for_goes_to_where_least_is_left_with_all_that_follows_from_it() {
+        let lab = dated(60, |time| 0.4 * (1.0 - (-time / 2000.0).exp()));
+        let none = crate::candidates::Candidates { listed: Vec::new(), unlisted: Vec::new() };
+        let watch = Progress::unwatched();
+        let mut stage = lab.stage(Vec::new(), None, &none, &watch).unwrap();
+        let id = effect::parse("warm_up(elbow, zero)", lab.model()).unwrap();
+        let searched = |inner: f64| crate::forward_selection::Contender {
+            id: with_inner(&id, inner),
+            values: vec![0.005],
+            search_cost: 3.0,
+            ..crate::testing::contender("warm_up", 1, 77.0)
+        };
+        // What cannot be a time constant is left as it is.
+        for inner in [0.0, -5.0] {
+            stage.contenders = vec![searched(inner)];
+            lab.settle(&mut stage, &watch).unwrap();
+            assert_eq!((stage.contenders[0].id.inner, stage.contenders[0].bic), (Some(inner), 77.0));
+        }
+        stage.contenders = vec![searched(1500.0)];
+        lab.settle(&mut stage, &watch).unwrap();
+        let found = stage.contenders.remove(0);
+        let inner = found.id.inner.unwrap();
+        let there =
+            |step: f64| lab.tried(&stage, &with_inner(&id, inner * step.exp()), vec![0.005], &watch).unwrap();
+        let [low, middle, high] = [-0.1, 0.0, 0.1].map(there);
+        let least = to_the_bottom([low.squares, middle.squares, high.squares], 0.1);
+        assert!(least.abs() < 0.01 && (inner / 2000.0).ln().abs() < 0.1, "{inner} {least}");
+        assert!((found.values[0] - middle.values[0]).abs() < 1e-9);
+        // Schwarz's criterion of three numbers, with what the search costs.
+        let readings = stage.fitted.fit.normal.equations as f64;
+        let expected = bic_above(stage.fitted.machine.least_variance(), middle.squares, readings, 3.0, 3.0);
+        assert!((found.bic - expected).abs() < 1e-6, "{} {expected}", found.bic);
+        // By how much the size moves with the logarithm, times how well that is known on what four numbers leave.
+        let moves = (high.values[0] - low.values[0]) / 0.2;
+        let bend = (low.squares + high.squares - 2.0 * middle.squares) / 0.01;
+        let variance =
+            middle.covariance[(0, 0)] + moves * moves * 2.0 * middle.squares / (readings - 4.0) / bend;
+        assert!((found.covariance[(0, 0)] / variance - 1.0).abs() < 1e-6, "{} {variance}", found.covariance);
+        assert!(variance > 1.05 * middle.covariance[(0, 0)]);
+    }
 }
