@@ -145,3 +145,57 @@ fn effects_pay_for_being_chosen_from_the_second_on() {
         "never of fewer than one"
     );
 }
+
+/// What is said of other things at the joint of a wave of twelve periods at the elbow, beside effects that are in as well, of an arm whose joints are off so.
+fn company_of_the_wave(beside: &[&str], off: impl Fn([f64; 2]) -> [f64; 2]) -> Option<Doubt> {
+    let lab = two_links(120, "joint_zero(*)", 0.05, 21, off);
+    let listed = crate::candidates::probes(&lab);
+    let candidates = crate::candidates::Candidates { listed, unlisted: Vec::new() };
+    let mut stage = lab.stage(Vec::new(), None, &candidates, &Progress::unwatched()).unwrap();
+    let wanted: Vec<EffectId> = std::iter::once("joint_harmonic(elbow, 12)")
+        .chain(beside.iter().copied())
+        .map(|text| plumb_calibration::effect::parse(text, lab.model()).unwrap())
+        .collect();
+    stage.contenders = wanted
+        .iter()
+        .map(|id| Contender { id: id.clone(), ..crate::testing::contender("", 0, 0.0) })
+        .collect();
+    let rows = stage.fitted.fit.rows.clone();
+    let features = Features::plain(&stage.fitted.machine, &stage.fitted.fit, &rows);
+    let Asked { suspects, overtones, columns } = suspects(&stage, &[], &rows);
+    let mixed = Mixed::new(&features, &columns).unwrap();
+    let (nothing, equations) = (mixed.fit(&[], None).unwrap(), columns.nrows() as f64);
+    let bench = Bench { stage: &stage, suspects, overtones, rows, features, mixed, nothing, equations };
+    let members: Vec<usize> = (0..wanted.len()).collect();
+    let set = bench.fitted(&members, &bench.nothing.ratios, 9).unwrap();
+    bench.company(0, &set)
+}
+
+#[test]
+fn a_wave_has_company_in_strong_overtones_and_in_what_else_moves_its_joint_as_much() {
+    let with = |overtone: f64| move |q: [f64; 2]| [0.0, wave(q[1]) + overtone * WAVE * (36.0 * q[1]).sin()];
+    assert_eq!(company_of_the_wave(&[], with(0.0)), None);
+    // A quarter of the squares is half of the amplitude.
+    assert_eq!(company_of_the_wave(&[], with(0.4)), None);
+    assert_eq!(company_of_the_wave(&[], with(0.6)), Some(Doubt::Unlisted(Spot::Joint(1))));
+    let gain = |elbow: f64, shoulder: f64| move |q: [f64; 2]| [shoulder * q[0], wave(q[1]) + elbow * q[1]];
+    assert_eq!(company_of_the_wave(&["joint_gain(elbow)"], gain(0.01, 0.0)), Some(Doubt::MoreAtItsJoint));
+    assert_eq!(company_of_the_wave(&["joint_gain(elbow)"], gain(0.0001, 0.0)), None, "it does little");
+    assert_eq!(company_of_the_wave(&["joint_gain(shoulder)"], gain(0.0, 0.01)), None, "at another joint");
+}
+
+#[test]
+fn a_place_is_known_unless_something_else_does_as_well() {
+    let with = |doubt: Option<Doubt>| {
+        let values = (DVector::zeros(1), DMatrix::zeros(1, 1));
+        let mechanism = Mechanism { close: vec![0], doubt, probabilities: Vec::new(), values };
+        (mechanism.knows_its_place(), mechanism.is_told())
+    };
+    assert_eq!(with(None), (false, true), "it has a name");
+    for doubt in [Doubt::MoreAtItsJoint, Doubt::NotPredicted, Doubt::Size] {
+        assert_eq!(with(Some(doubt)), (true, true));
+    }
+    for doubt in [Doubt::Smooth, Doubt::NotPassed, Doubt::Unlisted(Spot::Base)] {
+        assert_eq!(with(Some(doubt)), (false, false));
+    }
+}
