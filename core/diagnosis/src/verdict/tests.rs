@@ -421,3 +421,106 @@ fn of_effects_that_were_taken_in_the_one_that_is_missed_most_is_in_question() {
     assert_eq!(needed(&[wave]), Some(Vec::new()));
     assert_eq!(needed(&[]), None);
 }
+
+/// Why the contender of this place is not the name.
+fn rejection(
+    contenders: Vec<Contender>,
+    place: usize,
+    verdict: Verdict,
+    close: &[usize],
+) -> Option<crate::outcome::Rejection> {
+    finding_of_many(contenders, verdict, close, |finding| finding.rejected(&finding.stage.contenders[place]))
+}
+
+fn finding_of_many<T>(
+    contenders: Vec<Contender>,
+    verdict: Verdict,
+    close: &[usize],
+    ask: impl Fn(&Finding<'_>) -> T,
+) -> T {
+    let contenders = std::cell::RefCell::new(contenders);
+    finding_of(contenders.take(), |finding| {
+        (finding.verdict, finding.close) = (verdict, close.to_vec());
+        ask(finding)
+    })
+}
+
+#[test]
+fn what_is_not_named_is_rejected_for_the_first_thing_that_speaks_against_it() {
+    use crate::outcome::Rejection;
+    let with = |change: &dyn Fn(&mut Contender)| {
+        let mut other = contender("joint_zero", 0, 20.0);
+        change(&mut other);
+        rejection(vec![contender("joint_gain", 1, 0.0), other], 1, Verdict::Named, &[0])
+    };
+    let worse = Some(Rejection::WorseThan("joint_gain(elbow)".to_owned()));
+    assert_eq!(with(&|_| ()), worse);
+    assert_eq!(with(&|one| one.holm_p = 0.003), Some(Rejection::NotSignificant(0.003)));
+    assert_eq!(with(&|one| one.holm_p = 0.0029), worse);
+    assert_eq!(with(&|one| one.score.plausible = false), Some(Rejection::Implausible));
+    assert_eq!(with(&|one| one.outvoted = true), Some(Rejection::Outvoted));
+    assert_eq!(with(&|one| one.gains.push(gain(0.5))), Some(Rejection::NotPredicted));
+    let unasked = |one: &mut Contender| (one.refitted, one.gains) = (false, vec![gain(0.5)]);
+    assert_eq!(with(&unasked), worse, "nobody asked whether it predicts");
+}
+
+#[test]
+fn the_best_is_rejected_only_where_it_is_not_named() {
+    use crate::outcome::Rejection;
+    let two = || vec![contender("joint_gain", 1, 0.0), contender("joint_zero", 0, 0.5)];
+    assert_eq!(rejection(two(), 0, Verdict::Named, &[0]), None);
+    assert_eq!(rejection(two(), 0, Verdict::Located, &[0]), Some(Rejection::MoreThanNoiseLeft));
+    let other = |label: &str| Some(Rejection::IndistinguishableFrom(vec![label.to_owned()]));
+    assert_eq!(rejection(two(), 0, Verdict::Tied, &[0, 1]), other("joint_zero(shoulder)"));
+    assert_eq!(rejection(two(), 1, Verdict::Tied, &[0, 1]), other("joint_gain(elbow)"));
+    // Of what is in question the best is not the likeliest of all.
+    let worse = Some(Rejection::WorseThan("joint_gain(elbow)".to_owned()));
+    assert_eq!(rejection(two(), 1, Verdict::Located, &[1]), worse);
+    let held = finding_of(two(), |finding| {
+        finding.free_first = Some("geometry(*)");
+        [0, 1].map(|place| finding.rejected(&finding.stage.contenders[place]))
+    });
+    assert_eq!(held[0], Some(Rejection::HeldGeometry("geometry(*)")));
+    assert_eq!(held[1], other("joint_gain(elbow)"));
+}
+
+#[test]
+fn more_than_noise_is_left_where_the_rows_show_it_or_the_best_is_there_beyond_doubt() {
+    let noisy = |lack_of_fit: Option<LackOfFit>, holm_p: f64| {
+        let best = Contender { holm_p, ..contender("joint_gain", 1, 0.0) };
+        Evidence { lack_of_fit, ..Evidence::default() }.is_noisy(Some(&best))
+    };
+    assert!(noisy(lack(0.5), 0.99 * PRESENT_LEVEL) && !noisy(lack(0.5), PRESENT_LEVEL));
+    assert!(noisy(lack(1e-9), 1.0) && !noisy(None, 0.0), "without a floor nobody knows");
+    assert!(Evidence { lack_of_fit: lack(1e-9), ..Evidence::default() }.is_noisy(None));
+    assert!(!Evidence { lack_of_fit: lack(0.5), ..Evidence::default() }.is_noisy(None));
+}
+
+#[test]
+fn a_name_that_wrong_lengths_explain_as_well_is_taken_back_and_the_geometry_is_to_be_freed_first() {
+    let asked = |longer: f64, verdict: Verdict, holm_p: f64| {
+        let lab =
+            crate::testing::two_links(80, "joint_zero(*)", 0.05, 21, |q| [0.0, (0.5 - longer) * 0.02 * q[1]]);
+        let mut model = lab.model().clone();
+        model.chain.joints.iter_mut().for_each(|joint| joint.a += longer);
+        let lab = lab.with_model(model);
+        let listed = crate::candidates::probes(&lab);
+        let none = crate::candidates::Candidates { listed: Vec::new(), unlisted: Vec::new() };
+        let mut stage = lab.stage(Vec::new(), None, &none, &plumb_estimation::Progress::unwatched()).unwrap();
+        stage.contenders = vec![Contender { holm_p, ..contender("joint_gain", 1, 0.0) }];
+        let mut finding = finding_of_stage(stage);
+        finding.verdict = verdict;
+        let candidates = crate::candidates::Candidates { listed, unlisted: Vec::new() };
+        let finding =
+            finding.weighed(None, &candidates, &FLOOR, &plumb_estimation::Progress::unwatched()).unwrap();
+        (finding.verdict, finding.free_first.is_some())
+    };
+    assert_eq!(asked(0.5, Verdict::Named, 1e-9), (Verdict::Tied, true));
+    assert_eq!(asked(0.5, Verdict::Located, 1e-9), (Verdict::Located, true));
+    assert_eq!(asked(0.5, Verdict::Named, NAMING_LEVEL), (Verdict::Named, false), "it is no find");
+    assert_eq!(
+        asked(0.0, Verdict::Named, 1e-9),
+        (Verdict::Named, false),
+        "the lengths are right, the gain is wrong"
+    );
+}
