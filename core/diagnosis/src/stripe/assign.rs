@@ -219,4 +219,58 @@ mod assign_tests {
             assert!((stretch.sigma - expected).abs() < 1e-9, "{} {expected}", stretch.sigma);
         }
     }
+
+    /// Distance and uncertainty of a pixel's point that lies so far over horizontal planes, each a body or the faces of one; mm.
+    fn given(over: &[f64], bodies: &[Range<usize>], limit: f64) -> Option<(usize, f64, f64)> {
+        use crate::stripe::tests::{puma, rig};
+        use plumb_calibration::arm_model::SurfaceShape;
+        use plumb_calibration::measurement::Observations;
+        let surfaces = [("low".to_owned(), crate::stripe::Surface::plane(nalgebra::Vector3::z(), 0.0))];
+        let model = crate::stripe::prepare::prepared(&puma(), &rig(), &surfaces);
+        let q = [-22.7_f64, -65.6, 198.0, 0.0, 47.6, 157.3].map(f64::to_radians).to_vec();
+        let mut table = plumb_calibration::table::Table { joints: 6, q: q.clone(), ..Default::default() };
+        table.lines.push(1);
+        table.note(None, None);
+        let nothing = Observations::without_readings(1);
+        let machine = ResidualModel::new(&model, &table, &nothing, &[]).unwrap();
+        let mut state = machine.start();
+        let pixel = StripePixel { view: 0, u_px: 130.0, v_px: 120.0, sigma_px: 0.3 };
+        let point = machine.stripe_points(&state, 0, &[[130.0, 120.0]])[0].unwrap();
+        let planes = over
+            .iter()
+            .map(|over| SurfaceShape::Plane { normal: nalgebra::Vector3::z(), offset: point.z - over });
+        state.surfaces = planes.collect();
+        let view = super::super::table::View { q, speed: Vec::new(), approach: Vec::new(), time_s: None };
+        let scans =
+            Scans { views: vec![view], scan_of_view: vec![0], pixels: vec![pixel], names: Vec::new() };
+        let found = assigned(&machine, &state, bodies, &scans, limit);
+        found.first().map(|member| (member.part, member.distance, member.sigma_mm))
+    }
+
+    #[test]
+    fn a_point_is_given_to_the_nearest_surface_within_the_limit_with_its_uncertainty_there() {
+        let rig = crate::stripe::tests::rig();
+        let aside = rig.point(130.5, 120.0).unwrap() - rig.point(130.0, 120.0).unwrap();
+        // Three tenths of a pixel, which half a pixel shows the half of, and what the surface is rough by.
+        let sigma = (2.0 * aside.norm() * 0.3).hypot(0.02);
+        for over in [0.4, -0.4] {
+            let (part, distance, own) = given(&[over], &[0..1], 0.41).unwrap();
+            assert!(
+                part == 0 && (distance - over).abs() < 1e-9 && (own - sigma).abs() < 1e-9,
+                "{own} {sigma}"
+            );
+            assert_eq!(given(&[over], &[0..1], 0.39), None);
+        }
+    }
+
+    #[test]
+    fn a_point_near_two_surfaces_is_given_to_neither() {
+        let two_bodies = [0..1, 1..2];
+        assert_eq!(given(&[0.2, 1.6], &two_bodies, 9.0), None);
+        assert_eq!(given(&[0.2, 1.8], &two_bodies, 9.0).map(|found| found.0), Some(0));
+        assert_eq!(given(&[-1.8, 0.2], &two_bodies, 9.0).map(|found| found.0), Some(1));
+        // Two faces of one body: the outer one is nearer, and must be so clearly.
+        assert_eq!(given(&[0.2, -1.2], std::slice::from_ref(&(0..2)), 9.0), None);
+        assert_eq!(given(&[0.2, -1.4], std::slice::from_ref(&(0..2)), 9.0).map(|found| found.0), Some(0));
+    }
 }

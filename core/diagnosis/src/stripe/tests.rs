@@ -9,11 +9,11 @@ use plumb_calibration::arm_model::{Model, RigNumber, StripeRig};
 use plumb_calibration::effect;
 use plumb_estimation::Progress;
 
-fn puma() -> Model {
+pub(super) fn puma() -> Model {
     Model::parse("puma560.yaml", include_str!("../../../../workcells/arms/puma560.yaml")).unwrap()
 }
 
-fn rig() -> StripeRig {
+pub(super) fn rig() -> StripeRig {
     let toward = (100.0_f64 / 300.0).atan();
     let normal = Vector3::new(toward.cos(), 0.0, toward.sin());
     StripeRig {
