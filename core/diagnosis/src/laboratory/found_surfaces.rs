@@ -261,4 +261,28 @@ noise: {height_mm: 0.1}
         let ratio = (squares / 40.0_f64).sqrt();
         assert!((0.75..1.3).contains(&ratio), "{ratio}");
     }
+
+    #[test]
+    fn the_error_of_an_angle_is_made_of_the_tilts_of_both_planes() {
+        let lab = touched(3);
+        let mut fitted = lab.fit_with(&[], None, &plumb_estimation::Progress::unwatched()).unwrap();
+        let slots = fitted.machine.slots().to_vec();
+        let mut error = |which: &[usize]| {
+            fitted.fit.covariance.fill(0.0);
+            for (place, slot) in slots.iter().enumerate() {
+                if which
+                    .iter()
+                    .any(|surface| TILTS.iter().any(|tilt| *slot == Slot::Surface(*surface, *tilt)))
+                {
+                    fitted.fit.covariance[(place, place)] = 1e-6;
+                }
+            }
+            angle(&fitted.machine, &fitted.fit, (0, 1)).unwrap().se_deg.unwrap().to_radians()
+        };
+        // A normal that turns by a milliradian about two axes changes its angle to another by the part toward that one.
+        for one in [error(&[0]), error(&[1])] {
+            assert!((one / 1e-3 - 1.0).abs() < 1e-3, "{one}");
+        }
+        assert!((error(&[0, 1]) / 1e-3 - 2.0_f64.sqrt()).abs() < 1e-3);
+    }
 }

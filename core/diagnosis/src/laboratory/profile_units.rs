@@ -150,4 +150,14 @@ mod tests {
         assert_eq!((reaching(SHORTEST_LINE), reaching(-SHORTEST_LINE)), (Ok(()), Ok(())));
         assert_eq!(reaching(0.999 * SHORTEST_LINE), Err("m"));
     }
+
+    #[test]
+    fn a_circle_through_points_all_about_it_and_one_far_from_the_origin_has_its_radius() {
+        let circle = [[3.0, 4.0], [-4.0, 3.0], [0.0, -5.0], [5.0, 0.0], [4.0, 3.0]];
+        for [x, z] in [[0.0, 0.0], [-70.0, 240.0]] {
+            let moved = circle.map(|point| [point[0] + x, point[1] + z]);
+            assert!((radius(&moved).unwrap() - 5.0).abs() < 1e-9);
+        }
+        assert_eq!(radius(&circle[..1]), None, "one point has no circle");
+    }
 }
