@@ -756,4 +756,12 @@ mod tests {
         let found = scatter(&all, &[true; 8], &DVector::zeros(0), &instruments).unwrap();
         assert!((found[0] - 1.0).abs() < 1e-12 && (found[1] - 3.0).abs() < 1e-12, "{found}");
     }
+
+    #[test]
+    fn an_instrument_that_shows_no_scatter_is_taken_to_have_a_thousandth_of_that_of_all() {
+        let all = rows(&[[0.0, 3.0, 3.0]; 9]).without(&DMatrix::zeros(0, 27), 0..0);
+        let instruments = ["tracker", "level", "level"].repeat(9);
+        let found = scatter(&all, &[true; 9], &DVector::zeros(0), &instruments).unwrap();
+        assert!((found[0] - 1e-3 * 6.0_f64.sqrt()).abs() < 1e-12 && (found[1] - 3.0).abs() < 1e-12);
+    }
 }

@@ -382,4 +382,27 @@ mod tests {
         assert!(reset(BATCH_ROWS - 1, 0.3).1.is_empty(), "a small table is grown one by one");
         assert!(reset(BATCH_ROWS, 0.0).1.is_empty(), "nothing jumps");
     }
+
+    #[test]
+    fn the_mechanisms_alone_are_the_model_without_its_corrections() {
+        let lab = two_links(60, "joint_zero(*)", 0.05, 9, |q| [0.001 * (3.0 * q[0]).sin(), 0.004 * q[1]]);
+        let added = |text: &str| {
+            let id = plumb_calibration::effect::parse(text, lab.model()).unwrap();
+            let values =
+                vec![0.0; plumb_calibration::effect::build(&id, lab.model()).unwrap().parameters().len()];
+            AddedEffect { id, values }
+        };
+        let (gain, wave) = (added("joint_gain(elbow)"), added("joint_harmonic(shoulder, 3)"));
+        let with = |effects: &[AddedEffect], corrections: &[AddedEffect]| {
+            let ids = corrections.iter().map(|one| one.id.clone());
+            let corrections = ids.map(|id| Correction { id, may_be: Vec::new() }).collect();
+            lab.with_model(Model { effects: effects.to_vec(), corrections, ..lab.model().clone() })
+        };
+        let watch = Progress::unwatched();
+        let alone = with(&[gain.clone(), wave.clone()], std::slice::from_ref(&wave))
+            .mechanisms_alone(&watch)
+            .unwrap();
+        let expected = with(&[gain], &[]).compare(&watch).unwrap().rms_mm;
+        assert!((alone.fit - expected.fit).abs() < 1e-9 && alone.fit > 0.15, "{alone:?}");
+    }
 }

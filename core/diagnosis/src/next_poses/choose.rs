@@ -374,4 +374,46 @@ mod tests {
             }
         }
     }
+
+    #[test]
+    fn a_pose_waits_where_time_is_logged_and_a_rival_changes_gradually() {
+        let plain = crate::testing::two_links(8, "", 0.05, 73, |_| [0.0; 2]);
+        let timed =
+            crate::testing::with_table(&plain, |table| table.time = Some((0..8).map(f64::from).collect()));
+        let waits = |lab: &Laboratory, text: &str| {
+            let fitted = lab.fit_with(&[], None, &Progress::unwatched()).unwrap();
+            let id = effect::parse(text, lab.model()).unwrap();
+            let values = vec![0.0; effect::build(&id, lab.model()).unwrap().parameters().len()];
+            let effects = vec![plumb_calibration::arm_model::AddedEffect { id, values }];
+            let rival = Rival::of(text.to_owned(), effects, &fitted);
+            Chooser::new(lab, vec![rival], 1.0).unwrap().designer.waits
+        };
+        assert!(waits(&timed, "drift"));
+        assert!(!waits(&plain, "drift"), "nobody logs the time");
+        assert!(!waits(&timed, "joint_gain(elbow)"), "it is the same at any time");
+    }
+
+    #[test]
+    fn a_pose_is_worth_what_is_unknown_there_of_one_model_and_how_far_it_puts_several_apart() {
+        let lab = crate::testing::two_links(8, "", 0.05, 73, |_| [0.0; 2]);
+        let mut chooser = Chooser::new(&lab, Vec::new(), 1.0).unwrap();
+        let at = |value: f64| vec![(DVector::from_element(1, value), DMatrix::from_element(1, 1, 2.0))];
+        let forecast = |values: &[f64]| Forecast {
+            rivals: values.iter().map(|value| at(*value)).collect(),
+            reach_allowed: vec![true],
+        };
+        let known = |rivals: usize| Known {
+            covariances: vec![DMatrix::from_element(1, 1, 0.25); rivals],
+            apart: vec![0.0; rivals * rivals.saturating_sub(1) / 2],
+        };
+        // 2 times a variance of a quarter times 2.
+        assert_eq!(chooser.worth(&forecast(&[5.0]), 0, &known(1)), (1.0, Vec::new()));
+        // A variance of 1 each, and of noise 1 each: 4. Second before first, third before first and second.
+        let (worth, pairs) = chooser.worth(&forecast(&[0.0, 2.0, 6.0]), 0, &known(3));
+        assert_eq!(pairs, [1.0, 9.0, 4.0]);
+        assert!((worth - pairs.iter().map(|one| answered(*one)).sum::<f64>()).abs() < 1e-12);
+        chooser.tell_from_first();
+        let (_, pairs) = chooser.worth(&forecast(&[0.0, 2.0, 6.0]), 0, &known(3));
+        assert!(pairs[..2] == [1.0, 9.0] && pairs[2].is_nan());
+    }
 }

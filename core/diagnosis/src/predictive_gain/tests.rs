@@ -75,3 +75,16 @@ fn a_gain_counts_above_one_standard_error_and_nothing_at_all_is_no_gain() {
     assert!(counts(2.02 * GAIN_ERRORS) && !counts(2.0 * GAIN_ERRORS) && !counts(-9.0));
     assert!(!Gain { total: 0.0, error: 0.0 }.counts());
 }
+
+#[test]
+fn what_an_effect_promises_is_the_same_whichever_way_it_is_asked() {
+    let lab = two_links(24, "joint_zero(*)", 0.05, 6, |q| [0.0, 0.02 * q[1]]);
+    let id = EffectId::at("joint_gain", Spot::Joint(1));
+    let before = lab.fit_with(&[], None, &Progress::unwatched()).unwrap();
+    let more = [AddedEffect { id: id.clone(), values: vec![0.0] }];
+    let after = lab.fit_with(&more, Some(&before), &Progress::unwatched()).unwrap();
+    let promise = Judge::of(&before, std::iter::empty()).promise(&after).unwrap();
+    assert_eq!(Judge::of(&before, std::iter::once(&id)).gains(&after, &id).1, Some(promise));
+    // Three coordinates of 0.05 mm are left.
+    assert!((0.06..0.13).contains(&promise.after_mm) && promise.before_mm > 1.0, "{promise:?}");
+}
