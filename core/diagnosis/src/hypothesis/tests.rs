@@ -312,3 +312,21 @@ fn kinks_steps_halves_and_bumps_have_a_number_that_was_searched_for() {
         [Shape::Above, Shape::Below, Shape::Beyond, Shape::Step, Shape::Half].map(|shape| shape(angle, 0.3));
     assert!(kinked.into_iter().chain([Shape::Bump(angle, 0.3, 0.1)]).all(Shape::is_searched));
 }
+
+#[test]
+fn bumps_are_a_fourteenth_and_a_seventh_of_the_range_wide_about() {
+    let lab = two_links(60, "joint_zero(*)", 0.05, 71, |_| [0.0; 2]);
+    let elbow: Vec<f64> = (0..60).map(|row| lab.table().q_of(row)[1]).collect();
+    let (low, high) = elbow.iter().fold((f64::MAX, f64::MIN), |(low, high), q| (low.min(*q), high.max(*q)));
+    let forms = grammar::probes(&lab).into_iter().map(|(form, _)| form.shape);
+    let mut widths: Vec<f64> = forms
+        .filter_map(|shape| match shape {
+            Shape::Bump(angle, _, wide) if angle == Angle::of(1) => Some(wide / (high - low)),
+            _ => None,
+        })
+        .collect();
+    widths.sort_by(f64::total_cmp);
+    widths.dedup();
+    assert!((widths[0] - 0.07).abs() < 1e-3 && (widths[widths.len() - 1] - 0.15).abs() < 1e-3, "{widths:?}");
+    assert_eq!(widths.len(), 2);
+}
