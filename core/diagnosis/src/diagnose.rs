@@ -476,4 +476,21 @@ mod tests {
         assert_eq!((left.verdict, left.not_logged.len(), left.not_shown.len()), (Verdict::Unknown, 0, 0));
         assert!(left.remaining.shape.is_some() && left.left_ratio.unwrap() > 3.0);
     }
+
+    #[test]
+    fn a_formula_is_looked_for_where_something_is_left_without_a_name_and_no_geometry_is_to_be_freed() {
+        let lab =
+            two_links_with("free: [joint_zero(*)]", 120, 0.05, 1, |q| [0.0, 0.004 * (q[1] - 0.4).max(0.0)]);
+        let progress = Progress::unwatched();
+        let fitted = lab.fit_with(&[], None, &progress).unwrap();
+        let with = |verdict: Verdict, free_first: Option<&'static str>| {
+            let plain = lab.settled(&fitted, &progress).unwrap();
+            let asked = lab.with_hypothesis(Diagnosis { verdict, free_first, ..plain }, &progress).unwrap();
+            assert_eq!(asked.verdict, verdict);
+            asked.hypothesis.is_some()
+        };
+        assert!(with(Verdict::Unknown, None));
+        assert!(!with(Verdict::Named, None) && !with(Verdict::Tied, None));
+        assert!(!with(Verdict::Located, Some("geometry(*)")));
+    }
 }

@@ -509,4 +509,44 @@ mod tests {
         // A gain of seven percent is no error of a real arm.
         assert_eq!(selected(&by_hand(1000, 1, (0.0, [7.0, 0.6]))), [1]);
     }
+
+    /// Which of some picks are needed.
+    fn needed(pool: &Pool, picks: &[usize]) -> Vec<usize> {
+        let picks = picks.iter().map(|probe| Pick { probe: *probe }).collect();
+        pool.needed(picks).iter().map(|pick| pick.probe).collect()
+    }
+
+    #[test]
+    fn a_pick_is_needed_where_chance_hardly_does_as_much_beside_the_others() {
+        // Four equations less two numbers leave two degrees: as for a selection.
+        let alone = |g: f64| needed(&by_hand(4, 1, (0.0, [g, 0.0])), &[0]);
+        assert_eq!(alone(1.0 - 0.0014), [0]);
+        assert_eq!(alone(1.0 - 0.0016), [0_usize; 0]);
+        // Five less three leave two as well: the second takes g^2 of what the first leaves.
+        let beside = |g: f64| needed(&by_hand(5, 1, (0.0, [0.9_f64.sqrt(), 0.1_f64.sqrt() * g])), &[0, 1]);
+        assert_eq!(beside(1.0 - 0.0014), [0, 1]);
+        assert!(!beside(1.0 - 0.0016).contains(&1));
+        // A gain of seven percent is none of a real arm, however clear.
+        let mut wild = by_hand(1000, 1, (0.0, [7.0, 0.5]));
+        wild.total.squares = 100.0;
+        assert!(!needed(&wild, &[0, 1]).contains(&0));
+    }
+
+    #[test]
+    fn of_two_picks_that_do_nearly_the_same_the_weaker_alone_goes() {
+        let c = 0.999;
+        assert_eq!(needed(&by_hand(1000, 1, (c, [0.5, 0.5 * c])), &[0, 1]), [0]);
+        assert_eq!(needed(&by_hand(1000, 1, (c, [0.5 * c, 0.5])), &[0, 1]), [1]);
+        assert_eq!(needed(&by_hand(1000, 1, (0.0, [0.5, 0.5])), &[0, 1]), [0, 1]);
+    }
+
+    #[test]
+    fn a_pick_is_rivalled_by_what_is_worth_as_much_within_a_tie() {
+        let rivalled = |cost: f64| {
+            let mut pool = by_hand(1000, 1, (0.0, [0.5, 0.5]));
+            pool.probes[1].search_cost = cost;
+            pool.rivalled(&[Pick { probe: 0 }], 0)
+        };
+        assert!(rivalled(5.9) && !rivalled(6.1));
+    }
 }
