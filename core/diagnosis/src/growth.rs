@@ -405,4 +405,71 @@ mod tests {
         let expected = with(&[gain], &[]).compare(&watch).unwrap().rms_mm;
         assert!((alone.fit - expected.fit).abs() < 1e-9 && alone.fit > 0.15, "{alone:?}");
     }
+
+    /// What grows from an arm whose elbow has a wave of this amplitude, three rows in ten of which are locked away.
+    fn growing(amplitude: f64) -> Growing {
+        let lab = two_links(80, "joint_zero(*)", 0.05, 12, |q| [0.0, amplitude * (3.0 * q[1]).sin()]);
+        let holdout = crate::split::Holdout::Random { share: 0.3, seed: 4 };
+        let options = crate::laboratory::Options { holdout, ..lab.options().clone() };
+        let laboratory = Laboratory::new(lab.model().clone(), lab.table().clone(), options).unwrap();
+        let (diagnosis, found) = laboratory.diagnose_for(&Progress::unwatched()).unwrap();
+        Growing { laboratory, diagnosis, found, steps: Vec::new(), opened: 0 }
+    }
+
+    /// An effect of that arm, at nothing.
+    fn effect_of(laboratory: &Laboratory, text: &str) -> AddedEffect {
+        let id = plumb_calibration::effect::parse(text, laboratory.model()).unwrap();
+        let built = plumb_calibration::effect::build(&id, laboratory.model()).unwrap();
+        AddedEffect { id, values: vec![0.0; built.parameters().len()] }
+    }
+
+    #[test]
+    fn the_first_correction_that_locked_rows_bear_out_is_added_with_its_region() {
+        let watch = Progress::unwatched();
+        let mut growing = growing(0.002);
+        let lab = growing.laboratory.clone();
+        let candidate = |text: &str| CorrectionCandidate {
+            effect: effect_of(&lab, text),
+            place: crate::testing::place(text, "elbow"),
+            may_be: vec![text.to_owned(), "dirt".to_owned()],
+        };
+        let (nothing, wave) = (candidate("joint_gain(shoulder)"), candidate("joint_harmonic(elbow, 3)"));
+        let (id, may_be) = (wave.effect.id.clone(), wave.may_be.clone());
+        let with = |corrections: Vec<CorrectionCandidate>| Found { corrections, ..Found::default() };
+        growing.found = with(vec![candidate("joint_harmonic(elbow, 3)")]);
+        assert!(!growing.add_reset(true, &watch).unwrap(), "a wave is nothing that was re-set");
+        growing.found = with(vec![nothing, wave]);
+        assert!(growing.add_correction(&watch).unwrap());
+        assert_eq!((growing.opened, growing.steps.len()), (2, 1), "two looks at the locked rows");
+        let (step, model) = (&growing.steps[0], growing.laboratory.model());
+        assert_eq!((step.claim, &step.may_be), (Claim::Correction, &may_be));
+        assert_eq!(model.corrections, [Correction { id, may_be }]);
+        assert!(model.measured_region.is_some() && model.effects.len() == 1);
+        growing.found.corrections.clear();
+        assert!(!growing.add_correction(&watch).unwrap() && growing.opened == 2);
+    }
+
+    #[test]
+    fn a_name_that_makes_locked_rows_worse_is_not_added() {
+        let watch = Progress::unwatched();
+        let mut growing = growing(0.0);
+        let fall = |growing: &Growing, effect: &AddedEffect| {
+            growing.laboratory.locked_fall(effect, &watch).unwrap().unwrap().total
+        };
+        let waves: Vec<AddedEffect> = (1..9)
+            .map(|order| effect_of(&growing.laboratory, &format!("joint_harmonic(elbow, {order})")))
+            .collect();
+        let worse = waves.into_iter().find(|wave| fall(&growing, wave) < 0.0).unwrap();
+        let place = crate::testing::place("joint_harmonic", "elbow");
+        growing.diagnosis.named = Some(Named { effect: place, size: 0.1, unit: "deg".to_owned(), se: 0.01 });
+        growing.found.named = Some(worse.clone());
+        assert!(!growing.add_named(&watch).unwrap(), "the verdict is not that it is named");
+        assert_eq!(growing.opened, 0);
+        growing.diagnosis.verdict = Verdict::Named;
+        growing.found.named = Some(worse.clone());
+        assert!(!growing.add_named(&watch).unwrap());
+        let label = growing.laboratory.model().label(&worse.id);
+        assert_eq!(growing.diagnosis.warnings.last(), Some(&Note::WorseHeldOut(label)));
+        assert_eq!((growing.opened, growing.steps.len()), (1, 0));
+    }
 }

@@ -158,4 +158,31 @@ mod tests {
         let back = approached_from_the_other_side(&pose);
         assert_eq!((back.approach, back.q_deg), (vec![-1, 0, 1], pose.q_deg));
     }
+
+    #[test]
+    fn of_other_ways_the_one_that_puts_the_rivals_farthest_apart_is_advised() {
+        let lines = "free: [joint_zero(*)]\nnoise: {p1_mm: 0.05}\ngravity: [0, -1, 0]";
+        let lab = crate::testing::two_links_with(lines, 20, 0.05, 73, |_| [0.0; 2]);
+        let watch = Progress::unwatched();
+        let fitted = lab.fit_with(&[], None, &watch).unwrap();
+        // The elbow gives way by so much under a newton metre: without a load there is nothing to see.
+        let id = plumb_calibration::effect::parse("joint_compliance(elbow)", lab.model()).unwrap();
+        let soft = vec![plumb_calibration::arm_model::AddedEffect { id, values: vec![0.001] }];
+        let with = lab.fit_with(&soft, None, &watch).unwrap();
+        let mut second = super::super::rivals::Rival::of("soft".to_owned(), soft, &with);
+        second.state.effects.iter_mut().skip(2).for_each(|values| values.fill(0.001));
+        let first = super::super::rivals::Rival::of("stiff".to_owned(), Vec::new(), &fitted);
+        let mut chooser = Chooser::new(&lab, vec![first, second], 1.0).unwrap();
+        let wish = || Wish { count: 6, keep_out: &[], payloads: &[] };
+        let mut apart = Vec::new();
+        for (way, sensing, payloads) in other_ways(&lab) {
+            chooser.sensing = sensing;
+            let few = Wish { count: FEW, payloads: &payloads, ..wish() };
+            apart.push((way, chooser.choose(few, &watch).unwrap().least()));
+        }
+        assert!(apart[0].1 > 3.0 * apart[1].1.max(1.0), "a load shows it: {apart:?}");
+        let advised = what_would(&mut chooser, wish(), 0.0, &watch).unwrap();
+        assert_eq!(advised, Instead::Way { way: apart[0].0, separation: apart[0].1, poses: FEW });
+        assert!(chooser.sensing == Sensing::AsBefore);
+    }
 }
