@@ -146,12 +146,15 @@ fn effects_pay_for_being_chosen_from_the_second_on() {
     );
 }
 
-/// What is said of other things at the joint of a wave of twelve periods at the elbow, beside effects that are in as well, of an arm whose joints are off so.
-fn company_of_the_wave(beside: &[&str], off: impl Fn([f64; 2]) -> [f64; 2]) -> Option<Doubt> {
+/// What is asked of the wave of twelve periods at the elbow, beside effects that are in as well, of an arm whose joints are off so.
+fn with_wave_in<T>(
+    beside: &[&str],
+    off: impl Fn([f64; 2]) -> [f64; 2],
+    ask: impl Fn(&Bench<'_>, &Set) -> T,
+) -> T {
     let lab = two_links(120, "joint_zero(*)", 0.05, 21, off);
-    let listed = crate::candidates::probes(&lab);
-    let candidates = crate::candidates::Candidates { listed, unlisted: Vec::new() };
-    let mut stage = lab.stage(Vec::new(), None, &candidates, &Progress::unwatched()).unwrap();
+    let none = crate::candidates::Candidates { listed: Vec::new(), unlisted: Vec::new() };
+    let mut stage = lab.stage(Vec::new(), None, &none, &Progress::unwatched()).unwrap();
     let wanted: Vec<EffectId> = std::iter::once("joint_harmonic(elbow, 12)")
         .chain(beside.iter().copied())
         .map(|text| plumb_calibration::effect::parse(text, lab.model()).unwrap())
@@ -160,15 +163,43 @@ fn company_of_the_wave(beside: &[&str], off: impl Fn([f64; 2]) -> [f64; 2]) -> O
         .iter()
         .map(|id| Contender { id: id.clone(), ..crate::testing::contender("", 0, 0.0) })
         .collect();
-    let rows = stage.fitted.fit.rows.clone();
-    let features = Features::plain(&stage.fitted.machine, &stage.fitted.fit, &rows);
+    let (machine, fit) = (&stage.fitted.machine, &stage.fitted.fit);
+    let rows = fit.rows.clone();
+    let mut features = Features::plain(machine, fit, &rows);
+    features.carriers = Features::of(machine, fit, &rows).carriers;
     let Asked { suspects, overtones, columns } = suspects(&stage, &[], &rows);
     let mixed = Mixed::new(&features, &columns).unwrap();
     let (nothing, equations) = (mixed.fit(&[], None).unwrap(), columns.nrows() as f64);
     let bench = Bench { stage: &stage, suspects, overtones, rows, features, mixed, nothing, equations };
     let members: Vec<usize> = (0..wanted.len()).collect();
     let set = bench.fitted(&members, &bench.nothing.ratios, 9).unwrap();
-    bench.company(0, &set)
+    ask(&bench, &set)
+}
+
+/// What is said of other things at the joint of that wave.
+fn company_of_the_wave(beside: &[&str], off: impl Fn([f64; 2]) -> [f64; 2]) -> Option<Doubt> {
+    with_wave_in(beside, off, |bench, set| bench.company(0, set))
+}
+
+#[test]
+fn what_is_left_along_a_joints_motion_is_summed_over_the_rows_and_held_against_what_is_across() {
+    let parts = |gain: f64| {
+        let off = move |q: [f64; 2]| [0.0, wave(q[1]) + gain * q[1]];
+        with_wave_in(&[], off, |bench, set| {
+            let one = |joint: usize| bench.along_and_across(joint, set);
+            (one(1), one(7), bench.equations)
+        })
+    };
+    // Some 120 rows of noise of 0.05 mm a direction; a gain of a hundredth is 1.5 mm along the motion.
+    let ((along, across), nowhere, equations) = parts(0.0);
+    let expected = equations / 3.0 * 0.0025;
+    assert!(
+        (along / expected - 1.0).abs() < 0.3 && (across / expected - 1.0).abs() < 0.3,
+        "{along} {across}"
+    );
+    assert_eq!(nowhere, (0.0, 0.0), "there is no such joint");
+    let ((along, across), ..) = parts(0.01);
+    assert!(along > 50.0 * across, "{along} {across}");
 }
 
 #[test]
