@@ -347,4 +347,16 @@ mod tests {
         assert!(!AdjustError::TooFew { near: 3, all: 9, unknowns: 5 }.is_cancelled());
         assert!(!AdjustError::Fit(FitError::NoRows { table: "t".to_owned() }).is_cancelled());
     }
+
+    #[test]
+    fn what_was_found_is_shown_in_degrees_with_the_root_of_its_variance() {
+        let lab = crate::testing::two_links(12, "joint_zero(*)", 0.05, 7, |_| [0.0; 2]);
+        let mut fitted = lab.fit_with(&[], None, &Progress::unwatched()).unwrap();
+        fitted.fit.state.effects[1][0] = 0.01;
+        fitted.fit.covariance[(1, 1)] = 4e-6;
+        let found = found(&fitted.machine, &fitted.fit);
+        assert_eq!((found.len(), found[1].unit), (2, "deg"));
+        assert!((found[1].value - 0.01_f64.to_degrees()).abs() < 1e-12);
+        assert!((found[1].sigma - 0.002_f64.to_degrees()).abs() < 1e-12, "{}", found[1].sigma);
+    }
 }

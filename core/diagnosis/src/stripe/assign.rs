@@ -186,6 +186,15 @@ mod assign_tests {
     }
 
     #[test]
+    fn the_median_is_that_of_two_neighbours_on_either_side() {
+        let kept = |distances: &[f64]| without_strays(&stripe(0, 0, distances)).len();
+        // Three of five, though not of nine; two of five are strays.
+        assert_eq!(kept(&[0.0, 0.0, 0.0, 0.0, 0.0, 9.0, 9.0, 9.0, 0.0, 0.0, 0.0, 0.0, 0.0]), 13);
+        assert_eq!(kept(&[9.0, 9.0, 9.0, 9.0, 9.0, 0.0, 0.0, 0.0, 9.0, 9.0, 9.0, 9.0, 9.0]), 13);
+        assert_eq!(kept(&[0.0, 0.0, 0.0, 0.0, 0.0, 9.0, 9.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]), 11);
+    }
+
+    #[test]
     fn the_scatter_of_neighbours_feels_neither_place_nor_slope() {
         // Second differences of 0, 1, 0, 1, 0 are -2, 2, -2: root of 4 / 6. A slope adds nothing.
         let zigzag = |slope: f64| -> Vec<f64> {
