@@ -340,4 +340,26 @@ mod tests {
         assert!(!outvoted(0.99 * NAMING_LEVEL / 50.0, 50.0) && outvoted(1.01 * NAMING_LEVEL / 50.0, 50.0));
         assert!(!outvoted(0.99 * NAMING_LEVEL, 0.1), "no charge makes it likelier");
     }
+
+    #[test]
+    fn candidates_that_chance_makes_less_than_every_other_time_are_refitted() {
+        let lab = crate::testing::two_links(20, "joint_zero(*)", 0.05, 31, |q| [0.0, 0.01 * q[1]]);
+        let none = Candidates { listed: Vec::new(), unlisted: Vec::new() };
+        let watch = Progress::unwatched();
+        let mut stage = lab.stage(Vec::new(), None, &none, &watch).unwrap();
+        let with = |joint: usize, holm_p: f64| Contender {
+            holm_p,
+            refitted: false,
+            values: vec![0.0],
+            ..contender("joint_gain", joint, 0.0)
+        };
+        stage.contenders = vec![with(1, 0.49), with(0, 0.51)];
+        lab.refit_handful(&mut stage, &watch).unwrap();
+        let of = |joint: usize| stage.contenders.iter().find(|one| one.id.joint() == Some(joint)).unwrap();
+        assert!(of(1).refitted && !of(0).refitted);
+        // Its gain is a hundredth; sixty readings less three numbers.
+        assert!((of(1).values[0] - 0.01).abs() < 4.0 * of(1).covariance[(0, 0)].sqrt());
+        assert_eq!((of(1).left.1, of(0).left.1), (57.0, 190.0));
+        assert!(of(1).row_residuals.is_empty(), "only events are compared row by row");
+    }
 }
