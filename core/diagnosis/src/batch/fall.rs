@@ -164,4 +164,10 @@ mod tests {
         let of_angles = |_, residual: f64, sigma: f64| (residual.to_degrees(), sigma.to_degrees());
         assert_eq!(shown(&of_directions(), of_angles), 2);
     }
+
+    #[test]
+    fn the_root_of_the_mean_is_over_points_and_rounding_below_zero_is_nothing() {
+        let fall = Fall { regions: Vec::new(), total: NormalEquations::zeros(0), points: 4.0 };
+        assert_eq!((fall.mean_root(36.0), fall.mean_root(2.25), fall.mean_root(-1e-9)), (3.0, 0.75, 0.0));
+    }
 }

@@ -109,3 +109,16 @@ fn sessions_are_blocks_from_two_on() {
     assert_eq!(session_blocks(&table(&["a"; 4]), &all), None);
     assert_eq!(session_blocks(&table(&[""; 4]), &all), None);
 }
+
+#[test]
+fn a_fit_without_some_rows_is_solved_from_what_the_others_add_a_little_damped() {
+    let normal = |square: f64, product: f64, equations: usize| {
+        let mut one = NormalEquations::zeros(1);
+        (one.matrix[(0, 0)], one.gradient[0], one.equations) = (square, product, equations);
+        one
+    };
+    let (all, own) = (normal(5.0, 7.0, 6), normal(2.0, 1.0, 4));
+    let without = Without::of(&all, 1, &own).unwrap();
+    assert!((without.step[0] * 3.0 * (1.0 + DAMPING) - 6.0).abs() < 1e-12, "{:?}", without.step);
+    assert!(Without::of(&all, 2, &own).is_none(), "two equations for two numbers leave nothing over");
+}

@@ -252,3 +252,24 @@ fn covariate_axis(covariate: &Covariate) -> String {
         false => format!("{} ({})", covariate.name, words.join(", ")),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_arm_is_drawn_in_the_row_whose_point_is_nearest_the_middle() {
+        let lab = crate::testing::two_links(9, "", 0.0, 3, |_| [0.0; 2]);
+        let drawn = lab.compare(&plumb_estimation::Progress::unwatched()).unwrap().arm_points_mm;
+        let points = &lab.table().positions[0].xyz;
+        let middle = [0, 1, 2].map(|axis| points.iter().map(|point| point[axis]).sum::<f64>() / 9.0);
+        let far = |point: &[f64; 3]| (0..3).map(|axis| (point[axis] - middle[axis]).powi(2)).sum::<f64>();
+        let nearest = points.iter().min_by(|one, other| far(one).total_cmp(&far(other))).unwrap();
+        let tip = drawn.last().unwrap();
+        assert!(
+            tip.iter().zip(nearest).all(|(found, read)| (found - read).abs() < 1e-6),
+            "{tip:?} {nearest:?}"
+        );
+        assert!(drawn[0].iter().all(|part| part.abs() < 1e-9), "it begins in the base");
+    }
+}

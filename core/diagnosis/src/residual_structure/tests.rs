@@ -180,3 +180,10 @@ fn of_readings_without_a_direction_what_was_read_is_looked_at_as_the_fit_weighs_
     assert_eq!((found.len(), found[0].name.as_str()), (1, "in what was read"));
     assert!((found[0].values[0] - left[0]).abs() < 1e-6 && (found[0].values[1] - left[1]).abs() < 1e-9);
 }
+
+#[test]
+fn a_level_has_the_means_of_its_places_and_of_its_values() {
+    let means = level_means(&[3.0, 1.0, 3.0, 2.0, 3.0], &[1.0, 5.0, 2.0, -4.0, 6.0]);
+    let found: Vec<(f64, f64, f64)> = means.iter().map(|one| (one.at, one.mean, one.count)).collect();
+    assert_eq!(found, [(1.0, 5.0, 1.0), (2.0, -4.0, 1.0), (3.0, 3.0, 3.0)]);
+}
