@@ -255,8 +255,6 @@ fn covariate_axis(covariate: &Covariate) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-
     #[test]
     fn the_arm_is_drawn_in_the_row_whose_point_is_nearest_the_middle() {
         let lab = crate::testing::two_links(9, "", 0.0, 3, |_| [0.0; 2]);
