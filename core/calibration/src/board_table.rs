@@ -273,12 +273,12 @@ mod tests {
         let [poses, corners] =
             [("poses.csv", "q1_deg,picture,board\n10,a.png,left\n"), ("corners.csv", text.as_str())]
                 .map(|(name, text)| NamedText { name, text });
-        let told = with_boards(poses, corners, |_| Some(BOARD), &CAMERA).unwrap_err().to_string();
-        assert!(told.contains("belongs to the table of corners"), "{told}");
-        let told = with_boards(poses, corners, |name| (name == Some("left")).then_some(BOARD), &CAMERA)
+        let message = with_boards(poses, corners, |_| Some(BOARD), &CAMERA).unwrap_err().to_string();
+        assert!(message.contains("belongs to the table of corners"), "{message}");
+        let message = with_boards(poses, corners, |name| (name == Some("left")).then_some(BOARD), &CAMERA)
             .unwrap_err()
             .to_string();
-        assert!(told.contains("how large the board `right` is"), "{told}");
+        assert!(message.contains("how large the board `right` is"), "{message}");
     }
 
     #[test]

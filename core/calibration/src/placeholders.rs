@@ -22,14 +22,17 @@ mod tests {
 
     #[test]
     fn three_links_of_one_mass_look_like_placeholders_and_two_or_different_ones_do_not() {
-        let told = |masses: &[f64]| {
+        let warning_for = |masses: &[f64]| {
             let masses: Vec<Mass> = (0..)
                 .zip(masses)
                 .map(|(after, mass)| Mass { after, mass: *mass, centre: Default::default() })
                 .collect();
             placeholders(&masses)
         };
-        assert!(told(&[1.5, 1.5, 1.5]).unwrap().contains("all are 1.5 kg"));
-        assert_eq!((told(&[1.5, 1.5]), told(&[1.5, 1.5, 1.6]), told(&[])), (None, None, None));
+        assert!(warning_for(&[1.5, 1.5, 1.5]).unwrap().contains("all are 1.5 kg"));
+        assert_eq!(
+            (warning_for(&[1.5, 1.5]), warning_for(&[1.5, 1.5, 1.6]), warning_for(&[])),
+            (None, None, None)
+        );
     }
 }

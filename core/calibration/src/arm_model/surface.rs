@@ -303,10 +303,10 @@ mod tests {
                         shifted.beside_line(&POINT, &up).unwrap()[part].0
                     };
                     let slope = (at(1e-6) - at(-1e-6)) / 2e-6;
-                    let told = line.line_derivative(part, which, &POINT, &up).unwrap();
+                    let derivative = line.line_derivative(part, which, &POINT, &up).unwrap();
                     assert!(
-                        (told - slope).abs() < 1e-5,
-                        "{direction} part {part} number {which}: {told} {slope}"
+                        (derivative - slope).abs() < 1e-5,
+                        "{direction} part {part} number {which}: {derivative} {slope}"
                     );
                 }
             }

@@ -81,7 +81,7 @@ fn table(columns: &str, cells: &str) -> String {
 }
 
 /// How far the tip moves when the shoulder and the elbow stand off by so much, rad.
-fn stood_off(shoulder: f64, elbow: f64) -> Vector3<f64> {
+fn displaced(shoulder: f64, elbow: f64) -> Vector3<f64> {
     let [one, other] = pose();
     tip(LINKS, one + shoulder, other + elbow) - tip(LINKS, one, other)
 }
@@ -100,8 +100,8 @@ fn assert_moves(effect: &str, values: &[f64], expected: Vector3<f64>) {
 
 #[test]
 fn a_zero_turns_a_joint_by_its_value_in_the_coordinates_sense() {
-    assert_moves("joint_zero(shoulder)", &[0.01], stood_off(0.01, 0.0));
-    assert_moves("joint_zero(elbow)", &[-0.02], stood_off(0.0, -0.02));
+    assert_moves("joint_zero(shoulder)", &[0.01], displaced(0.01, 0.0));
+    assert_moves("joint_zero(elbow)", &[-0.02], displaced(0.0, -0.02));
     let mirrored = PLANAR.replace("{name: elbow, a_mm: 300}", "{name: elbow, a_mm: 300, sign: -1}");
     let found = changes(&mirrored, &table("", ""), 0, "joint_zero(elbow)", &[0.01]);
     let [one, other] = pose();
@@ -112,9 +112,9 @@ fn a_zero_turns_a_joint_by_its_value_in_the_coordinates_sense() {
 #[test]
 fn a_gain_grows_with_the_joints_own_coordinate_and_a_coupling_with_the_others() {
     let [shoulder, elbow] = pose();
-    assert_moves("joint_gain(elbow)", &[0.01], stood_off(0.0, 0.01 * elbow));
-    assert_moves("joint_coupling(elbow, shoulder)", &[0.01], stood_off(0.0, 0.01 * shoulder));
-    assert_moves("joint_coupling(shoulder, elbow)", &[-0.02], stood_off(-0.02 * elbow, 0.0));
+    assert_moves("joint_gain(elbow)", &[0.01], displaced(0.0, 0.01 * elbow));
+    assert_moves("joint_coupling(elbow, shoulder)", &[0.01], displaced(0.0, 0.01 * shoulder));
+    assert_moves("joint_coupling(shoulder, elbow)", &[-0.02], displaced(-0.02 * elbow, 0.0));
 }
 
 #[test]
@@ -122,7 +122,7 @@ fn a_harmonic_is_a_sine_and_a_cosine_of_so_many_periods_a_turn() {
     let elbow = pose()[1];
     let (sine, cosine) = (0.003, -0.002);
     let by = sine * (3.0 * elbow).sin() + cosine * (3.0 * elbow).cos();
-    assert_moves("joint_harmonic(elbow, 3)", &[sine, cosine], stood_off(0.0, by));
+    assert_moves("joint_harmonic(elbow, 3)", &[sine, cosine], displaced(0.0, by));
 }
 
 #[test]
@@ -131,7 +131,7 @@ fn play_leaves_a_joint_half_its_width_behind_on_the_side_it_came_from() {
     for (side, by) in [("1", -0.5 * play), ("-1", 0.5 * play), ("0", 0.0)] {
         let table = table("approach_q1,approach_q2", &format!("0,{side}"));
         let found = changes(PLANAR, &table, 0, "joint_backlash(elbow)", &[play]);
-        assert_close(&found, stood_off(0.0, by).as_slice(), 1e-9, side);
+        assert_close(&found, displaced(0.0, by).as_slice(), 1e-9, side);
     }
 }
 
@@ -164,13 +164,13 @@ fn a_soft_joint_is_turned_by_the_moment_of_gravity_and_lets_the_tip_down() {
     let out = tip(LINKS, shoulder, elbow).x;
     // The weight pulls down at the tip: its moment turns the shoulder down, rad for N m.
     let by = -compliance * TIP_MASS * GRAVITY * out * 1e-3;
-    let expected = stood_off(by, 0.0);
+    let expected = displaced(by, 0.0);
     assert!(expected.z < 0.0);
     let found = changes(PLANAR, &table("", ""), 0, "joint_compliance(shoulder)", &[compliance]);
     assert_close(&found, expected.as_slice(), 1e-3 * expected.norm(), "compliance");
     // A load in the hand adds to it.
     let loaded = changes(PLANAR, &table("payload_kg", "3"), 0, "joint_compliance(shoulder)", &[compliance]);
-    let expected = stood_off(by * (TIP_MASS + 3.0) / TIP_MASS, 0.0);
+    let expected = displaced(by * (TIP_MASS + 3.0) / TIP_MASS, 0.0);
     assert_close(&loaded, expected.as_slice(), 1e-3 * expected.norm(), "with a load");
 }
 
@@ -186,7 +186,7 @@ fn a_joint_under_a_weight_that_nobody_knows_is_turned_by_the_cosine_and_the_sine
         values[parameter] = 1e-3;
         let found = changes(&unknown, &table("", ""), 0, "gravity_flexure(shoulder)", &values);
         // The deflection itself turns what pulls, by a thousandth of it.
-        assert_close(&found, stood_off(1e-3 * share, 0.0).as_slice(), 1e-3, &format!("term {parameter}"));
+        assert_close(&found, displaced(1e-3 * share, 0.0).as_slice(), 1e-3, &format!("term {parameter}"));
     }
     // Along the axes nothing pulls, and a declared mass makes one number of it.
     let found =
@@ -214,7 +214,7 @@ fn a_stiffening_joint_winds_up_as_a_cubic_spring() {
     let half = 0.5 * moment / knee;
     let root = (half * half + 1.0 / 27.0).sqrt();
     let wound = (half + root).cbrt() + (half - root).cbrt();
-    let expected = stood_off(compliance * knee * wound, 0.0);
+    let expected = displaced(compliance * knee * wound, 0.0);
     let effect: (&str, Option<f64>, &[f64]) = ("joint_stiffening(shoulder)", Some(knee), &[compliance]);
     let found = changes_with(PLANAR, &table("", ""), 0, &[effect]);
     assert_close(&found, expected.as_slice(), 1e-3 * expected.norm(), "stiffening");
@@ -225,7 +225,7 @@ fn a_settling_joint_stops_short_by_a_fraction_of_its_last_move() {
     let table = "q1_deg,q2_deg,p1_x_mm,p1_y_mm,p1_z_mm\n25,10,0,0,0\n25,40,0,0,0\n";
     let moved = 30_f64.to_radians();
     let found = changes(PLANAR, table, 1, "joint_settling(elbow)", &[0.01]);
-    assert_close(&found, stood_off(0.0, -0.01 * moved).as_slice(), 1e-9, "after a move");
+    assert_close(&found, displaced(0.0, -0.01 * moved).as_slice(), 1e-9, "after a move");
     let first = changes(PLANAR, table, 0, "joint_settling(elbow)", &[0.01]);
     assert_close(&first, &[0.0; 3], 1e-12, "where no move is known");
 }
@@ -238,7 +238,7 @@ fn a_step_stays_from_its_moment_on() {
         changes_with(PLANAR, &rows, row, &[effect])
     };
     assert_close(&at(0), &[0.0; 3], 1e-12, "before");
-    assert_close(&at(1), stood_off(0.0, 0.01).as_slice(), 1e-9, "from then on");
+    assert_close(&at(1), displaced(0.0, 0.01).as_slice(), 1e-9, "from then on");
 }
 
 #[test]
@@ -249,7 +249,7 @@ fn what_warms_up_comes_to_its_value_exponentially() {
         changes_with(PLANAR, &rows, row, &[(effect, Some(300.0), &[value])])
     };
     assert_close(&at(0, "warm_up(elbow, zero)", 0.01), &[0.0; 3], 1e-12, "cold");
-    assert_close(&at(1, "warm_up(elbow, zero)", 0.01), stood_off(0.0, 0.01 * part).as_slice(), 1e-9, "zero");
+    assert_close(&at(1, "warm_up(elbow, zero)", 0.01), displaced(0.0, 0.01 * part).as_slice(), 1e-9, "zero");
     let [shoulder, elbow] = pose();
     let longer = tip([400.0 + 2.0 * part, 300.0], shoulder, elbow) - tip(LINKS, shoulder, elbow);
     assert_close(&at(1, "warm_up(shoulder, length)", 2.0), longer.as_slice(), 1e-9, "length");

@@ -209,15 +209,18 @@ fn all_mistakes_of_a_file_are_told_at_once() {
 
 #[test]
 fn distances_that_cannot_all_be_true_are_refused() {
-    let told = |distances: &str| {
+    let message_for = |distances: &str| {
         let text = WHOLE.replace("[{between: [s1, s2], mm: 120}]", distances);
         Model::parse("model.yaml", &text).err().map(|error| error.to_string()).unwrap_or_default()
     };
-    assert_eq!(told("[{between: [a, b], mm: 3}, {between: [b, c], mm: 4}, {between: [a, c], mm: 7}]"), "");
-    let far = told("[{between: [a, b], mm: 3}, {between: [b, c], mm: 4}, {between: [a, c], mm: 7.1}]");
+    assert_eq!(
+        message_for("[{between: [a, b], mm: 3}, {between: [b, c], mm: 4}, {between: [a, c], mm: 7}]"),
+        ""
+    );
+    let far = message_for("[{between: [a, b], mm: 3}, {between: [b, c], mm: 4}, {between: [a, c], mm: 7.1}]");
     assert!(far.contains("at most 7 mm apart"), "{far}");
-    assert!(told("[{between: [a, a], mm: 3}]").contains("itself"));
-    assert!(told("[{between: [a, b], mm: 3}, {between: [b, a], mm: 4}]").contains("keep one"));
+    assert!(message_for("[{between: [a, a], mm: 3}]").contains("itself"));
+    assert!(message_for("[{between: [a, b], mm: 3}, {between: [b, a], mm: 4}]").contains("keep one"));
 }
 
 #[test]

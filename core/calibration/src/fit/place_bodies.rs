@@ -203,11 +203,11 @@ pub(super) fn place_bodies(machine: &ResidualModel<'_>, state: &mut State, rows:
         if let SeenBody::Board(board) = body {
             placed.push(board);
         }
-        let told = |row: &usize| {
+        let is_known = |row: &usize| {
             !machine.table.sees_a_board_in(*row)
                 || machine.board_of(*row).is_none_or(|board| placed.contains(&board))
         };
-        let rows: Vec<usize> = rows.iter().copied().filter(told).collect();
+        let rows: Vec<usize> = rows.iter().copied().filter(is_known).collect();
         let mut least = machine.squares(state, &rows, &ones);
         for guess in guesses(machine, state, &rows, body).into_iter().filter(State::is_finite) {
             let left = machine.squares(&guess, &rows, &ones);

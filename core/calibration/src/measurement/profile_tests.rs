@@ -112,11 +112,11 @@ fn derivatives_by_every_free_number_agree_with_differences() {
         };
         let (ahead, behind) = (at(1e-6), at(-1e-6));
         for (equation, (ahead, behind)) in ahead.iter().zip(&behind).enumerate() {
-            let (slope, told) = ((behind - ahead) / 2e-6, jacobian[(slot, equation)]);
+            let (slope, derivative) = ((behind - ahead) / 2e-6, jacobian[(slot, equation)]);
             let name = machine.slot_name(machine.slots()[slot]);
             assert!(
-                (told - slope).abs() < 1e-4 * (1.0 + slope.abs()),
-                "{name}, {equation}: {told} beside {slope}"
+                (derivative - slope).abs() < 1e-4 * (1.0 + slope.abs()),
+                "{name}, {equation}: {derivative} beside {slope}"
             );
         }
     }

@@ -47,14 +47,14 @@ impl<'a> Reading<'a> {
 
     /// The weighted distance from a surface that is no plane, and its gradients by a shift of all points and by a turn about `middle`.
     fn against_curved(&self, middle: &Vector3<f64>) -> Prediction {
-        let mut told = Prediction::of_point(0.0, Vector3::zeros());
+        let mut prediction = Prediction::of_point(0.0, Vector3::zeros());
         for (point, weight) in self.seen.iter().zip(self.weights) {
             let (distance, normal) = self.shape.distance(point, &self.up);
-            told.value += weight * distance;
-            told.by_point += normal * *weight;
-            told.by_turn += (point - middle).cross(&normal) * *weight;
+            prediction.value += weight * distance;
+            prediction.by_point += normal * *weight;
+            prediction.by_turn += (point - middle).cross(&normal) * *weight;
         }
-        told
+        prediction
     }
 
     /// How the weighted distance changes with a free number of the surface.

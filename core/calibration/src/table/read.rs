@@ -468,8 +468,8 @@ const STEP: &str = "step";
 
 /// Says which columns of words hold too many different ones to be tested against.
 fn warn_of_many_levels(table: &mut Table) {
-    let told = table.covariates.iter().filter(|covariate| covariate.name != STEP);
-    for covariate in told.filter(|covariate| covariate.has_too_many_levels()) {
+    let conditions = table.covariates.iter().filter(|covariate| covariate.name != STEP);
+    for covariate in conditions.filter(|covariate| covariate.has_too_many_levels()) {
         table.warnings.push(format!(
             "column `{}` holds more than {MOST_LEVELS} different words: what is left is not tested against it",
             covariate.name

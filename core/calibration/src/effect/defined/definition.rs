@@ -197,7 +197,7 @@ impl Definition {
                             text: addend.text().to_owned(),
                             line: table.lines.get(row).copied().unwrap_or(0),
                             table: table.source.clone(),
-                            values: addend.formula.told(&values),
+                            values: addend.formula.format_values(&values),
                             why: rates.err().unwrap_or_else(|| why(addend.text())),
                         }));
                     }

@@ -277,7 +277,7 @@ impl Formula {
     }
 
     /// Values of its variables as words, for messages.
-    pub(super) fn told(&self, variables: &[f64]) -> String {
+    pub(super) fn format_values(&self, variables: &[f64]) -> String {
         let parts: Vec<String> = self
             .variables
             .iter()

@@ -87,7 +87,7 @@ fn what_was_worked_out_is_remembered_as_it_was() {
         assert_eq!(formula.remembered(&[3.0, 5.0]), [3.0, 5.0]);
         assert_eq!(formula.remembered(&[-3.0, 5.0]), [-3.0, 5.0]);
     }
-    assert_eq!(formula.told(&[3.0, 0.12346]), "q1 = 3.0000, q2 = 0.1235");
+    assert_eq!(formula.format_values(&[3.0, 0.12346]), "q1 = 3.0000, q2 = 0.1235");
     assert_eq!(format!("{formula:?}"), "Formula(\"a*q1 + b*q2\")");
 }
 
