@@ -57,31 +57,31 @@ pub fn in_unit(value: Value, unit: ReadingUnit) -> Value {
 /// # Errors
 /// What serde_json reports.
 pub fn diagnosis(diagnosis: &Diagnosis) -> Result<Value> {
-    let mut told = to_value(diagnosis)?;
-    if let Some(candidates) = told["candidates"].as_array_mut() {
+    let mut output = to_value(diagnosis)?;
+    if let Some(candidates) = output["candidates"].as_array_mut() {
         for (value, candidate) in candidates.iter_mut().zip(&diagnosis.candidates) {
             if let Some(rejection) = &candidate.rejected {
                 value["rejected"] = json!(rejection_in_words(rejection));
             }
         }
     }
-    told["remaining"]["shape"] = json!(rest_in_words(&diagnosis.remaining));
+    output["remaining"]["shape"] = json!(rest_in_words(&diagnosis.remaining));
     if !diagnosis.alike.is_empty() {
-        told["alike"] = diagnosis.alike.iter().map(alike_in_words).collect();
+        output["alike"] = diagnosis.alike.iter().map(alike_in_words).collect();
     }
-    add_explainable(&mut told, diagnosis.explainable.as_ref());
+    add_explainable(&mut output, diagnosis.explainable.as_ref());
     if let Some(hypothesis) = &diagnosis.hypothesis {
-        told["hypothesis"]["sentence"] = json!(hypothesis_sentence(hypothesis));
+        output["hypothesis"]["sentence"] = json!(hypothesis_sentence(hypothesis));
     }
-    told["warnings"] = diagnosis.warnings.iter().map(note_in_words).collect();
-    told["sentence"] = json!(diagnosis_sentence(diagnosis));
-    Ok(in_unit(told, diagnosis.unit))
+    output["warnings"] = diagnosis.warnings.iter().map(note_in_words).collect();
+    output["sentence"] = json!(diagnosis_sentence(diagnosis));
+    Ok(in_unit(output, diagnosis.unit))
 }
 
 /// Gives what holds `explainable` the sentence of that.
-fn add_explainable(told: &mut Value, explainable: Option<&Explainable>) {
+fn add_explainable(output: &mut Value, explainable: Option<&Explainable>) {
     if let Some(explainable) = explainable {
-        told["explainable"]["sentence"] = json!(explainable_sentence(explainable));
+        output["explainable"]["sentence"] = json!(explainable_sentence(explainable));
     }
 }
 
@@ -90,15 +90,15 @@ fn add_explainable(told: &mut Value, explainable: Option<&Explainable>) {
 /// # Errors
 /// What serde_json reports.
 pub fn effects(effects: &[EffectValue]) -> Result<Value> {
-    let mut told = to_value(effects)?;
-    if let Some(values) = told.as_array_mut() {
+    let mut output = to_value(effects)?;
+    if let Some(values) = output.as_array_mut() {
         for (value, effect) in values.iter_mut().zip(effects) {
             if let Some(why) = &effect.held_because {
                 value["held_because"] = json!(why_held_in_words(why));
             }
         }
     }
-    Ok(told)
+    Ok(output)
 }
 
 /// A model held against a table.
@@ -106,13 +106,13 @@ pub fn effects(effects: &[EffectValue]) -> Result<Value> {
 /// # Errors
 /// What serde_json reports.
 pub fn comparison(comparison: &Comparison) -> Result<Value> {
-    let mut told = to_value(comparison)?;
-    add_explainable(&mut told, comparison.explainable.as_ref());
-    told["effects"] = effects(&comparison.effects)?;
-    told["gauges"] = comparison.gauges.iter().map(gauge_in_words).collect();
-    told["warnings"] = comparison.warnings.iter().map(note_in_words).collect();
-    told["sentence"] = json!(comparison_sentence(comparison));
-    Ok(in_unit(told, comparison.unit))
+    let mut output = to_value(comparison)?;
+    add_explainable(&mut output, comparison.explainable.as_ref());
+    output["effects"] = effects(&comparison.effects)?;
+    output["gauges"] = comparison.gauges.iter().map(gauge_in_words).collect();
+    output["warnings"] = comparison.warnings.iter().map(note_in_words).collect();
+    output["sentence"] = json!(comparison_sentence(comparison));
+    Ok(in_unit(output, comparison.unit))
 }
 
 /// Poses to measure next.
@@ -120,10 +120,10 @@ pub fn comparison(comparison: &Comparison) -> Result<Value> {
 /// # Errors
 /// What serde_json reports.
 pub fn next_poses(poses: &NextPoses) -> Result<Value> {
-    let mut told = to_value(poses)?;
-    told["instead"] = json!(poses.instead.as_ref().map(instead_in_words));
-    told["sentence"] = json!(next_poses_sentence(poses));
-    Ok(told)
+    let mut output = to_value(poses)?;
+    output["instead"] = json!(poses.instead.as_ref().map(instead_in_words));
+    output["sentence"] = json!(next_poses_sentence(poses));
+    Ok(output)
 }
 
 /// A model grown: its diagnosis, then how it came about.
@@ -131,19 +131,19 @@ pub fn next_poses(poses: &NextPoses) -> Result<Value> {
 /// # Errors
 /// What serde_json reports.
 pub fn growth(growth: &Growth) -> Result<Value> {
-    let mut told = diagnosis(&growth.diagnosis)?;
-    told["sentence"] = json!(growth_sentence(growth));
+    let mut output = diagnosis(&growth.diagnosis)?;
+    output["sentence"] = json!(growth_sentence(growth));
     let all = in_unit(to_value(growth)?, growth.diagnosis.unit);
-    if let (Value::Object(told), Value::Object(all)) = (&mut told, all) {
+    if let (Value::Object(output), Value::Object(all)) = (&mut output, all) {
         // A growth holds its diagnosis among its own keys: what else it has comes after the sentence.
         for (key, value) in all {
-            told.entry(key).or_insert(value);
+            output.entry(key).or_insert(value);
         }
     }
     if let Some(map) = &growth.residual_map {
-        told["residual_map"]["sentence"] = json!(map_sentence(map));
+        output["residual_map"]["sentence"] = json!(map_sentence(map));
     }
-    Ok(told)
+    Ok(output)
 }
 
 /// Everything a report tells.
@@ -151,14 +151,14 @@ pub fn growth(growth: &Growth) -> Result<Value> {
 /// # Errors
 /// What serde_json reports.
 pub fn report(report: &Report) -> Result<Value> {
-    let mut told = to_value(report)?;
-    told["fall"] = in_unit(told["fall"].take(), report.comparison.unit);
-    told["comparison"] = comparison(&report.comparison)?;
-    told["diagnosis"] = diagnosis(&report.diagnosis)?;
+    let mut output = to_value(report)?;
+    output["fall"] = in_unit(output["fall"].take(), report.comparison.unit);
+    output["comparison"] = comparison(&report.comparison)?;
+    output["diagnosis"] = diagnosis(&report.diagnosis)?;
     if let Some(poses) = &report.next {
-        told["next"] = next_poses(poses)?;
+        output["next"] = next_poses(poses)?;
     }
-    Ok(told)
+    Ok(output)
 }
 
 #[cfg(test)]
@@ -179,11 +179,11 @@ mod tests {
     fn a_diagnosis_ends_with_its_sentence_and_every_reason_and_shape_is_in_words() {
         let lab = two_links(40, DECLARED, 0.05, 22, |q| [0.0, 0.01 * q[1]]);
         let found = lab.diagnose(&Progress::unwatched()).unwrap();
-        let told = diagnosis(&found).unwrap();
-        assert_eq!(keys(&told).last(), Some(&"sentence"));
-        assert_eq!(told["sentence"], json!(diagnosis_sentence(&found)));
-        assert_eq!(keys(&told["remaining"]), ["where", "covariates", "shape"]);
-        let candidates = told["candidates"].as_array().unwrap();
+        let output = diagnosis(&found).unwrap();
+        assert_eq!(keys(&output).last(), Some(&"sentence"));
+        assert_eq!(output["sentence"], json!(diagnosis_sentence(&found)));
+        assert_eq!(keys(&output["remaining"]), ["where", "covariates", "shape"]);
+        let candidates = output["candidates"].as_array().unwrap();
         assert!(candidates[0].get("rejected").is_none() && candidates.len() > 1);
         assert!(
             candidates[1..]
@@ -196,11 +196,11 @@ mod tests {
     fn a_growth_tells_its_diagnosis_and_then_how_it_came_about() {
         let lab = two_links(40, DECLARED, 0.05, 22, |q| [0.0, 0.01 * q[1]]);
         let grown = lab.grow_with_map(&Progress::unwatched()).unwrap();
-        let told = growth(&grown).unwrap();
-        let keys = keys(&told);
+        let output = growth(&grown).unwrap();
+        let keys = keys(&output);
         let end = keys.iter().position(|key| *key == "sentence").unwrap();
         assert_eq!(keys[end + 1..], ["start", "steps", "extrapolation"]);
-        assert_eq!(told["sentence"], json!(growth_sentence(&grown)));
+        assert_eq!(output["sentence"], json!(growth_sentence(&grown)));
     }
 
     #[test]
@@ -208,9 +208,9 @@ mod tests {
         let lab = two_links(40, DECLARED, 0.05, 22, |q| [0.0, 0.01 * q[1]]);
         let wanted = Wanted { count: 3, keep_out: Vec::new(), payloads: Vec::new() };
         let found = lab.next_poses(&wanted, &Progress::unwatched()).unwrap();
-        let told = next_poses(&found).unwrap();
-        assert_eq!(keys(&told), ["next", "between", "separation", "instead", "sentence"]);
-        assert!(told["instead"].is_null() && told["sentence"] == json!(next_poses_sentence(&found)));
+        let output = next_poses(&found).unwrap();
+        assert_eq!(keys(&output), ["next", "between", "separation", "instead", "sentence"]);
+        assert!(output["instead"].is_null() && output["sentence"] == json!(next_poses_sentence(&found)));
     }
 
     #[test]
@@ -219,14 +219,14 @@ mod tests {
         let lines = "free: [joint_zero(*), joint_compliance(elbow)]\nnoise: {p1_mm: 0.05}";
         let lab = two_links(20, lines, 0.05, 5, |_| [0.0; 2]);
         let found = lab.compare(&Progress::unwatched()).unwrap();
-        let told = comparison(&found).unwrap();
-        assert_eq!(keys(&told).last(), Some(&"sentence"));
+        let output = comparison(&found).unwrap();
+        assert_eq!(keys(&output).last(), Some(&"sentence"));
         let held: Vec<&Value> =
-            told["effects"].as_array().unwrap().iter().filter(|one| one["held"] == true).collect();
-        assert_eq!(held.len(), 1, "{told:#}");
+            output["effects"].as_array().unwrap().iter().filter(|one| one["held"] == true).collect();
+        assert_eq!(held.len(), 1, "{output:#}");
         assert!(held[0]["held_because"].as_str().unwrap().starts_with("no masses are declared"), "{held:?}");
-        let gauges = told["gauges"].as_array().unwrap();
-        assert!(!gauges.is_empty(), "{told:#}");
+        let gauges = output["gauges"].as_array().unwrap();
+        assert!(!gauges.is_empty(), "{output:#}");
         assert!(
             gauges.iter().all(|gauge| gauge.as_str().unwrap().contains(" not estimated: ")),
             "{gauges:?}"

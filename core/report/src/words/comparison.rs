@@ -51,18 +51,18 @@ mod tests {
 
     #[test]
     fn a_comparison_says_both_errors_and_that_nobody_knows_the_noise() {
-        let mut told =
+        let mut compared =
             two_links(20, "free: []", 0.05, 5, |_| [0.0; 2]).compare(&Progress::unwatched()).unwrap();
-        told.rms_mm = Rms { fit: 0.1234, cv: None, check: None };
-        told.floor.sigma_mm = None;
+        compared.rms_mm = Rms { fit: 0.1234, cv: None, check: None };
+        compared.floor.sigma_mm = None;
         assert_eq!(
-            comparison_sentence(&told),
+            comparison_sentence(&compared),
             "The model misses by 0.123 mm RMS; the noise is not known: return to some poses, or declare it."
         );
-        told.rms_mm.check = Some(0.2);
-        told.floor.sigma_mm = Some(0.05);
+        compared.rms_mm.check = Some(0.2);
+        compared.floor.sigma_mm = Some(0.05);
         assert_eq!(
-            comparison_sentence(&told),
+            comparison_sentence(&compared),
             "The model misses by 0.123 mm RMS where it was fitted and by 0.200 mm where it was not; the noise is 0.050 mm an axis."
         );
     }

@@ -68,13 +68,13 @@ mod tests {
 
     #[test]
     fn the_sentence_tells_what_each_group_leaves_and_what_is_left_at_last() {
-        let told = explainable(vec![
+        let found = explainable(vec![
             group("pose", true, 0.40),
             group("last move", true, 0.35),
             group("time", false, 0.35),
         ]);
         assert_eq!(
-            explainable_sentence(&told),
+            explainable_sentence(&found),
             "left after what is fitted 0.617 mm; predictable from pose 0.400, + last move 0.350 (nothing more from time) -> 0.267 +- 0.020 mm of structure is \
              still to be named, 0.350 mm is not predictable"
         );
@@ -82,10 +82,10 @@ mod tests {
 
     #[test]
     fn where_nothing_is_predictable_it_says_so_with_its_scatter() {
-        let told = explainable(vec![group("pose", false, 0.617), group("order", false, 0.617)]);
-        assert!(!told.is_structured());
+        let found = explainable(vec![group("pose", false, 0.617), group("order", false, 0.617)]);
+        assert!(!found.is_structured());
         assert_eq!(
-            explainable_sentence(&told),
+            explainable_sentence(&found),
             "left after what is fitted 0.617 mm; nothing of it is predictable from pose or order (0.000 +- 0.020 mm)"
         );
     }

@@ -157,8 +157,11 @@ mod tests {
     fn what_stands_in_two_positions_is_told_with_its_distance_and_unit() {
         let one = |place: &str, apart: f64, unit| TwoPositions { place: place.to_owned(), apart, unit };
         let shape = Some(Rest::TwoPositions(vec![one("pan", 0.572_958, "deg"), one("lift", 0.25, "mm")]));
-        let told = rest_in_words(&Remaining { shape, ..Remaining::default() });
-        assert!(told.contains("about 0.5730 deg apart at pan and about 0.2500 mm apart at lift"), "{told}");
+        let sentence = rest_in_words(&Remaining { shape, ..Remaining::default() });
+        assert!(
+            sentence.contains("about 0.5730 deg apart at pan and about 0.2500 mm apart at lift"),
+            "{sentence}"
+        );
         assert_eq!(rest_in_words(&Remaining::default()), "");
     }
 
@@ -166,11 +169,11 @@ mod tests {
     fn after_all_effects_it_is_said_that_no_further_one_predicts() {
         let conditions = vec!["time".to_owned(), "load".to_owned()];
         let remaining = |shape| Remaining { shape: Some(shape), ..Remaining::default() };
-        let told = rest_in_words(&remaining(Rest::AfterAllEffects(Description::Unrelated(conditions))));
+        let sentence = rest_in_words(&remaining(Rest::AfterAllEffects(Description::Unrelated(conditions))));
         assert!(
-            told.starts_with("no further effect predicts rows that were left out; no single joint"),
-            "{told}"
+            sentence.starts_with("no further effect predicts rows that were left out; no single joint"),
+            "{sentence}"
         );
-        assert!(told.contains("(time and load)"), "{told}");
+        assert!(sentence.contains("(time and load)"), "{sentence}");
     }
 }

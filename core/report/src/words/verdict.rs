@@ -36,7 +36,7 @@ fn verdict_in_words(diagnosis: &Diagnosis) -> String {
         |sigma| format!("the noise of {}", noise_text(sigma, diagnosis.unit, 3)),
     );
     let (miss, unit) = (diagnosis.judged_mm, diagnosis.unit);
-    let told = match diagnosis.verdict {
+    let words = match diagnosis.verdict {
         Verdict::Named => diagnosis.named.as_ref().map_or_else(String::new, |named| name(diagnosis, named)),
         Verdict::Located => diagnosis.located.as_ref().map_or_else(String::new, |located| {
             let free = diagnosis.free_first.map_or_else(String::new, |group| {
@@ -62,8 +62,8 @@ fn verdict_in_words(diagnosis: &Diagnosis) -> String {
         ),
     };
     match diagnosis.left_unexplained_mm {
-        Some(left) => format!("{told} {left:.3} {unit} of the rest is not explained yet."),
-        None => told,
+        Some(left) => format!("{words} {left:.3} {unit} of the rest is not explained yet."),
+        None => words,
     }
 }
 
@@ -212,14 +212,14 @@ mod tests {
 
     #[test]
     fn of_an_arm_that_is_right_it_is_said_what_is_not_shown_and_what_is_not_logged() {
-        let told = diagnosed(DECLARED, 21, |_| [0.0; 2]);
-        let sentence = diagnosis_sentence(&told);
+        let diagnosis = diagnosed(DECLARED, 21, |_| [0.0; 2]);
+        let sentence = diagnosis_sentence(&diagnosis);
         assert!(sentence.starts_with("Nothing is left but the noise of 0.050 mm an axis"), "{sentence}");
         assert!(
             sentence.ends_with("The table does not log side of approach, time or temperature: what goes by that is not judged."),
             "{sentence}"
         );
-        let shown = Diagnosis { not_shown: Vec::new(), not_logged: Vec::new(), ..told };
+        let shown = Diagnosis { not_shown: Vec::new(), not_logged: Vec::new(), ..diagnosis };
         assert_eq!(
             diagnosis_sentence(&shown),
             "Nothing is left but the noise of 0.050 mm an axis: any effect of the library that moved the tip by more would have shown in these rows."
@@ -228,35 +228,35 @@ mod tests {
 
     #[test]
     fn a_name_is_told_with_its_size_and_a_jump_with_its_time() {
-        let told = diagnosed(DECLARED, 22, |q| [0.0, 0.01 * q[1]]);
-        let miss = format!("The error of {:.3} mm is joint_gain(elbow)", told.judged_mm);
-        let sentence = diagnosis_sentence(&told);
+        let diagnosis = diagnosed(DECLARED, 22, |q| [0.0, 0.01 * q[1]]);
+        let miss = format!("The error of {:.3} mm is joint_gain(elbow)", diagnosis.judged_mm);
+        let sentence = diagnosis_sentence(&diagnosis);
         assert!(
             sentence.starts_with(&format!("{miss}: 0.0")) && sentence.ends_with("; add it."),
             "{sentence}"
         );
         assert!(sentence.contains(" +- "), "{sentence}");
-        let mut lost = told.clone();
+        let mut lost = diagnosis.clone();
         if let Some(named) = &mut lost.named {
             named.effect.at = Some(571.6);
         }
         assert!(diagnosis_sentence(&lost).contains(" at 572 s: "), "{}", diagnosis_sentence(&lost));
-        let dirty = Diagnosis { left_unexplained_mm: Some(0.1234), ..told };
+        let dirty = Diagnosis { left_unexplained_mm: Some(0.1234), ..diagnosis };
         assert!(diagnosis_sentence(&dirty).ends_with("; add it. 0.123 mm of the rest is not explained yet."));
     }
 
     #[test]
     fn a_place_is_told_with_what_comes_nearest_and_why_it_is_not_the_name() {
-        let told = diagnosed(DECLARED, 22, |q| [0.0, 0.01 * q[1]]);
+        let diagnosis = diagnosed(DECLARED, 22, |q| [0.0, 0.01 * q[1]]);
         let located = |rejected: Rejection, family: &[&str]| {
-            let mut told = told.clone();
-            told.verdict = Verdict::Located;
+            let mut diagnosis = diagnosis.clone();
+            diagnosis.verdict = Verdict::Located;
             let family = family.iter().map(|name| (*name).to_owned()).collect();
-            told.located = Some(Located { place: "elbow".to_owned(), family });
-            for candidate in told.candidates.iter_mut().take(1) {
+            diagnosis.located = Some(Located { place: "elbow".to_owned(), family });
+            for candidate in diagnosis.candidates.iter_mut().take(1) {
                 candidate.rejected = Some(rejected.clone());
             }
-            diagnosis_sentence(&told)
+            diagnosis_sentence(&diagnosis)
         };
         let alone = located(Rejection::NotPredicted, &["joint_gain"]);
         assert!(alone.ends_with("sits in elbow, but too few poses to name it: joint_gain comes nearest, and does not yet predict rows it has not seen."), "{alone}");
@@ -273,17 +273,17 @@ mod tests {
         );
         let free = Diagnosis {
             verdict: Verdict::Tied,
-            tied: told.named.iter().map(|named| named.effect.clone()).collect(),
+            tied: diagnosis.named.iter().map(|named| named.effect.clone()).collect(),
             free_first: Some("geometry(*)"),
-            ..told.clone()
+            ..diagnosis.clone()
         };
         assert!(diagnosis_sentence(&free).ends_with("Free `geometry(*)` and ask again."));
     }
 
     #[test]
     fn a_tie_says_whether_its_effects_are_the_same_or_only_alike() {
-        let told = diagnosed(DECLARED, 22, |q| [0.0, 0.01 * q[1]]);
-        let named = told.named.iter().map(|named| named.effect.clone());
+        let diagnosis = diagnosed(DECLARED, 22, |q| [0.0, 0.01 * q[1]]);
+        let named = diagnosis.named.iter().map(|named| named.effect.clone());
         let other = EffectPlace {
             effect: "link_length".to_owned(),
             place: "shoulder".to_owned(),
@@ -297,7 +297,7 @@ mod tests {
             tied: named.chain([other]).collect(),
             same: Vec::new(),
             alike: Vec::new(),
-            ..told
+            ..diagnosis
         };
         assert_eq!(
             diagnosis_sentence(&tied),
