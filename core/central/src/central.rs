@@ -164,8 +164,8 @@ mod tests {
     #[test]
     fn an_address_that_is_none_is_refused_with_what_it_should_look_like() {
         for wrong in ["", "lab-server", "http://lab/plumb", "postgres://user@host:notaport/plumb"] {
-            let told = options_of(wrong).expect_err("refused").to_string();
-            assert!(told.contains("postgres://USER@HOST/DATABASE"), "{wrong}: {told}");
+            let message = options_of(wrong).expect_err("refused").to_string();
+            assert!(message.contains("postgres://USER@HOST/DATABASE"), "{wrong}: {message}");
         }
     }
 
@@ -176,20 +176,21 @@ mod tests {
         assert_eq!(mode("postgres://u@lab.example/plumb?sslmode=verify-full").expect("taken"), "VerifyFull");
         assert_eq!(mode("postgres://u@127.0.0.1/plumb").expect("taken"), "Prefer");
         assert_eq!(mode("postgres://u@localhost/plumb?sslmode=disable").expect("taken"), "Disable");
-        let told = mode("postgres://u@lab.example/plumb?sslmode=disable").expect_err("refused").to_string();
-        assert!(told.contains("lab.example") && told.contains("verify-full"), "{told}");
+        let message =
+            mode("postgres://u@lab.example/plumb?sslmode=disable").expect_err("refused").to_string();
+        assert!(message.contains("lab.example") && message.contains("verify-full"), "{message}");
     }
 
     #[test]
     fn what_nobody_checks_of_another_machine_is_told() {
         let unchecked = |address: &str| Central::unchecked(address).expect("an address");
-        for (mode, told) in [
+        for (mode, expected) in [
             ("", "whether it is the right server"),
             ("?sslmode=require", "whether it is the right server"),
             ("?sslmode=verify-ca", "whether its certificate is of that name"),
         ] {
             let text = unchecked(&format!("postgres://u@lab.example/plumb{mode}")).expect("told");
-            assert!(text.contains(told) && text.contains("lab.example"), "{mode}: {text}");
+            assert!(text.contains(expected) && text.contains("lab.example"), "{mode}: {text}");
         }
         assert_eq!(unchecked("postgres://u@lab.example/plumb?sslmode=verify-full"), None);
         assert_eq!(unchecked("postgres://u@localhost/plumb"), None);

@@ -80,7 +80,7 @@ impl CentralError {
             | sqlx::Error::PoolClosed
             | sqlx::Error::Protocol(_) => true,
             // Classes of SQLSTATE: 08 connection, 40 rolled back, 53 no resources, 57 operator intervention (a shutdown).
-            sqlx::Error::Database(told) => told
+            sqlx::Error::Database(source) => source
                 .code()
                 .is_some_and(|code| ["08", "40", "53", "57"].iter().any(|class| code.starts_with(class))),
             _ => false,

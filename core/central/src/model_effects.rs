@@ -70,12 +70,12 @@ mod tests {
         let text = "arm: ur5\neffects:\n  - {effect: joint_compliance, where: lift, values: {compliance: 7.0e-6}}\n  \
                     - {effect: joint_harmonic, where: pan, n: 12, values: {sine: 1.0e-4, cosine: -2.0e-4}, claim: correction}\n";
         let found = effects_of(text);
-        let told: Vec<(&str, &str, &str, f64, &str)> = found
+        let listed: Vec<(&str, &str, &str, f64, &str)> = found
             .iter()
             .map(|one| (&*one.effect, &*one.place, &*one.parameter, one.value, &*one.claim))
             .collect();
         assert_eq!(
-            told,
+            listed,
             [
                 ("joint_compliance", "lift", "compliance", 7e-6, "mechanism"),
                 ("joint_harmonic", "pan, 12", "sine", 1e-4, "correction"),

@@ -113,14 +113,17 @@ mod tests {
         let pcd = "# .PCD v0.7\nVERSION 0.7\nFIELDS x y z normal\nSIZE 4 4 4 4\nTYPE F F F F\nCOUNT 1 1 1 3\nWIDTH 1\n\
             HEIGHT 1\nPOINTS 1\nDATA ascii\n1 2 3 0 0 1\n";
         assert_eq!(given("a.pcd", pcd).unwrap().points[0].position, Point3::new(1.0, 2.0, 3.0));
-        let told = |name: &str, text: &str| given(name, text).unwrap_err().to_string();
+        let message_for = |name: &str, text: &str| given(name, text).unwrap_err().to_string();
         assert!(
-            told("b.pcd", &pcd.replace("ascii", "binary_compressed")).contains("ascii and binary are read")
+            message_for("b.pcd", &pcd.replace("ascii", "binary_compressed"))
+                .contains("ascii and binary are read")
         );
-        assert!(told("b.ply", &ply.replace("double z", "double w")).contains("no x, y and z"));
-        assert!(told("c.ply", &ply.replace("vertex 2", "vertex 3")).contains("2 of 3 points are there"));
-        assert!(told("d.ply", &ply.replace("vertex 2", "vertex 0")).contains("holds no point"));
-        assert!(told("e.xyz", "1 2 3").contains("not from `.xyz`"));
+        assert!(message_for("b.ply", &ply.replace("double z", "double w")).contains("no x, y and z"));
+        assert!(
+            message_for("c.ply", &ply.replace("vertex 2", "vertex 3")).contains("2 of 3 points are there")
+        );
+        assert!(message_for("d.ply", &ply.replace("vertex 2", "vertex 0")).contains("holds no point"));
+        assert!(message_for("e.xyz", "1 2 3").contains("not from `.xyz`"));
     }
 
     #[test]
@@ -137,13 +140,13 @@ mod tests {
         let names: Vec<&str> =
             messages.iter().map(|message| message.channel.schema.as_ref().unwrap().name.as_str()).collect();
         assert_eq!(names, ["foxglove.CameraCalibration", "foxglove.PointCloud"]);
-        let told: Vec<Value> =
+        let values: Vec<Value> =
             messages.iter().map(|message| serde_json::from_slice(&message.data).unwrap()).collect();
-        assert_eq!(told[0]["K"][4], 694.5);
+        assert_eq!(values[0]["K"][4], 694.5);
         assert_eq!(
-            (&told[1]["timestamp"]["nsec"], &told[1]["point_stride"]),
+            (&values[1]["timestamp"]["nsec"], &values[1]["point_stride"]),
             (&json!(500_000_000), &json!(32))
         );
-        assert_eq!(told[1]["data"].as_str().unwrap().len(), (95 * 32_usize).div_ceil(3) * 4);
+        assert_eq!(values[1]["data"].as_str().unwrap().len(), (95 * 32_usize).div_ceil(3) * 4);
     }
 }

@@ -86,7 +86,7 @@ impl DocumentKind {
         MARKS.iter().find(|mark| mark.kind == self)
     }
 
-    fn told_by(self, keys: &[(Key, Node)]) -> Option<&Key> {
+    fn identifying_key(self, keys: &[(Key, Node)]) -> Option<&Key> {
         let mark = self.mark()?;
         let has = |name: &str| keys.iter().find(|(key, _)| key.name == name).map(|(key, _)| key);
         match mark.not_with.iter().any(|other| has(other).is_some()) {
@@ -104,9 +104,9 @@ fn keys(root: &Node) -> &[(Key, Node)] {
 }
 
 /// What kind of file a document is, with the key that says so.
-fn told(root: &Node) -> Option<(DocumentKind, &Key)> {
+fn declared_kind(root: &Node) -> Option<(DocumentKind, &Key)> {
     let keys = keys(root);
-    PRECEDENCE.iter().find_map(|kind| kind.told_by(keys).map(|key| (*kind, key)))
+    PRECEDENCE.iter().find_map(|kind| kind.identifying_key(keys).map(|key| (*kind, key)))
 }
 
 /// What kind of file this text is.
@@ -115,7 +115,7 @@ fn told(root: &Node) -> Option<(DocumentKind, &Key)> {
 /// [`FileProblems`] with the kinds there are when it is none of them, or is no YAML.
 pub fn kind_of(file: &Path, text: &str) -> Result<DocumentKind, FileProblems> {
     let root = parse(file, text, &Problems::default())?;
-    if let Some((kind, _)) = told(&root) {
+    if let Some((kind, _)) = declared_kind(&root) {
         return Ok(kind);
     }
     let problems = Problems::default();
@@ -151,7 +151,9 @@ pub fn parse_as(
 ) -> Result<Node, FileProblems> {
     let root = parse(file, text, problems)?;
     let own = kind.mark().map_or("", |mark| mark.key);
-    let Some((other, key)) = told(&root).filter(|(other, _)| *other != kind) else { return Ok(root) };
+    let Some((other, key)) = declared_kind(&root).filter(|(other, _)| *other != kind) else {
+        return Ok(root);
+    };
     if keys(&root).iter().any(|(key, _)| key.name == own) {
         return Ok(root);
     }

@@ -43,8 +43,8 @@ proptest! {
         let bent = apart(q[2], 433.07_f64.atan2(-20.32)).min(apart(q[2], 433.07_f64.atan2(-20.32) + PI));
         let clear = bent > 1e-3 && q[4].abs() > 1e-3 && (PI - q[4].abs()) > 1e-3;
         if clear {
-            for (found, stood) in joints.iter().zip(&q) {
-                prop_assert!(apart(*found, *stood) < 1e-6, "{joints:?} for {q:?}");
+            for (found, original) in joints.iter().zip(&q) {
+                prop_assert!(apart(*found, *original) < 1e-6, "{joints:?} for {q:?}");
             }
         }
         let there = Posture::of(&puma(), &joints, &[]).flange;

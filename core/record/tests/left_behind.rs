@@ -67,8 +67,8 @@ fn the_last_pose_of_each_robot_is_kept_and_that_of_the_last_run_found() {
     record.note_pose(first, "arm", &json!([2])).expect("noted");
     record.note_pose(first, "lift", &json!([3])).expect("noted");
     let poses = record.poses(first).expect("read");
-    let told: Vec<_> = poses.iter().map(|pose| (pose.device.as_str(), &pose.joints)).collect();
-    assert_eq!(told, [("arm", &json!([2])), ("lift", &json!([3]))]);
+    let listed: Vec<_> = poses.iter().map(|pose| (pose.device.as_str(), &pose.joints)).collect();
+    assert_eq!(listed, [("arm", &json!([2])), ("lift", &json!([3]))]);
     assert!(record.poses(second).expect("read").is_empty());
     let last = record.last_pose(CELL, "arm").expect("read").expect("a pose");
     assert_eq!((last.run, last.joints, last.intent), (first, json!([2]), None));
@@ -136,11 +136,11 @@ fn a_log_line_is_read_back_with_who_said_it_and_where() {
     record.note_log(run, "warning", "arm", Some("lower"), "slow").expect("noted");
     record.note_log(run, "info", "engine", None, "done").expect("noted");
     let log = record.log(run).expect("read");
-    let told: Vec<_> = log
+    let listed: Vec<_> = log
         .iter()
         .map(|line| (line.level.as_str(), line.source.as_str(), line.step.as_deref(), line.message.as_str()))
         .collect();
-    assert_eq!(told, [("warning", "arm", Some("lower"), "slow"), ("info", "engine", None, "done")]);
+    assert_eq!(listed, [("warning", "arm", Some("lower"), "slow"), ("info", "engine", None, "done")]);
     assert!(record.log(other).expect("read").is_empty());
 }
 
@@ -188,11 +188,14 @@ fn a_plugin_that_differs_from_the_one_run_last_is_named_with_both_hashes() {
         file("cell", "/new/cell.yaml", "c2"),
     ];
     let changed = record.changed_libraries(CELL, &now).expect("looked");
-    let told: Vec<_> = changed
+    let listed: Vec<_> = changed
         .iter()
         .map(|one| (one.path.as_str(), one.before.as_str(), one.sha256.as_str(), one.run))
         .collect();
-    assert_eq!(told, [("/new/arm/libarm.so", "a1", "a2", first), ("/new/eye/driver.py", "d1", "d2", first)]);
+    assert_eq!(
+        listed,
+        [("/new/arm/libarm.so", "a1", "a2", first), ("/new/eye/driver.py", "d1", "d2", first)]
+    );
     assert!(record.changed_libraries(CELL, &there).expect("looked").is_empty());
     assert!(record.changed_libraries("elsewhere", &now).expect("looked").is_empty(), "it ran nothing yet");
 }

@@ -138,7 +138,7 @@ pub enum AxisRunError {
         known: Vec<String>,
     },
     /// Several readings follow the axis, or none does.
-    #[error("{table}: say which reading is the position of {axis}, as in --reading {first}: {told}")]
+    #[error("{table}: say which reading is the position of {axis}, as in --reading {first}: {slopes}")]
     WhichReading {
         /// The table.
         table: String,
@@ -147,7 +147,7 @@ pub enum AxisRunError {
         /// A reading.
         first: String,
         /// How much each changes.
-        told: String,
+        slopes: String,
     },
     /// A reading that does not go with the axis.
     #[error(
@@ -504,10 +504,10 @@ fn reading(
         (None, [one], _) => *one,
         (None, _, [_]) => 0,
         _ => {
-            let told: Vec<String> =
+            let slopes: Vec<String> =
                 known.iter().map(|(name, _, slope)| format!("{name} changes by {slope:.4}")).collect();
-            let told = format!("per {} of it {}", unit.name(), told.join(", "));
-            return Err(AxisRunError::WhichReading { table: source(), axis: axis.to_owned(), first, told });
+            let slopes = format!("per {} of it {}", unit.name(), slopes.join(", "));
+            return Err(AxisRunError::WhichReading { table: source(), axis: axis.to_owned(), first, slopes });
         }
     };
     let (name, values, slope) = known.into_iter().nth(chosen).unwrap_or_default();

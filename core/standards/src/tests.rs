@@ -93,7 +93,7 @@ fn other_units_another_zero_and_a_scale_that_counts_backwards_change_nothing() {
 fn what_is_no_run_along_an_axis_is_refused_with_its_place_and_what_would_be_right() {
     let head = "q1_mm,approach_q1,repeat,p1_x_mm\n";
     let rows = "0,1,a,0\n0,1,a,.01\n0,-1,a,0\n0,-1,a,.01\n9,1,b,9\n9,1,b,9\n9,-1,b,9\n9,-1,b,9\n";
-    let told = |text: &str| {
+    let message_for = |text: &str| {
         let table = Table::parse("axis.csv", text).unwrap();
         AxisRun::of(&table, &AxisChoice::default()).unwrap_err().to_string()
     };
@@ -128,7 +128,7 @@ fn what_is_no_run_along_an_axis_is_refused_with_its_place_and_what_would_be_righ
         ),
         (format!("{head}0,1,a,0\n0,1,a,0\n"), "no joint moves"),
     ] {
-        let said = told(&text);
+        let said = message_for(&text);
         assert!(said.starts_with("axis.csv: ") && said.contains(needed), "{said}\nwanted: {needed}");
     }
 }
@@ -183,7 +183,7 @@ fn a_pose_that_creeps_has_a_drift_and_two_ways_to_it_a_variation() {
 
 #[test]
 fn what_holds_no_returns_to_poses_is_refused() {
-    let told = |text: &str| {
+    let message_for = |text: &str| {
         PoseRun::of(&Table::parse("poses.csv", text).unwrap(), None, None).unwrap_err().to_string()
     };
     for (text, needed) in [
@@ -198,7 +198,7 @@ fn what_holds_no_returns_to_poses_is_refused() {
         (POSES.replace("commanded_z_mm", "commanded_z"), "`commanded_z` has no unit"),
         ("q1_deg,height_mm,on\n0,1,t\n0,1,t\n".to_owned(), "no position was read"),
     ] {
-        let said = told(&text);
+        let said = message_for(&text);
         assert!(said.contains(needed), "{said}\nwanted: {needed}");
     }
 }

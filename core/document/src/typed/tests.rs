@@ -209,8 +209,11 @@ fn the_schema_of_a_type_knows_its_keys_its_variants_and_what_may_be_left_out() {
     // An enum's words, and its variants that hold something.
     let optics = of("/properties/optics").to_string();
     assert!(optics.contains("\"enum\":[\"none\"]") && optics.contains("\"maxProperties\":1"), "{optics}");
-    let told =
+    let message =
         with_words(schema, "An arm", &[("joints.deg", "Where it stands."), ("joints.dge", "Nowhere.")]);
-    assert_eq!(told["title"], "An arm");
-    assert_eq!(told["properties"]["joints"]["items"]["properties"]["deg"]["description"], "Where it stands.");
+    assert_eq!(message["title"], "An arm");
+    assert_eq!(
+        message["properties"]["joints"]["items"]["properties"]["deg"]["description"],
+        "Where it stands."
+    );
 }
