@@ -81,7 +81,7 @@ impl Driver {
         if let Some(why) = &self.gone {
             return Err(PluginError::Panicked(why.clone()));
         }
-        let mut told_to_stop = question["stop"] == true;
+        let mut stop_requested = question["stop"] == true;
         if self.shared.send(question).is_err() {
             return Err(self.has_ended());
         }
@@ -90,8 +90,8 @@ impl Driver {
             match answer {
                 Ok(answer) => return self.checked(answer),
                 Err(RecvTimeoutError::Disconnected) => return Err(self.has_ended()),
-                Err(RecvTimeoutError::Timeout) if !told_to_stop && self.host.should_stop() => {
-                    told_to_stop = true;
+                Err(RecvTimeoutError::Timeout) if !stop_requested && self.host.should_stop() => {
+                    stop_requested = true;
                     // A driver that does not take it has ended, which the next look finds.
                     let _ = self.shared.send(&json!({"stop": true}));
                 }

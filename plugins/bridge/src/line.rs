@@ -121,7 +121,7 @@ mod tests {
 
     #[test]
     fn what_is_no_message_is_told() {
-        for (line, told) in [
+        for (line, expected) in [
             ("hello", "expected"),
             ("[1]", "invalid type"),
             ("{}", "none of done"),
@@ -131,7 +131,7 @@ mod tests {
             (r#"{"progress": "half"}"#, "a number"),
         ] {
             let error = understood(line).unwrap_err();
-            assert!(error.contains(told), "{line}: {error}");
+            assert!(error.contains(expected), "{line}: {error}");
         }
     }
 

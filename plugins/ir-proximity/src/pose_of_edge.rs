@@ -84,7 +84,7 @@ mod tests {
         JointState::new(time_ns, JointVector::from_slice(&[joint]).unwrap(), true)
     }
 
-    fn told(messages: &[DigitalInputs]) -> Vec<(u64, u64, u64, f64, f64)> {
+    fn fields_of(messages: &[DigitalInputs]) -> Vec<(u64, u64, u64, f64, f64)> {
         let one = |vector: &JointVector| vector.get(0).unwrap();
         messages
             .iter()
@@ -103,12 +103,12 @@ mod tests {
     #[test]
     fn a_change_happened_between_the_states_before_and_after_it() {
         let mut poses = PoseOfEdge::new(false);
-        assert_eq!(told(&poses.joints(&state(10, 1.0))), [(10, 0, 0, 1.0, 0.0)]);
+        assert_eq!(fields_of(&poses.joints(&state(10, 1.0))), [(10, 0, 0, 1.0, 0.0)]);
         poses.changed(LineEdge { time_ns: 14, level: true });
         poses.changed(LineEdge { time_ns: 25, level: false });
-        assert_eq!(told(&poses.joints(&state(20, 2.0))), [(14, 1, 1, 1.5, 0.5), (20, 1, 0, 2.0, 0.0)]);
+        assert_eq!(fields_of(&poses.joints(&state(20, 2.0))), [(14, 1, 1, 1.5, 0.5), (20, 1, 0, 2.0, 0.0)]);
         assert_eq!(
-            told(&poses.joints(&state(30, 2.2))),
+            fields_of(&poses.joints(&state(30, 2.2))),
             [(25, 0, 1, 2.1, 0.100_000_000_000_000_09), (30, 0, 0, 2.2, 0.0)]
         );
     }
@@ -117,7 +117,7 @@ mod tests {
     fn a_change_before_the_robot_was_heard_of_only_sets_the_level() {
         let mut poses = PoseOfEdge::new(false);
         poses.changed(LineEdge { time_ns: 5, level: true });
-        assert_eq!(told(&poses.joints(&state(10, 1.0))), [(10, 1, 0, 1.0, 0.0)]);
+        assert_eq!(fields_of(&poses.joints(&state(10, 1.0))), [(10, 1, 0, 1.0, 0.0)]);
     }
 
     #[test]
@@ -125,6 +125,6 @@ mod tests {
         let mut poses = PoseOfEdge::new(true);
         poses.joints(&state(10, 1.0));
         poses.changed(LineEdge { time_ns: 12, level: true });
-        assert_eq!(told(&poses.joints(&state(20, 2.0))), [(20, 1, 0, 2.0, 0.0)]);
+        assert_eq!(fields_of(&poses.joints(&state(20, 2.0))), [(20, 1, 0, 2.0, 0.0)]);
     }
 }

@@ -339,13 +339,13 @@ impl LightStripe {
         };
         let header = StripeHeader { fault, ..seen };
         let geometry = self.geometry.as_ref();
-        let told: Vec<StripePoint> = points.iter().map(|point| told(point, geometry)).collect();
+        let reported: Vec<StripePoint> = points.iter().map(|point| stripe_point(point, geometry)).collect();
         let mut quantities = summary(points, fault);
         if let Some(geometry) = geometry_of_rays(&self.config, self.geometry.as_ref())? {
             quantities.extend(rays::line_quantities(&geometry.rig, points));
             quantities.extend(rays::rig_quantities(&geometry.rig, geometry.drawn_sheet.as_ref()));
         }
-        self.host.emit_bytes(POINTS, &header.message(&told))?;
+        self.host.emit_bytes(POINTS, &header.message(&reported))?;
         Ok(quantities)
     }
 }
@@ -389,8 +389,8 @@ fn fault_of(error: &NoStripe) -> StripeFault {
 }
 
 /// A row's point with its place, where the rig is known and the pixel means one.
-fn told(point: &RowPoint, geometry: Option<&Geometry>) -> StripePoint {
-    let mut told = StripePoint {
+fn stripe_point(point: &RowPoint, geometry: Option<&Geometry>) -> StripePoint {
+    let mut reported = StripePoint {
         u_px: point.centre,
         v_px: point.row as f32,
         sigma_px: point.sigma,
@@ -406,10 +406,10 @@ fn told(point: &RowPoint, geometry: Option<&Geometry>) -> StripePoint {
         Some((place, geometry.collineation.per_column(pixel).ok()?.norm()))
     });
     if let Some((place, per_column)) = place {
-        told.flange_mm = [place.x as f32, place.y as f32, place.z as f32];
-        told.sigma_mm = (per_column * f64::from(point.sigma)) as f32;
+        reported.flange_mm = [place.x as f32, place.y as f32, place.z as f32];
+        reported.sigma_mm = (per_column * f64::from(point.sigma)) as f32;
     }
-    told
+    reported
 }
 
 fn summary(points: &[RowPoint], fault: u32) -> Vec<Quantity> {

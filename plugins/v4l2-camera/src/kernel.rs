@@ -216,8 +216,9 @@ fn set_speed(device: &Device, config: &Config) -> Result<Option<u64>, OpenError>
             Some(set)
         }
     };
-    let interval = now.map(|now| now.interval).filter(|told| told.numerator > 0 && told.denominator > 0);
-    Ok(interval.map(|told| 1_000_000_000 * u64::from(told.numerator) / u64::from(told.denominator)))
+    let interval =
+        now.map(|now| now.interval).filter(|period| period.numerator > 0 && period.denominator > 0);
+    Ok(interval.map(|period| 1_000_000_000 * u64::from(period.numerator) / u64::from(period.denominator)))
 }
 
 /// Sets exposure and gain, where the cell file gives them; what the camera then did by itself it does no more.
@@ -307,11 +308,11 @@ mod tests {
 
     #[test]
     fn what_the_system_answers_is_told_in_words() {
-        let told = |number| refused("starting it", io::Error::from_raw_os_error(number)).to_string();
-        assert!(told(EBUSY).contains("another program uses it"));
-        assert!(told(EACCES).contains("group `video`"));
-        assert!(told(ENODEV).contains("there is no such device"));
-        assert!(told(5).starts_with("starting it failed: "));
+        let message_for = |number| refused("starting it", io::Error::from_raw_os_error(number)).to_string();
+        assert!(message_for(EBUSY).contains("another program uses it"));
+        assert!(message_for(EACCES).contains("group `video`"));
+        assert!(message_for(ENODEV).contains("there is no such device"));
+        assert!(message_for(5).starts_with("starting it failed: "));
         assert!(matches!(lost(io::Error::from_raw_os_error(ENODEV)), CaptureError::Unplugged));
     }
 }

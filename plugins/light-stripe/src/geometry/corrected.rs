@@ -128,8 +128,8 @@ mod tests {
             change(&mut corrections);
             rig().corrected(&corrections).unwrap_err().to_string()
         };
-        let told = wrong(|one| one.camera_scale_u = 3.0);
-        assert_eq!(told, "correction `camera_scale_u` is 3; it lies between 0.5 and 2");
+        let message = wrong(|one| one.camera_scale_u = 3.0);
+        assert_eq!(message, "correction `camera_scale_u` is 3; it lies between 0.5 and 2");
         assert!(wrong(|one| one.sheet_tilt_deg = 31.0).contains("sheet_tilt_deg"));
         assert!(wrong(|one| one.camera_aim_x_deg = f64::NAN).contains("camera_aim_x_deg"));
     }

@@ -287,8 +287,8 @@ self_test: {pixel: [27.5, 227.5], point_mm: [-64.285714, 64.285714, 445.714286]}
         let again = parse(&write_rig(&corrected).unwrap(), Path::new("again.yaml")).unwrap();
         assert_eq!(again.contains, corrections);
         assert_eq!(again.corrected(&corrections).unwrap().camera.fx_px, corrected.camera.fx_px);
-        let told = message("self_test:", "contains: {camera_aim: 1}\nself_test:");
-        assert!(told.contains("unknown key `camera_aim`"), "{told}");
+        let refusal = message("self_test:", "contains: {camera_aim: 1}\nself_test:");
+        assert!(refusal.contains("unknown key `camera_aim`"), "{refusal}");
     }
 
     #[test]
@@ -304,10 +304,10 @@ self_test: {pixel: [27.5, 227.5], point_mm: [-64.285714, 64.285714, 445.714286]}
         // The camera looks along z with its rows along y: that is where the sheet's middle line is measured from.
         assert!((out - 4e-5 * point.y * point.y).abs() < 1e-6, "{out}");
         assert!((flat.point_of(pixel).unwrap() - point).norm() > 0.05);
-        let told = message("convention: n.x + d = 0", "convention: n.x + d = 0, bow_per_mm: 1");
+        let refusal = message("convention: n.x + d = 0", "convention: n.x + d = 0, bow_per_mm: 1");
         assert!(
-            told.contains("`bow_per_mm` is 1\n") && told.contains("a sheet bends by 0.001 at most"),
-            "{told}"
+            refusal.contains("`bow_per_mm` is 1\n") && refusal.contains("a sheet bends by 0.001 at most"),
+            "{refusal}"
         );
     }
 
@@ -344,23 +344,26 @@ self_test: {pixel: [27.5, 227.5], point_mm: [-64.285714, 64.285714, 445.714286]}
     fn a_file_in_other_units_is_refused_with_the_cure() {
         let metres = GOOD.replace("[0, 0, 60]", "[0, 0, 0.06]").replace("-216", "-0.216");
         let metres = metres.replace("[-64.285714, 64.285714, 445.714286]", "[-0.064286, 0.064286, 0.445714]");
-        let told = parse(&metres, Path::new("rig.yaml")).unwrap_err().to_string();
-        assert!(told.contains("0.3963 mm from the lens\n") && told.contains("a file in metres"), "{told}");
-        let told = message("fx_px: 600", "fx_px: 25");
-        assert!(told.contains("fx_px and fy_px count in pixels"), "{told}");
+        let refusal = parse(&metres, Path::new("rig.yaml")).unwrap_err().to_string();
+        assert!(
+            refusal.contains("0.3963 mm from the lens\n") && refusal.contains("a file in metres"),
+            "{refusal}"
+        );
+        let refusal = message("fx_px: 600", "fx_px: 25");
+        assert!(refusal.contains("fx_px and fy_px count in pixels"), "{refusal}");
     }
 
     #[test]
     fn every_mistake_of_a_rig_is_told_and_none_follows_from_another() {
         let text = GOOD.replace("fx_px: 600", "fx_px: wide").replace("[0.8, 0, 0.6]", "[0, 0, 0]");
         let text = text.replace("n.x + d = 0", "n.x = d").replace("rpy_deg", "rpy_rad");
-        let told = parse(&text, Path::new("rig.yaml")).unwrap_err().to_string();
+        let message = parse(&text, Path::new("rig.yaml")).unwrap_err().to_string();
         for place in
             ["rig.yaml:2:48: `fx_px` is a number", "3:32: unknown key `rpy_rad`", "4:24: the normal", "4:59"]
         {
-            assert!(told.contains(place), "{place}: {told}");
+            assert!(message.contains(place), "{place}: {message}");
         }
-        assert_eq!(told.matches("rig.yaml:").count(), 4, "{told}");
+        assert_eq!(message.matches("rig.yaml:").count(), 4, "{message}");
     }
 
     #[test]

@@ -181,7 +181,7 @@ const AHEAD: usize = 4;
 /// A driver that does what it is told, and then nothing.
 struct Recorded {
     layout: Layout,
-    told: Receiver<Next>,
+    receiver: Receiver<Next>,
     last: VecDeque<Buffer>,
 }
 
@@ -192,7 +192,7 @@ impl Capture for Recorded {
 
     #[allow(clippy::panic, reason = "as a binding does that believes its driver")]
     fn next(&mut self, wait: Duration) -> Result<Option<Shot<'_>>, CaptureError> {
-        match self.told.recv_timeout(wait) {
+        match self.receiver.recv_timeout(wait) {
             Ok(Next::Sends(buffer)) => {
                 self.last.clear();
                 self.last.push_back(buffer);
@@ -206,34 +206,34 @@ impl Capture for Recorded {
 }
 
 fn camera(config: &Value, host: plumb_plugin::Host) -> (SyncSender<Next>, V4l2Camera) {
-    let (tell, told) = sync_channel(AHEAD);
-    let recorded = Recorded { layout: layout("GREY"), told, last: VecDeque::new() };
+    let (sender, receiver) = sync_channel(AHEAD);
+    let recorded = Recorded { layout: layout("GREY"), receiver, last: VecDeque::new() };
     let camera = V4l2Camera::listen_to(Box::new(recorded), &Config::read(config).unwrap(), host).unwrap();
-    (tell, camera)
+    (sender, camera)
 }
 
 /// A camera that takes a picture whenever the test's clock says so.
-fn exposed_now(tell: &SyncSender<Next>, host: &plumb_plugin::Host, number: u32) {
-    tell.send(Next::Sends(Buffer { stamp: Stamp::Opened(host.now_ns()), ..buffer(number, 0) })).unwrap();
+fn exposed_now(sender: &SyncSender<Next>, host: &plumb_plugin::Host, number: u32) {
+    sender.send(Next::Sends(Buffer { stamp: Stamp::Opened(host.now_ns()), ..buffer(number, 0) })).unwrap();
 }
 
 #[test]
 fn a_reading_is_a_picture_taken_after_it_was_asked_for() {
     let recording = RecordingHost::new();
     let config = json!({"device": "/dev/video0", "exposure_us": 1000});
-    let (tell, mut camera) = camera(&config, recording.host());
-    exposed_now(&tell, &recording.host(), 1);
+    let (sender, mut camera) = camera(&config, recording.host());
+    exposed_now(&sender, &recording.host(), 1);
     let host = recording.host();
     let asked_ns = host.now_ns();
     let sending = std::thread::spawn(move || {
         for number in 2..200 {
-            exposed_now(&tell, &host, number);
+            exposed_now(&sender, &host, number);
             std::thread::yield_now();
         }
-        tell
+        sender
     });
     let reading = camera.read(0).unwrap().unwrap();
-    let _tell = sending.join().unwrap();
+    let _sender = sending.join().unwrap();
     assert!(reading.time_ns > asked_ns + 500_000, "the middle of its exposure");
     let (header, pixels) = {
         let messages = recording.emitted_bytes("frames");
@@ -248,11 +248,11 @@ fn a_reading_is_a_picture_taken_after_it_was_asked_for() {
 #[test]
 fn an_unplugged_camera_gives_what_it_has_and_then_says_so() {
     let recording = RecordingHost::new();
-    let (tell, mut camera) = camera(&json!({"device": "/dev/video0", "every_ms": 10}), recording.host());
+    let (sender, mut camera) = camera(&json!({"device": "/dev/video0", "every_ms": 10}), recording.host());
     for number in 1..=2 {
-        tell.send(Next::Sends(buffer(number, u64::from(number) * 10 * MS))).unwrap();
+        sender.send(Next::Sends(buffer(number, u64::from(number) * 10 * MS))).unwrap();
     }
-    tell.send(Next::Ends(CaptureError::Unplugged)).unwrap();
+    sender.send(Next::Ends(CaptureError::Unplugged)).unwrap();
     while recording.lines().is_empty() {
         std::thread::yield_now();
     }
@@ -270,8 +270,8 @@ fn an_unplugged_camera_gives_what_it_has_and_then_says_so() {
 #[test]
 fn a_binding_that_panics_ends_the_pictures_and_nothing_else() {
     let recording = RecordingHost::new();
-    let (tell, mut camera) = camera(&json!({"device": "/dev/video0"}), recording.host());
-    tell.send(Next::Panics).unwrap();
+    let (sender, mut camera) = camera(&json!({"device": "/dev/video0"}), recording.host());
+    sender.send(Next::Panics).unwrap();
     let error = camera.read(0).unwrap_err();
     assert!(error.text().contains("its driver answered what no driver should"), "{error}");
 }
@@ -279,7 +279,7 @@ fn a_binding_that_panics_ends_the_pictures_and_nothing_else() {
 #[test]
 fn a_stop_ends_the_wait_for_a_picture() {
     let recording = RecordingHost::new();
-    let (_tell, mut camera) = camera(&json!({"device": "/dev/video0"}), recording.host());
+    let (_sender, mut camera) = camera(&json!({"device": "/dev/video0"}), recording.host());
     recording.set_stop(true);
     assert!(matches!(camera.read(0).unwrap_err(), PluginError::Stopped(_)));
 }
@@ -288,12 +288,12 @@ fn a_stop_ends_the_wait_for_a_picture() {
 fn it_conforms() {
     let config = json!({"device": "/dev/video0"});
     let report = check_sensor(include_str!("../../plugin.yaml"), |host| {
-        let (tell, camera) = camera(&config, host.clone());
+        let (sender, camera) = camera(&config, host.clone());
         std::thread::spawn(move || {
             let mut number = 0;
             let sends =
                 |number| Next::Sends(Buffer { stamp: Stamp::Opened(host.now_ns()), ..buffer(number, 0) });
-            while tell.send(sends(number)).is_ok() {
+            while sender.send(sends(number)).is_ok() {
                 number += 1;
             }
         });

@@ -10,7 +10,7 @@ use serde_json::json;
 
 use crate::V4l2Camera;
 
-fn told(config: Value) -> String {
+fn error_text(config: Value) -> String {
     V4l2Camera::create(&config, RecordingHost::new().host()).unwrap_err().text().to_owned()
 }
 
@@ -29,7 +29,7 @@ fn a_device_that_is_absent_or_no_camera_is_told_as_such() {
         (path(&file), "picture.raw: it is a file, not a camera"),
         (path(folder.path()), "it is a folder, not a camera"),
     ] {
-        let text = told(json!({"device": device}));
+        let text = error_text(json!({"device": device}));
         assert!(text.contains(expected), "{text}");
     }
 }
@@ -51,7 +51,7 @@ fn a_configuration_that_cannot_be_is_refused_before_anything_is_opened() {
         (json!({"device": "/dev/video0", "frames_per_second": -1}), "`frames_per_second` is above 0"),
         (json!({"device": "/dev/video0", "every_ms": 1e9}), "`every_ms` is 1000000000; it is 0 to 60000"),
     ] {
-        let text = told(config);
+        let text = error_text(config);
         assert!(text.contains(expected), "{text}");
     }
 }
