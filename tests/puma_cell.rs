@@ -143,13 +143,13 @@ fn what_a_calibration_measured_goes_to_the_lab_as_rows_and_shows_what_the_zeros_
 #[test]
 fn what_a_world_hides_behind_its_zeros_is_named_measured_and_added_until_the_tip_is_right() {
     for hidden in Hidden::ALL {
-        let story = hidden::tell(hidden.of_seed(17), 17, false);
-        let told = format!("{hidden:?}: {story:?}");
-        assert!(story.before.tip_mm > 5.0 && story.before.apart_mm > 5.0, "{told}");
-        assert!(story.after.tip_mm > 3.0 * hidden::FLOOR_MM, "the zeros alone leave it: {told}");
-        assert!(story.with_tracker.names(&story.drawn), "{told}");
-        assert!(story.with_tracker.left.tip_mm < 1.3 * hidden::FLOOR_MM, "{told}");
-        assert!(story.with_tracker.left.apart_mm < 0.3 * story.after.apart_mm, "{told}");
+        let story = hidden::run_story(hidden.of_seed(17), 17, false);
+        let context = format!("{hidden:?}: {story:?}");
+        assert!(story.before.tip_mm > 5.0 && story.before.apart_mm > 5.0, "{context}");
+        assert!(story.after.tip_mm > 3.0 * hidden::FLOOR_MM, "the zeros alone leave it: {context}");
+        assert!(story.with_tracker.names(&story.drawn), "{context}");
+        assert!(story.with_tracker.left.tip_mm < 1.3 * hidden::FLOOR_MM, "{context}");
+        assert!(story.with_tracker.left.apart_mm < 0.3 * story.after.apart_mm, "{context}");
     }
 }
 
@@ -159,18 +159,18 @@ fn a_panic_lost_power_and_a_new_start_end_a_run_with_what_to_do_and_it_goes_on_w
     let (code, end) = panel.run(&[], Some("panic"));
     assert_eq!(code, Some(2), "{end}");
     assert!(end.contains("the PANIC button was pressed") && end.contains("press ARM POWER"), "{end}");
-    let stands = panel.stands();
-    assert!(stands[0] < 59.0, "it was stopped on its way: {stands:?}");
+    let stopped = panel.joint_angles();
+    assert!(stopped[0] < 59.0, "it was stopped on its way: {stopped:?}");
     let (code, end) = panel.run(&["--resume", "1"], None);
-    assert_eq!((code, panel.stands()), (Some(2), stands), "without power nothing moves: {end}");
+    assert_eq!((code, panel.joint_angles()), (Some(2), stopped), "without power nothing moves: {end}");
     assert!(end.contains("press ARM POWER on the controller's panel"), "{end}");
     panel.happens("power on");
     assert_eq!(panel.run(&["--resume", "1"], None), (Some(0), "all steps passed".to_owned()));
     // Started anew, it has lost its points and its calibration; power is off.
     panel.happens("reboot");
-    let stands = panel.stands();
+    let stopped = panel.joint_angles();
     let (code, end) = panel.run(&[], None);
-    assert_eq!((code, panel.stands()), (Some(2), stands), "{end}");
+    assert_eq!((code, panel.joint_angles()), (Some(2), stopped), "{end}");
     panel.happens("power on");
     // The cell allows CALIBRATE, so that it goes on by itself.
     assert_eq!(panel.run(&[], None), (Some(0), "all steps passed".to_owned()));

@@ -73,7 +73,7 @@ fn hidden_behind_zeros(count: u64, first: u64) {
     println!("The floor is {FLOOR_MM} mm.\n\n{}", hidden::HEADING);
     for hidden in Hidden::ALL {
         for seed in first..first + count {
-            let story = hidden::tell(hidden.of_seed(seed), seed, true);
+            let story = hidden::run_story(hidden.of_seed(seed), seed, true);
             println!("{story}");
             eprintln!("    with the tracker: {:?}", story.with_tracker.verdicts);
             eprintln!("    with the ruler:   {:?}", story.by_hand.map(|found| found.verdicts));

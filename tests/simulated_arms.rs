@@ -32,10 +32,10 @@ fn poses(arm: &ArmDescription) -> Vec<Vec<f64>> {
     (0..50).map(|_| arm.joints.iter().map(|_| random.between(-3.0, 3.0)).collect()).collect()
 }
 
-fn stand(arm: &ArmDescription, imperfections: &[Imperfection], pose: &[f64]) -> Stance {
+fn equilibrium(arm: &ArmDescription, imperfections: &[Imperfection], pose: &[f64]) -> Stance {
     let mut machine = Machine::new(arm, imperfections);
     machine.go(pose, 0.0);
-    machine.stand(&QUIET).unwrap()
+    machine.equilibrium(&QUIET).unwrap()
 }
 
 /// Greatest difference between the two flanges: mm, and of any direction cosine times a metre.
@@ -58,7 +58,7 @@ fn ideal_poses_of_the_world_are_those_of_the_lab() {
     for arm in all_arms() {
         let chain = chain(&arm);
         for pose in poses(&arm) {
-            let apart = flanges_apart(&stand(&arm, &[], &pose), &Posture::of(&chain, &pose, &[]));
+            let apart = flanges_apart(&equilibrium(&arm, &[], &pose), &Posture::of(&chain, &pose, &[]));
             assert!(apart < 1e-9, "{} at {pose:?}: {apart} mm", arm.name);
         }
     }
@@ -81,7 +81,7 @@ fn a_row_that_is_off_moves_both_arms_alike() {
             ] {
                 let mut deviations = vec![Deviation::default(); arm.joints.len()];
                 deviations[joint] = deviation;
-                let stance = stand(&arm, &[Imperfection { mechanism: mechanism.clone(), size }], &pose);
+                let stance = equilibrium(&arm, &[Imperfection { mechanism: mechanism.clone(), size }], &pose);
                 let apart = flanges_apart(&stance, &Posture::of(&chain, &pose, &deviations));
                 assert!(apart < 1e-9, "{}, {mechanism:?}: {apart} mm", arm.name);
             }
@@ -103,7 +103,7 @@ fn gravity_pulls_both_arms_alike() {
             })
             .collect();
         for pose in poses(&arm) {
-            let stance = stand(&arm, &[], &pose);
+            let stance = equilibrium(&arm, &[], &pose);
             let posture = Posture::of(&chain, &pose, &[]);
             let mut lab = Vec::new();
             let weights = Weights { masses: &masses, payload: 0.0, down: [0.0, 0.0, -1.0].into() };

@@ -196,11 +196,11 @@ fn a_host_killed_in_mid_move_leaves_the_arm_standing_and_another_finds_it_there(
         assert!(error.to_string().starts_with("the host of arm was ended by SIGKILL"), "{error}");
     });
     until("the arm's rest", || !operator.read(Verb::Read {}).unwrap().moving);
-    let stands = operator.read(Verb::Read {}).unwrap();
-    assert!((stands.joints[WAIST] - operator.welcome().joints[WAIST].home).to_degrees() < 55.0);
+    let stopped = operator.read(Verb::Read {}).unwrap();
+    assert!((stopped.joints[WAIST] - operator.welcome().joints[WAIST].home).to_degrees() < 55.0);
     let another = cell.arm();
     let found: JointState = another.robot().unwrap().read_joints().unwrap();
-    assert_eq!(found.joints.as_slice(), stands.joints.as_slice());
+    assert_eq!(found.joints.as_slice(), stopped.joints.as_slice());
     assert!(!found.is_moving());
 }
 
@@ -251,7 +251,7 @@ impl Stripe {
     }
 
     /// The arm tells that it stands.
-    fn stands(&mut self, time_ns: u64) {
+    fn holds_still(&mut self, time_ns: u64) {
         let state = JointState::new(time_ns, JointVector::zeros(6), false);
         self.arm.emit(bytemuck::bytes_of(&state)).unwrap();
     }
@@ -286,15 +286,15 @@ fn pictures_late_out_of_order_cut_short_or_of_another_size_are_errors_of_the_str
     let mut stripe = Stripe::new(&cell);
     // Dated as a camera of this cell would: what is hours behind the cell's clock is refused for that alone.
     let began = a_second_ago();
-    stripe.stands(began + 1_000_000);
+    stripe.holds_still(began + 1_000_000);
     let whole = usize::MAX;
     for (after_ns, side, bytes, expected) in [
         (500_000, SIDE, whole, "so late that where the robot was at its exposure is no longer known"),
         (9_000_000, SIDE, 1024, "a message of frame/1 has 1024 bytes; its header says 4128"),
     ] {
         stripe.shows(began + after_ns, side, bytes);
-        let told = stripe.rows(u64::MAX).unwrap_err();
-        assert!(told.contains(expected), "{told}");
+        let message = stripe.rows(u64::MAX).unwrap_err();
+        assert!(message.contains(expected), "{message}");
     }
     stripe.shows(began + 9_000_000, SIDE, whole);
     assert_eq!(stripe.rows(began + 9_000_000), Ok(64.0));
@@ -303,8 +303,8 @@ fn pictures_late_out_of_order_cut_short_or_of_another_size_are_errors_of_the_str
         (10_000_000, 32, whole, "a picture of 32 x 32 pixels came; those before it had 64 x 64"),
     ] {
         stripe.shows(began + after_ns, side, bytes);
-        let told = stripe.rows(u64::MAX).unwrap_err();
-        assert!(told.contains(expected), "{told}");
+        let message = stripe.rows(u64::MAX).unwrap_err();
+        assert!(message.contains(expected), "{message}");
     }
     stripe.shows(began + 11_000_000, SIDE, whole);
     assert_eq!(stripe.rows(began + 11_000_000), Ok(64.0), "it goes on");

@@ -43,12 +43,12 @@ const TEACHMOVER_SAYS: [&[u8]; 9] = [
 /// Feeds each parser for so many seconds, both at once.
 pub(crate) fn measure(seconds: usize) -> super::Measured {
     let duration = Duration::from_secs(seconds as u64);
-    let told: Vec<String> = std::thread::scope(|scope| {
+    let lines: Vec<String> = std::thread::scope(|scope| {
         let feeding = PARSERS.map(|parser| scope.spawn(move || feed(parser, duration)));
         feeding.into_iter().map(|one| one.join()).collect::<Result<_, _>>()
     })
     .map_err(|_| "a parser came down: what it was fed stands above")?;
-    told.iter().for_each(|line| println!("{line}"));
+    lines.iter().for_each(|line| println!("{line}"));
     Ok(())
 }
 

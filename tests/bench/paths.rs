@@ -70,7 +70,7 @@ fn true_zeros(cells: &Cells) -> Result<[f64; 3], Box<dyn Error>> {
         }
     };
     let there = client.look()?;
-    let (truth, believed) = (there.attitudes, there.reckoned);
+    let (truth, believed) = (there.attitudes, there.counted);
     client.call(Verb::Shutdown {}, || false, |_| ())?;
     world.wait()?;
     let mut zeros = [0.0; 3];

@@ -92,8 +92,8 @@ fn first_motion(cells: &Cells, cell: &str, procedure: &str) -> Result<Vec<Durati
 fn until_moved(socket: PathBuf) -> Result<(), Box<dyn Error>> {
     let began = Instant::now();
     let mut world = WorldClient::connect(&socket, "bench")?;
-    let stood = world.read(Verb::Read {})?.half_steps;
-    while world.read(Verb::Read {})?.half_steps == stood {
+    let before = world.read(Verb::Read {})?.half_steps;
+    while world.read(Verb::Read {})?.half_steps == before {
         if began.elapsed() > LONG {
             return Err("the arm does not move".into());
         }

@@ -92,7 +92,7 @@ impl Bench {
         let place = Place::new()?;
         let [waist_deg, shoulder_deg, elbow_deg, wrist_pitch_deg, wrist_roll_deg, gripper_mm] = HOME;
         let config = json!({
-            "port": emulator.standing().port,
+            "port": emulator.status().port,
             "registers_zero": {
                 "waist_deg": waist_deg, "shoulder_deg": shoulder_deg, "elbow_deg": elbow_deg,
                 "wrist_pitch_deg": wrist_pitch_deg, "wrist_roll_deg": wrist_roll_deg, "gripper_mm": gripper_mm,
@@ -123,9 +123,9 @@ impl Bench {
             return Err(format!("the host lives on: {outcome:?}").into());
         }
         std::thread::sleep(Duration::from_secs(1));
-        let last = emulator.standing().last_half_step.ok_or("nothing moved")?;
+        let last = emulator.status().last_half_step.ok_or("nothing moved")?;
         std::thread::sleep(Duration::from_millis(200));
-        if emulator.standing().last_half_step != Some(last) {
+        if emulator.status().last_half_step != Some(last) {
             return Err("the arm moves although its host is gone".into());
         }
         figures.latencies.push(last.saturating_duration_since(asked));
@@ -150,7 +150,7 @@ impl Bench {
     fn stop_once(&self, by: [f64; 6], wait: Duration, figures: &mut Figures) -> Result<(), Box<dyn Error>> {
         self.robot.activate()?;
         let motion = motion(by, &self.robot)?;
-        let before = self.emulator.standing().turned;
+        let before = self.emulator.status().turned;
         let began = Instant::now();
         let stopper = stop_after(wait, self.host.stop_handle()?);
         let stopped = self.robot.move_joints(&motion, LONG);
@@ -161,9 +161,9 @@ impl Bench {
             other => return Err(format!("the move was not stopped: {other:?}").into()),
         }
         std::thread::sleep(SETTLED);
-        let standing = self.emulator.standing();
-        figures.turned += standing.turned.saturating_sub(before);
-        let last = standing.last_half_step.ok_or("nothing moved")?;
+        let status = self.emulator.status();
+        figures.turned += status.turned.saturating_sub(before);
+        let last = status.last_half_step.ok_or("nothing moved")?;
         figures.latencies.push(last.saturating_duration_since(asked));
         Ok(())
     }

@@ -109,14 +109,14 @@ impl Operator {
 
     /// Esc; from there to the last half-step. Nothing when the arm stood between two moves.
     fn stop(&mut self) -> Result<Option<Duration>, Box<dyn Error>> {
-        let mut stood = self.motors()?;
+        let mut former = self.motors()?;
         let pressed = Instant::now();
         self.press("\u{1b}")?;
         let mut last = None;
         while pressed.elapsed() < SETTLED {
             let now = self.motors()?;
-            if now != stood {
-                (stood, last) = (now, Some(pressed.elapsed()));
+            if now != former {
+                (former, last) = (now, Some(pressed.elapsed()));
             }
             std::thread::sleep(Duration::from_micros(500));
         }

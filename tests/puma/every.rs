@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::hidden::{Drawn, FLOOR_MM, Story, tell_in_short};
+use super::hidden::{Drawn, FLOOR_MM, Story, run_short_story};
 
 /// The tip is at the floor where no more is left than this many times the floor.
 const AT_FLOOR: f64 = 1.3;
@@ -194,7 +194,7 @@ pub(crate) fn live_through(count: u64, first: u64, mut progress: impl FnMut(&Sto
     let mut figures = Figures::default();
     for number in 0..count {
         let (drawn, seed) = draw(number, first);
-        let story = tell_in_short(drawn, seed);
+        let story = run_short_story(drawn, seed);
         let verdict = verdict(&story);
         progress(&story, &format!("{verdict:?}"));
         figures.add(&story, verdict);

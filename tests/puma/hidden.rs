@@ -156,7 +156,7 @@ impl Findings {
 }
 
 /// Lives through a world: fresh poses, the calibration, fresh poses again; then the lab with a tracker, and if wanted once more with the ruler alone.
-pub(crate) fn tell(drawn: Drawn, seed: u64, by_hand: bool) -> Story {
+pub(crate) fn run_story(drawn: Drawn, seed: u64, by_hand: bool) -> Story {
     let cells = world_of(&drawn, seed);
     let tour = std::fs::read_to_string(cells.puma().join("poses.csv")).unwrap();
     let lab = Lab { cells: &cells, tour, fresh: poses::fresh(&cells.puma().join("lab.yaml"), seed) };
@@ -186,7 +186,7 @@ fn world_of(drawn: &Drawn, seed: u64) -> Cells {
 }
 
 /// The same in the least steps: the calibration, ten poses, the tour and fresh poses, all with the tracker. The tip before the calibration is not looked at.
-pub(crate) fn tell_in_short(drawn: Drawn, seed: u64) -> Story {
+pub(crate) fn run_short_story(drawn: Drawn, seed: u64) -> Story {
     let cells = world_of(&drawn, seed);
     let tour = std::fs::read_to_string(cells.puma().join("poses.csv")).unwrap();
     let lab = Lab { cells: &cells, tour, fresh: poses::fresh(&cells.puma().join("lab.yaml"), seed) };

@@ -75,7 +75,7 @@ impl Panel {
     }
 
     /// Where the world's arm stands, deg.
-    pub(crate) fn stands(&self) -> [f64; 6] {
+    pub(crate) fn joint_angles(&self) -> [f64; 6] {
         let mut client = WorldClient::connect(&self.socket, "panel").unwrap();
         client.read(Verb::Read {}).unwrap().joints.fixed::<6>().unwrap().map(f64::to_degrees)
     }

@@ -222,9 +222,9 @@ impl Maker<'_> {
 
     /// Under which load and so on a search ended.
     fn circumstances(&self, position: usize) -> impl Iterator<Item = (String, String)> {
-        let told =
+        let entries =
             self.recorded.steps.get(position).and_then(|step| step.result.get(CIRCUMSTANCES)?.as_object());
-        told.into_iter().flatten().map(|(column, value)| (column.clone(), cell_of(value)))
+        entries.into_iter().flatten().map(|(column, value)| (column.clone(), cell_of(value)))
     }
 
     /// The way each joint of the drive last went, as the record holds it.
@@ -270,16 +270,17 @@ impl Maker<'_> {
 
     /// What a joint's reading lacks because its controller was told another zero in the run: after the reading, or before it.
     fn declared_since(&self, joint: &str, position: usize) -> f64 {
-        let told = self.in_force(joint).filter(|known| known.key.quantity == CONTROLLER_ZERO);
-        told.map(|known| {
-            let before = self.position_of(&known.step) < position;
-            match (self.zeros, before) {
-                (Zeros::AsFound, true) => known.old - known.new,
-                (Zeros::AsLeft, false) => known.new - known.old,
-                _ => 0.0,
-            }
-        })
-        .sum()
+        let declared = self.in_force(joint).filter(|known| known.key.quantity == CONTROLLER_ZERO);
+        declared
+            .map(|known| {
+                let before = self.position_of(&known.step) < position;
+                match (self.zeros, before) {
+                    (Zeros::AsFound, true) => known.old - known.new,
+                    (Zeros::AsLeft, false) => known.new - known.old,
+                    _ => 0.0,
+                }
+            })
+            .sum()
     }
 }
 

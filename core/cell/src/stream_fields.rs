@@ -42,7 +42,7 @@ pub(crate) fn field_names(
     lines: Option<u32>,
 ) -> Vec<FieldName> {
     let mut names = Vec::new();
-    for field in layout.told() {
+    for field in layout.visible_fields() {
         match field.of {
             FieldType::Joints(quantity) => {
                 let of_joint = |(joint, unit): &(String, DegOrMm)| {

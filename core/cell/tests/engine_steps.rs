@@ -539,10 +539,10 @@ fn a_declaration_that_is_not_plausible_or_not_taken_over_is_an_error() {
         world.keeps_its_zeros.store(deaf, Ordering::SeqCst);
         let (ended, events) = watch(start(request(&cell, &place), &world), |_, _| {});
         assert_eq!(ended, RunOutcome::Error);
-        let told = events
+        let is_reported = events
             .iter()
             .any(|event| matches!(event, Event::RunEnded { message: end, .. } if end.contains(message)));
-        assert!(told, "{message}: {:?}", events.last());
+        assert!(is_reported, "{message}: {:?}", events.last());
     }
 }
 

@@ -36,7 +36,7 @@ const ARRIVAL: Duration = Duration::from_millis(50);
 const IN_A_HOST: RobotCheck = ("a device wired to it learns of it at rest", heard_at_rest);
 
 /// Who hears of each check as it is done.
-type Told<'t> = &'t mut dyn FnMut(&'static str, &CheckOutcome);
+type OnOutcome<'t> = &'t mut dyn FnMut(&'static str, &CheckOutcome);
 
 /// Runs every robot check, each on a robot in a host of its own.
 pub fn check_robot(bus: &Bus, arguments: &HostArguments, command: impl Fn() -> HostCommand) -> CheckReport {
@@ -60,15 +60,15 @@ pub fn check_plugin(
     arguments: &HostArguments,
     may_move: bool,
     command: impl Fn() -> HostCommand,
-    told: Told<'_>,
+    on_outcome: OnOutcome<'_>,
 ) -> CheckReport {
     let mut report = CheckReport::default();
-    add(&mut report, told, "its manifest is good", manifest_is_good(&plugin.manifest));
+    add(&mut report, on_outcome, "its manifest is good", manifest_is_good(&plugin.manifest));
     let made = HostProcess::spawn(bus, arguments, command()).map(drop);
     let outcome =
         made.map_or_else(|error| CheckOutcome::Failed(error.to_string()), |()| CheckOutcome::Passed);
     let is_made = outcome == CheckOutcome::Passed;
-    add(&mut report, told, "it is loaded and its device is made", outcome);
+    add(&mut report, on_outcome, "it is loaded and its device is made", outcome);
     if !is_made {
         return report;
     }
@@ -78,12 +78,17 @@ pub fn check_plugin(
         Ok(notes) => CheckOutcome::Failed(notes.join("; ")),
         Err(error) => CheckOutcome::Failed(error.to_string()),
     };
-    add(&mut report, told, "its functions are whole", whole);
+    add(&mut report, on_outcome, "its functions are whole", whole);
     let listed = lists(bus, plugin, arguments, command());
-    add(&mut report, told, LISTS, listed.unwrap_or_else(|error| CheckOutcome::Failed(error.to_string())));
+    add(
+        &mut report,
+        on_outcome,
+        LISTS,
+        listed.unwrap_or_else(|error| CheckOutcome::Failed(error.to_string())),
+    );
     match plugin.manifest.kind {
-        DeviceKind::Robot => robot_rows(bus, arguments, may_move, &command, &mut report, told),
-        DeviceKind::Sensor => sensor_rows(bus, arguments, &command, &mut report, told),
+        DeviceKind::Robot => robot_rows(bus, arguments, may_move, &command, &mut report, on_outcome),
+        DeviceKind::Sensor => sensor_rows(bus, arguments, &command, &mut report, on_outcome),
     }
     report
 }
@@ -106,8 +111,8 @@ fn lists(
     })
 }
 
-fn add(report: &mut CheckReport, told: Told<'_>, name: &'static str, outcome: CheckOutcome) {
-    told(name, &outcome);
+fn add(report: &mut CheckReport, on_outcome: OnOutcome<'_>, name: &'static str, outcome: CheckOutcome) {
+    on_outcome(name, &outcome);
     report.rows.push((name, outcome));
 }
 
@@ -117,7 +122,7 @@ fn robot_rows(
     may_move: bool,
     command: &impl Fn() -> HostCommand,
     report: &mut CheckReport,
-    told: Told<'_>,
+    on_outcome: OnOutcome<'_>,
 ) {
     let mut goes_on = true;
     for check in ROBOT_CHECKS.iter().chain([&IN_A_HOST]) {
@@ -135,7 +140,7 @@ fn robot_rows(
                 Err(error) => CheckOutcome::Failed(error.to_string()),
             }
         };
-        add(report, told, check.0, outcome);
+        add(report, on_outcome, check.0, outcome);
     }
 }
 
@@ -144,11 +149,16 @@ fn sensor_rows(
     arguments: &HostArguments,
     command: &impl Fn() -> HostCommand,
     report: &mut CheckReport,
-    told: Told<'_>,
+    on_outcome: OnOutcome<'_>,
 ) {
     for (name, check) in SENSOR_CHECKS {
         let outcome = SensorInHost::start(bus, arguments, command()).and_then(|mut bench| check(&mut bench));
-        add(report, told, name, outcome.unwrap_or_else(|error| CheckOutcome::Failed(error.to_string())));
+        add(
+            report,
+            on_outcome,
+            name,
+            outcome.unwrap_or_else(|error| CheckOutcome::Failed(error.to_string())),
+        );
     }
 }
 

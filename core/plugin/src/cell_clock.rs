@@ -18,7 +18,7 @@ pub enum CellTime {
         ahead_ns: i64,
     },
     /// It stands there until something in the world moves.
-    Stands {
+    Stopped {
         /// ns.
         at_ns: u64,
     },
@@ -32,14 +32,14 @@ impl CellTime {
     pub fn at(self, monotonic_ns: u64) -> u64 {
         match self {
             Self::Runs { ahead_ns } => monotonic_ns.saturating_add_signed(ahead_ns),
-            Self::Stands { at_ns } => at_ns,
+            Self::Stopped { at_ns } => at_ns,
         }
     }
 
     fn words(self) -> [u64; 2] {
         match self {
             Self::Runs { ahead_ns } => [RUNS, ahead_ns.cast_unsigned()],
-            Self::Stands { at_ns } => [STANDS, at_ns],
+            Self::Stopped { at_ns } => [STOPPED, at_ns],
         }
     }
 }
@@ -47,7 +47,7 @@ impl CellTime {
 /// First word of a file whose clock runs, `plumbrun`.
 const RUNS: u64 = u64::from_le_bytes(*b"plumbrun");
 /// First word of a file whose clock stands, `plumbat:`.
-const STANDS: u64 = u64::from_le_bytes(*b"plumbat:");
+const STOPPED: u64 = u64::from_le_bytes(*b"plumbat:");
 
 /// Two words and a third one by which a reader notices a text that is being written.
 const LENGTH: usize = 24;
@@ -117,7 +117,7 @@ impl ClockReader {
             match kind {
                 _ if check != check_word(kind, value) => {}
                 RUNS => return Ok(CellTime::Runs { ahead_ns: value.cast_signed() }),
-                STANDS => return Ok(CellTime::Stands { at_ns: value }),
+                STOPPED => return Ok(CellTime::Stopped { at_ns: value }),
                 _ => break,
             }
         }
@@ -140,12 +140,12 @@ mod tests {
         let writer = ClockWriter::create(&path, CellTime::MONOTONIC).unwrap();
         let reader = ClockReader::open(&path).unwrap();
         assert_eq!(reader.read().unwrap().at(70), 70);
-        for time in [CellTime::Runs { ahead_ns: -30 }, CellTime::Stands { at_ns: 5 }] {
+        for time in [CellTime::Runs { ahead_ns: -30 }, CellTime::Stopped { at_ns: 5 }] {
             writer.write(time).unwrap();
             assert_eq!(reader.read().unwrap(), time);
         }
         assert_eq!(CellTime::Runs { ahead_ns: -30 }.at(70), 40);
-        assert_eq!(CellTime::Stands { at_ns: 5 }.at(70), 5);
+        assert_eq!(CellTime::Stopped { at_ns: 5 }.at(70), 5);
     }
 
     #[test]
@@ -162,13 +162,13 @@ mod tests {
     fn a_reader_never_sees_half_of_what_is_written() {
         let place = tempfile::tempdir().unwrap();
         let path = place.path().join("clock");
-        let writer = ClockWriter::create(&path, CellTime::Stands { at_ns: 0 }).unwrap();
+        let writer = ClockWriter::create(&path, CellTime::Stopped { at_ns: 0 }).unwrap();
         let reader = ClockReader::open(&path).unwrap();
         std::thread::scope(|scope| {
             scope.spawn(|| {
                 for step in 0..20_000_u64 {
                     // Both halves of the value change at once.
-                    writer.write(CellTime::Stands { at_ns: (step << 32) | step }).unwrap();
+                    writer.write(CellTime::Stopped { at_ns: (step << 32) | step }).unwrap();
                 }
             });
             for _ in 0..20_000 {

@@ -494,14 +494,14 @@ config:
 
     #[test]
     fn mistakes_are_told_once_and_in_words_of_the_file() {
-        for (text, told) in [
+        for (text, expected) in [
             (GOOD.replace("version: 0.1.0", "version: 0.1.0\nid: again"), "the key `id` "),
             (format!("{GOOD}---\nid: second\n"), "a second document begins here"),
             ("id: [".to_owned(), ""),
             (String::new(), ""),
         ] {
             let message = Manifest::parse(&text, "plugin.yaml").unwrap_err().to_string();
-            assert!(message.contains(told), "{message}");
+            assert!(message.contains(expected), "{message}");
             assert_eq!(message.matches("plugin.yaml").count(), 1, "{message}");
             for name in ["Policy", "Options", "udget", "breached", "CommentBytes"] {
                 assert!(!message.contains(name), "{message}");
@@ -528,14 +528,14 @@ config:
         let text = GOOD.replace("id: ir", "id: IR").replace("kind: sensor", "kind: sensro");
         let text = text.replace("name: edges", "name: health").replace("version: 0.1.0\n", "");
         let message = Manifest::parse(&text, "plugin.yaml").unwrap_err().to_string();
-        for told in [
+        for expected in [
             "plugin.yaml:2:1: a manifest needs the key `version`",
             "plugin.yaml:2:5: `id` is `IR-proximity`",
             "plugin.yaml:5:7: `kind` is `sensro`, which is not known",
             "did you mean `sensor`?",
             "plugin.yaml:8:12: a stream is called `health`",
         ] {
-            assert!(message.contains(told), "{told}: {message}");
+            assert!(message.contains(expected), "{expected}: {message}");
         }
         assert_eq!(message.matches("plugin.yaml:").count(), 4, "{message}");
     }

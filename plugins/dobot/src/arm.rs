@@ -78,8 +78,8 @@ impl Robot for DobotArm {
     }
 
     fn read_joints(&mut self) -> Result<JointState, PluginError> {
-        let (angles, stands) = travel::look_at_rest(&mut self.controller, SETTLES_WITHIN)?;
-        self.tell(&angles, !stands)
+        let (angles, at_rest) = travel::look_at_rest(&mut self.controller, SETTLES_WITHIN)?;
+        self.report(&angles, !at_rest)
     }
 
     fn move_joints(&mut self, motion: &Motion) -> Result<JointState, PluginError> {
@@ -109,14 +109,14 @@ impl Robot for DobotArm {
 
 impl DobotArm {
     fn travel(&mut self, motion: &Motion) -> Result<JointState, PluginError> {
-        let (here, stands) = travel::look_at_rest(&mut self.controller, SETTLES_WITHIN)?;
-        if !stands {
+        let (here, at_rest) = travel::look_at_rest(&mut self.controller, SETTLES_WITHIN)?;
+        if !at_rest {
             return Err(PluginError::NotReady("the arm moves, and not by this program".to_owned()));
         }
         let target = self.target(motion, &here)?;
         let host = self.host.clone();
         let count = joints::count(&self.configuration);
-        let tell = |angles: &Angles| {
+        let report = |angles: &Angles| {
             host.emit("joints", &JointState::new(host.now_ns(), joints::vector(angles, count), true))
         };
         let end = Travel {
@@ -126,11 +126,11 @@ impl DobotArm {
             target,
             speed_fraction: motion.speed_fraction,
         }
-        .make(&here, &tell)?;
+        .make(&here, &report)?;
         match end {
             End::Arrived => self.read_joints(),
             End::Stopped(angles) => {
-                self.tell(&angles, false)?;
+                self.report(&angles, false)?;
                 Err(PluginError::Stopped(format!(
                     "stopped; the arm holds at {}",
                     joints::in_words(&angles, count)
@@ -161,7 +161,7 @@ impl DobotArm {
     }
 
     /// Tells the stream where the arm is.
-    fn tell(&self, angles: &Angles, moving: bool) -> Result<JointState, PluginError> {
+    fn report(&self, angles: &Angles, moving: bool) -> Result<JointState, PluginError> {
         let vector = joints::vector(angles, joints::count(&self.configuration));
         let state = JointState::new(self.host.now_ns(), vector, moving);
         self.host.emit("joints", &state)?;

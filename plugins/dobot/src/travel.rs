@@ -13,14 +13,14 @@ const LOOK: Duration = Duration::from_millis(10);
 /// Two readings of an arm at rest differ by no more, deg: half a step of its motors.
 const ALIKE_DEG: f64 = 0.006;
 /// How long the arm may take to stand still after it was told to stop.
-const STANDS_WITHIN: Duration = Duration::from_millis(700);
+const AT_REST_WITHIN: Duration = Duration::from_millis(700);
 /// A move may take twice its time, and this.
 const PATIENCE: Duration = Duration::from_secs(3);
 /// An arm that stands for so long and does not say that it has carried out its move has not set out, or is held by something.
-const STANDS_TOO_LONG: Duration = Duration::from_secs(2);
+const AT_REST_TOO_LONG: Duration = Duration::from_secs(2);
 
 /// Hears where the arm is on its way.
-pub(crate) type Tell<'a> = dyn Fn(&Angles) -> Result<(), PluginError> + 'a;
+pub(crate) type Report<'a> = dyn Fn(&Angles) -> Result<(), PluginError> + 'a;
 
 /// How a move ended.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -65,7 +65,7 @@ fn are_alike(one: &Angles, other: &Angles) -> bool {
 /// Stops the arm and waits until it stands.
 pub(crate) fn halt(controller: &mut Controller) -> Result<Angles, PluginError> {
     controller.halt()?;
-    match look_at_rest(controller, STANDS_WITHIN)? {
+    match look_at_rest(controller, AT_REST_WITHIN)? {
         (angles, true) => Ok(angles),
         (_, false) => Err(PluginError::TimedOut(
             "the Dobot was told to stop and still moves: switch its power off".to_owned(),
@@ -84,8 +84,8 @@ pub(crate) struct Travel<'a> {
 
 impl Travel<'_> {
     /// Makes the move from `here`. Whatever goes wrong, the arm is told to stop and its queue is emptied.
-    pub(crate) fn make(&mut self, here: &Angles, tell: &Tell<'_>) -> Result<End, PluginError> {
-        let made = self.go(here, tell);
+    pub(crate) fn make(&mut self, here: &Angles, report: &Report<'_>) -> Result<End, PluginError> {
+        let made = self.go(here, report);
         if matches!(made, Ok(true)) {
             return Ok(End::Arrived);
         }
@@ -101,11 +101,11 @@ impl Travel<'_> {
     }
 
     /// Whether it arrived; `false` after a stop was asked for.
-    fn go(&mut self, here: &Angles, tell: &Tell<'_>) -> Result<bool, PluginError> {
+    fn go(&mut self, here: &Angles, report: &Report<'_>) -> Result<bool, PluginError> {
         self.controller.set_ratio(self.speed_fraction)?;
         let index = self.controller.queue_move(&self.target)?;
         let deadline = Instant::now() + self.duration(here) * 2 + PATIENCE;
-        let (mut former, mut stands_since) = (*here, Instant::now());
+        let (mut former, mut at_rest_since) = (*here, Instant::now());
         loop {
             if self.host.should_stop() {
                 return Ok(false);
@@ -116,16 +116,16 @@ impl Travel<'_> {
             if !alarms.are_none() {
                 return Err(PluginError::NotReady(alarms.in_words()));
             }
-            tell(&now)?;
-            let stands = are_alike(&now, &former);
-            if !stands {
-                stands_since = Instant::now();
+            report(&now)?;
+            let at_rest = are_alike(&now, &former);
+            if !at_rest {
+                at_rest_since = Instant::now();
             }
-            if is_done && stands {
+            if is_done && at_rest {
                 return self.arrived(&now).map(|()| true);
             }
-            if Instant::now() > deadline || stands_since.elapsed() > STANDS_TOO_LONG {
-                let what = if stands {
+            if Instant::now() > deadline || at_rest_since.elapsed() > AT_REST_TOO_LONG {
+                let what = if at_rest {
                     "it is at rest, and its queue does not go on"
                 } else {
                     "the move takes too long"

@@ -77,7 +77,7 @@ impl Bench {
 
 fn connect(emulator: &Emulator, recording: &RecordingHost, config: &Value) -> Result<DobotArm, PluginError> {
     let mut config = config.clone();
-    config["port"] = json!(emulator.standing().port);
+    config["port"] = json!(emulator.status().port);
     DobotArm::create(&config, recording.host())
 }
 
@@ -95,7 +95,7 @@ fn it_does_what_every_robot_must() {
     let report = conformance::check_robot(include_str!("../plugin.yaml"), |host| {
         let emulator =
             Emulator::start(EmulatorOptions { line: at_full_rate(), ..EmulatorOptions::default() }).unwrap();
-        let config = json!({"port": emulator.standing().port});
+        let config = json!({"port": emulator.status().port});
         emulators.borrow_mut().push(emulator);
         DobotArm::create(&config, host)
     });
@@ -144,8 +144,8 @@ fn a_stop_ends_the_move_and_empties_the_queue() {
         "{error:?}"
     );
     assert!(after < Duration::from_millis(500), "{after:?}");
-    let stands = bench.reads();
-    assert!(stands[0] > 2.0 && stands[0] < 70.0, "{stands:?}");
+    let stopped = bench.reads();
+    assert!(stopped[0] > 2.0 && stopped[0] < 70.0, "{stopped:?}");
     bench.recording.set_stop(false);
     let refused = bench.go([0.0, 45.0, 45.0, 0.0]).unwrap_err();
     assert!(matches!(refused, PluginError::NotReady(_)), "{refused:?}");
@@ -153,7 +153,7 @@ fn a_stop_ends_the_move_and_empties_the_queue() {
     bench.arm.activate().unwrap();
     std::thread::sleep(Duration::from_millis(300));
     let later = bench.reads();
-    assert!((later[0] - stands[0]).abs() < 0.02, "{stands:?} {later:?}");
+    assert!((later[0] - stopped[0]).abs() < 0.02, "{stopped:?} {later:?}");
     bench.go([0.0, 45.0, 45.0, 0.0]).unwrap();
 }
 
@@ -161,7 +161,7 @@ fn a_stop_ends_the_move_and_empties_the_queue() {
 fn what_another_program_left_in_the_queue_does_not_begin() {
     let emulator =
         Emulator::start(EmulatorOptions { line: at_full_rate(), ..EmulatorOptions::default() }).unwrap();
-    let port = emulator.standing().port.unwrap();
+    let port = emulator.status().port.unwrap();
     // A move to a base angle of 60 degrees waits in the queue, which stands.
     let mut parameters = vec![4_u8];
     parameters.extend([60.0_f32, 45.0, 45.0, 0.0].iter().flat_map(|angle| angle.to_le_bytes()));
@@ -189,7 +189,7 @@ fn lost_cut_and_corrupt_answers_are_asked_for_again() {
         (Event::Corrupt(2), 20.0),
         (Event::DamageAtRandom(0.002), -20.0),
     ] {
-        bench.emulator.tell(event.clone());
+        bench.emulator.inject(event.clone());
         for degrees in [base, base / 2.0, base] {
             // With two bytes in a thousand damaged a command may stay without an answer three times: then it says so.
             match bench.go([degrees, 45.0, 45.0, 0.0]) {
@@ -199,13 +199,13 @@ fn lost_cut_and_corrupt_answers_are_asked_for_again() {
                         event == Event::DamageAtRandom(0.002) && error.text().contains("does not answer"),
                         "{event:?}: {error}"
                     );
-                    bench.emulator.tell(Event::DamageAtRandom(0.0));
+                    bench.emulator.inject(Event::DamageAtRandom(0.0));
                     bench.arm.activate().unwrap();
                 }
             }
         }
     }
-    bench.emulator.tell(Event::DamageAtRandom(0.0));
+    bench.emulator.inject(Event::DamageAtRandom(0.0));
     bench.arm.deactivate().unwrap();
     let log = format!("{:?}", bench.recording.lines());
     assert!(log.contains("without an answer and") && log.contains("check the cable"), "{log}");
@@ -214,15 +214,15 @@ fn lost_cut_and_corrupt_answers_are_asked_for_again() {
 #[test]
 fn corrupt_answers_without_end_are_told_as_damage() {
     let mut bench = Bench::new();
-    bench.emulator.tell(Event::Corrupt(1000));
+    bench.emulator.inject(Event::Corrupt(1000));
     let error = bench.arm.read_joints().unwrap_err();
     assert!(matches!(error, PluginError::Disconnected(_)), "{error:?}");
     assert!(
         error.text().contains("does not answer where it is (3 damaged answers came: check cable and plugs)"),
         "{error}"
     );
-    bench.emulator.tell(Event::Corrupt(0));
-    bench.emulator.tell(Event::Lose(1000));
+    bench.emulator.inject(Event::Corrupt(0));
+    bench.emulator.inject(Event::Lose(1000));
     let error = bench.arm.read_joints().unwrap_err();
     assert!(
         error.text().ends_with("is its 12 V supply in and its power button lit, and is this its port?"),
@@ -242,7 +242,7 @@ fn an_alarm_in_mid_move_stops_the_arm_and_says_what_to_do() {
         (0x45, "alarm 0x45: a joint is at its end (forearm); move it back from there", true),
     ] {
         let mut bench = Bench::in_real_time();
-        let (error, after) = bench.move_while(move |emulator, _| emulator.tell(Event::Alarm(code)));
+        let (error, after) = bench.move_while(move |emulator, _| emulator.inject(Event::Alarm(code)));
         assert!(matches!(&error, PluginError::NotReady(text) if text.starts_with(words)), "{error:?}");
         assert!(after < Duration::from_millis(500), "{after:?}");
         let refused = bench.go([0.0; 4]).unwrap_err();
@@ -257,7 +257,7 @@ fn an_alarm_in_mid_move_stops_the_arm_and_says_what_to_do() {
 #[test]
 fn a_move_that_ends_elsewhere_or_not_at_all_is_no_success() {
     let mut bench = Bench::in_real_time();
-    let (error, _) = bench.move_while(|emulator, _| emulator.tell(Event::Block));
+    let (error, _) = bench.move_while(|emulator, _| emulator.inject(Event::Block));
     assert!(error.text().starts_with("base was sent to 80.00 and is at "), "{error}");
     assert!(
         error
@@ -267,7 +267,7 @@ fn a_move_that_ends_elsewhere_or_not_at_all_is_no_success() {
     );
     bench.arm.activate().unwrap();
     bench.go([0.0, 45.0, 45.0, 0.0]).unwrap();
-    let (error, after) = bench.move_while(|emulator, _| emulator.tell(Event::Hold));
+    let (error, after) = bench.move_while(|emulator, _| emulator.inject(Event::Hold));
     assert!(matches!(error, PluginError::TimedOut(_)), "{error:?}");
     assert!(error.text().starts_with("it is at rest, and its queue does not go on: base "), "{error}");
     assert!(after < Duration::from_secs(4), "{after:?}");
@@ -276,14 +276,14 @@ fn a_move_that_ends_elsewhere_or_not_at_all_is_no_success() {
 #[test]
 fn a_dobot_without_power_or_cable_says_so_and_is_not_taken_for_one_that_was_homed() {
     let mut bench = Bench::in_real_time();
-    let (error, _) = bench.move_while(|emulator, _| emulator.tell(Event::Power(false)));
+    let (error, _) = bench.move_while(|emulator, _| emulator.inject(Event::Power(false)));
     assert!(error.text().contains("is its 12 V supply in and its power button lit"), "{error}");
-    bench.emulator.tell(Event::Power(true));
+    bench.emulator.inject(Event::Power(true));
     bench.arm.activate().unwrap();
     let log = format!("{:?}", bench.recording.lines());
     assert!(log.contains("cleared: alarm 0x00: it has been switched on or reset; home it"), "{log}");
     bench.go([5.0, 45.0, 45.0, 0.0]).unwrap();
-    let (error, after) = bench.move_while(|emulator, _| emulator.tell(Event::Unplug));
+    let (error, after) = bench.move_while(|emulator, _| emulator.inject(Event::Unplug));
     assert!(
         matches!(error, PluginError::Disconnected(_)) && error.text().contains("the port is gone"),
         "{error:?}"

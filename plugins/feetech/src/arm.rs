@@ -115,7 +115,7 @@ impl Robot for FeetechArm {
 
     fn read_joints(&mut self) -> Result<JointState, PluginError> {
         let (states, moving) = self.servos.resting()?;
-        self.tell(&states, moving)
+        self.report(&states, moving)
     }
 
     fn move_joints(&mut self, motion: &Motion) -> Result<JointState, PluginError> {
@@ -197,12 +197,13 @@ impl FeetechArm {
             settles_within: self.configuration.settles_within,
         };
         let host = self.host.clone();
-        let tell = |servos: &Servos, states: &[ServoState]| {
+        let report = |servos: &Servos, states: &[ServoState]| {
             host.emit("joints", &JointState::new(host.now_ns(), vector(&servos.joints, states), true))
         };
-        let end = Travel { servos: &mut self.servos, host: &self.host, pace, targets }.make(&here, &tell)?;
+        let end =
+            Travel { servos: &mut self.servos, host: &self.host, pace, targets }.make(&here, &report)?;
         let (states, moving) = self.servos.resting()?;
-        let state = self.tell(&states, moving)?;
+        let state = self.report(&states, moving)?;
         match end {
             End::Arrived => Ok(state),
             End::Stopped => {
@@ -226,8 +227,8 @@ impl FeetechArm {
             if !given.is_finite() {
                 return Err(PluginError::Refused(format!("the value for {name} is {given}; give a number")));
             }
-            let stands = joint.direction.degrees(state.position);
-            let wanted = if motion.relative != 0 { stands + given.to_degrees() } else { given.to_degrees() };
+            let current = joint.direction.degrees(state.position);
+            let wanted = if motion.relative != 0 { current + given.to_degrees() } else { given.to_degrees() };
             if wanted < limits[0] - BESIDE_LIMITS || wanted > limits[1] + BESIDE_LIMITS {
                 return Err(PluginError::OutOfRange(format!(
                     "{name} would go to {wanted:.2} degrees; it goes from {} to {}",
@@ -240,7 +241,7 @@ impl FeetechArm {
     }
 
     /// Tells the stream where the arm is.
-    fn tell(&self, states: &[ServoState], moving: bool) -> Result<JointState, PluginError> {
+    fn report(&self, states: &[ServoState], moving: bool) -> Result<JointState, PluginError> {
         let state = JointState::new(self.host.now_ns(), vector(&self.servos.joints, states), moving);
         self.host.emit("joints", &state)?;
         Ok(state)

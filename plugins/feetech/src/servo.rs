@@ -79,8 +79,8 @@ mod tests {
 
     #[test]
     fn a_place_is_told_within_half_a_turn_of_the_middle() {
-        for (told, place) in [(2048, 2048), (0, 0), (4095, 4095), (4096, 0), (-1, 4095), (8191, 4095)] {
-            assert_eq!(nearest_to_middle(told), place, "{told}");
+        for (reported, place) in [(2048, 2048), (0, 0), (4095, 4095), (4096, 0), (-1, 4095), (8191, 4095)] {
+            assert_eq!(nearest_to_middle(reported), place, "{reported}");
         }
     }
 

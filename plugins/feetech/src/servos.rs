@@ -150,10 +150,10 @@ impl Servos {
         let mut former = self.states()?;
         for _ in 1..READINGS {
             let now = self.states()?;
-            let stands = now.iter().zip(&former).all(|(now, former)| {
+            let at_rest = now.iter().zip(&former).all(|(now, former)| {
                 !now.moving && !former.moving && (now.position - former.position).abs() <= ALIKE
             });
-            if stands {
+            if at_rest {
                 return Ok((now, false));
             }
             former = now;
@@ -190,8 +190,8 @@ impl Servos {
         let mut silent = None;
         for place in places {
             let Some(servo) = self.joints.get(*place).map(|joint| joint.setting.servo) else { continue };
-            let told = self.bus.read_block(servo, STATE.address, STATE_LENGTH);
-            let now = match told {
+            let read = self.bus.read_block(servo, STATE.address, STATE_LENGTH);
+            let now = match read {
                 Ok(answer) => ServoState::of_block(answer.status, &answer.data),
                 Err(error) => {
                     silent.get_or_insert(error);

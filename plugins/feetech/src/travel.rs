@@ -39,7 +39,7 @@ pub(crate) struct Pace {
 }
 
 /// Hears where the arm is on its way.
-pub(crate) type Tell<'a> = dyn Fn(&Servos, &[ServoState]) -> Result<(), PluginError> + 'a;
+pub(crate) type Report<'a> = dyn Fn(&Servos, &[ServoState]) -> Result<(), PluginError> + 'a;
 
 /// A move under way.
 pub(crate) struct Travel<'a> {
@@ -52,9 +52,9 @@ pub(crate) struct Travel<'a> {
 
 impl Travel<'_> {
     /// Makes the move from `here`. `tell` hears where the arm is on its way. Whatever goes wrong, the servos that moved are told to hold.
-    pub(crate) fn make(&mut self, here: &[ServoState], tell: &Tell<'_>) -> Result<End, PluginError> {
+    pub(crate) fn make(&mut self, here: &[ServoState], report: &Report<'_>) -> Result<End, PluginError> {
         let mut seen = here.to_vec();
-        let made = self.go(&mut seen, tell);
+        let made = self.go(&mut seen, report);
         if matches!(made, Ok(End::Arrived)) {
             return made;
         }
@@ -71,11 +71,11 @@ impl Travel<'_> {
         }
     }
 
-    fn go(&mut self, seen: &mut Vec<ServoState>, tell: &Tell<'_>) -> Result<End, PluginError> {
+    fn go(&mut self, seen: &mut Vec<ServoState>, report: &Report<'_>) -> Result<End, PluginError> {
         let mut beyond = vec![0; self.targets.len()];
         for _ in 0..=CORRECTIONS {
             let deadline = Instant::now() + self.set_out(seen, &beyond)? * 2 + PATIENCE;
-            if self.watch(seen, deadline, tell)? == End::Stopped {
+            if self.watch(seen, deadline, report)? == End::Stopped {
                 return Ok(End::Stopped);
             }
             let mut is_there = true;
@@ -121,10 +121,10 @@ impl Travel<'_> {
         &mut self,
         seen: &mut Vec<ServoState>,
         deadline: Instant,
-        tell: &Tell<'_>,
+        report: &Report<'_>,
     ) -> Result<End, PluginError> {
         let begin = Instant::now();
-        let mut stood = false;
+        let mut was_at_rest = false;
         loop {
             if self.host.should_stop() {
                 return Ok(End::Stopped);
@@ -139,11 +139,11 @@ impl Travel<'_> {
                 .zip(seen.iter())
                 .any(|(now, former)| now.moving || now.position != former.position);
             *seen = now;
-            tell(self.servos, seen)?;
-            if !moves && stood && (self.is_near(seen) || begin.elapsed() > SETS_OUT_WITHIN) {
+            report(self.servos, seen)?;
+            if !moves && was_at_rest && (self.is_near(seen) || begin.elapsed() > SETS_OUT_WITHIN) {
                 return Ok(End::Arrived);
             }
-            stood = !moves;
+            was_at_rest = !moves;
             if Instant::now() > deadline {
                 return Err(PluginError::TimedOut(format!("{}: the move takes too long", self.worst(seen))));
             }

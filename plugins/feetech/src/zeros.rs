@@ -5,7 +5,7 @@ use crate::motion::Direction;
 use crate::servo::{STEP_DEG, STEPS_A_TURN};
 
 /// A joint that turned by less between two declared poses tells nothing of its direction, deg.
-const TELLS_FROM: f64 = 10.0;
+const DIRECTION_FROM: f64 = 10.0;
 /// How far the declared turn may be from that of the servo, as a share of it: instruments and eyes are no encoders.
 const FITS_WITHIN: f64 = 0.25;
 
@@ -37,7 +37,7 @@ pub(crate) fn judge(direction: Direction, before: &Pose, now: &Pose) -> Verdict 
     let turned = f64::from(steps) * STEP_DEG;
     let by_servo = if direction == Direction::Same { turned } else { -turned };
     let declared = now.degrees - before.degrees;
-    if turned.abs() < TELLS_FROM {
+    if turned.abs() < DIRECTION_FROM {
         return Verdict::Same;
     }
     let fits = |by_servo: f64| (declared - by_servo).abs() <= FITS_WITHIN * turned.abs();

@@ -63,7 +63,7 @@ impl Bench {
     /// Where the encoders are, when the emulator has looked at them anew.
     fn encoders(&self) -> Vec<i32> {
         std::thread::sleep(Duration::from_millis(1100));
-        self.emulator.standing().encoders
+        self.emulator.status().encoders
     }
 
     /// Starts a long move, lets something happen in its middle, and gives how the move ended, and how long after that.
@@ -92,7 +92,7 @@ fn connect(
     config: &Value,
 ) -> Result<FeetechArm, PluginError> {
     let mut config = config.clone();
-    config["port"] = json!(emulator.standing().port);
+    config["port"] = json!(emulator.status().port);
     if config.get("joints").is_none() {
         config["joints"] = joints();
     }
@@ -116,7 +116,7 @@ fn it_does_what_every_robot_must() {
     let report = conformance::check_robot(include_str!("../plugin.yaml"), |host| {
         let options = EmulatorOptions { servos: 6, line: at_1_megabaud(), ..EmulatorOptions::default() };
         let emulator = Emulator::start(options).unwrap();
-        let config = json!({"port": emulator.standing().port, "joints": joints()});
+        let config = json!({"port": emulator.status().port, "joints": joints()});
         emulators.borrow_mut().push(emulator);
         FeetechArm::create(&config, host)
     });
@@ -158,13 +158,13 @@ fn a_stop_holds_every_servo_where_it_is() {
         "{error:?}"
     );
     assert!(after < Duration::from_millis(400), "{after:?}");
-    let stands = bench.reads();
-    assert!(stands[0] > 5.0 && stands[0] < 55.0, "{stands:?}");
+    let stopped = bench.reads();
+    assert!(stopped[0] > 5.0 && stopped[0] < 55.0, "{stopped:?}");
     let encoders = bench.encoders();
-    for (encoder, stands) in encoders.iter().zip(&stands) {
-        assert!((f64::from(encoder - 2048) * STEP - stands).abs() < 0.2, "{encoder} {stands}");
+    for (encoder, stopped) in encoders.iter().zip(&stopped) {
+        assert!((f64::from(encoder - 2048) * STEP - stopped).abs() < 0.2, "{encoder} {stopped}");
     }
-    assert_eq!(bench.emulator.standing().holds, [true; 6]);
+    assert_eq!(bench.emulator.status().holds, [true; 6]);
     bench.recording.set_stop(false);
     bench.go([0.0; 6]).unwrap();
 }
@@ -178,7 +178,7 @@ fn lost_cut_and_damaged_answers_are_asked_for_again() {
         (Event::Lose(3), 20.0),
         (Event::DamageAtRandom(0.002), -20.0),
     ] {
-        bench.emulator.tell(event.clone());
+        bench.emulator.inject(event.clone());
         for degrees in [pose, pose / 2.0, pose] {
             // With two bytes in a thousand damaged a question may stay without an answer three times: then it says so.
             match bench.go([degrees; 6]) {
@@ -188,7 +188,7 @@ fn lost_cut_and_damaged_answers_are_asked_for_again() {
                         error.text().contains("answer") || error.text().contains("did not take the goal"),
                         "{event:?}: {error}"
                     );
-                    bench.emulator.tell(Event::DamageAtRandom(0.0));
+                    bench.emulator.inject(Event::DamageAtRandom(0.0));
                     bench.arm.activate().unwrap();
                 }
             }
@@ -204,9 +204,9 @@ fn an_adapter_that_brings_back_what_is_sent_is_no_servo_that_answers() {
     // A question for two bytes brought back has the length of its answer.
     bench.arm.set_zero(&vector([30.0; 6])).unwrap();
     bench.assert_at([30.0; 6]);
-    let offsets = bench.emulator.standing().offsets;
+    let offsets = bench.emulator.status().offsets;
     assert!(offsets.iter().all(|offset| (offset + 57).abs() <= 1), "5 degrees are 57 steps: {offsets:?}");
-    bench.emulator.tell(Event::Answers(1, false));
+    bench.emulator.inject(Event::Answers(1, false));
     let error = bench.arm.read_joints().unwrap_err();
     assert!(error.text().starts_with("shoulder_pan (servo 1) does not answer"), "{error}");
 }
@@ -214,7 +214,7 @@ fn an_adapter_that_brings_back_what_is_sent_is_no_servo_that_answers() {
 #[test]
 fn a_servo_that_does_not_answer_is_named_and_the_others_hold() {
     let mut bench = Bench::in_real_time();
-    let (error, _) = bench.move_while(|emulator, _| emulator.tell(Event::Answers(4, false)));
+    let (error, _) = bench.move_while(|emulator, _| emulator.inject(Event::Answers(4, false)));
     assert!(matches!(error, PluginError::Disconnected(_)), "{error:?}");
     assert!(error.text().starts_with("wrist_flex (servo 4) does not answer"), "{error}");
     let [first, .., last] = bench.encoders()[..] else { panic!("six encoders") };
@@ -222,7 +222,7 @@ fn a_servo_that_does_not_answer_is_named_and_the_others_hold() {
     assert_eq!((later[0], later[5]), (first, last), "the others stand");
     assert!(first < 2048 + 600, "short of its goal: {first}");
     assert!(bench.arm.read_joints().is_err(), "no reading in place of one that is missing");
-    bench.emulator.tell(Event::Answers(4, true));
+    bench.emulator.inject(Event::Answers(4, true));
     let refused = bench.go([0.0; 6]).unwrap_err();
     assert!(refused.text().starts_with("the arm is not moved after this (wrist_flex (servo 4)"), "{refused}");
     bench.arm.activate().unwrap();
@@ -237,7 +237,7 @@ fn servos_that_let_go_are_told_with_what_to_do() {
         (Event::Volts(3.0), "shoulder_pan (servo 1): its supply voltage is out of range"),
     ] {
         let mut bench = Bench::in_real_time();
-        let (error, after) = bench.move_while(|emulator, _| emulator.tell(event.clone()));
+        let (error, after) = bench.move_while(|emulator, _| emulator.inject(event.clone()));
         assert!(
             matches!(&error, PluginError::NotReady(text) if text.starts_with(words)),
             "{event:?}: {error:?}"
@@ -246,9 +246,9 @@ fn servos_that_let_go_are_told_with_what_to_do() {
         if event == Event::Celsius(3, 75) {
             let hot = bench.arm.activate().unwrap_err();
             assert!(hot.text().contains("75 degrees Celsius"), "{hot}");
-            bench.emulator.tell(Event::Celsius(3, 35));
+            bench.emulator.inject(Event::Celsius(3, 35));
         }
-        bench.emulator.tell(Event::Volts(7.4));
+        bench.emulator.inject(Event::Volts(7.4));
         bench.arm.activate().unwrap();
         bench.go([0.0; 6]).unwrap();
     }
@@ -257,14 +257,14 @@ fn servos_that_let_go_are_told_with_what_to_do() {
 #[test]
 fn a_bus_without_power_or_without_an_adapter_says_so() {
     let mut bench = Bench::in_real_time();
-    let (error, _) = bench.move_while(|emulator, _| emulator.tell(Event::Power(false)));
+    let (error, _) = bench.move_while(|emulator, _| emulator.inject(Event::Power(false)));
     assert!(error.text().starts_with("none of the 6 servos answers on /dev/"), "{error}");
     assert!(error.text().contains("is the arm's power supply on"), "{error}");
-    bench.emulator.tell(Event::Power(true));
-    assert_eq!(bench.emulator.standing().holds, [false; 6], "servos that were switched off and on let go");
+    bench.emulator.inject(Event::Power(true));
+    assert_eq!(bench.emulator.status().holds, [false; 6], "servos that were switched off and on let go");
     bench.arm.activate().unwrap();
     bench.go([5.0; 6]).unwrap();
-    let (error, _) = bench.move_while(|emulator, _| emulator.tell(Event::Unplug));
+    let (error, _) = bench.move_while(|emulator, _| emulator.inject(Event::Unplug));
     assert!(
         matches!(error, PluginError::Disconnected(_)) && error.text().contains("the port is gone"),
         "{error:?}"
@@ -274,10 +274,10 @@ fn a_bus_without_power_or_without_an_adapter_says_so() {
 #[test]
 fn load_is_made_up_for_until_it_is_too_much() {
     let mut bench = Bench::new();
-    bench.emulator.tell(Event::Sag(2, 14));
+    bench.emulator.inject(Event::Sag(2, 14));
     bench.go([0.0, 40.0, 0.0, 0.0, 0.0, 0.0]).unwrap();
     bench.assert_at([0.0, 40.0, 0.0, 0.0, 0.0, 0.0]);
-    bench.emulator.tell(Event::Sag(2, 90));
+    bench.emulator.inject(Event::Sag(2, 90));
     let error = bench.go([0.0, 20.0, 0.0, 0.0, 0.0, 0.0]).unwrap_err();
     assert!(error.text().starts_with("shoulder_lift was sent to 20.04 and is at"), "{error}");
     assert!(error.text().contains("does it touch something, or carry too much?"), "{error}");
@@ -288,21 +288,21 @@ fn torque_comes_on_without_a_leap() {
     let mut bench = Bench::new();
     bench.go([30.0; 6]).unwrap();
     // The servos keep the goal of 30 degrees; a hand turns them, which is to say that their offsets move.
-    bench.emulator.tell(Event::Power(false));
-    bench.emulator.tell(Event::Power(true));
+    bench.emulator.inject(Event::Power(false));
+    bench.emulator.inject(Event::Power(true));
     bench.arm.activate().unwrap();
     bench.assert_at([30.0; 6]);
-    assert_eq!(bench.emulator.standing().holds, [true; 6]);
+    assert_eq!(bench.emulator.status().holds, [true; 6]);
 }
 
 /// The angles by which a joint's servo counts, and those of the joint: its zero 14 degrees off, its direction the other one.
 fn calibrate(bench: &mut Bench) {
     let truth = |reads: f64| -(reads - 14.0);
     for by in [0.0, 20.0] {
-        let stands = bench.reads()[2];
+        let stopped = bench.reads()[2];
         bench
             .arm
-            .move_joints(&Motion::absolute(vector([0.0, 0.0, stands + by, 0.0, 0.0, 0.0]), 1.0).only(4))
+            .move_joints(&Motion::absolute(vector([0.0, 0.0, stopped + by, 0.0, 0.0, 0.0]), 1.0).only(4))
             .unwrap();
         // What the encoder shows, whatever the driver makes of it.
         let encoder = f64::from(bench.encoders()[2] - 2048) * STEP;
@@ -332,8 +332,8 @@ fn two_declared_poses_set_a_zero_and_a_direction_and_both_are_kept() {
     );
     assert_eq!(kept["wrist_flex"]["drive_mode"], json!(0), "{kept}");
     // The power goes and comes back, the driver is started anew: nothing is lost.
-    bench.emulator.tell(Event::Power(false));
-    bench.emulator.tell(Event::Power(true));
+    bench.emulator.inject(Event::Power(false));
+    bench.emulator.inject(Event::Power(true));
     let Bench { emulator, arm, .. } = bench;
     drop(arm);
     let recording = RecordingHost::new();

@@ -141,14 +141,14 @@ impl Monitor {
     ) -> Result<Taught, MonitorError> {
         let here = format!("HERE {POINT}");
         let reply = self.ask(&here, Ending::Question)?;
-        let stands = match self.only_row(&here, &reply, near) {
-            Ok(stands) => stands,
+        let found = match self.only_row(&here, &reply, near) {
+            Ok(found) => found,
             Err(error) => {
                 self.typist.cancel()?;
                 return Err(error);
             }
         };
-        if !alike(&stands, near) {
+        if !alike(&found, near) {
             self.typist.cancel()?;
             return Ok(Taught::Elsewhere);
         }

@@ -380,9 +380,9 @@ impl Puma {
             .iter()
             .zip(target.iter().zip(&self.last))
             .find(|(_, (a, b))| (*a - *b).abs() > ARRIVED_WITHIN);
-        let Some((joint, (target, stands))) = off else { return Ok(()) };
+        let Some((joint, (target, actual))) = off else { return Ok(()) };
         let text = format!(
-            "{} was sent to {target:.2} and is at {stands:.2} degrees, although the controller reported that it had arrived: did somebody drive it with the pendant?",
+            "{} was sent to {target:.2} and is at {actual:.2} degrees, although the controller reported that it had arrived: did somebody drive it with the pendant?",
             joint.name
         );
         self.doubt = Some(text.clone());

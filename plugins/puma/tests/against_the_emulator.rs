@@ -31,7 +31,7 @@ fn it_does_what_every_robot_must() {
         let world = World::start(Pace::Real);
         let options = EmulatorOptions { world: world.socket.clone(), ..EmulatorOptions::default() };
         let emulator = Emulator::start(options).unwrap();
-        let config = json!({"port": emulator.standing().port});
+        let config = json!({"port": emulator.status().port});
         cells.borrow_mut().push((world, emulator));
         Puma::create(&config, host)
     });
@@ -43,15 +43,15 @@ fn a_port_that_cannot_be_used_is_told_with_what_to_check() {
     let world = World::start(Pace::Fast);
     let options = EmulatorOptions { world: world.socket.clone(), ..EmulatorOptions::default() };
     let emulator = Emulator::start(options).unwrap();
-    let taken = emulator.standing().port.unwrap().display().to_string();
+    let taken = emulator.status().port.unwrap().display().to_string();
     let _holder = SerialLine::open(&taken, 9600).unwrap();
-    for (port, told) in [
+    for (port, expected) in [
         ("/dev/ttyUSB-none".to_owned(), "there is no such port; check that the adapter is plugged in"),
         (taken, "another program has it open; end that program"),
         ("/dev/null".to_owned(), "that is no serial port; check the name"),
     ] {
         let error = Puma::create(&json!({"port": port}), RecordingHost::new().host()).unwrap_err();
-        assert!(error.text().contains(&port) && error.text().contains(told), "{error:?}");
+        assert!(error.text().contains(&port) && error.text().contains(expected), "{error:?}");
     }
 }
 
@@ -110,11 +110,11 @@ fn power_panic_and_servo_errors_are_told_with_what_to_do_and_nothing_moves_until
             (Event::Envelope(3), "arm power is off"),
         ] {
             let mut cell = Cell::speaking(dialect);
-            cell.emulator.tell(event.clone());
+            cell.emulator.inject(event.clone());
             let error = cell.go(LEFTY).unwrap_err();
             assert!(matches!(error, PluginError::NotReady(_)), "{dialect:?} {event:?}: {error:?}");
             assert!(error.text().contains(words), "{dialect:?} {event:?}: {error}");
-            cell.emulator.tell(Event::Power(true));
+            cell.emulator.inject(Event::Power(true));
             let refused = cell.go(LEFTY).unwrap_err();
             assert!(refused.text().starts_with("the arm is not moved after this"), "{refused}");
             assert_eq!(cell.world.joints().map(f64::round), READY);
@@ -129,8 +129,8 @@ fn power_panic_and_servo_errors_are_told_with_what_to_do_and_nothing_moves_until
 fn a_controller_started_anew_is_noticed_and_calibrated_only_where_that_is_allowed() {
     for allowed in [false, true] {
         let mut cell = Cell::of(EmulatorOptions::default(), Pace::Fast, &json!({"calibrate": allowed}));
-        cell.emulator.tell(Event::Reboot);
-        cell.emulator.tell(Event::Power(true));
+        cell.emulator.inject(Event::Reboot);
+        cell.emulator.inject(Event::Power(true));
         let error = cell.go(LEFTY).unwrap_err();
         assert!(error.text().contains("was started anew"), "{error}");
         cell.arm.activate().unwrap();
@@ -146,11 +146,11 @@ fn a_controller_started_anew_is_noticed_and_calibrated_only_where_that_is_allowe
 #[test]
 fn a_controller_started_anew_after_an_error_is_said_to_be_started_anew() {
     let mut cell = Cell::speaking(Dialect::Mark2);
-    cell.emulator.tell(Event::Power(false));
-    cell.emulator.tell(Event::Reboot);
+    cell.emulator.inject(Event::Power(false));
+    cell.emulator.inject(Event::Reboot);
     // A pause of a busy machine between the two messages would make them two answers.
     let began = Instant::now();
-    while cell.emulator.standing().talking && began.elapsed() < Duration::from_secs(10) {
+    while cell.emulator.status().talking && began.elapsed() < Duration::from_secs(10) {
         std::thread::sleep(Duration::from_millis(1));
     }
     let error = cell.go(LEFTY).unwrap_err();
@@ -180,7 +180,7 @@ fn a_damaged_character_is_cancelled_and_nothing_moves() {
         "late:900 to-arm 4",
     ] {
         let mut cell = Cell::speaking(Dialect::Mark2);
-        cell.emulator.tell(format!("fault {fault}").parse().unwrap());
+        cell.emulator.inject(format!("fault {fault}").parse().unwrap());
         match cell.go(LEFTY) {
             Ok(_) => cell.assert_at(LEFTY),
             Err(error) => {
@@ -197,7 +197,7 @@ fn a_damaged_character_is_cancelled_and_nothing_moves() {
 #[test]
 fn a_pulled_plug_is_said_and_a_new_driver_goes_on() {
     let mut cell = Cell::speaking(Dialect::Mark2);
-    cell.emulator.tell(Event::Unplug);
+    cell.emulator.inject(Event::Unplug);
     let error = cell.go(LEFTY).unwrap_err();
     assert!(matches!(error, PluginError::Disconnected(_)), "{error:?}");
     cell.assert_world_at(READY);
@@ -245,7 +245,7 @@ fn conversations_over_a_bad_line_never_move_an_arm_that_has_told_an_error() {
 fn a_program_that_a_control_c_does_not_end_is_aborted_and_its_question_answered() {
     for (name, dialect) in Dialect::ALL {
         let mut cell = Cell::speaking(dialect);
-        cell.emulator.tell(Event::Program);
+        cell.emulator.inject(Event::Program);
         let refused = cell.go(LEFTY).unwrap_err();
         assert!(matches!(refused, PluginError::NotReady(_) | PluginError::Failed(_)), "{name}: {refused:?}");
         cell.arm.activate().unwrap_or_else(|error| panic!("{name}: {error}"));
@@ -257,11 +257,11 @@ fn a_program_that_a_control_c_does_not_end_is_aborted_and_its_question_answered(
 #[test]
 fn an_answer_to_aborts_question_that_does_not_come_back_as_typed_moves_nothing() {
     let mut cell = Cell::speaking(Dialect::Mark2);
-    cell.emulator.tell(Event::Program);
+    cell.emulator.inject(Event::Program);
     // Control C, ABORT with its carriage return, and then the Y, on its way back.
     let before = "\r\n*ABORT\r\nAre you sure (Y/N)? ".len();
     let fault = format!("drop from-arm {}", before + 1).parse().unwrap();
-    cell.emulator.tell(Event::Damage(fault));
+    cell.emulator.inject(Event::Damage(fault));
     let error = cell.arm.activate().unwrap_err();
     assert!(error.text().contains("Y"), "{error}");
     assert!(cell.go(LEFTY).is_err());
@@ -295,7 +295,7 @@ fn a_point_set_by_its_angles_is_gone_to_as_clients_of_later_controllers_do() {
     let mut world = World::start(Pace::Fast);
     let options = EmulatorOptions { world: world.socket.clone(), ..EmulatorOptions::default() };
     let emulator = Emulator::start(options).unwrap();
-    let port = emulator.standing().port.unwrap().display().to_string();
+    let port = emulator.status().port.unwrap().display().to_string();
     // Activating the arm brings the controller to its prompt.
     let mut arm = Puma::create(&json!({"port": port}), RecordingHost::new().host()).unwrap();
     arm.activate().unwrap();
@@ -303,15 +303,15 @@ fn a_point_set_by_its_angles_is_gone_to_as_clients_of_later_controllers_do() {
     drop(arm);
     let mut line = SerialLine::open(&port, 9600).unwrap();
     let wanted = [10.0, -80.0, 95.0, 5.0, -20.0, 30.0];
-    let told = typed(&mut line, "DO SET #X=#PPOINT(10,-80,95,5,-20,30)");
-    assert!(!told.contains('*'), "{told:?}");
-    let told = typed(&mut line, "DO MOVE #X");
-    assert!(!told.contains('*'), "{told:?}");
+    let output = typed(&mut line, "DO SET #X=#PPOINT(10,-80,95,5,-20,30)");
+    assert!(!output.contains('*'), "{output:?}");
+    let output = typed(&mut line, "DO MOVE #X");
+    assert!(!output.contains('*'), "{output:?}");
     for (wanted, made) in wanted.iter().zip(world.joints()) {
         assert!((wanted - made).abs() < 0.012, "{wanted} {made}");
     }
-    let told = typed(&mut line, "DO MOVE #Y");
-    assert!(told.contains('*'), "nobody has set it: {told:?}");
-    let told = typed(&mut line, "DO SET #X=#PPOINT(10,-80");
-    assert!(told.contains('*'), "{told:?}");
+    let output = typed(&mut line, "DO MOVE #Y");
+    assert!(output.contains('*'), "nobody has set it: {output:?}");
+    let output = typed(&mut line, "DO SET #X=#PPOINT(10,-80");
+    assert!(output.contains('*'), "{output:?}");
 }

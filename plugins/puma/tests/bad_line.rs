@@ -35,7 +35,7 @@ impl Paused {
         let options = EmulatorOptions { world: world.socket.clone(), dialect, ..EmulatorOptions::default() };
         let emulator = Emulator::start(options).unwrap();
         let pauses: Vec<_> = words.iter().map(|word| (*word, Duration::from_millis(pause_ms))).collect();
-        let relay = Relay::to(&emulator.standing().port.unwrap(), &pauses);
+        let relay = Relay::to(&emulator.status().port.unwrap(), &pauses);
         let arm = Puma::create(&json!({"port": relay.path}), RecordingHost::new().host()).unwrap();
         Self { arm, emulator, world, _relay: relay }
     }
@@ -57,7 +57,7 @@ fn a_message_that_comes_in_pieces_is_read_to_its_end() {
             ("*", Dialect::Mark2),
         ] {
             let mut cell = Paused::behind(dialect, &[word], pause_ms);
-            cell.emulator.tell(Event::Power(false));
+            cell.emulator.inject(Event::Power(false));
             std::thread::sleep(Duration::from_millis(40));
             let error = cell.go(LEFTY).unwrap_err();
             assert!(matches!(error, PluginError::NotReady(_)), "{word} {pause_ms}: {error:?}");
@@ -73,8 +73,8 @@ fn an_error_that_answers_a_command_in_pieces_is_that_error() {
     for pause_ms in [100, 300] {
         for dialect in [Dialect::Mark2, Dialect::Mark1, Dialect::Late] {
             let mut cell = Paused::behind(dialect, &["*", "*Not c", "*NOT C"], pause_ms);
-            cell.emulator.tell(Event::Reboot);
-            cell.emulator.tell(Event::Power(true));
+            cell.emulator.inject(Event::Reboot);
+            cell.emulator.inject(Event::Power(true));
             let error = cell.go(LEFTY).unwrap_err();
             assert!(error.text().contains("was started anew"), "{dialect:?} {pause_ms}: {error}");
             cell.arm.activate().unwrap();
@@ -107,7 +107,7 @@ fn move_with(way: &str, byte: u64, typing: &str) -> (Cell, Result<(), PluginErro
     let line = LineOptions { baud: Some(9600), seed: byte, ..LineOptions::default() };
     let options = EmulatorOptions { keeps_up: typing == "fast", line, ..EmulatorOptions::default() };
     let mut cell = Cell::of(options, Pace::Fast, &config);
-    cell.emulator.tell(format!("fault garble {way} {byte}").parse().unwrap());
+    cell.emulator.inject(format!("fault garble {way} {byte}").parse().unwrap());
     let gone = cell.go(LEFTY).map(drop);
     (cell, gone)
 }
@@ -136,7 +136,7 @@ fn a_line_whose_echo_comes_late_or_not_at_all_is_typed_once_more() {
     // A busy computer is late itself now and then; nothing has counted before the carriage return. The default waits 400 ms for an echo.
     for fault in ["late:900 to-arm 3", "late:900 from-arm 3", "drop to-arm 3", "drop from-arm 3"] {
         let mut cell = Cell::of(EmulatorOptions::default(), Pace::Fast, &json!({"typing": "careful"}));
-        cell.emulator.tell(format!("fault {fault}").parse().unwrap());
+        cell.emulator.inject(format!("fault {fault}").parse().unwrap());
         cell.go(LEFTY).unwrap_or_else(|error| panic!("{fault}: {error}"));
         cell.assert_at(LEFTY);
     }
@@ -147,11 +147,11 @@ fn a_line_whose_echo_is_lost_twice_is_an_error_and_moves_nothing() {
     let mut cell = Cell::of(EmulatorOptions::default(), Pace::Fast, &json!({"typing": "careful"}));
     // The fourth byte that the controller gets is then the control C, the fifth to seventh the line again.
     for fault in ["drop to-arm 3", "drop to-arm 7"] {
-        cell.emulator.tell(format!("fault {fault}").parse().unwrap());
+        cell.emulator.inject(format!("fault {fault}").parse().unwrap());
     }
     let error = cell.go(LEFTY).unwrap_err();
     assert!(error.text().contains("was not echoed"), "{error}");
-    let port = cell.emulator.standing().port.unwrap().display().to_string();
+    let port = cell.emulator.status().port.unwrap().display().to_string();
     assert!(error.text().starts_with(&format!("{port}: in `")), "{error}");
     cell.assert_world_at(READY);
 }

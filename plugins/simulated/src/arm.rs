@@ -171,8 +171,8 @@ impl ArmWorld {
     ///
     /// # Errors
     /// [`NoEquilibrium`] for an arm that is too soft for its weight.
-    pub fn standing(&self) -> Result<Stance, NoEquilibrium> {
-        self.machine.stand(&Conditions {
+    pub fn stance(&self) -> Result<Stance, NoEquilibrium> {
+        self.machine.equilibrium(&Conditions {
             time_s: (self.time_ns - self.began_ns) as f64 * 1e-9,
             temperature_c: ROOM_C,
             payload_kg: self.hung_kg,

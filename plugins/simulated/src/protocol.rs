@@ -483,7 +483,8 @@ pub struct TruthReport {
     /// The world's time, ns.
     pub time_ns: u64,
     /// Joint values as the controller reckons them, rad or mm.
-    pub reckoned: JointValues,
+    #[serde(rename = "reckoned")]
+    pub counted: JointValues,
     /// True attitudes, rad or mm.
     pub attitudes: JointValues,
     /// Where the wrist is: x, y, z, mm.
@@ -505,7 +506,7 @@ impl From<Truth> for TruthReport {
         let place = |point: crate::physics::rigid::Vector| [point.x, point.y, point.z];
         TruthReport {
             time_ns: truth.time_ns,
-            reckoned: truth.reckoned.0.into(),
+            counted: truth.counted.0.into(),
             attitudes: truth.attitudes.0.into(),
             wrist_mm: place(truth.pose.wrist),
             sensor_mm: place(truth.pose.tool),

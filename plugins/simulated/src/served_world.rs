@@ -110,7 +110,7 @@ pub trait Operator {
     /// Where the controller must send the arm for its true joints to come to these (rad or mm), as an operator sees by looking.
     fn request_toward(&self, joints: &[Option<f64>]) -> MotionRequest;
     /// Whether the arm stands as near to these true joints (rad or mm) as its motors can be set.
-    fn stands_at(&self, joints: &[Option<f64>]) -> bool;
+    fn is_at(&self, joints: &[Option<f64>]) -> bool;
     /// Measures: the value and its unit.
     ///
     /// # Errors

@@ -145,8 +145,8 @@ fn cables_drag_the_hand_along_with_the_shoulder() {
     let elbow = (after.attitudes.of(Joint::Elbow) - before.attitudes.of(Joint::Elbow)).to_degrees();
     assert!((elbow - 0.1).abs() < 1e-9);
     assert_eq!(
-        after.reckoned.of(Joint::Elbow),
-        before.reckoned.of(Joint::Elbow),
+        after.counted.of(Joint::Elbow),
+        before.counted.of(Joint::Elbow),
         "the controller knows nothing of it"
     );
 }
@@ -157,7 +157,7 @@ fn links_droop_more_the_further_they_reach() {
     let mut world = world_with("world-ideal.yaml", &[("resolution: continuous", droop)]);
     let error = |world: &World| {
         let truth = world.truth();
-        (truth.attitudes.of(Joint::Shoulder) - truth.reckoned.of(Joint::Shoulder)).to_degrees()
+        (truth.attitudes.of(Joint::Shoulder) - truth.counted.of(Joint::Shoulder)).to_degrees()
     };
     let at_start = error(&world);
     assert!((at_start + 2.4).abs() < 1e-9, "at the start the whole error is the zero's");
@@ -182,7 +182,7 @@ fn a_motor_driven_above_its_pull_out_speed_loses_steps_and_below_it_none() {
         world.begin(&order).unwrap();
         world.finish_motion();
         let truth = world.truth();
-        let short = (truth.attitudes.of(Joint::Waist) - truth.reckoned.of(Joint::Waist)).to_degrees() - 1.7;
+        let short = (truth.attitudes.of(Joint::Waist) - truth.counted.of(Joint::Waist)).to_degrees() - 1.7;
         assert!((short - truth.lost.0[0] * 360.0 / 7072.0).abs() < 0.03, "{short}");
         truth.lost.0[0]
     };

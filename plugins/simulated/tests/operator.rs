@@ -203,7 +203,7 @@ fn a_world_that_begins_again_is_as_it_was_and_its_clock_runs_on() {
         client.read(Verb::RestOnGauge { height_mm: 8.0 }).unwrap();
         client.read(Verb::Wait { ms: 400 }).unwrap();
         let truth = client.look().unwrap();
-        (truth.attitudes, truth.reckoned, truth.lost_half_steps)
+        (truth.attitudes, truth.counted, truth.lost_half_steps)
     };
     client.read(Verb::Again { seed: 5 }).unwrap();
     let first = lowered(&mut client);

@@ -21,7 +21,7 @@ fn pendulum() -> ArmDescription {
     ArmDescription::from_yaml(text).unwrap()
 }
 
-fn stand(
+fn equilibrium(
     arm: &ArmDescription,
     imperfections: &[(Mechanism, f64)],
     angles: &[f64],
@@ -33,7 +33,7 @@ fn stand(
         .collect();
     let mut machine = Machine::new(arm, &imperfections);
     machine.go(angles, conditions.time_s);
-    machine.stand(conditions).unwrap()
+    machine.equilibrium(conditions).unwrap()
 }
 
 #[test]
@@ -41,7 +41,7 @@ fn a_springy_pendulum_rests_where_spring_and_weight_balance() {
     // Rod of 0.4 m to its 3 kg: theta = commanded + c m g r cos(theta), here at a compliance soft enough that the bent pose matters.
     let compliance = 0.02;
     for commanded in [-1.2, -0.3, 0.0, 0.8, 1.5] {
-        let stance = stand(
+        let stance = equilibrium(
             &pendulum(),
             &[(Mechanism::JointCompliance { joint: 1 }, compliance)],
             &[0.4, commanded],
@@ -74,7 +74,7 @@ fn a_spring_too_soft_for_its_weight_is_an_error() {
     let imperfections = [Imperfection { mechanism: Mechanism::JointCompliance { joint: 1 }, size: 5.0 }];
     let mut machine = Machine::new(&pendulum(), &imperfections);
     machine.go(&[0.0, 1.0], 0.0);
-    let message = machine.stand(&Conditions { payload_kg: 2.0, ..QUIET }).unwrap_err().to_string();
+    let message = machine.equilibrium(&Conditions { payload_kg: 2.0, ..QUIET }).unwrap_err().to_string();
     assert!(
         message
             .starts_with("the arm finds no equilibrium under 2 kg: its springs are too soft for its weight"),
@@ -89,7 +89,7 @@ fn a_sagging_link_bends_as_the_cantilever_of_the_textbook() {
     arm.weights.clear();
     let flexibility = 1e-7;
     let load = Conditions { payload_kg: 10.0, ..QUIET };
-    let stance = stand(&arm, &[(Mechanism::LinkSag { joint: 1 }, flexibility)], &[0.0, 0.0], &load);
+    let stance = equilibrium(&arm, &[(Mechanism::LinkSag { joint: 1 }, flexibility)], &[0.0, 0.0], &load);
     let force = 10.0 * GRAVITY;
     let drop_mm = force * 0.5_f64.powi(3) / 3.0 * flexibility * 1e3;
     let turn = force * 0.5_f64.powi(2) / 2.0 * flexibility;
@@ -112,7 +112,7 @@ fn a_twisted_link_turns_as_the_shaft_of_the_textbook() {
     let flexibility = 1e-4;
     let load = Conditions { payload_kg: 10.0, ..QUIET };
     let drop = |imperfections: &[(Mechanism, f64)]| {
-        let stance = stand(&arm, imperfections, &[0.0, 0.0], &load);
+        let stance = equilibrium(&arm, imperfections, &[0.0, 0.0], &load);
         (-stance.posture.target.z, stance.posture.target.x)
     };
     let angle = 10.0 * GRAVITY * 0.2 * 0.5 * flexibility;
@@ -227,11 +227,11 @@ fn detents_hold_back_as_much_as_they_push_ahead() {
 fn heat_and_time_change_the_shape_as_they_should() {
     let arm = pendulum();
     let warm = Conditions { temperature_c: 30.0, ..QUIET };
-    let grown = stand(&arm, &[(Mechanism::ThermalGrowth { joint: 1 }, 1.2e-5)], &[0.0, 0.0], &warm);
+    let grown = equilibrium(&arm, &[(Mechanism::ThermalGrowth { joint: 1 }, 1.2e-5)], &[0.0, 0.0], &warm);
     assert!((grown.posture.target.x - 500.0 * (1.0 + 1.2e-4)).abs() < 1e-9);
     let mechanism = Mechanism::WarmUp { joint: 1, of: Warming::Length, time_constant_s: 600.0 };
     let later = Conditions { time_s: 600.0, ..QUIET };
-    let warmed = stand(&arm, &[(mechanism, 0.5)], &[0.0, 0.0], &later);
+    let warmed = equilibrium(&arm, &[(mechanism, 0.5)], &[0.0, 0.0], &later);
     assert!((warmed.posture.target.x - 500.0 - 0.5 * (1.0 - (-1.0_f64).exp())).abs() < 1e-9);
 }
 
@@ -242,7 +242,7 @@ fn a_joint_that_jumped_stays_where_it_is() {
     let mut machine = Machine::new(&arm, &lost);
     let mut angle = |time_s: f64| {
         machine.go(&[0.3, 0.0], time_s);
-        machine.stand(&QUIET).unwrap().angles[0]
+        machine.equilibrium(&QUIET).unwrap().angles[0]
     };
     assert_eq!([angle(10.0), angle(49.0)], [0.3, 0.3]);
     assert_eq!([angle(50.0), angle(900.0)], [0.31, 0.31]);
@@ -315,7 +315,7 @@ fn a_drive_that_holds_an_attitude_takes_its_moment_past_the_joint_before() {
     let sag = |transmission| {
         let mut machine = two_links(transmission);
         machine.go(&[0.0; 3], 0.0);
-        machine.stand(&QUIET).unwrap().drives
+        machine.equilibrium(&QUIET).unwrap().drives
     };
     let balance = |lever: f64, give: f64, att: f64| give * GRAVITY * lever * att.cos();
     let held = sag(attitudes());
@@ -349,7 +349,7 @@ fn the_command_for_a_stance_leads_there() {
     for goal in [[0.3, -0.4, 0.9], [0.0, 0.0, 0.0], [-1.2, 1.1, -0.6]] {
         let mut machine = two_links(attitudes());
         machine.go(&machine.command_for(&goal, &load), 0.0);
-        let stance = machine.stand(&load).unwrap();
+        let stance = machine.equilibrium(&load).unwrap();
         for (drive, goal) in stance.drives.iter().zip(goal) {
             assert!((drive - goal).abs() < 1e-13, "{drive} {goal}");
         }

@@ -88,10 +88,10 @@ fn a_client_that_goes_in_mid_move_leaves_the_arm_standing() {
     until("the move", || watcher.read(Verb::Read {}).unwrap().moving);
     drop(stream);
     until("the arm's rest", || !watcher.read(Verb::Read {}).unwrap().moving);
-    let stands = watcher.read(Verb::Read {}).unwrap();
+    let halted = watcher.read(Verb::Read {}).unwrap();
     let home = watcher.welcome().joints[0].home;
-    assert!(stands.joints[0] - home < 0.9, "it stopped short of where it was sent");
-    assert_eq!(watcher.read(Verb::Wait { ms: 30 }).unwrap().joints, stands.joints);
+    assert!(halted.joints[0] - home < 0.9, "it stopped short of where it was sent");
+    assert_eq!(watcher.read(Verb::Wait { ms: 30 }).unwrap().joints, halted.joints);
 }
 
 #[test]
@@ -272,11 +272,11 @@ fn the_world_keeps_the_cells_clock_at_either_pace() {
     client.read(Verb::Wait { ms: 60_000 }).unwrap();
     assert_eq!(cell_ns(&served), after + 60_000_000_000);
     client.read(Verb::Pace { pace: Pace::Real }).unwrap();
-    let (first, told) = (cell_ns(&served), client.read(Verb::Read {}).unwrap().time_ns);
-    assert!(first >= after + 60_000_000_000 && told >= first && cell_ns(&served) >= told);
+    let (first, reported) = (cell_ns(&served), client.read(Verb::Read {}).unwrap().time_ns);
+    assert!(first >= after + 60_000_000_000 && reported >= first && cell_ns(&served) >= reported);
     // It never runs back, whatever the pace is changed to.
     client.read(Verb::Pace { pace: Pace::Fast }).unwrap();
-    assert!(cell_ns(&served) >= told);
+    assert!(cell_ns(&served) >= reported);
 }
 
 #[test]
@@ -284,8 +284,8 @@ fn a_world_in_real_pace_dates_by_the_clock_that_kernels_date_with() {
     let served = Served::start("world-ideal.yaml", Pace::Real);
     let monotonic_ns = || Duration::from(clock_gettime(ClockId::CLOCK_MONOTONIC).unwrap()).as_nanos() as u64;
     let before = monotonic_ns();
-    let told = served.connect().read(Verb::Read {}).unwrap().time_ns;
-    assert!(before <= told && told <= monotonic_ns(), "{before} {told}");
+    let reported = served.connect().read(Verb::Read {}).unwrap().time_ns;
+    assert!(before <= reported && reported <= monotonic_ns(), "{before} {reported}");
 }
 
 #[test]

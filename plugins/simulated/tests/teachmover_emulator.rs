@@ -42,7 +42,7 @@ struct Host {
 
 impl Host {
     fn on(emulator: &Emulator) -> Host {
-        let path = emulator.standing().port.unwrap();
+        let path = emulator.status().port.unwrap();
         Host { port: File::options().read(true).write(true).open(path).unwrap() }
     }
 
@@ -89,7 +89,7 @@ fn play(file: &Path) {
             }
             Turn::Happen(event) => {
                 let event: Event = event.parse().unwrap_or_else(|error| panic!("{place}: {error}"));
-                emulator.tell(event);
+                emulator.inject(event);
             }
         }
     }
@@ -119,9 +119,9 @@ fn bytes_and_half_steps_take_their_time() {
     // 23 bytes there, 20 half-steps at 290 a second, 2 bytes back: never sooner, however busy the machine.
     let least = Duration::from_secs_f64(25.0 * 10.0 / 9600.0 + 20.0 * 35.0 / (141.0 * 72.0));
     assert!(began.elapsed() >= least, "{:?}", began.elapsed());
-    let standing = emulator.standing();
-    assert_eq!(standing.registers, [20, 0, 0, 0, 0, 0]);
-    assert!(standing.last_half_step.unwrap() > began);
+    let status = emulator.status();
+    assert_eq!(status.registers, [20, 0, 0, 0, 0, 0]);
+    assert!(status.last_half_step.unwrap() > began);
 }
 
 #[test]
@@ -130,12 +130,12 @@ fn a_key_stops_a_move_under_way() {
     let mut host = Host::on(&emulator);
     host.say("@STEP 0,2000,-1000,0,0,0,0\r");
     let deadline = Instant::now() + PATIENCE;
-    while emulator.standing().registers == [0; 6] && Instant::now() < deadline {
+    while emulator.status().registers == [0; 6] && Instant::now() < deadline {
         std::thread::sleep(Duration::from_millis(2));
     }
-    emulator.tell("key stop".parse().unwrap());
+    emulator.inject("key stop".parse().unwrap());
     assert_eq!(host.hear(2, PATIENCE), "2\\r");
-    let [base, shoulder, ..] = emulator.standing().registers;
+    let [base, shoulder, ..] = emulator.status().registers;
     assert!(base > 0 && base < 2000);
     assert!((shoulder + base / 2).abs() <= 1, "{base} {shoulder}");
 }
@@ -148,7 +148,7 @@ fn the_plug_can_be_pulled_and_put_back() {
     Host::on(&emulator).say("@STEP 220,5,0,0,0,0,0\r");
     let wait_for = |emulator: &Emulator, there: bool| {
         let deadline = Instant::now() + PATIENCE;
-        while emulator.standing().port.is_some() != there && Instant::now() < deadline {
+        while emulator.status().port.is_some() != there && Instant::now() < deadline {
             std::thread::sleep(Duration::from_millis(2));
         }
         assert_eq!(link.exists(), there);
@@ -156,9 +156,9 @@ fn the_plug_can_be_pulled_and_put_back() {
     assert!(link.exists());
     let mut host = Host::on(&emulator);
     assert_eq!(host.hear(2, PATIENCE), "1\\r");
-    emulator.tell(Event::Unplug);
+    emulator.inject(Event::Unplug);
     wait_for(&emulator, false);
-    emulator.tell(Event::Plug);
+    emulator.inject(Event::Plug);
     wait_for(&emulator, true);
     let mut host = Host { port: File::options().read(true).write(true).open(&link).unwrap() };
     host.say("@READ\r");

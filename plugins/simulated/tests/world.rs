@@ -70,7 +70,7 @@ fn an_edge_lies_within_its_half_width_where_motors_make_half_steps() {
     assert!((found.half_width.of(Joint::Shoulder).to_degrees() - half_step / 2.0).abs() < 1e-12);
     assert_eq!(found.half_width.of(Joint::Elbow), 0.0);
     // The registers of the stepping arm began at the nearest half-steps, the arm itself where it was left.
-    let off = |world: &World| world.truth().attitudes.minus(&world.truth().reckoned).of(Joint::Shoulder);
+    let off = |world: &World| world.truth().attitudes.minus(&world.truth().counted).of(Joint::Shoulder);
     let true_exact = exact.joints.of(Joint::Shoulder) + off(&smooth);
     let true_found = found.joints.of(Joint::Shoulder) + off(&stepping);
     assert!((true_found - true_exact).abs() <= found.half_width.of(Joint::Shoulder) * (1.0 + 1e-9));
@@ -84,8 +84,8 @@ fn a_solid_table_holds_the_arm_up_and_its_motor_loses_steps() {
     let truth = world.truth();
     assert!(truth.touching);
     assert!(truth.pose.tool.z.abs() < 1e-6, "{:?}", truth.pose.tool);
-    let reckoned = (truth.reckoned.of(Joint::Shoulder) - before.reckoned.of(Joint::Shoulder)).to_degrees();
-    assert!((reckoned + 20.0).abs() < 1e-9, "the controller counts all the steps it issued");
+    let counted = (truth.counted.of(Joint::Shoulder) - before.counted.of(Joint::Shoulder)).to_degrees();
+    assert!((counted + 20.0).abs() < 1e-9, "the controller counts all the steps it issued");
     let went = (truth.attitudes.of(Joint::Shoulder) - before.attitudes.of(Joint::Shoulder)).to_degrees();
     let lost = truth.lost.0[1] * 360.0 / 7072.0;
     assert!(lost > 5.0 && (lost + went.abs() - 20.0).abs() < 1e-6, "went {went}, lost {lost}");
@@ -167,12 +167,12 @@ fn a_motion_stopped_on_its_way_leaves_the_arm_where_it_was() {
     world.advance(half);
     assert!(world.reading().moving);
     world.halt();
-    let stands = world.reading();
-    assert!(!stands.moving);
-    let turned = stands.joints.of(Joint::Waist) - start.joints.of(Joint::Waist);
+    let halted = world.reading();
+    assert!(!halted.moving);
+    let turned = halted.joints.of(Joint::Waist) - start.joints.of(Joint::Waist);
     assert!((turned - 0.25).abs() < 0.002, "{turned}");
     world.advance(half + 5_000_000_000);
-    assert_eq!(world.reading().joints, stands.joints);
+    assert_eq!(world.reading().joints, halted.joints);
 }
 
 #[test]
@@ -213,7 +213,7 @@ fn the_controller_can_be_told_where_it_stands_without_moving() {
     let mut world = world("world-backlash.yaml");
     let before = world.truth();
     world.set_registers(&Joints([0.0; 6])).unwrap();
-    assert_eq!(world.truth().reckoned, Joints([0.0; 6]));
+    assert_eq!(world.truth().counted, Joints([0.0; 6]));
     assert_eq!(world.truth().attitudes, before.attitudes);
     turn(&mut world, Joint::Shoulder, 3.0);
     let went = world.truth().attitudes.minus(&before.attitudes).of(Joint::Shoulder).to_degrees();
@@ -231,6 +231,6 @@ fn an_arm_is_left_within_the_operators_tolerance_and_its_controller_believes_oth
     assert!(elbows.iter().all(|elbow| (elbow + 78.0).abs() <= 4.0));
     assert!(elbows.iter().any(|elbow| *elbow > -75.0) && elbows.iter().any(|elbow| *elbow < -81.0));
     assert_eq!(left(3), left(3));
-    assert!((left(3).reckoned.of(Joint::Elbow).to_degrees() + 79.3).abs() < 1e-9);
+    assert!((left(3).counted.of(Joint::Elbow).to_degrees() + 79.3).abs() < 1e-9);
     assert!((left(4).attitudes.of(Joint::Shoulder).to_degrees() - 41.0).abs() < 1e-9);
 }

@@ -94,12 +94,12 @@ pub struct Controller {
     reply_limit: Duration,
     senses: Senses,
     /// What was sent to a controller that does not say where it is.
-    reckoning: Option<Reckoning>,
+    dead_reckoning: Option<DeadReckoning>,
 }
 
 /// Dead reckoning: the half-steps that the controller has said to have made.
 #[derive(Debug, Default)]
-struct Reckoning {
+struct DeadReckoning {
     counts: HalfSteps,
     /// What ended a move so that nobody knows how many it made.
     lost: Option<String>,
@@ -109,7 +109,7 @@ impl Controller {
     /// The controller that answers to `recognition`, usually `@`. `reply_limit` is how long it may take to answer, beside the time on the line
     /// and that of the motion.
     pub fn new(line: ReplyLine, recognition: u8, reply_limit: Duration) -> Self {
-        Self { line, recognition, reply_limit, senses: Senses::default(), reckoning: None }
+        Self { line, recognition, reply_limit, senses: Senses::default(), dead_reckoning: None }
     }
 
     /// Of an arm some of whose motors turn the other way: counts and registers are turned over here, and nowhere else.
@@ -121,13 +121,13 @@ impl Controller {
     /// Of a controller without `@READ`: from now on the half-steps that were made are counted here, and it is asked nothing.
     #[must_use]
     pub fn by_dead_reckoning(self) -> Self {
-        Self { reckoning: Some(Reckoning::default()), ..self }
+        Self { dead_reckoning: Some(DeadReckoning::default()), ..self }
     }
 
     /// The arm was found again: somebody has said where it stands.
     pub fn found(&mut self) {
-        if let Some(reckoning) = &mut self.reckoning {
-            reckoning.lost = None;
+        if let Some(dead_reckoning) = &mut self.dead_reckoning {
+            dead_reckoning.lost = None;
         }
     }
 
@@ -152,12 +152,12 @@ impl Controller {
     /// # Errors
     /// [`ControllerError`], of the last attempt.
     pub fn read(&mut self) -> Result<ControllerState, ControllerError> {
-        match &self.reckoning {
+        match &self.dead_reckoning {
             None => {}
-            Some(Reckoning { lost: Some(why), .. }) => {
+            Some(DeadReckoning { lost: Some(why), .. }) => {
                 return Err(ControllerError::Lost { why: why.clone() });
             }
-            Some(Reckoning { counts, lost: None }) => {
+            Some(DeadReckoning { counts, lost: None }) => {
                 return Ok(ControllerState { registers: *counts, ..ControllerState::default() });
             }
         }
@@ -179,7 +179,7 @@ impl Controller {
     ///
     /// # Errors
     /// [`ControllerError`] for any other answer, or none.
-    pub fn tells_registers(&mut self) -> Result<bool, ControllerError> {
+    pub fn can_read_registers(&mut self) -> Result<bool, ControllerError> {
         match self.read_once() {
             Ok(_) => Ok(true),
             Err(ControllerError::Refused { .. }) => Ok(false),
@@ -214,7 +214,7 @@ impl Controller {
         let command = Command::Step { speed, counts: counts.turned(self.senses), outputs };
         // The rate of the speed code rests on one figure, so twice the time is no fault.
         let status = self.exchange(&command, self.reply_limit + 2 * speed.duration(counts.largest()));
-        self.reckon(counts, &status);
+        self.count_move(counts, &status);
         match status? {
             Status::Done => Ok(MoveEnd::Done),
             Status::StopKey => Ok(MoveEnd::StopKey),
@@ -223,18 +223,18 @@ impl Controller {
     }
 
     /// Counts a move whose end was said. Any other end leaves open how far it came, unless it went nowhere.
-    fn reckon(&mut self, made: HalfSteps, status: &Result<Status, ControllerError>) {
-        let Some(reckoning) = &mut self.reckoning else { return };
+    fn count_move(&mut self, made: HalfSteps, status: &Result<Status, ControllerError>) {
+        let Some(dead_reckoning) = &mut self.dead_reckoning else { return };
         match status {
-            Ok(Status::Done) => reckoning.counts = made.after(reckoning.counts),
+            Ok(Status::Done) => dead_reckoning.counts = made.after(dead_reckoning.counts),
             _ if made == HalfSteps::default() => {}
             Ok(Status::StopKey) => {
-                reckoning.lost = Some("the STOP key on the pendant ended a move".to_owned());
+                dead_reckoning.lost = Some("the STOP key on the pendant ended a move".to_owned());
             }
             Ok(Status::Refused) => {
-                reckoning.lost = Some("the controller answered a move with 0".to_owned());
+                dead_reckoning.lost = Some("the controller answered a move with 0".to_owned());
             }
-            Err(error) => reckoning.lost = Some(error.to_string()),
+            Err(error) => dead_reckoning.lost = Some(error.to_string()),
         }
     }
 

@@ -125,7 +125,7 @@ impl Robot for TeachMover {
     fn read_joints(&mut self) -> Result<JointState, PluginError> {
         self.refuse_at_the_pendant()?;
         self.observe(None)?;
-        self.tell_rest()
+        self.report_rest()
     }
 
     fn move_joints(&mut self, motion: &Motion) -> Result<JointState, PluginError> {

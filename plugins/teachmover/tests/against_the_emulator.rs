@@ -32,7 +32,7 @@ impl Cell {
     fn with(options: LineOptions, more: Value) -> Self {
         let emulator = Emulator::start(options, Box::new(BareMotors::new(true, OPENING))).unwrap();
         let mut config = json!({
-            "port": emulator.standing().port.unwrap(),
+            "port": emulator.status().port.unwrap(),
             "registers_zero": {"gripper_mm": OPENING},
         });
         for (key, value) in more.as_object().unwrap() {
@@ -49,13 +49,13 @@ impl Cell {
     }
 
     /// The registers of the joints that the driver tells.
-    fn told(&mut self) -> HalfSteps {
+    fn reported(&mut self) -> HalfSteps {
         let state = self.arm.read_joints().unwrap();
         registers_of(&state)
     }
 
     fn counted(&self) -> HalfSteps {
-        HalfSteps(self.emulator.standing().registers)
+        HalfSteps(self.emulator.status().registers)
     }
 }
 
@@ -112,8 +112,8 @@ fn after_any_moves_driver_and_controller_have_the_same_registers() {
                     Err(PluginError::OutOfRange(_)) => {}
                     Err(error) => panic!("{error}"),
                 }
-                let told = cell.told();
-                prop_assert_eq!(told, cell.counted());
+                let reported = cell.reported();
+                prop_assert_eq!(reported, cell.counted());
             }
             Ok(())
         })
@@ -129,7 +129,7 @@ fn a_pendant_stop_anywhere_leaves_driver_and_controller_with_the_same_registers(
             let mut cell = cell.borrow_mut();
             for (target, half_steps) in stops {
                 cell.arm.activate().unwrap();
-                cell.emulator.tell(Event::StopAfter(half_steps));
+                cell.emulator.inject(Event::StopAfter(half_steps));
                 match cell.arm.move_joints(&motion(target, 0b111, 1.0)) {
                     Err(PluginError::Stopped(text)) => {
                         prop_assert!(
@@ -139,8 +139,8 @@ fn a_pendant_stop_anywhere_leaves_driver_and_controller_with_the_same_registers(
                     Err(PluginError::OutOfRange(_)) => {}
                     other => panic!("{other:?}"),
                 }
-                let told = cell.told();
-                prop_assert_eq!(told, cell.counted());
+                let reported = cell.reported();
+                prop_assert_eq!(reported, cell.counted());
             }
             Ok(())
         })
@@ -201,11 +201,11 @@ fn carry_out(controller: &mut Controller, emulator: &mut Emulator, spoken: &Spok
         Spoken::Hand(half_steps) => {
             controller.begin_hand_control(confirmed).unwrap();
             let deadline = Instant::now() + PATIENCE;
-            while !emulator.standing().busy && Instant::now() < deadline {
+            while !emulator.status().busy && Instant::now() < deadline {
                 std::thread::sleep(Duration::from_millis(1));
             }
-            emulator.tell(format!("drive elbow {half_steps}").parse().unwrap());
-            emulator.tell("key stop".parse().unwrap());
+            emulator.inject(format!("drive elbow {half_steps}").parse().unwrap());
+            emulator.inject("key stop".parse().unwrap());
             await_reply(controller, &Command::HandControl);
         }
     }
@@ -228,7 +228,7 @@ fn any_sequence_of_the_ten_commands_is_understood_alike() {
         .run(&prop::collection::vec(spoken(), 1..12), |commands| {
             let mut emulator =
                 Emulator::start(LineOptions::default(), Box::new(BareMotors::new(true, OPENING))).unwrap();
-            let port = emulator.standing().port.unwrap().display().to_string();
+            let port = emulator.status().port.unwrap().display().to_string();
             let line = ReplyLine::open(&port, 9600).unwrap();
             let mut controller = Controller::new(line, b'@', Duration::from_secs(5));
             for command in &commands {
@@ -236,7 +236,7 @@ fn any_sequence_of_the_ten_commands_is_understood_alike() {
                 let state = controller.read().unwrap();
                 prop_assert_eq!(
                     state.registers,
-                    HalfSteps(emulator.standing().registers),
+                    HalfSteps(emulator.status().registers),
                     "after {:?}",
                     command
                 );
@@ -251,7 +251,7 @@ fn on_a_line_that_damages_bytes_no_move_follows_an_error_and_the_registers_come_
     for seed in 0..3 {
         let faults = LineOptions { seed, ..LineOptions::default() };
         let mut cell = Cell::with(faults, json!({"reply_within_ms": 150}));
-        cell.emulator.tell(Event::DamageAtRandom(0.01));
+        cell.emulator.inject(Event::DamageAtRandom(0.01));
         let mut failures = 0;
         for round in 0..8 {
             let target =
@@ -263,11 +263,11 @@ fn on_a_line_that_damages_bytes_no_move_follows_an_error_and_the_registers_come_
             let again = cell.arm.move_joints(&motion(target, 0b1111, 1.0));
             assert!(matches!(again, Err(PluginError::NotReady(_))), "after {error}: {again:?}");
             assert_eq!(cell.counted(), counted, "seed {seed}: moved after {error}");
-            cell.emulator.tell(Event::DamageAtRandom(0.0));
+            cell.emulator.inject(Event::DamageAtRandom(0.0));
             cell.arm.activate().unwrap();
-            let told = cell.told();
-            assert_eq!(told, cell.counted(), "seed {seed}");
-            cell.emulator.tell(Event::DamageAtRandom(0.01));
+            let reported = cell.reported();
+            assert_eq!(reported, cell.counted(), "seed {seed}");
+            cell.emulator.inject(Event::DamageAtRandom(0.01));
         }
         assert!(failures > 0, "seed {seed} damaged nothing that mattered");
     }
@@ -276,7 +276,7 @@ fn on_a_line_that_damages_bytes_no_move_follows_an_error_and_the_registers_come_
 #[test]
 fn an_input_that_changes_while_the_arm_stands_changes_where_it_stands() {
     let mut cell = Cell::quick();
-    cell.emulator.tell(Event::Line { bit: 2, level: true });
+    cell.emulator.inject(Event::Line { bit: 2, level: true });
     cell.arm.read_joints().unwrap();
     let at_rest = cell.recording.emitted::<DigitalInputs>("inputs");
     assert_eq!(at_rest.len(), 2);
@@ -288,7 +288,7 @@ fn an_input_that_changes_while_the_arm_stands_changes_where_it_stands() {
 #[test]
 fn the_gripper_closes_on_what_lies_between_its_fingers() {
     let mut cell = Cell::with(LineOptions::default(), json!({"grip_switch": {"bit": 7}}));
-    cell.emulator.tell(Event::Between(25.0));
+    cell.emulator.inject(Event::Between(25.0));
     let closed = cell.arm.move_joints(&motion([0.0; 6], 0b10_0000, 0.5)).unwrap();
     let opening = closed.joints.as_slice()[5];
     // It stops within one short piece of the contact: 8 half-steps are 0.55 mm.
@@ -299,9 +299,9 @@ fn the_gripper_closes_on_what_lies_between_its_fingers() {
 #[test]
 fn unplugging_ends_in_an_error_that_names_the_cable() {
     let mut cell = Cell::quick();
-    cell.emulator.tell(Event::Unplug);
+    cell.emulator.inject(Event::Unplug);
     let deadline = Instant::now() + PATIENCE;
-    while cell.emulator.standing().port.is_some() && Instant::now() < deadline {
+    while cell.emulator.status().port.is_some() && Instant::now() < deadline {
         std::thread::sleep(Duration::from_millis(1));
     }
     let error = cell.arm.read_joints().unwrap_err();
@@ -313,8 +313,8 @@ fn unplugging_ends_in_an_error_that_names_the_cable() {
 fn by_dead_reckoning_driver_and_controller_have_the_same_counts_until_the_stop_key() {
     let mut emulator =
         Emulator::start(LineOptions::default(), Box::new(BareMotors::new(true, OPENING))).unwrap();
-    emulator.tell(Event::Read(false));
-    let mut config = json!({"port": emulator.standing().port, "registers_zero": {"gripper_mm": OPENING}});
+    emulator.inject(Event::Read(false));
+    let mut config = json!({"port": emulator.status().port, "registers_zero": {"gripper_mm": OPENING}});
     let refused = TeachMover::create(&config, RecordingHost::new().host()).unwrap_err();
     assert!(refused.text().contains("`dead_reckoning: true` in the cell file"), "{refused}");
     config["dead_reckoning"] = json!(true);
@@ -326,7 +326,7 @@ fn by_dead_reckoning_driver_and_controller_have_the_same_counts_until_the_stop_k
         let state = cell.arm.move_joints(&motion(target, 0b11_1111, 1.0)).unwrap();
         assert_eq!(registers_of(&state), cell.counted());
     }
-    cell.emulator.tell(Event::StopAfter(3));
+    cell.emulator.inject(Event::StopAfter(3));
     let error = cell.arm.move_joints(&motion([0.0; 6], 1, 1.0)).unwrap_err();
     assert!(error.text().contains("the STOP key on the pendant ended a move"), "{error}");
     assert!(cell.arm.read_joints().is_err(), "no pose in place of one that is not known");

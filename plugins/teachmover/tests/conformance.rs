@@ -17,7 +17,7 @@ fn the_teachmover_does_what_every_robot_must() {
         let emulator =
             Emulator::start(LineOptions::default(), Box::new(BareMotors::new(false, 20.0))).unwrap();
         let config = json!({
-            "port": emulator.standing().port,
+            "port": emulator.status().port,
             "registers_zero": {"shoulder_deg": 41, "elbow_deg": -78, "wrist_pitch_deg": -90, "gripper_mm": 20},
         });
         emulators.borrow_mut().push(emulator);

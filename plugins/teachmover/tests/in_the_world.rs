@@ -41,7 +41,7 @@ impl Cell {
         let motors = MotorsInWorld::connect(&socket).unwrap();
         let emulator = Emulator::start(LineOptions::default(), Box::new(motors)).unwrap();
         let config = json!({
-            "port": emulator.standing().port.unwrap(),
+            "port": emulator.status().port.unwrap(),
             "grip_switch": {"bit": 7},
             "only_the_pendant_stops": ["hand_control"],
         });
@@ -58,11 +58,11 @@ impl Cell {
 
     /// The joints as the world's arm has made them and as the driver tells them, at most `half_steps` apart.
     fn assert_agreed(&mut self, half_steps: f64) {
-        let told = self.arm.read_joints().unwrap().joints;
+        let reported = self.arm.read_joints().unwrap().joints;
         let made = self.world.read(Verb::Read {}).unwrap().joints;
-        for (joint, (told, made)) in Joint::ALL.into_iter().zip(told.as_slice().iter().zip(made)) {
-            let apart = (told - made).abs() * joint.half_steps_per_unit();
-            assert!(apart <= half_steps + 1e-6, "{}: told {told}, made {made}", joint.name());
+        for (joint, (reported, made)) in Joint::ALL.into_iter().zip(reported.as_slice().iter().zip(made)) {
+            let apart = (reported - made).abs() * joint.half_steps_per_unit();
+            assert!(apart <= half_steps + 1e-6, "{}: told {reported}, made {made}", joint.name());
         }
     }
 }
@@ -135,7 +135,7 @@ fn the_worlds_arm_does_what_the_controller_counts() {
 fn a_stop_anywhere_in_a_move_leaves_registers_and_world_alike() {
     let mut cell = Cell::of("world-worn.yaml", &[]);
     for half_steps in [0, 1, 2, 7, 11, 16, 40] {
-        cell.emulator.tell(Event::StopAfter(half_steps));
+        cell.emulator.inject(Event::StopAfter(half_steps));
         let way = if half_steps % 2 == 0 { 9.0 } else { -9.0 };
         let stopped = cell.turn(Joint::Waist, way).unwrap_err();
         assert!(matches!(stopped, PluginError::Stopped(_)), "{stopped:?}");

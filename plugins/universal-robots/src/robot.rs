@@ -60,7 +60,7 @@ pub struct UniversalRobot {
     /// The number of the last state that was looked at.
     seen: u64,
     /// The time of the last state that was told, ns.
-    told_ns: u64,
+    reported_ns: u64,
     /// Why the arm is not moved, if so.
     doubt: Option<String>,
 }
@@ -75,7 +75,7 @@ impl Robot for UniversalRobot {
             configuration.address
         );
         host.log(LogLevel::Info, &text);
-        Ok(Self { configuration, host, link, scripts, program: 0, seen: 0, told_ns: 0, doubt: None })
+        Ok(Self { configuration, host, link, scripts, program: 0, seen: 0, reported_ns: 0, doubt: None })
     }
 
     fn describe(&self) -> RobotDescription {
@@ -121,7 +121,7 @@ impl Robot for UniversalRobot {
     }
 
     fn read_joints(&mut self) -> Result<JointState, PluginError> {
-        self.tell_texts();
+        self.report_texts();
         let received = self.fresh()?;
         require_running(&received.state)?;
         Ok(self.joint_state(&received, moves(&received.state)))
@@ -137,7 +137,7 @@ impl Robot for UniversalRobot {
             return Err(PluginError::stopped());
         }
         // What was said before is not about this move.
-        self.tell_texts();
+        self.report_texts();
         self.program = self.program.wrapping_add(1).max(1);
         let speed = (self.configuration.full_speed * motion.speed_fraction).max(1e-4);
         let text = program::move_joints(
@@ -449,7 +449,7 @@ impl UniversalRobot {
     }
 
     /// Puts what the controller has said into the log.
-    fn tell_texts(&self) {
+    fn report_texts(&self) {
         let said = self.errors_said();
         for text in self.link.take_texts().into_iter().chain(Some(said).filter(|said| !said.is_empty())) {
             self.host.log(LogLevel::Info, &format!("the controller says: {text}"));
@@ -460,10 +460,10 @@ impl UniversalRobot {
     fn joint_state(&mut self, received: &Received, moving: bool) -> JointState {
         let age_ns = u64::try_from(received.age().as_nanos()).unwrap_or(u64::MAX);
         // Where the cell's clock stands between motions, a state is not from before the last that was told.
-        self.told_ns = self.host.now_ns().saturating_sub(age_ns).max(self.told_ns);
+        self.reported_ns = self.host.now_ns().saturating_sub(age_ns).max(self.reported_ns);
         let mut joints = JointVector::zeros(AXES);
         joints.as_mut_slice().copy_from_slice(&received.state.joints);
-        JointState::new(self.told_ns, joints, moving)
+        JointState::new(self.reported_ns, joints, moving)
     }
 
     fn emit(&mut self, received: &Received, moving: bool) -> Result<(), PluginError> {

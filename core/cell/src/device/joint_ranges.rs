@@ -12,14 +12,14 @@ use crate::joint_range::JointRange;
 use crate::workcell::{DeviceSetting, RobotSetting, Workcell};
 
 /// The joints of a cell's robots whose ranges are known: those of `told`, which holds more than a manifest knows, and those of manifests and settings.
-pub fn joint_ranges(cell: &Workcell, catalogue: &Catalogue, told: &[JointRange]) -> Vec<JointRange> {
+pub fn joint_ranges(cell: &Workcell, catalogue: &Catalogue, reported: &[JointRange]) -> Vec<JointRange> {
     let of_manifest = |device: &DeviceSetting| {
         let plugin = catalogue.find(&device.plugin).ok();
         plugin.map(|plugin| ranges_of(device, &plugin.manifest)).unwrap_or_default()
     };
     let robots = cell.devices.iter().filter(|device| cell.robot(&device.name).is_some());
-    let own = robots.filter(|device| told.iter().all(|range| range.device != device.name));
-    told.iter().cloned().chain(own.flat_map(of_manifest)).collect()
+    let own = robots.filter(|device| reported.iter().all(|range| range.device != device.name));
+    reported.iter().cloned().chain(own.flat_map(of_manifest)).collect()
 }
 
 /// How far the joints go that a device's manifest and settings list.

@@ -141,7 +141,7 @@ mod tests {
         let directory = tempfile::tempdir().unwrap();
         let file = directory.path().join("clock");
         assert_eq!(cell_time_ns(Some(&file)), None, "no world has written it");
-        let _writer = ClockWriter::create(&file, CellTime::Stands { at_ns: 77 }).unwrap();
+        let _writer = ClockWriter::create(&file, CellTime::Stopped { at_ns: 77 }).unwrap();
         assert_eq!(cell_time_ns(Some(&file)), Some(77));
     }
 }

@@ -341,8 +341,8 @@ fn where_it_is_while_it_moves_is_shown_with_its_zeros_and_how_far_its_planes_are
     let (sender, mut shown) = tokio::sync::mpsc::unbounded_channel();
     arm.show_movement(EventSender::new(sender));
     arm.set_zeros(&[zero("shoulder", 10.0)], true);
-    let told = listener.lock().unwrap();
-    told.as_ref().expect("it is watched")(&JointState::new(7, drive([20.0, 0.0, 50.0, 0.0]), true));
+    let callback = listener.lock().unwrap();
+    callback.as_ref().expect("it is watched")(&JointState::new(7, drive([20.0, 0.0, 50.0, 0.0]), true));
     let Event::Joints { device, time_ns, moving, joints } = shown.try_recv().unwrap().event else {
         panic!("the joints come first")
     };

@@ -535,13 +535,13 @@ mod tests {
     fn a_robot_may_stand_at_its_limits_and_a_tolerance_beyond() {
         let robot = robot();
         let [turn, slide] = robot.joints.as_slice() else { panic!("two joints") };
-        let stands = |values: [f64; 2]| check_limits(ARM, &robot, &vector(values)).is_ok();
+        let is_allowed = |values: [f64; 2]| check_limits(ARM, &robot, &vector(values)).is_ok();
         for sign in [1.0, -1.0] {
-            assert!(stands([sign * 2.0, sign * 100.0]));
-            assert!(stands([sign * (2.0 + 0.9 * tolerance(turn)), 0.0]));
-            assert!(!stands([sign * (2.0 + 1.1 * tolerance(turn)), 0.0]));
-            assert!(stands([0.0, sign * (100.0 + 0.9 * tolerance(slide))]));
-            assert!(!stands([0.0, sign * (100.0 + 1.1 * tolerance(slide))]));
+            assert!(is_allowed([sign * 2.0, sign * 100.0]));
+            assert!(is_allowed([sign * (2.0 + 0.9 * tolerance(turn)), 0.0]));
+            assert!(!is_allowed([sign * (2.0 + 1.1 * tolerance(turn)), 0.0]));
+            assert!(is_allowed([0.0, sign * (100.0 + 0.9 * tolerance(slide))]));
+            assert!(!is_allowed([0.0, sign * (100.0 + 1.1 * tolerance(slide))]));
         }
     }
 

@@ -107,7 +107,7 @@ impl Estimator<'_> {
     }
 
     /// Goes through the plan as a run would, and tells of each step that is shown.
-    pub(crate) fn foresee(&self, unknown: Unknown, mut tell: impl FnMut(&ForeseenStep<'_>)) {
+    pub(crate) fn foresee(&self, unknown: Unknown, mut visit: impl FnMut(&ForeseenStep<'_>)) {
         let known = |setting| self.known_robot(setting);
         let mut robots: Vec<KnownRobot<'_>> = self.cell.robots.iter().map(known).collect();
         let mut scopes = self.plan.scopes.clone();
@@ -129,7 +129,7 @@ impl Estimator<'_> {
                     (true, _) | (_, Work::Begin { .. }) => Some(0.0),
                     _ => entry.step.action.estimated_time_s(&context),
                 };
-                tell(&ForeseenStep { entry, context: &context, is_left_out, estimate_s });
+                visit(&ForeseenStep { entry, context: &context, is_left_out, estimate_s });
             }
             if is_passed_over {
                 continue;

@@ -367,10 +367,13 @@ mod tests {
             };
             let inside = point([35.0, 45.0, 60.0, 0.0]);
             let target = sent(inside).unwrap();
-            let told = [0, 1].map(|joint| target.get(joint).unwrap().to_degrees());
-            let place = point([told[0], told[1], target.get(2).unwrap(), 0.0]);
+            let commanded = [0, 1].map(|joint| target.get(joint).unwrap().to_degrees());
+            let place = point([commanded[0], commanded[1], target.get(2).unwrap(), 0.0]);
             let moved: f64 = place.iter().zip(inside).map(|(there, wanted)| (there - wanted).powi(2)).sum();
-            assert!(moved.sqrt() > 0.05, "the drive is told otherwise than by the plain geometry: {told:?}");
+            assert!(
+                moved.sqrt() > 0.05,
+                "the drive is told otherwise than by the plain geometry: {commanded:?}"
+            );
             let refused = sent(point([35.0, 45.0, 140.0, 0.0])).unwrap_err();
             assert!(
                 refused.contains("quill would be at 140.000 mm, and was measured from 0.000 to 100.000 mm")

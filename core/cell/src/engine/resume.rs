@@ -330,13 +330,13 @@ mod tests {
     #[test]
     fn a_person_is_told_which_joint_stands_elsewhere_and_whether_the_run_moved_it() {
         let joints = |waist: f64| json!([{"name": "waist", "value": waist, "unit": "deg"}, {"name": "elbow", "value": -80.0, "unit": "deg"}]);
-        let told = |moved: &MovedJoints| differences_in_words(&joints(9.3), &joints(5.7), moved);
+        let message_for = |moved: &MovedJoints| differences_in_words(&joints(9.3), &joints(5.7), moved);
         let waist = MovedJoints::Named(vec!["waist".to_owned()]);
         assert_eq!(
-            told(&waist),
+            message_for(&waist),
             "Its waist reads -3.600 deg from where it was recorded last: it was moving when the run was interrupted."
         );
-        assert!(told(&MovedJoints::None).ends_with("the run was not moving it: did somebody?"));
+        assert!(message_for(&MovedJoints::None).ends_with("the run was not moving it: did somebody?"));
         assert_eq!(
             differences_in_words(&joints(9.3), &joints(9.3), &waist),
             "All joints read as they were left."

@@ -458,8 +458,8 @@ impl Engine {
             names.quantities.push((sensor.name.clone(), known.collect()));
         }
         check_procedure(procedure, &names).map_err(|problems| {
-            let told: Vec<String> = problems.iter().map(ToString::to_string).collect();
-            StepError::error(told.join("\n"))
+            let messages: Vec<String> = problems.iter().map(ToString::to_string).collect();
+            StepError::error(messages.join("\n"))
         })
     }
 

@@ -32,7 +32,7 @@ pub(super) fn limits_between(
 
 /// Which joint of a robot that stands at these places (rad or mm, in the order of the cell's list) is beyond its limits, in words; none where all are within, or
 /// none are known.
-pub(super) fn standing_beyond(
+pub(super) fn place_beyond(
     robot: &KnownRobot<'_>,
     places: &[f64],
     context: &MotionContext<'_>,

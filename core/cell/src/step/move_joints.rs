@@ -5,7 +5,7 @@ use plumb_document::{MapReader, Node, Span, did_you_mean};
 use plumb_plugin::JointVector;
 use serde_json::json;
 
-use super::beyond::{known_range, limits_passed, standing_beyond};
+use super::beyond::{known_range, limits_passed, place_beyond};
 use super::declaration::{Action, MovedJoints};
 use super::joint_targets::{JointTarget, JointTargets, read_pair};
 use super::kind::{Kind, StepKind};
@@ -214,7 +214,7 @@ impl MoveStep {
     fn hand_beyond(&self, hand: &HandTarget, context: &MotionContext<'_>) -> Option<String> {
         let robot = context.time.robot(&self.robot).filter(|robot| robot.is_placed())?;
         let places = robot.joints_for(&hand.flange(context.time)?)?;
-        standing_beyond(robot, &places, context)
+        place_beyond(robot, &places, context)
     }
 
     /// Which joint would stand beyond its limits where the point is brought to its place, whichever way; none where one way keeps them, as the run looks for
@@ -227,12 +227,12 @@ impl MoveStep {
         let others = self.goals(context.time);
         let others: Vec<_> = others.into_iter().filter(|(joint, _)| !by.contains(&joint.as_str())).collect();
         let found = robot.joints_for_tip((xyz_mm, target), &by, &others)?;
-        let beyond = standing_beyond(robot, &found, context)?;
+        let beyond = place_beyond(robot, &found, context)?;
         let ranges = by.iter().map(|joint| known_range((&self.robot, joint), context));
         let keeps = |start: Vec<(String, Option<f64>)>| {
             let start = [others.clone(), start].concat();
             let found = robot.joints_for_tip((xyz_mm, target), &by, &start);
-            found.is_some_and(|found| standing_beyond(robot, &found, context).is_none())
+            found.is_some_and(|found| place_beyond(robot, &found, context).is_none())
         };
         (!other_starts(&by, &ranges.collect::<Option<Vec<_>>>()?).into_iter().any(keeps)).then_some(beyond)
     }

@@ -140,9 +140,9 @@ fn beyond(how: &str) -> Option<String> {
 #[test]
 fn each_joint_of_a_move_is_told_with_its_limits_and_whether_it_goes_beyond() {
     let (plan, moves) = moving("to_deg: {shoulder: 60, elbow: 145}, to_mm: {quill: 50}", "");
-    let told: Vec<_> = moves.iter().map(|(how, limits, _)| (how.as_str(), limits.as_str())).collect();
+    let reported: Vec<_> = moves.iter().map(|(how, limits, _)| (how.as_str(), limits.as_str())).collect();
     assert_eq!(
-        told,
+        reported,
         [
             ("to 60 deg", "-90 to 60 deg, and the robot's own"),
             ("to 145 deg", "the robot's own, -145 to 145 deg"),

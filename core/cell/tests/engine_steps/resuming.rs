@@ -94,8 +94,8 @@ steps:
     let (place, outcome, events, _) = lost_and_resumed(steps, 1);
     assert_eq!((outcome, message_of(&events)), (RunOutcome::Failed, "one is not more than two"));
     assert_eq!(readings(&place), named(&[("b", 2.0)]));
-    let told: Vec<_> = outcomes(&events);
-    let of = |id: &str| told.iter().find(|(step, _)| step == id).map(|(_, outcome)| *outcome);
+    let reported: Vec<_> = outcomes(&events);
+    let of = |id: &str| reported.iter().find(|(step, _)| step == id).map(|(_, outcome)| *outcome);
     assert_eq!(of("first"), Some(StepOutcome::Skipped));
     assert_eq!(of("unneeded"), Some(StepOutcome::NotNeeded));
 }

@@ -226,7 +226,7 @@ fn how_far_a_search_has_come_is_told_as_a_share_of_its_way_with_where_the_joint_
     );
     let cell = cell_with_steps(&place, &steps);
     let (_, events) = watch(start(request(&cell, &place), &World::new([0.0; 3])), |_, _| {});
-    let told: Vec<_> = events
+    let reported: Vec<_> = events
         .iter()
         .filter_map(|event| match event {
             Event::StepProgress { step, fraction, text } if step.0 == "lower" => {
@@ -235,12 +235,12 @@ fn how_far_a_search_has_come_is_told_as_a_share_of_its_way_with_where_the_joint_
             _ => None,
         })
         .collect();
-    for (told, (share, text)) in
-        told.iter().zip([(0.1, "fast: shoulder at 38.50 deg"), (0.2, "fast: shoulder at 34.50 deg")])
+    for (reported, (share, text)) in
+        reported.iter().zip([(0.1, "fast: shoulder at 38.50 deg"), (0.2, "fast: shoulder at 34.50 deg")])
     {
-        assert!((told.0.expect("a share") - share).abs() < 1e-9, "{told:?}");
-        assert_eq!(told.1, text);
+        assert!((reported.0.expect("a share") - share).abs() < 1e-9, "{reported:?}");
+        assert_eq!(reported.1, text);
     }
-    let slow = told.iter().filter(|(_, text)| text.starts_with("slowly: shoulder at "));
-    assert!(slow.count() >= 4, "{told:?}");
+    let slow = reported.iter().filter(|(_, text)| text.starts_with("slowly: shoulder at "));
+    assert!(slow.count() >= 4, "{reported:?}");
 }

@@ -298,8 +298,8 @@ fn going_back_past_a_correction_takes_it_back_and_what_is_found_then_is_applied_
     ];
     let (outcome, events, asked, place, _) = run(CORRECTED, operator);
     assert_eq!(labels(&asked[2])[2], (Decision::Back, "Go back to \u{201c}Over the white\u{201d}"));
-    let told = "\nGoing back undoes the correction of joint zero of arm waist.";
-    assert!(asked[2].text.ends_with(told), "{}", asked[2].text);
+    let expected_text = "\nGoing back undoes the correction of joint zero of arm waist.";
+    assert!(asked[2].text.ends_with(expected_text), "{}", asked[2].text);
     assert_eq!(outcome, RunOutcome::Failed, "the search was left out: {}", message_of(&events));
     assert!(
         asked[4].text.contains("zero of waist: 0.0000 -> 3.7000 deg"),

@@ -122,8 +122,9 @@ impl Host {
             check_unchanged(&plugin.library_path, expected)?;
         }
         let loaded = load(&plugin).map_err(|error| text(&error))?;
-        let device =
-            loaded.create(&told(&plugin, &arguments.config), context).map_err(|error| text(&error))?;
+        let device = loaded
+            .create(&creation_config(&plugin, &arguments.config), context)
+            .map_err(|error| text(&error))?;
         let description = described(&device, &plugin).map_err(|error| text(&error))?;
         let (limits, guard) = match &description {
             Description::Robot(robot) => (
@@ -221,7 +222,7 @@ impl Host {
 }
 
 /// What `create` is told: the device's configuration. The bridge is told beside it whose driver to run.
-fn told(plugin: &Plugin, config: &Value) -> Value {
+fn creation_config(plugin: &Plugin, config: &Value) -> Value {
     if plugin.manifest.driver.is_empty() {
         return config.clone();
     }

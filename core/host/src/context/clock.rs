@@ -46,7 +46,7 @@ impl Clock {
 }
 
 fn mismatch(device: &str, what: &str, time_ns: u64, time: CellTime, now_ns: u64) -> Option<String> {
-    let behind = if matches!(time, CellTime::Stands { .. }) { BEHIND_A_JUMP } else { BEHIND };
+    let behind = if matches!(time, CellTime::Stopped { .. }) { BEHIND_A_JUMP } else { BEHIND };
     let (later, earlier) = (time_ns.saturating_sub(now_ns), now_ns.saturating_sub(time_ns));
     let away = if Duration::from_nanos(later) > AHEAD {
         format!("{:.1} s ahead of", later as f64 * 1e-9)
@@ -68,7 +68,7 @@ mod tests {
 
     const SECOND: u64 = 1_000_000_000;
     const RUNS: CellTime = CellTime::MONOTONIC;
-    const STANDS: CellTime = CellTime::Stands { at_ns: 0 };
+    const STOPPED: CellTime = CellTime::Stopped { at_ns: 0 };
 
     #[test]
     fn what_was_seen_a_while_ago_is_believed_and_what_another_clock_dates_is_not() {
@@ -81,8 +81,8 @@ mod tests {
         assert!(!is_refused(now - 600 * SECOND, RUNS));
         assert!(is_refused(now - 601 * SECOND, RUNS));
         // A long motion is over at once in such a world, and its edges are reported afterwards.
-        assert!(!is_refused(now - 3600 * SECOND, STANDS));
-        assert!(is_refused(now - 7201 * SECOND, STANDS));
+        assert!(!is_refused(now - 3600 * SECOND, STOPPED));
+        assert!(is_refused(now - 7201 * SECOND, STOPPED));
     }
 
     #[test]

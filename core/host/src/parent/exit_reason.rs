@@ -119,8 +119,8 @@ mod tests {
             "ended with code 9; the last it wrote: oops"
         );
         let refusal = "memory allocation of 4096 bytes failed";
-        let told = ended(None, Some("SIGABRT"), &[refusal, "more"]).to_string();
-        assert!(told.contains(&format!("; {refusal} (the cell file may give it more")), "{told}");
+        let message = ended(None, Some("SIGABRT"), &[refusal, "more"]).to_string();
+        assert!(message.contains(&format!("; {refusal} (the cell file may give it more")), "{message}");
         assert!(!ended(None, Some("SIGSEGV"), &[refusal]).to_string().contains("may give it more"));
         for other in ["memory allocation of 4096 bytes went well", "the allocation of 4096 bytes failed"] {
             assert!(!ended(None, Some("SIGABRT"), &[other]).to_string().contains("may give it more"));

@@ -11,13 +11,13 @@ use crate::place::{LONG, Place};
 fn a_device_dates_by_the_clock_that_the_cells_world_keeps() {
     let place = Place::new();
     let file = place.directory.path().join("world.clock");
-    let clock = ClockWriter::create(&file, CellTime::Stands { at_ns: 77_000_000_000_000 }).unwrap();
+    let clock = ClockWriter::create(&file, CellTime::Stopped { at_ns: 77_000_000_000_000 }).unwrap();
     let mut arguments = place.arguments("arm", "misbehaving_robot", Value::Null);
     arguments.clock = Some(file);
     let host = place.spawn(&arguments).unwrap();
     let arm = host.robot().unwrap();
     assert_eq!(arm.read_joints().unwrap().time_ns, 77_000_000_000_000);
-    clock.write(CellTime::Stands { at_ns: 77_000_000_000_001 }).unwrap();
+    clock.write(CellTime::Stopped { at_ns: 77_000_000_000_001 }).unwrap();
     assert_eq!(arm.read_joints().unwrap().time_ns, 77_000_000_000_001);
     // From then on it runs with the wall's.
     clock.write(CellTime::Runs { ahead_ns: 1_000_000_000_000_000 }).unwrap();

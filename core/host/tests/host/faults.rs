@@ -152,6 +152,6 @@ fn lines_that_cannot_be_read_at_rest_are_reported_once() {
         host.robot().unwrap().read_joints().unwrap();
     }
     host.finish(LONG);
-    let is_told = |event: &HostEvent| matches!(event, HostEvent::Log { level: LogLevel::Warn, text } if text.contains("its input lines cannot be read at rest: the robot does not want to"));
-    assert_eq!(events.iter().filter(is_told).count(), 1);
+    let is_input_warning = |event: &HostEvent| matches!(event, HostEvent::Log { level: LogLevel::Warn, text } if text.contains("its input lines cannot be read at rest: the robot does not want to"));
+    assert_eq!(events.iter().filter(is_input_warning).count(), 1);
 }

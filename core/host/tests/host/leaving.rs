@@ -116,12 +116,12 @@ fn orchestrators_killed_at_any_moment_leave_a_cell_that_works() {
             .stderr(Stdio::piped())
             .spawn()
             .unwrap();
-        let (told, moves) = channel();
+        let (sender, moves) = channel();
         let mut output = BufReader::new(orchestrator.stdout.take().unwrap());
         let reader = thread::spawn(move || {
             let mut line = String::new();
             output.read_line(&mut line).unwrap();
-            let _ = told.send(());
+            let _ = sender.send(());
         });
         until("the moment", || {
             let made =
@@ -161,7 +161,7 @@ fn what_was_killed_before_it_had_a_size_holds_nobody_up() {
         fs::File::create(&piece).unwrap();
         fs::set_permissions(&piece, fs::Permissions::from_mode(0o200)).unwrap();
     }
-    let (told, moved) = channel();
+    let (sender, moved) = channel();
     let domain = place.domain.clone();
     thread::spawn(move || {
         let bus = Bus::open(&domain, "test").unwrap();
@@ -170,7 +170,7 @@ fn what_was_killed_before_it_had_a_size_holds_nobody_up() {
         robot.activate().unwrap();
         robot.move_joints(&waist_to(0.01), LONG).unwrap();
         drop((robot, host, bus));
-        told.send(()).unwrap();
+        sender.send(()).unwrap();
     });
     moved.recv_timeout(LONG).expect("a robot that moves");
     until("the end of the last host", || place.domain.remove().ok());

@@ -34,12 +34,12 @@ fn a_stop_ends_a_move_and_holds_until_the_next_activation() {
         assert!(error.is_stop(), "{error:?}");
     });
     assert_eq!(robot.state().unwrap(), DeviceState::Inactive);
-    let stood = robot.read_joints().unwrap().joints;
+    let at_stop = robot.read_joints().unwrap().joints;
     let error = robot.move_joints(&waist_to(0.0), LONG).unwrap_err();
     assert_eq!(error.to_string(), "arm: arm was stopped; activate it before it may move again");
-    assert_eq!(robot.read_joints().unwrap().joints, stood);
+    assert_eq!(robot.read_joints().unwrap().joints, at_stop);
     robot.activate().unwrap();
-    let near = stood.get(0).unwrap() + 0.01;
+    let near = at_stop.get(0).unwrap() + 0.01;
     assert!(robot.move_joints(&waist_to(near), LONG).is_ok());
 }
 

@@ -77,8 +77,8 @@ pub type RobotCheck = (&'static str, fn(&mut dyn RobotBench) -> Result<CheckOutc
 pub const ROBOT_CHECKS: &[RobotCheck] = &[
     ("it is at rest before anything is asked of it", comes_to_rest_first),
     ("its description makes sense", description_makes_sense),
-    ("it is at rest when it is read", stands_when_read),
-    ("a move ends at its target", move_ends_where_told),
+    ("it is at rest when it is read", rests_when_read),
+    ("a move ends at its target", move_ends_at_its_target),
     ("a relative move adds to where the joints are", relative_move_adds),
     ("joints that take no part stay where they are", others_stay),
     ("its joint stream ends at rest where the move ended", stream_ends_at_rest),
@@ -235,7 +235,7 @@ fn looks_like_degrees(joint: &JointDescription) -> Option<String> {
     })
 }
 
-fn stands_when_read(bench: &mut dyn RobotBench) -> Result<CheckOutcome, PluginError> {
+fn rests_when_read(bench: &mut dyn RobotBench) -> Result<CheckOutcome, PluginError> {
     let robot = bench.describe()?;
     let state = bench.read_joints()?;
     if state.joints.len() != robot.joints.len() {
@@ -263,7 +263,7 @@ fn step_of(robot: &RobotDescription, joint: usize, from: &JointVector) -> Option
     Some((motion, motion.end_from(from)))
 }
 
-fn move_ends_where_told(bench: &mut dyn RobotBench) -> Result<CheckOutcome, PluginError> {
+fn move_ends_at_its_target(bench: &mut dyn RobotBench) -> Result<CheckOutcome, PluginError> {
     let robot = bench.describe()?;
     bench.activate()?;
     for (index, joint) in robot.joints.iter().enumerate() {
@@ -488,16 +488,16 @@ fn stop_holds(bench: &mut dyn RobotBench) -> Result<CheckOutcome, PluginError> {
         result?;
         return Ok(CheckOutcome::Skipped("its moves take no time".to_owned()));
     }
-    let stood = bench.read_joints()?.joints;
+    let rest_joints = bench.read_joints()?.joints;
     match bench.move_joints(&motion) {
         Err(PluginError::Stopped(_)) => {}
         other => return failed(format!("a move after the stop ended with {other:?}")),
     }
-    if bench.read_joints()?.joints != stood {
+    if bench.read_joints()?.joints != rest_joints {
         return failed("it moved after the stop".to_owned());
     }
     bench.activate()?;
-    let Some((small, target)) = step_of(&robot, 0, &stood) else { return Ok(CheckOutcome::Passed) };
+    let Some((small, target)) = step_of(&robot, 0, &rest_joints) else { return Ok(CheckOutcome::Passed) };
     let end = bench.move_joints(&small)?.joints;
     Ok(off_target(&robot, &end, &target).map_or(CheckOutcome::Passed, CheckOutcome::Failed))
 }

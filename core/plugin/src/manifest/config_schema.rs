@@ -202,7 +202,7 @@ mod tests {
         let said = said(
             "  type: object\n  properties:\n    port: {type: sting}\n    rate: {type: [integer, nul], minimum: low}\n    list: {items: [string], minItems: 0.5}\n  additionalProperties: 3\n  required: port\n",
         );
-        for told in [
+        for expected in [
             "plugin.yaml:11:18: there is no type `sting`",
             "did you mean `string`?",
             "plugin.yaml:12:28: there is no type `nul`",
@@ -212,7 +212,7 @@ mod tests {
             "`additionalProperties` is a schema, or `true` or `false`; this is a number",
             "`required` is a list; this is a text",
         ] {
-            assert!(said.contains(told), "{told}: {said}");
+            assert!(said.contains(expected), "{expected}: {said}");
         }
     }
 

@@ -10,7 +10,7 @@ pub fn to_json(layout: Option<&Layout>, message: &[u8]) -> Value {
     let long_enough = layout.filter(|layout| message.len() >= layout.size);
     let Some(layout) = long_enough else { return of_its_own(message) };
     let value = |field: &Field| Some((field.name.clone(), value_of(field, message)?));
-    Value::Object(layout.told().filter_map(value).collect())
+    Value::Object(layout.visible_fields().filter_map(value).collect())
 }
 
 /// The bytes of a message from its fields. Those left out are zero; the number is the host's. Of a layout of which nothing is known, and of one whose
@@ -25,8 +25,8 @@ pub fn from_json(layout: Option<&Layout>, fields: &Value) -> Result<Vec<u8>, Str
     let Some(layout) = layout.filter(|layout| layout.tail.is_none()) else { return own_bytes(given) };
     let mut message = vec![0; layout.size];
     for (name, value) in given {
-        let Some(field) = layout.told().find(|field| field.name == *name) else {
-            let known: Vec<&str> = layout.told().map(|field| field.name.as_str()).collect();
+        let Some(field) = layout.visible_fields().find(|field| field.name == *name) else {
+            let known: Vec<&str> = layout.visible_fields().map(|field| field.name.as_str()).collect();
             return Err(format!("its layout has no field '{name}'; it has {known:?}"));
         };
         let bytes = bytes_of(field.of, value)

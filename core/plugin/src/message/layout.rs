@@ -174,7 +174,7 @@ impl Layout {
     }
 
     /// The fields that say something: all but the empty places.
-    pub fn told(&self) -> impl Iterator<Item = &Field> {
+    pub fn visible_fields(&self) -> impl Iterator<Item = &Field> {
         self.fields.iter().filter(|field| field.name != RESERVED)
     }
 }

@@ -96,7 +96,7 @@ impl Drop for Played {
 }
 
 /// The answer to WHERE of an arm that stands so, degrees.
-pub(crate) fn stands_at(joints: &[f64; 6]) -> String {
+pub(crate) fn where_reply(joints: &[f64; 6]) -> String {
     let row = |values: &[f64; 6]| values.map(|value| format!("{value:10.3}")).concat();
     let joints = row(joints);
     format!("\r\n X Y Z O A T\r\n{}\r\n JT1 JT2 JT3 JT4 JT5 JT6\r\n{joints}\r\n. ", row(&[1.0; 6]))

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex};
 use plumb_plugin::recording::RecordingHost;
 use serde_json::json;
 
-use super::played::{CONTROL_C, DONE, Played, stands_at};
+use super::played::{CONTROL_C, DONE, Played, where_reply};
 use super::*;
 
 /// A motion of one joint to so many degrees, the others where they are.
@@ -33,7 +33,7 @@ fn off_by(off: f64) -> Played {
             joints[numbers[0] as usize - 1] += numbers[1] + off;
             std::thread::sleep(TAKES);
         }
-        if line == "WHERE" { stands_at(&joints) } else { DONE.to_owned() }
+        if line == "WHERE" { where_reply(&joints) } else { DONE.to_owned() }
     })
 }
 
@@ -45,13 +45,13 @@ fn an_arm_that_stands_elsewhere_than_where_it_was_sent_has_not_arrived() {
         let state = arm.move_joints(&to(0, 10.0)).unwrap_or_else(|error| panic!("{off}: {error}"));
         assert!((state.joints.get(0).unwrap().to_degrees() - 10.0 - off).abs() < 1e-3);
     }
-    for (off, stands) in [(0.06, "10.06"), (-0.06, "9.94")] {
+    for (off, actual) in [(0.06, "10.06"), (-0.06, "9.94")] {
         let played = off_by(off);
         let (mut arm, _host) = driver(&played).unwrap();
         let error = arm.move_joints(&to(0, 10.0)).unwrap_err();
-        let told =
-            format!("waist was sent to 10.00 and is at {stands} degrees, although the controller reported");
-        assert!(matches!(error, PluginError::Failed(_)) && error.text().starts_with(&told), "{error:?}");
+        let expected =
+            format!("waist was sent to 10.00 and is at {actual} degrees, although the controller reported");
+        assert!(matches!(error, PluginError::Failed(_)) && error.text().starts_with(&expected), "{error:?}");
         let error = arm.move_joints(&to(0, 20.0)).unwrap_err();
         assert!(matches!(error, PluginError::NotReady(_)), "it is not moved again: {error:?}");
         assert!(error.text().contains("look where it is, then activate it again"), "{error}");
@@ -82,7 +82,7 @@ fn aborted(answers: [&'static str; 2]) -> (Result<(), String>, Vec<String>) {
             busy = !answers[1].ends_with(". ");
             answers[1].to_owned()
         }
-        "WHERE" => stands_at(&READY),
+        "WHERE" => where_reply(&READY),
         _ => DONE.to_owned(),
     });
     let created = driver(&played).map(drop).map_err(|error| error.text().to_owned());
@@ -115,8 +115,8 @@ fn reading(next: &[&str]) -> (Result<f64, PluginError>, usize) {
     let is_begun = Arc::new(Mutex::new(false));
     let begun = Arc::clone(&is_begun);
     let played = Played::answering(move |line| match line {
-        "WHERE" if !*begun.lock().unwrap() => stands_at(&READY),
-        "WHERE" => coming.lock().unwrap().pop().unwrap_or_else(|| stands_at(&moved)),
+        "WHERE" if !*begun.lock().unwrap() => where_reply(&READY),
+        "WHERE" => coming.lock().unwrap().pop().unwrap_or_else(|| where_reply(&moved)),
         _ => DONE.to_owned(),
     });
     let (mut arm, _host) = driver(&played).unwrap();
@@ -142,7 +142,7 @@ fn a_pose_counts_when_it_was_read_twice_and_one_answer_may_be_damaged() {
     // One digit was turned into another on the line.
     let mut wrong = READY;
     wrong[0] = 80.0;
-    let (read, asked) = reading(&[&stands_at(&wrong)]);
+    let (read, asked) = reading(&[&where_reply(&wrong)]);
     assert!((read.unwrap() - 30.0).abs() < 1e-9 && asked == 3, "{asked}");
 }
 
@@ -159,7 +159,7 @@ fn an_arm_that_is_never_read_twice_at_one_place_is_not_moved() {
         .map(|step| {
             let mut place = READY;
             place[0] = f64::from(step);
-            stands_at(&place)
+            where_reply(&place)
         })
         .collect();
     let places: Vec<&str> = places.iter().map(String::as_str).collect();
@@ -179,7 +179,7 @@ fn zeros_are_taken_over_only_near_the_ready_position() {
             let mut joints = READY;
             joints[0] = if taken { 0.0 } else { reads };
             match line {
-                "WHERE" => stands_at(&joints),
+                "WHERE" => where_reply(&joints),
                 "EXECUTE POTCAL" => "\r\nAre you sure (Y/N)? ".to_owned(),
                 _ => DONE.to_owned(),
             }
@@ -211,7 +211,7 @@ fn a_question_nobody_knows_is_one_once_nothing_more_comes() {
     let config = |port: &str| json!({"port": port, "calibrate": true, "reply_within_ms": 200});
     let played = Played::answering(|line| match line {
         "CALIBRATE" => "\r\nIs the arm clear?".to_owned(),
-        "WHERE" => stands_at(&READY),
+        "WHERE" => where_reply(&READY),
         _ => DONE.to_owned(),
     });
     let mut arm = Puma::create(&config(&played.port), RecordingHost::new().host()).unwrap();
@@ -260,7 +260,7 @@ fn an_unexpected_question_is_cancelled_and_an_unexpected_prompt_is_not() {
         let begun = Arc::clone(&is_begun);
         let played = Played::answering(move |line| match line {
             "WHERE" if *begun.lock().unwrap() => answer.to_owned(),
-            "WHERE" => stands_at(&READY),
+            "WHERE" => where_reply(&READY),
             _ => DONE.to_owned(),
         });
         let (mut arm, _host) = driver(&played).unwrap();
@@ -291,7 +291,7 @@ fn an_arm_that_is_shown_a_twentieth_of_a_degree_off_has_arrived() {
         if line.starts_with("DO DRIVE 1,-10,") {
             joints[0] = 0.05;
         }
-        if line == "WHERE" { stands_at(&joints) } else { DONE.to_owned() }
+        if line == "WHERE" { where_reply(&joints) } else { DONE.to_owned() }
     });
     let (mut arm, _host) = driver(&played).unwrap();
     arm.move_joints(&to(0, 0.0)).unwrap();

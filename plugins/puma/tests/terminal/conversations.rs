@@ -78,7 +78,7 @@ fn hold_some(seeds: RangeInclusive<u64>, held: &Mutex<Held>, progress: &(impl Fn
 fn hold_one(cell: &mut Cell, seed: u64) -> Result<u64, String> {
     let mut errors = 0;
     let damage = DAMAGED[(seed / 3 % 3) as usize];
-    cell.emulator.tell(Event::DamageAtRandom(damage));
+    cell.emulator.inject(Event::DamageAtRandom(damage));
     for turn in 0..POSES {
         let by = (seed % 17) as f64 + turn as f64 * 7.0;
         let pose = [by - 20.0, -80.0 - by / 3.0, 95.0, 0.5 * by, 10.0, -15.0 + by];
@@ -86,9 +86,12 @@ fn hold_one(cell: &mut Cell, seed: u64) -> Result<u64, String> {
             Ok(state) => {
                 let made = cell.world.joints();
                 for (place, (made, sent)) in made.iter().zip(pose).enumerate() {
-                    let told = state.joints.get(place).unwrap_or(f64::NAN).to_degrees();
-                    if !((told - made).abs() < TAKEN_WITHIN && (sent - made).abs() < TAKEN_WITHIN) {
-                        return Err(format!("joint {}: sent to {sent}, told {told}, made {made}", place + 1));
+                    let reported = state.joints.get(place).unwrap_or(f64::NAN).to_degrees();
+                    if !((reported - made).abs() < TAKEN_WITHIN && (sent - made).abs() < TAKEN_WITHIN) {
+                        return Err(format!(
+                            "joint {}: sent to {sent}, told {reported}, made {made}",
+                            place + 1
+                        ));
                     }
                 }
             }
@@ -97,21 +100,21 @@ fn hold_one(cell: &mut Cell, seed: u64) -> Result<u64, String> {
                 if error.text().len() < 10 {
                     return Err(format!("an error without words: {error:?}"));
                 }
-                let stands = cell.world.joints();
+                let stopped = cell.world.joints();
                 let _ = cell.arm.read_joints();
-                cell.emulator.tell(Event::DamageAtRandom(0.0));
+                cell.emulator.inject(Event::DamageAtRandom(0.0));
                 let recovered = cell.arm.activate().or_else(|_| cell.arm.activate());
                 if let Err(lost) = recovered {
                     return Err(format!("not recovered from `{error}`: {lost}"));
                 }
-                if cell.world.joints() != stands {
+                if cell.world.joints() != stopped {
                     return Err(format!("it moved after `{error}`"));
                 }
-                cell.emulator.tell(Event::DamageAtRandom(damage));
+                cell.emulator.inject(Event::DamageAtRandom(damage));
             }
         }
     }
-    cell.emulator.tell(Event::DamageAtRandom(0.0));
+    cell.emulator.inject(Event::DamageAtRandom(0.0));
     cell.arm.activate().map_err(|error| format!("no clean end: {error}"))?;
     Ok(errors)
 }

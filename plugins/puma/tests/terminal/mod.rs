@@ -91,7 +91,7 @@ impl Cell {
         let emulator = Emulator::start(EmulatorOptions { world: world.socket.clone(), ..options }).unwrap();
         let recording = RecordingHost::new();
         let mut config = config.clone();
-        config["port"] = json!(emulator.standing().port);
+        config["port"] = json!(emulator.status().port);
         let arm = Puma::create(&config, recording.host()).unwrap();
         Self { arm, emulator, recording, world }
     }
@@ -106,11 +106,11 @@ impl Cell {
     }
 
     pub(crate) fn assert_at(&mut self, degrees: [f64; 6]) {
-        let told = self.arm.read_joints().unwrap().joints;
+        let reported = self.arm.read_joints().unwrap().joints;
         for (place, (wanted, made)) in degrees.iter().zip(self.world.joints()).enumerate() {
             assert!((wanted - made).abs() < 0.012, "joint {}: {wanted} {made}", place + 1);
-            let told = told.get(place).unwrap().to_degrees();
-            assert!((told - made).abs() < 0.012, "joint {}: told {told}, made {made}", place + 1);
+            let reported = reported.get(place).unwrap().to_degrees();
+            assert!((reported - made).abs() < 0.012, "joint {}: told {reported}, made {made}", place + 1);
         }
     }
 }

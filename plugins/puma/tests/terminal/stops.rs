@@ -49,7 +49,7 @@ fn stop(dialect: Dialect, speed: f64) -> Stop {
     let error = cell.arm.move_joints(&Motion::absolute(target, speed)).unwrap_err();
     assert!(matches!(error, PluginError::Stopped(_)), "{error:?}");
     let (asked, before) = asked.join().unwrap();
-    let heard = cell.emulator.standing().last_cancel.unwrap();
+    let heard = cell.emulator.status().last_cancel.unwrap();
     assert!(!cell.world.client.read(Verb::Read {}).unwrap().moving);
     Stop { speed, after: heard.saturating_duration_since(asked), went_deg: cell.world.joints()[0] - before }
 }

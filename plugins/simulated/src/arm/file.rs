@@ -263,7 +263,7 @@ fn of_tree(checked: Typed<'_>, root: &Node) -> Read<ArmWorldDescription> {
         sealed_text: None,
         paper: paper.clone(),
     };
-    checker.require_standing(&described, raw.world.span);
+    checker.require_equilibrium(&described, raw.world.span);
     Some(Ok(described))
 }
 
@@ -295,7 +295,7 @@ fn arm(checked: Typed<'_>, title: &Spanned<String>, raw: RawArm) -> Read<(ArmOnP
 impl Checker<'_> {
     /// The arm must stand with its load where it begins (a PUMA stretched out): what is too soft there is a mistake of the file. Not asked while
     /// other numbers are wrong.
-    fn require_standing(&self, world: &ArmWorldDescription, place: Span) {
+    fn require_equilibrium(&self, world: &ArmWorldDescription, place: Span) {
         if !self.typed.problems.is_empty() {
             return;
         }
@@ -304,7 +304,7 @@ impl Checker<'_> {
         let pose = if world.paper.name == puma560::NAME { &stretched[..] } else { &world.start };
         machine.go(pose, 0.0);
         let conditions = Conditions { time_s: 0.0, temperature_c: 20.0, payload_kg: 0.0 };
-        if let Err(error) = machine.stand(&conditions) {
+        if let Err(error) = machine.equilibrium(&conditions) {
             self.typed.wrong(place, &error.to_string());
         }
     }

@@ -143,7 +143,7 @@ impl ArmWorld {
 
     /// A point of the arm that can be measured, world, mm.
     fn point(&self, at: &str) -> Result<Option<Vector>, MeasuringError> {
-        let flange = self.standing()?.posture.world_from_flange;
+        let flange = self.stance()?.posture.world_from_flange;
         Ok(match at {
             "flange" => Some(flange.translation),
             "tip" => Some(flange.apply(self.description.tool.tip)),
@@ -162,7 +162,7 @@ impl ArmWorld {
     /// # Errors
     /// [`MeasuringError`]
     pub fn read_level(&mut self, at: &str, turned: bool) -> Result<f64, MeasuringError> {
-        let stance = self.standing()?;
+        let stance = self.stance()?;
         let along = self.level_direction(&stance, &self.surface_named(at)?, turned);
         let tilt = along.z.clamp(-1.0, 1.0).asin();
         let level = self.description.level;
@@ -183,7 +183,7 @@ impl ArmWorld {
         if shown.abs() < self.smallest_seen_deg() {
             return Ok(LevelStep::Done);
         }
-        let stance = self.standing()?;
+        let stance = self.stance()?;
         let surface = self.surface_named(at)?;
         let along = self.level_direction(&stance, &surface, turned);
         let no_effect = || MeasuringError::NoEffect {

@@ -25,7 +25,7 @@ impl ArmWorld {
     /// What the camera sees now.
     pub(super) fn exposure(&mut self) -> Result<Exposure, String> {
         let light = self.description.light.clone().ok_or(NO_RIG)?;
-        let stance = self.standing().map_err(|error| error.to_string())?;
+        let stance = self.stance().map_err(|error| error.to_string())?;
         self.exposures += 1;
         Ok(Exposure {
             // The shutter opens later than the camera says.
@@ -138,12 +138,12 @@ impl Arm for ArmWorld {
     }
 
     fn truth(&self) -> Result<TruthReport, String> {
-        let stance = self.standing().map_err(|error| error.to_string())?;
+        let stance = self.stance().map_err(|error| error.to_string())?;
         let flange = stance.posture.world_from_flange;
         let wrist = self.description.paper.wrist.and_then(|joint| stance.posture.axes.get(joint));
         Ok(TruthReport {
             time_ns: self.time_ns,
-            reckoned: Self::listed(&self.believed),
+            counted: Self::listed(&self.believed),
             attitudes: Self::listed(&stance.angles),
             wrist_mm: wrist.map_or(flange.translation, |axis| axis.point).into(),
             sensor_mm: flange.apply(self.description.tool.tip).into(),
@@ -194,13 +194,13 @@ impl Arm for ArmWorld {
 impl Operator for ArmWorld {
     fn request_toward(&self, joints: &[Option<f64>]) -> MotionRequest {
         // An arm that finds no equilibrium is nowhere: nothing is moved.
-        let here = self.standing().map(|stance| stance.angles).unwrap_or_default();
+        let here = self.stance().map(|stance| stance.angles).unwrap_or_default();
         let short = |axis: usize| Some(joints.get(axis).copied().flatten()? - here.get(axis)?);
         let joints = (0..self.believed.len()).map(short).collect();
         MotionRequest { joints, relative: true, speed: 1.0 }
     }
 
-    fn stands_at(&self, joints: &[Option<f64>]) -> bool {
+    fn is_at(&self, joints: &[Option<f64>]) -> bool {
         let request = self.request_toward(joints);
         let drive = &self.description.paper.drive;
         request.joints.iter().zip(&drive.joints).all(|(short, joint)| {

@@ -15,4 +15,4 @@ pub use super::fault::{Fault, FaultKind, Way};
 pub use super::line::LineOptions;
 pub use arm::ArmError;
 pub use event::{Event, EventError};
-pub use service::{Emulator, EmulatorOptions, Standing};
+pub use service::{Emulator, EmulatorOptions, Status};

@@ -46,7 +46,7 @@ pub trait Controls: Send + 'static {
     /// What happens to it besides its line.
     type Event: Send;
     /// How it stands.
-    type Standing: Clone + Default + Send;
+    type Status: Clone + Default + Send;
 
     /// When it has to work next, if no byte comes before.
     fn due(&self, now: u64) -> u64;
@@ -64,7 +64,7 @@ pub trait Controls: Send + 'static {
     fn work(&mut self, line: &mut Line) -> Result<(), EmulatorError>;
 
     /// How it stands now; `port` is what a host opens, as long as the plug is in.
-    fn standing(&mut self, port: Option<PathBuf>, line: &Line) -> Self::Standing;
+    fn status(&mut self, port: Option<PathBuf>, line: &Line) -> Self::Status;
 }
 
 /// What its thread is told.
@@ -79,7 +79,7 @@ enum Order<Event> {
 pub struct Emulator<C: Controls> {
     orders: Sender<Order<C::Event>>,
     wake: UnixStream,
-    standing: Arc<Mutex<C::Standing>>,
+    status: Arc<Mutex<C::Status>>,
     thread: Option<JoinHandle<Result<(), EmulatorError>>>,
 }
 
@@ -89,19 +89,19 @@ impl<C: Controls> Emulator<C> {
         let (wake, woken) = UnixStream::pair()?;
         woken.set_nonblocking(true)?;
         let (orders, received) = channel();
-        let standing = Arc::new(Mutex::new(controller.standing(line.port(), &line)));
-        let noted = Arc::clone(&standing);
+        let status = Arc::new(Mutex::new(controller.status(line.port(), &line)));
+        let noted = Arc::clone(&status);
         let thread = std::thread::spawn(move || serve(&mut controller, &mut line, &woken, &received, &noted));
-        Ok(Self { orders, wake, standing, thread: Some(thread) })
+        Ok(Self { orders, wake, status, thread: Some(thread) })
     }
 
     /// How the controller stands now.
-    pub fn standing(&self) -> C::Standing {
-        self.standing.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    pub fn status(&self) -> C::Status {
+        self.status.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
     /// Lets something happen to the controller, and returns when it has happened.
-    pub fn tell(&mut self, event: C::Event) {
+    pub fn inject(&mut self, event: C::Event) {
         let (happened, wait) = sync_channel(1);
         self.order(Order::Happen(event, happened));
         // A controller that has ended hears nothing more: `stop` says why it ended.
@@ -150,9 +150,9 @@ impl<C: Controls> Drop for Emulator<C> {
 }
 
 /// Lets everybody see how the controller is now.
-fn publish<C: Controls>(controller: &mut C, line: &Line, standing: &Mutex<C::Standing>) {
-    let now = controller.standing(line.port(), line);
-    *standing.lock().unwrap_or_else(PoisonError::into_inner) = now;
+fn publish<C: Controls>(controller: &mut C, line: &Line, status: &Mutex<C::Status>) {
+    let now = controller.status(line.port(), line);
+    *status.lock().unwrap_or_else(PoisonError::into_inner) = now;
 }
 
 /// The thread's work, until it is told to end.
@@ -161,16 +161,16 @@ fn serve<C: Controls>(
     line: &mut Line,
     woken: &UnixStream,
     orders: &Receiver<Order<C::Event>>,
-    standing: &Mutex<C::Standing>,
+    status: &Mutex<C::Status>,
 ) -> Result<(), EmulatorError> {
     loop {
         line.wait(woken, controller.due(line.now()))?;
         let mut happened = Vec::new();
         for order in orders.try_iter() {
             match order {
-                Order::Happen(event, tell) => {
+                Order::Happen(event, done) => {
                     controller.happen(event, line)?;
-                    happened.push(tell);
+                    happened.push(done);
                 }
                 Order::End => return Ok(()),
             }
@@ -178,12 +178,12 @@ fn serve<C: Controls>(
         line.receive()?;
         controller.work(line)?;
         // Whoever has read an answer finds the controller as it was when it answered; the port may be gone once it was sent.
-        publish(controller, line, standing);
+        publish(controller, line, status);
         line.send()?;
-        publish(controller, line, standing);
-        for tell in happened {
+        publish(controller, line, status);
+        for done in happened {
             // Whoever told it may have gone.
-            let _ = tell.send(());
+            let _ = done.send(());
         }
     }
 }

@@ -13,5 +13,5 @@ mod shafts;
 pub use super::fault::{Fault, FaultKind, Way};
 pub use super::line::LineOptions;
 pub use event::{Event, EventError};
-pub use service::{Emulator, EmulatorOptions, Standing};
+pub use service::{Emulator, EmulatorOptions, Status};
 pub use shafts::ShaftError;

@@ -16,4 +16,4 @@ pub use super::terminal::TerminalError;
 pub use controller::Registers;
 pub use event::{Event, EventError, Key};
 pub use motors::{BareMotors, End, Ending, Motors, MotorsError, MotorsInWorld, Pendant};
-pub use service::{Emulator, Standing};
+pub use service::{Emulator, Status};

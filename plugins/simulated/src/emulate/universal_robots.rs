@@ -24,5 +24,5 @@ mod states;
 pub use arm::ArmError;
 pub use event::{Event, EventError};
 pub use ports::{PortsError, SERVERS};
-pub use service::{Emulator, EmulatorError, EmulatorOptions, Standing};
+pub use service::{Emulator, EmulatorError, EmulatorOptions, Status};
 pub use states::{Series, SeriesError};

@@ -16,4 +16,4 @@ pub use crate::emulate::line::LineOptions;
 pub use arm::ArmError;
 pub use dialect::Dialect;
 pub use event::{Event, EventError};
-pub use service::{Emulator, EmulatorOptions, Standing};
+pub use service::{Emulator, EmulatorOptions, Status};

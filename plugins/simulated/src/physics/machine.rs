@@ -122,7 +122,7 @@ impl Machine {
     ///
     /// # Errors
     /// [`NoEquilibrium`] for an arm that is too soft for its weight.
-    pub fn stand(&self, conditions: &Conditions) -> Result<Stance, NoEquilibrium> {
+    pub fn equilibrium(&self, conditions: &Conditions) -> Result<Stance, NoEquilibrium> {
         let Balanced { stance, last_step } = self.balance(conditions);
         if last_step < STILL {
             Ok(stance)

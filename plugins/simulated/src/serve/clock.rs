@@ -22,7 +22,7 @@ pub fn clock_file(socket: &Path) -> PathBuf {
 #[derive(Debug)]
 pub(super) struct WorldClock {
     file: ClockWriter,
-    told: CellTime,
+    reported: CellTime,
     /// What is added to the world's own time, ns: set at its beginning and never changed.
     shift_ns: u64,
 }
@@ -33,9 +33,9 @@ impl WorldClock {
     /// # Errors
     /// What the system says of the file.
     pub(super) fn start(file: &Path, world_ns: u64) -> io::Result<Self> {
-        let told = CellTime::MONOTONIC;
+        let reported = CellTime::MONOTONIC;
         let shift_ns = monotonic_ns().saturating_sub(world_ns);
-        Ok(Self { file: ClockWriter::create(file, told)?, told, shift_ns })
+        Ok(Self { file: ClockWriter::create(file, reported)?, reported, shift_ns })
     }
 
     /// A moment of the world's own time as the cell dates it, ns.
@@ -45,37 +45,37 @@ impl WorldClock {
 
     /// The world's own time now where the clock runs with the wall, ns; none where it stands.
     pub(super) fn world_ns(&self) -> Option<u64> {
-        match self.told {
-            CellTime::Runs { .. } => Some(self.told.at(monotonic_ns()).saturating_sub(self.shift_ns)),
-            CellTime::Stands { .. } => None,
+        match self.reported {
+            CellTime::Runs { .. } => Some(self.reported.at(monotonic_ns()).saturating_sub(self.shift_ns)),
+            CellTime::Stopped { .. } => None,
         }
     }
 
     /// Goes on at another pace from where the world's own time is `world_ns`.
     pub(super) fn set(&mut self, pace: Pace, world_ns: u64) {
         let at_ns = self.dated(world_ns);
-        let time = match (pace, self.told) {
-            (Pace::Fast, _) => CellTime::Stands { at_ns },
+        let time = match (pace, self.reported) {
+            (Pace::Fast, _) => CellTime::Stopped { at_ns },
             (Pace::Real, runs @ CellTime::Runs { .. }) => runs,
-            (Pace::Real, CellTime::Stands { .. }) => {
+            (Pace::Real, CellTime::Stopped { .. }) => {
                 CellTime::Runs { ahead_ns: at_ns.wrapping_sub(monotonic_ns()).cast_signed() }
             }
         };
-        self.tell(time);
+        self.publish(time);
     }
 
     /// Tells that the world's own time is `world_ns`, where that is not known from the wall's.
-    pub(super) fn stands_at(&mut self, world_ns: u64) {
-        if matches!(self.told, CellTime::Stands { .. }) {
-            self.tell(CellTime::Stands { at_ns: self.dated(world_ns) });
+    pub(super) fn stopped_at(&mut self, world_ns: u64) {
+        if matches!(self.reported, CellTime::Stopped { .. }) {
+            self.publish(CellTime::Stopped { at_ns: self.dated(world_ns) });
         }
     }
 
-    fn tell(&mut self, time: CellTime) {
-        if time == self.told {
+    fn publish(&mut self, time: CellTime) {
+        if time == self.reported {
             return;
         }
-        self.told = time;
+        self.reported = time;
         if let Err(error) = self.file.write(time) {
             // Devices go on dating with the time told last; what comes of that is noticed where their times are compared.
             eprintln!("the cell's time cannot be written: {error}");

@@ -35,7 +35,7 @@ pub(super) struct Session {
     shared: Arc<Shared>,
     lines: Lines,
     /// The latest change of the input lines the client knows of.
-    told: u64,
+    reported: u64,
 }
 
 /// The client has gone, or speaks so that it is left alone.
@@ -59,8 +59,8 @@ enum Ended {
 pub(super) fn serve(shared: Arc<Shared>, stream: UnixStream) {
     shared.now().client_came();
     if let Ok(lines) = Lines::over(stream) {
-        let told = shared.now().latest_change();
-        let mut session = Session { shared: Arc::clone(&shared), lines, told };
+        let reported = shared.now().latest_change();
+        let mut session = Session { shared: Arc::clone(&shared), lines, reported };
         // A client that has gone is no error of the world's.
         let _ = session.run();
     }
@@ -147,22 +147,24 @@ impl Session {
             }
             Verb::Measure { with, at, turned, axis } => {
                 let used = Use { with, at: at.as_deref(), turned, axis, rising: None };
-                self.tell(id, |state| measure(state, &used))
+                self.answer_with(id, |state| measure(state, &used))
             }
             Verb::Hang { mass_kg } => self.change(id, |state| state.world.hang(mass_kg)),
-            Verb::ReadPoint { axis, ahead_mm } => self.tell(id, |state| read_point(state, axis, ahead_mm)),
+            Verb::ReadPoint { axis, ahead_mm } => {
+                self.answer_with(id, |state| read_point(state, axis, ahead_mm))
+            }
             Verb::ReadProfile { of, point, axis } => {
-                self.tell(id, |state| read_profile(state, &of, point as usize, axis))
+                self.answer_with(id, |state| read_profile(state, &of, point as usize, axis))
             }
             Verb::Level { joint, at, turned, rising } => {
                 let used = Use { with: Instrument::Level, at: Some(&at), turned, axis: None, rising };
                 self.answer_level(id, &joint, &used)
             }
-            Verb::Look {} => self.tell(id, |state| look(state)),
+            Verb::Look {} => self.answer_with(id, |state| look(state)),
             Verb::Shine { laser, filter } => self.change(id, |state| state.shine(laser, filter)),
             Verb::Shutter { every_ms } => self.change(id, |state| state.set_shutter(every_ms)),
             Verb::Expose {} => self.answer_expose(id),
-            Verb::Reveal {} => self.tell(id, |state| Say::Revealed { text: state.reveal() }),
+            Verb::Reveal {} => self.answer_with(id, |state| Say::Revealed { text: state.reveal() }),
             Verb::Shutdown {} => {
                 self.shared.end();
                 self.say(id, Say::Done {})
@@ -186,7 +188,7 @@ impl Session {
     }
 
     /// Ends the call with what is found out.
-    fn tell(&mut self, id: u64, find_out: impl FnOnce(&mut State) -> Say) -> Result<(), Gone> {
+    fn answer_with(&mut self, id: u64, find_out: impl FnOnce(&mut State) -> Say) -> Result<(), Gone> {
         let found = find_out(&mut self.shared.now());
         self.say(id, found)
     }
@@ -221,7 +223,7 @@ impl Session {
                 Ok(Ended::CutShort) => return self.finish(id, true),
                 Err(why) => return self.say(id, Say::Refused { why }),
             }
-            if self.shared.now().world.stands_at(attitudes) {
+            if self.shared.now().world.is_at(attitudes) {
                 return self.finish(id, false);
             }
         }
@@ -284,7 +286,7 @@ impl Session {
                 match self.watch(left.min(LISTEN))? {
                     Received::Line(line) => self.interrupt(&line)?,
                     _ => {
-                        let reading = self.tell_changes(id)?;
+                        let reading = self.send_changes(id)?;
                         self.say(id, Say::Joints(reading))?;
                     }
                 }
@@ -321,7 +323,7 @@ impl Session {
                 let state = self.shared.now();
                 (state.reading(), state.cut_short)
             };
-            self.tell_changes(id)?;
+            self.send_changes(id)?;
             if !reading.moving {
                 let ended = if cut_short > cut_short_before { Ended::CutShort } else { Ended::Arrived };
                 return Ok(ended);
@@ -363,20 +365,20 @@ impl Session {
 
     /// Ends a call with what the controller knows, after all that happened before.
     fn finish(&mut self, id: u64, stopped: bool) -> Result<(), Gone> {
-        let reading = self.tell_changes(id)?;
+        let reading = self.send_changes(id)?;
         self.say(id, Say::Reading(Reading { stopped, ..reading }))
     }
 
     /// Tells the changes of the input lines the client has not heard of, and returns the reading that holds after them.
-    fn tell_changes(&mut self, id: u64) -> Result<Reading, Gone> {
+    fn send_changes(&mut self, id: u64) -> Result<Reading, Gone> {
         let (changes, reading) = {
             let state = self.shared.now();
-            (state.changes_after(self.told), state.reading())
+            (state.changes_after(self.reported), state.reading())
         };
         match changes {
             Ok(changes) => {
                 for change in changes {
-                    self.told = change.number;
+                    self.reported = change.number;
                     self.say(id, Say::Change(change.into()))?;
                 }
                 Ok(reading)

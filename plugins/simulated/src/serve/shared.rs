@@ -91,7 +91,7 @@ impl State {
         match self.clock.world_ns() {
             None => {
                 self.world.finish_motion();
-                self.clock.stands_at(self.world.reading().time_ns);
+                self.clock.stopped_at(self.world.reading().time_ns);
             }
             Some(now_ns) => self.world.advance(now_ns),
         }
@@ -115,7 +115,7 @@ impl State {
     pub(super) fn pass(&mut self, duration: Duration) {
         let end = self.world.reading().time_ns.saturating_add(duration.as_nanos() as u64);
         self.world.advance(end);
-        self.clock.stands_at(end);
+        self.clock.stopped_at(end);
     }
 
     /// Starts a motion; in a fast world it is over at once.

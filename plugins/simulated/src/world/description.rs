@@ -59,7 +59,7 @@ impl WorldDescription {
     /// True attitudes in which the operator left the arm, by the world's seed.
     pub fn drawn_start(&self) -> Joints {
         let arm = &self.arm;
-        let lot = |axis: usize| 2.0 * uniform(self.seed ^ 0x57a2_7000, axis as u64) - 1.0;
-        arm.start.plus(&Joints(std::array::from_fn(|axis| arm.start_within.0[axis] * lot(axis))))
+        let draw = |axis: usize| 2.0 * uniform(self.seed ^ 0x57a2_7000, axis as u64) - 1.0;
+        arm.start.plus(&Joints(std::array::from_fn(|axis| arm.start_within.0[axis] * draw(axis))))
     }
 }

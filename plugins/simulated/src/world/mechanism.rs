@@ -247,7 +247,7 @@ mod tests {
     fn attitudes(mechanism: &Mechanism, drives: [f64; AXES], payload_kg: f64) -> Joints {
         let mut machine = mechanism.machine();
         machine.go(&drives, 0.0);
-        Joints::of_drives(&machine.stand(&under(payload_kg)).unwrap().drives)
+        Joints::of_drives(&machine.equilibrium(&under(payload_kg)).unwrap().drives)
     }
 
     fn pose(attitudes: [f64; AXES]) -> ArmPose {

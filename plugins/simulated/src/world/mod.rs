@@ -90,7 +90,7 @@ pub struct Truth {
     /// The world's time, ns.
     pub time_ns: u64,
     /// What the controller reckons, rad or mm.
-    pub reckoned: Joints,
+    pub counted: Joints,
     /// True attitudes, rad or mm.
     pub attitudes: Joints,
     /// Where the arm's parts stand, mm.
@@ -236,7 +236,7 @@ impl World {
     pub fn truth(&self) -> Truth {
         Truth {
             time_ns: self.time_ns,
-            reckoned: self.registers.to_joints(),
+            counted: self.registers.to_joints(),
             attitudes: self.stance.attitudes,
             pose: self.stance.pose,
             seen: self.stance.seen,

@@ -131,7 +131,7 @@ impl Operator for World {
         MotionRequest { joints: order.joints.into(), relative: order.relative, speed: order.speed }
     }
 
-    fn stands_at(&self, joints: &[Option<f64>]) -> bool {
+    fn is_at(&self, joints: &[Option<f64>]) -> bool {
         let near = match self.description().arm.resolution {
             Resolution::Continuous => 1e-10,
             Resolution::HalfStep => 0.51,

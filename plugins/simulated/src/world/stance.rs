@@ -48,10 +48,10 @@ impl Stance {
         let command = machine.command_for(&world.drawn_start().0, &load(held));
         machine.go(&command, 0.0);
         let rotors = HalfSteps::from_joints(&Joints::of_drives(&command));
-        Stance::standing(world, machine, rotors, held)
+        Stance::at_rest(world, machine, rotors, held)
     }
 
-    fn standing(world: &WorldDescription, machine: Machine, rotors: HalfSteps, held: Held) -> Stance {
+    fn at_rest(world: &WorldDescription, machine: Machine, rotors: HalfSteps, held: Held) -> Stance {
         let stance = machine.balance(&load(held)).stance;
         let mut attitudes = Joints::of_drives(&stance.drives);
         // The fingers stop at what they hold; their cable is drawn on.
@@ -77,7 +77,7 @@ impl Stance {
     pub(super) fn after(&self, world: &WorldDescription, rotors: HalfSteps) -> Stance {
         let mut machine = self.machine.clone();
         machine.go(&rotors.to_joints().0, 0.0);
-        Stance::standing(world, machine, rotors, self.held)
+        Stance::at_rest(world, machine, rotors, self.held)
     }
 
     /// The arm a share of the way to `rotors`.
@@ -88,7 +88,7 @@ impl Stance {
 
     /// The arm where it stands, with something else in its hand.
     pub(super) fn holding(&self, world: &WorldDescription, held: Held) -> Stance {
-        Stance::standing(world, self.machine.clone(), self.rotors, held)
+        Stance::at_rest(world, self.machine.clone(), self.rotors, held)
     }
 
     /// Where the drives must be sent for the true attitudes to be these, as if they had no play.

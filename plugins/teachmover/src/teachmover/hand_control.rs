@@ -105,7 +105,7 @@ impl TeachMover {
         self.observe(None)?;
         // The operator ends it with the STOP key.
         self.stop_key = false;
-        let state = JogState { state: self.tell_rest()?, ..self.finished() };
+        let state = JogState { state: self.report_rest()?, ..self.finished() };
         let how = match (mode, status) {
             (PendantMode::TaughtProgram, Status::StopKey) => "was ended by the STOP key on the pendant",
             _ => "has ended",

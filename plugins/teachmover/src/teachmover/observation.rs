@@ -72,7 +72,7 @@ impl TeachMover {
     ///
     /// # Errors
     /// What the host says.
-    pub(super) fn tell_rest(&self) -> Result<JointState, PluginError> {
+    pub(super) fn report_rest(&self) -> Result<JointState, PluginError> {
         let state = self.joint_state(false);
         self.host.emit("joints", &state)?;
         if !self.configuration.dead_reckoning {

@@ -48,7 +48,7 @@ impl TeachMover {
     /// Makes sure that a controller is there, and one that does not know `@READ`. It is asked that first all the same: a firmware that takes the numbers of
     /// `@STEP` for places answers it in its own way, and would go somewhere by a move of no half-steps.
     fn require_somebody_without_read(&mut self) -> Result<(), PluginError> {
-        match self.controller.tells_registers() {
+        match self.controller.can_read_registers() {
             Ok(true) => Err(PluginError::Refused(
                 "config: dead_reckoning is true, and this controller answers @READ: take `dead_reckoning` out of the cell file, so that what it says is used".to_owned(),
             )),

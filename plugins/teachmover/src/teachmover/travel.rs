@@ -58,7 +58,7 @@ impl TeachMover {
             }
             self.host.progress((index + 1) as f64 / count as f64, "moving");
         }
-        self.tell_rest()
+        self.report_rest()
     }
 
     /// Makes one piece of a move and reads where it led.
@@ -97,7 +97,7 @@ impl TeachMover {
 
     /// A move that ended early with the arm at rest.
     fn stopped(&mut self, what: &str) -> PluginError {
-        match self.tell_rest() {
+        match self.report_rest() {
             Ok(_) => PluginError::Stopped(format!("{what}; the arm is at {}", self.pose_in_words())),
             Err(error) => error,
         }

@@ -120,7 +120,7 @@ impl Cell {
     pub(crate) fn assert_rests_within(&mut self, within: Duration) {
         let begin = Instant::now();
         // Between two cycles the world's arm may rest for a moment: the controller knows better.
-        while self.emulator.standing().moving {
+        while self.emulator.status().moving {
             assert!(begin.elapsed() < within, "the arm moves on");
             std::thread::sleep(Duration::from_millis(2));
         }
@@ -132,7 +132,7 @@ impl Cell {
 
 pub(crate) fn configured(emulator: &Emulator, config: &Value) -> Value {
     let mut config = config.clone();
-    config["address"] = json!(emulator.standing().address);
+    config["address"] = json!(emulator.status().address);
     config
 }
 

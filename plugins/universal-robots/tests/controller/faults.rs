@@ -38,7 +38,7 @@ fn a_controller_that_speaks_an_older_protocol_is_refused_with_what_to_do() {
 #[test]
 fn an_address_at_which_nothing_listens_is_told_with_what_to_check() {
     let mut cell = Cell::start();
-    cell.emulator.tell(Event::Gone);
+    cell.emulator.inject(Event::Gone);
     let error = cell.arm.read_joints().unwrap_err();
     assert!(matches!(error, PluginError::Disconnected(_)), "{error:?}");
     assert!(error.text().contains("the controller has ended the RTDE connection"), "{error}");
@@ -49,11 +49,11 @@ fn an_address_at_which_nothing_listens_is_told_with_what_to_check() {
 #[test]
 fn a_protective_stop_in_mid_move_is_told_and_nothing_goes_on_once_it_is_unlocked() {
     let (mut cell, error) =
-        in_mid_move(|emulator| emulator.tell(Event::ProtectiveStop), "the arm is in a protective stop");
+        in_mid_move(|emulator| emulator.inject(Event::ProtectiveStop), "the arm is in a protective stop");
     assert!(matches!(error, PluginError::NotReady(_)), "{error:?}");
     let unread = cell.arm.read_joints().unwrap_err();
     assert!(unread.text().contains("unlock it at the pendant"), "{unread}");
-    cell.emulator.tell(Event::UnlockProtectiveStop);
+    cell.emulator.inject(Event::UnlockProtectiveStop);
     cell.assert_rests_within(Duration::from_millis(500));
     cell.arm.activate().unwrap();
     cell.go(UPRIGHT).unwrap();
@@ -62,29 +62,29 @@ fn a_protective_stop_in_mid_move_is_told_and_nothing_goes_on_once_it_is_unlocked
 #[test]
 fn an_emergency_stop_in_mid_move_leaves_an_arm_that_has_to_be_switched_on() {
     let (mut cell, _) = in_mid_move(
-        |emulator| emulator.tell(Event::EmergencyStop),
+        |emulator| emulator.inject(Event::EmergencyStop),
         "the robot's emergency stop is pressed: release it",
     );
     cell.assert_rests_within(Duration::from_secs(1));
-    cell.emulator.tell(Event::ReleaseEmergencyStop);
+    cell.emulator.inject(Event::ReleaseEmergencyStop);
     let off = cell.arm.activate().unwrap_err();
     assert!(off.text().contains("the arm is switched off: switch it on at the pendant"), "{off}");
     assert_eq!(cell.arm.read_joints().unwrap_err(), off);
-    cell.emulator.tell(Event::Power(true));
+    cell.emulator.inject(Event::Power(true));
     cell.arm.activate().unwrap();
     cell.go(UPRIGHT).unwrap();
 }
 
 #[test]
 fn a_program_that_is_stopped_at_the_pendant_is_no_arrival() {
-    in_mid_move(|emulator| emulator.tell(Event::StopProgram), "the move was ended before the arm arrived");
+    in_mid_move(|emulator| emulator.inject(Event::StopProgram), "the move was ended before the arm arrived");
 }
 
 #[test]
 fn local_control_is_told_when_it_is_activated_and_when_it_comes_in_between() {
     let mut cell = Cell::start();
     cell.arm.activate().unwrap();
-    cell.emulator.tell(Event::Remote(false));
+    cell.emulator.inject(Event::Remote(false));
     for error in [cell.go([20.0, -90.0, 0.0, -90.0, 0.0, 0.0]).unwrap_err(), cell.arm.activate().unwrap_err()]
     {
         assert!(matches!(error, PluginError::NotReady(_)), "{error:?}");
@@ -98,14 +98,15 @@ fn local_control_is_told_when_it_is_activated_and_when_it_comes_in_between() {
 #[test]
 fn a_controller_that_is_gone_in_mid_move_is_told_at_once_and_the_arm_stops_by_itself() {
     let (mut cell, error) =
-        in_mid_move(|emulator| emulator.tell(Event::Gone), "the controller has ended the RTDE connection");
+        in_mid_move(|emulator| emulator.inject(Event::Gone), "the controller has ended the RTDE connection");
     assert!(matches!(error, PluginError::Disconnected(_)), "{error:?}");
     cell.assert_rests_within(Duration::from_secs(2));
 }
 
 #[test]
 fn a_connection_that_was_lost_is_made_anew_when_it_is_activated() {
-    let (mut cell, _) = in_mid_move(|emulator| emulator.tell(Event::Disconnect), "ended the RTDE connection");
+    let (mut cell, _) =
+        in_mid_move(|emulator| emulator.inject(Event::Disconnect), "ended the RTDE connection");
     cell.assert_rests_within(Duration::from_secs(2));
     cell.arm.activate().unwrap();
     cell.go(UPRIGHT).unwrap();
@@ -113,7 +114,7 @@ fn a_connection_that_was_lost_is_made_anew_when_it_is_activated() {
 
 #[test]
 fn half_a_state_is_no_state() {
-    let (cell, error) = in_mid_move(|emulator| emulator.tell(Event::Cut), "ended the RTDE connection");
+    let (cell, error) = in_mid_move(|emulator| emulator.inject(Event::Cut), "ended the RTDE connection");
     assert!(matches!(error, PluginError::Disconnected(_)), "{error:?}");
     drop(cell);
 }
@@ -129,12 +130,12 @@ fn states_that_stop_coming_repeat_or_come_late_end_a_move_and_are_no_reading() {
         ),
         (Event::Late(Duration::from_millis(900)), Event::Late(Duration::ZERO), "the controller"),
     ] {
-        let (mut cell, error) = in_mid_move(|emulator| emulator.tell(event.clone()), words);
+        let (mut cell, error) = in_mid_move(|emulator| emulator.inject(event.clone()), words);
         assert!(matches!(error, PluginError::TimedOut(_)), "{event:?}: {error:?}");
         cell.assert_rests_within(Duration::from_secs(2));
         let unread = cell.arm.read_joints().unwrap_err();
         assert!(matches!(unread, PluginError::TimedOut(_)), "{event:?}: {unread:?}");
-        cell.emulator.tell(healed);
+        cell.emulator.inject(healed);
         std::thread::sleep(Duration::from_millis(1000));
         cell.arm.activate().unwrap();
         cell.arm.read_joints().unwrap();

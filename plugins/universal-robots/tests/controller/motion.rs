@@ -36,8 +36,14 @@ fn both_generations_go_where_they_are_sent_in_no_time_and_in_their_own() {
         for pose in [BENT, UPRIGHT, BENT, BENT] {
             let state = cell.go(pose).unwrap();
             assert!(!state.is_moving());
-            for ((told, wanted), is) in state.joints.as_slice().iter().zip(pose).zip(cell.world.joints().0) {
-                assert!((told.to_degrees() - wanted).abs() < 0.006, "{} for {wanted}", told.to_degrees());
+            for ((reported, wanted), is) in
+                state.joints.as_slice().iter().zip(pose).zip(cell.world.joints().0)
+            {
+                assert!(
+                    (reported.to_degrees() - wanted).abs() < 0.006,
+                    "{} for {wanted}",
+                    reported.to_degrees()
+                );
                 assert!((is - wanted).abs() < 0.001, "{is} for {wanted}");
             }
             assert_eq!(cell.arm.read_joints().unwrap().joints, state.joints);
@@ -50,9 +56,9 @@ fn it_tells_where_it_is_on_the_way_and_never_faster_than_it_may() {
     let mut cell = Cell::start();
     cell.arm.activate().unwrap();
     cell.go(BENT).unwrap();
-    let told = cell.recording.emitted::<JointState>("joints");
-    assert!(told.len() > 50, "{} states in two seconds", told.len());
-    for pair in told.windows(2) {
+    let reported = cell.recording.emitted::<JointState>("joints");
+    assert!(reported.len() > 50, "{} states in two seconds", reported.len());
+    for pair in reported.windows(2) {
         let [before, after] = pair else { continue };
         assert!(after.time_ns >= before.time_ns);
         let seconds = (after.time_ns - before.time_ns) as f64 * 1e-9;
@@ -98,14 +104,14 @@ fn a_driver_that_dies_leaves_an_arm_that_stops_by_itself() {
         24,
         Duration::from_millis(250),
     );
-    let address = cell.emulator.standing().address.unwrap();
+    let address = cell.emulator.status().address.unwrap();
     let mut script = std::net::TcpStream::connect((address, 30_002)).unwrap();
     std::io::Write::write_all(&mut script, text.as_bytes()).unwrap();
     let begin = Instant::now();
-    while !cell.emulator.standing().moving && begin.elapsed() < Duration::from_secs(5) {
+    while !cell.emulator.status().moving && begin.elapsed() < Duration::from_secs(5) {
         std::thread::sleep(Duration::from_millis(2));
     }
-    assert!(cell.emulator.standing().moving, "the arm has begun to move");
+    assert!(cell.emulator.status().moving, "the arm has begun to move");
     cell.assert_rests_within(Duration::from_secs(2));
     assert!(cell.world.joints().0[0] < 60.0, "it stopped long before its end");
 }

@@ -32,7 +32,7 @@ pub(crate) fn run(name: &str, chosen: &Chosen, folder: Option<&Path>) -> Result<
     for sweep in &study.figures {
         let count = chosen.many.runs.or(sweep.runs).unwrap_or(study.runs);
         let drawn = swept(&study.common, sweep, &mut runs, count, chosen.many.seed)?;
-        write!(out, "{}", told(sweep, &drawn, count))?;
+        write!(out, "{}", describe(sweep, &drawn, count))?;
         if let Some(folder) = folder {
             figure::write(folder, &drawn)?;
         }
@@ -135,7 +135,7 @@ fn unit(shown: &[Shown]) -> &'static str {
 }
 
 /// The figure in numbers.
-fn told(sweep: &Sweep, drawn: &Figure, count: u32) -> String {
+fn describe(sweep: &Sweep, drawn: &Figure, count: u32) -> String {
     let mut text =
         format!("{}: {}\n{}{count} runs a point\n", sweep.figure, sweep.title, with_end(&sweep.about));
     let width = drawn.curves.iter().map(|curve| curve.name.chars().count()).max().unwrap_or(0).max(12);

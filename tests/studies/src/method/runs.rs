@@ -43,7 +43,7 @@ impl Runs {
             }
             runs.push(bench.run(seed + number)?);
             self.made += 1;
-            self.tell(title);
+            self.show(title);
         }
         self.clear();
         Ok(runs)
@@ -59,7 +59,7 @@ impl Runs {
         self.made
     }
 
-    fn tell(&self, title: &str) {
+    fn show(&self, title: &str) {
         let mut errors = std::io::stderr();
         if errors.is_terminal() {
             let left = self.planned.saturating_sub(self.made) as f64 / self.rate();

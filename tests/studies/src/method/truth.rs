@@ -70,7 +70,7 @@ pub(super) fn take(
     }
     let truth = world.look()?;
     let corrected: Vec<f64> =
-        truth.reckoned.iter().zip(&zeros).map(|(reckoned, zero)| reckoned + zero).collect();
+        truth.counted.iter().zip(&zeros).map(|(counted, zero)| counted + zero).collect();
     let zeros_deg = INITIALIZED.map(|name| {
         let index = joints.iter().position(|joint| joint == name).unwrap_or(0);
         let believed = corrected.get(index).copied().unwrap_or(0.0);

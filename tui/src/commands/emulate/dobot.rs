@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use plumb_simulated::emulate::dobot::{Emulator, EmulatorOptions, Standing};
+use plumb_simulated::emulate::dobot::{Emulator, EmulatorOptions, Status};
 
 use super::line::{LineArguments, announce, port_in_words, work};
 use super::typed::Typing;
@@ -47,20 +47,16 @@ pub(super) fn run(arguments: &Arguments) -> CommandResult {
         Some(socket) => format!("the arm of the world at {}", socket.display()),
         None => "an arm of air".to_owned(),
     };
-    announce("Dobot Magician", emulator.standing().port.as_deref(), baud, &drives)?;
+    announce("Dobot Magician", emulator.status().port.as_deref(), baud, &drives)?;
     work(typing, emulator, status)
 }
 
-fn status(standing: Standing) -> String {
-    let angles = standing.angles.map(|angle| format!("{angle:.3}")).join(",");
-    let alarms: Vec<String> = standing.alarms.iter().map(|code| format!("0x{code:02x}")).collect();
+fn status(status: Status) -> String {
+    let angles = status.angles.map(|angle| format!("{angle:.3}")).join(",");
+    let alarms: Vec<String> = status.alarms.iter().map(|code| format!("0x{code:02x}")).collect();
     let alarms = if alarms.is_empty() { "none".to_owned() } else { alarms.join(",") };
-    let moves = if standing.moving { "moving" } else { "at rest" };
-    format!(
-        "{} joints {angles} {moves} index {} alarms {alarms}",
-        port_in_words(standing.port),
-        standing.index
-    )
+    let moves = if status.moving { "moving" } else { "at rest" };
+    format!("{} joints {angles} {moves} index {} alarms {alarms}", port_in_words(status.port), status.index)
 }
 
 fn four_angles(text: &str) -> Result<[f64; 4], String> {

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use plumb_simulated::emulate::feetech::{Emulator, EmulatorOptions, Standing};
+use plumb_simulated::emulate::feetech::{Emulator, EmulatorOptions, Status};
 
 use super::line::{LineArguments, announce, port_in_words, work};
 use super::typed::Typing;
@@ -54,19 +54,18 @@ pub(super) fn run(arguments: &Arguments) -> CommandResult {
         None => "shafts with nothing on them".to_owned(),
     };
     let title = format!("{} Feetech servos", arguments.servos);
-    announce(&title, emulator.standing().port.as_deref(), baud, &drives)?;
+    announce(&title, emulator.status().port.as_deref(), baud, &drives)?;
     work(typing, emulator, status)
 }
 
-fn status(standing: Standing) -> String {
+fn status(status: Status) -> String {
     let numbers = |values: Vec<i32>| values.iter().map(i32::to_string).collect::<Vec<_>>().join(",");
-    let holds =
-        standing.holds.iter().map(|holds| if *holds { "1" } else { "0" }).collect::<Vec<_>>().join(",");
-    let moves = if standing.moving { "moving" } else { "at rest" };
+    let holds = status.holds.iter().map(|holds| if *holds { "1" } else { "0" }).collect::<Vec<_>>().join(",");
+    let moves = if status.moving { "moving" } else { "at rest" };
     format!(
         "{} encoders {} offsets {} torque {holds} {moves}",
-        port_in_words(standing.port),
-        numbers(standing.encoders),
-        numbers(standing.offsets)
+        port_in_words(status.port),
+        numbers(status.encoders),
+        numbers(status.offsets)
     )
 }

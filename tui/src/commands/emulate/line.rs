@@ -65,7 +65,7 @@ pub(super) fn announce(
 pub(super) fn work<C>(
     mut typing: Typing,
     mut emulator: Emulator<C>,
-    status: impl Fn(C::Standing) -> String,
+    status: impl Fn(C::Status) -> String,
 ) -> CommandResult
 where
     C: Controls,
@@ -79,11 +79,11 @@ where
                 "quit" => return end(emulator),
                 "status" => {
                     let mut output = io::stdout();
-                    writeln!(output, "{}", status(emulator.standing()))?;
+                    writeln!(output, "{}", status(emulator.status()))?;
                     output.flush()?;
                 }
                 line => match line.parse::<C::Event>() {
-                    Ok(event) => emulator.tell(event),
+                    Ok(event) => emulator.inject(event),
                     Err(error) => eprintln!("{error}"),
                 },
             }

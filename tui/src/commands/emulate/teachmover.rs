@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use plumb_simulated::emulate::teachmover::{BareMotors, Emulator, Event, Motors, MotorsInWorld, Standing};
+use plumb_simulated::emulate::teachmover::{BareMotors, Emulator, Event, Motors, MotorsInWorld, Status};
 
 use super::line::{LineArguments, announce, port_in_words, work};
 use super::typed::Typing;
@@ -51,16 +51,16 @@ pub(super) fn run(arguments: &Arguments) -> CommandResult {
     };
     let mut emulator = Emulator::start(arguments.line.at(baud), motors)?;
     if arguments.without_read {
-        emulator.tell(Event::Read(false));
+        emulator.inject(Event::Read(false));
     }
-    announce("TeachMover controller", emulator.standing().port.as_deref(), baud, &drives)?;
+    announce("TeachMover controller", emulator.status().port.as_deref(), baud, &drives)?;
     work(typing, emulator, status)
 }
 
-fn status(standing: Standing) -> String {
-    let registers: Vec<String> = standing.registers.iter().map(i32::to_string).collect();
-    let busy = if standing.busy { "busy" } else { "waiting" };
-    format!("{} registers {} {busy}", port_in_words(standing.port), registers.join(","))
+fn status(status: Status) -> String {
+    let registers: Vec<String> = status.registers.iter().map(i32::to_string).collect();
+    let busy = if status.busy { "busy" } else { "waiting" };
+    format!("{} registers {} {busy}", port_in_words(status.port), registers.join(","))
 }
 
 fn baud(text: &str) -> Result<u32, String> {

@@ -5,9 +5,7 @@ use std::net::IpAddr;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use plumb_simulated::emulate::universal_robots::{
-    Emulator, EmulatorOptions, Event, SERVERS, Series, Standing,
-};
+use plumb_simulated::emulate::universal_robots::{Emulator, EmulatorOptions, Event, SERVERS, Series, Status};
 
 use super::typed::Typing;
 use crate::failure::CommandResult;
@@ -55,7 +53,7 @@ pub(super) fn run(arguments: &Arguments) -> CommandResult {
         fast: arguments.as_fast_as_possible,
         seed: arguments.seed,
     })?;
-    let address = emulator.standing().address.map_or(String::new(), |address| address.to_string());
+    let address = emulator.status().address.map_or(String::new(), |address| address.to_string());
     let mut output = io::stdout();
     writeln!(output, "{address}")?;
     output.flush()?;
@@ -77,11 +75,11 @@ fn work(mut typing: Typing, mut emulator: Emulator) -> CommandResult {
                 "quit" => return end(emulator),
                 "status" => {
                     let mut output = io::stdout();
-                    writeln!(output, "{}", status(&emulator.standing()))?;
+                    writeln!(output, "{}", status(&emulator.status()))?;
                     output.flush()?;
                 }
                 line => match line.parse::<Event>() {
-                    Ok(event) => emulator.tell(event),
+                    Ok(event) => emulator.inject(event),
                     Err(error) => eprintln!("{error}"),
                 },
             }
@@ -95,15 +93,10 @@ fn end(emulator: Emulator) -> CommandResult {
     Ok(ExitCode::SUCCESS)
 }
 
-fn status(standing: &Standing) -> String {
-    let address = standing.address.map_or(String::new(), |address| address.to_string());
-    let moves = if standing.moving { "moving" } else { "at rest" };
+fn status(status: &Status) -> String {
+    let address = status.address.map_or(String::new(), |address| address.to_string());
+    let moves = if status.moving { "moving" } else { "at rest" };
     let joints: Vec<String> =
-        standing.joints.iter().map(|joint| format!("{:.3}", joint.to_degrees())).collect();
-    format!(
-        "{address} {moves}, {}, {} connected, joints {}",
-        standing.modes,
-        standing.clients,
-        joints.join(" ")
-    )
+        status.joints.iter().map(|joint| format!("{:.3}", joint.to_degrees())).collect();
+    format!("{address} {moves}, {}, {} connected, joints {}", status.modes, status.clients, joints.join(" "))
 }

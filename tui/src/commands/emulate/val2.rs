@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use plumb_simulated::emulate::val2::{Dialect, Emulator, EmulatorOptions, Standing};
+use plumb_simulated::emulate::val2::{Dialect, Emulator, EmulatorOptions, Status};
 
 use super::line::{LineArguments, announce, port_in_words, work};
 use super::typed::Typing;
@@ -45,11 +45,11 @@ pub(super) fn run(arguments: &Arguments) -> CommandResult {
         line: arguments.line.at(baud),
     })?;
     let drives = format!("the arm of the world at {}", arguments.world.display());
-    announce("VAL-II", emulator.standing().port.as_deref(), baud, &drives)?;
+    announce("VAL-II", emulator.status().port.as_deref(), baud, &drives)?;
     work(typing, emulator, status)
 }
 
-fn status(standing: Standing) -> String {
-    let moves = if standing.moving { "moving" } else { "at rest" };
-    format!("{} {moves}, {} characters lost", port_in_words(standing.port), standing.lost)
+fn status(status: Status) -> String {
+    let moves = if status.moving { "moving" } else { "at rest" };
+    format!("{} {moves}, {} characters lost", port_in_words(status.port), status.lost)
 }

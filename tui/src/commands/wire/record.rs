@@ -55,7 +55,7 @@ pub(super) fn run(arguments: &Arguments) -> CommandResult {
     let note = move |turn: &Entry| write!(file, "{turn}");
     let line = LineOptions { link: arguments.link.clone(), ..LineOptions::default() };
     let recorder = Recorder::start(Box::new(device), Box::new(note), line)?;
-    let port = recorder.standing().port.unwrap_or_default();
+    let port = recorder.status().port.unwrap_or_default();
     let mut output = io::stdout();
     writeln!(output, "{}", port.display())?;
     output.flush()?;
@@ -71,7 +71,7 @@ pub(super) fn run(arguments: &Arguments) -> CommandResult {
             break;
         }
     }
-    let [sent, received] = recorder.standing().bytes;
+    let [sent, received] = recorder.status().bytes;
     recorder.stop()?;
     eprintln!(
         "{sent} bytes of the program and {received} of the device are in {}",

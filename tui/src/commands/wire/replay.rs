@@ -72,7 +72,7 @@ fn play_to_anybody(transcript: Transcript, line: LineOptions) -> CommandResult {
     let mut typing = Typing::listen(false)?;
     let replay = Replay::start(transcript, line)?;
     let mut output = io::stdout();
-    writeln!(output, "{}", replay.standing().port.unwrap_or_default().display())?;
+    writeln!(output, "{}", replay.status().port.unwrap_or_default().display())?;
     output.flush()?;
     while replay.is_working() {
         let Some(lines) = typing.next()? else { break };
@@ -80,7 +80,7 @@ fn play_to_anybody(transcript: Transcript, line: LineOptions) -> CommandResult {
             break;
         }
     }
-    let progress = replay.standing().progress;
+    let progress = replay.status().progress;
     replay.stop()?;
     verdict(&progress, true)
 }
@@ -93,14 +93,14 @@ fn play_to_cell(
 ) -> CommandResult {
     let loaded = match load_workcell(cell, &Calculator::new()) {
         Ok(loaded) => loaded,
-        Err(problems) => return Refused::Files(problems).tell(),
+        Err(problems) => return Refused::Files(problems).report(),
     };
     let device = match &arguments.device {
         Some(device) => device.clone(),
         None => device_with_port(&loaded)?,
     };
     let replay = Replay::start(transcript, line)?;
-    let port = replay.standing().port.unwrap_or_default();
+    let port = replay.status().port.unwrap_or_default();
     let record = tempfile_directory()?;
     let mut command = Command::new(std::env::current_exe()?);
     command.arg("run").arg(cell).args(&arguments.procedure).arg("--headless");
@@ -109,7 +109,7 @@ fn play_to_cell(
     // A record that cannot be thrown away is in nobody's way.
     let _ = std::fs::remove_dir_all(&record);
     let passed = ended?.success();
-    let progress = replay.standing().progress;
+    let progress = replay.status().progress;
     replay.stop()?;
     verdict(&progress, passed)
 }

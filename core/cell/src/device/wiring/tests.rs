@@ -115,15 +115,15 @@ fn lines_in_words(count: u32) -> String {
 fn how_many_lines_there_are_is_known_from_the_manifest_or_else_from_the_device() {
     let (place, mut catalogue) = plugins();
     let cell = cell_in(&place, CELL);
-    let told = |count| [InputLines { device: "arm".to_owned(), count }];
-    assert_eq!(lines_of(&cell, &catalogue, &told(7), "arm"), Some(2), "the manifest comes first");
+    let reported = |count| [InputLines { device: "arm".to_owned(), count }];
+    assert_eq!(lines_of(&cell, &catalogue, &reported(7), "arm"), Some(2), "the manifest comes first");
     let manifest = place.path().join("robot/plugin.yaml");
     let text = std::fs::read_to_string(&manifest).unwrap().replace("input_lines: 2\n", "");
     std::fs::write(&manifest, text).unwrap();
     catalogue = Catalogue::search(&[place.path().to_owned()]);
-    assert_eq!(lines_of(&cell, &catalogue, &told(7), "arm"), Some(7));
-    assert_eq!(lines_of(&cell, &catalogue, &told(7), "eye"), None);
-    assert_eq!(lines_of(&cell, &catalogue, &told(7), "leg"), None, "there is no such device");
+    assert_eq!(lines_of(&cell, &catalogue, &reported(7), "arm"), Some(7));
+    assert_eq!(lines_of(&cell, &catalogue, &reported(7), "eye"), None);
+    assert_eq!(lines_of(&cell, &catalogue, &reported(7), "leg"), None, "there is no such device");
 }
 
 #[test]
@@ -154,14 +154,14 @@ fn joints_go_as_far_as_the_manifest_or_the_robot_itself_says() {
     assert_eq!((waist.device.as_str(), waist.joint.as_str()), ("arm", "waist"));
     assert!((waist.least.to_degrees() + 90.0).abs() < 1e-9 && (waist.most.to_degrees() - 120.0).abs() < 1e-9);
     assert_eq!((lift.joint.as_str(), lift.least, lift.most), ("lift", 0.0, 50.0));
-    let told = JointRange { device: "arm".into(), joint: "waist".into(), least: -1.0, most: 1.0 };
-    let ranges = joint_ranges(&cell, &catalogue, std::slice::from_ref(&told));
+    let reported = JointRange { device: "arm".into(), joint: "waist".into(), least: -1.0, most: 1.0 };
+    let ranges = joint_ranges(&cell, &catalogue, std::slice::from_ref(&reported));
     assert_eq!(
         ranges,
-        std::slice::from_ref(&told),
+        std::slice::from_ref(&reported),
         "what the robot said counts, and nothing of its manifest"
     );
-    let other = JointRange { device: "leg".into(), ..told };
+    let other = JointRange { device: "leg".into(), ..reported };
     assert_eq!(joint_ranges(&cell, &catalogue, &[other]).len(), 3, "another's joints say nothing of these");
     let limits = own_limits(&cell, "arm", &ranges);
     let [limit] = limits.as_slice() else { panic!("one of the arm's joints is known: {}", limits.len()) };

@@ -102,7 +102,7 @@ impl Engine {
         heard.check_end(step, &wanted, holds, not_before_ns)?;
         let kept = self.kept_values(step, &layout, &heard)?;
         self.journal.noted(&at.path, &step.device, &kept)?;
-        Ok(heard.told(step, kept))
+        Ok(heard.done_with(step, kept))
     }
 
     fn listen_wanted<'s>(&mut self, step: &'s ListenStep, at: &StepContext) -> Result<Wanted<'s>, StepError> {
@@ -241,7 +241,7 @@ impl Heard {
     }
 
     /// What later expressions see, and the same for people.
-    fn told(&self, step: &ListenStep, values: Vec<NamedValue>) -> Done {
+    fn done_with(&self, step: &ListenStep, values: Vec<NamedValue>) -> Done {
         let seconds = self.last_ns.saturating_sub(self.first_ns) as f64 * 1e-9;
         let mut result = Map::from_iter([
             ("messages".to_owned(), json!(self.messages)),

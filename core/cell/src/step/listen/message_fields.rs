@@ -30,7 +30,7 @@ pub(super) fn message_fields(
         ));
     }
     let mut fields = Map::new();
-    for field in layout.told() {
+    for field in layout.visible_fields() {
         let FieldType::Joints(quantity) = field.of else {
             fields.insert(name_with_unit(&field.name, &field.unit), number_of(field, message));
             continue;
@@ -40,8 +40,10 @@ pub(super) fn message_fields(
         }
     }
     if layout.name == DigitalInputs::TYPE_NAME
-        && let Some(levels) =
-            layout.told().find(|field| field.name == "levels").and_then(|field| field.whole(message))
+        && let Some(levels) = layout
+            .visible_fields()
+            .find(|field| field.name == "levels")
+            .and_then(|field| field.whole(message))
     {
         fields.extend((0..=HIGHEST_LINE).map(|line| (line_name(line), Value::from(levels >> line & 1))));
     }

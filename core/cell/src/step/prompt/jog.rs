@@ -375,11 +375,11 @@ impl Engine {
     fn goals_met(&mut self, robot: &str, here: &JointVector, goals: &[JogGoal]) -> Result<(), String> {
         let joints = self.arm(robot).map(|arm| arm.named(here)).unwrap_or_default();
         for goal in goals {
-            let stands =
+            let position =
                 joints.iter().find(|joint| joint.name == goal.joint).map_or(f64::NAN, |joint| joint.value);
-            if !(goal.minimum..=goal.maximum).contains(&stands) {
+            if !(goal.minimum..=goal.maximum).contains(&position) {
                 return Err(format!(
-                    "{} is at {stands:.2} {unit}; it has to be between {:.2} and {:.2} {unit}",
+                    "{} is at {position:.2} {unit}; it has to be between {:.2} and {:.2} {unit}",
                     goal.joint,
                     goal.minimum,
                     goal.maximum,

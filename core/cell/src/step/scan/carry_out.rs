@@ -36,7 +36,7 @@ impl Engine {
         };
         made.lasted += begin.elapsed();
         match scanned {
-            Ok(()) => self.tell_scan(step, at, &made),
+            Ok(()) => self.describe_scan(step, at, &made),
             Err(interrupted @ StepError::Interrupted { .. }) => {
                 // Of a way that was flown in part nothing is kept: it is flown anew as a whole.
                 self.paused_scan = (flight == 0.0).then(|| (at.path.clone(), scan, made));
@@ -82,7 +82,7 @@ impl Engine {
     }
 
     /// Fits, saves and tells what a scan has made.
-    fn tell_scan(
+    fn describe_scan(
         &mut self,
         step: &ScanStep,
         at: &StepContext,

@@ -389,14 +389,14 @@ impl Engine {
         step: &SearchStep,
         at: &StepContext,
     ) -> Result<Map<String, Value>, StepError> {
-        let mut told = Map::new();
+        let mut entries = Map::new();
         for (column, value) in step.finds.iter().flat_map(|finds| &finds.circumstances) {
             let value = self.number(at.scope, value)?;
             if *column != "repeat" || value != 0.0 {
-                told.insert((*column).to_owned(), value.into());
+                entries.insert((*column).to_owned(), value.into());
             }
         }
-        Ok(told)
+        Ok(entries)
     }
 
     fn search_done(

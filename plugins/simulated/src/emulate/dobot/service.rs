@@ -28,7 +28,7 @@ pub struct EmulatorOptions {
 
 /// How the controller stands.
 #[derive(Debug, Clone, Default)]
-pub struct Standing {
+pub struct Status {
     /// The path a host opens, as long as the plug is in.
     pub port: Option<PathBuf>,
     /// What its sensors say, deg.
@@ -106,7 +106,7 @@ pub struct Service {
 
 impl Controls for Service {
     type Event = Event;
-    type Standing = Standing;
+    type Status = Status;
 
     fn due(&self, now: u64) -> u64 {
         if self.controller.is_busy() { now + BUSY_NS } else { self.looked_ns + IDLE_NS }
@@ -156,8 +156,8 @@ impl Controls for Service {
         Ok(())
     }
 
-    fn standing(&mut self, port: Option<PathBuf>, _line: &Line) -> Standing {
+    fn status(&mut self, port: Option<PathBuf>, _line: &Line) -> Status {
         let (angles, moving) = self.seen.unwrap_or_default();
-        Standing { port, angles, moving, index: self.controller.done, alarms: self.controller.alarms_on() }
+        Status { port, angles, moving, index: self.controller.done, alarms: self.controller.alarms_on() }
     }
 }

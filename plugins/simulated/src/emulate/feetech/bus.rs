@@ -88,11 +88,12 @@ impl ServoBus {
     }
 
     fn answer(&self, who: impl Fn(&Servo) -> bool, what: impl Fn(&Servo) -> Option<Vec<u8>>) -> Vec<Answer> {
-        let told = self.servos.iter().filter(|servo| servo.answers && who(servo));
-        told.filter_map(|servo| {
-            Some((servo.delay_ns(), status_packet(servo.id(), servo.error(), &what(servo)?)))
-        })
-        .collect()
+        let answering = self.servos.iter().filter(|servo| servo.answers && who(servo));
+        answering
+            .filter_map(|servo| {
+                Some((servo.delay_ns(), status_packet(servo.id(), servo.error(), &what(servo)?)))
+            })
+            .collect()
     }
 
     /// What becomes of answers: some are lost, some are cut.

@@ -30,7 +30,7 @@ pub struct EmulatorOptions {
 
 /// How the servos stand.
 #[derive(Debug, Clone, Default)]
-pub struct Standing {
+pub struct Status {
     /// The path a host opens, as long as the adapter is in.
     pub port: Option<PathBuf>,
     /// What each encoder shows, homing offsets left out.
@@ -80,7 +80,7 @@ impl Service {
 
 impl Controls for Service {
     type Event = Event;
-    type Standing = Standing;
+    type Status = Status;
 
     fn due(&self, _now: u64) -> u64 {
         self.checked + CHECK_NS
@@ -147,8 +147,8 @@ impl Controls for Service {
         Ok(())
     }
 
-    fn standing(&mut self, port: Option<PathBuf>, _line: &Line) -> Standing {
-        Standing {
+    fn status(&mut self, port: Option<PathBuf>, _line: &Line) -> Status {
+        Status {
             port,
             encoders: self.seen.iter().map(|(encoder, _)| *encoder).collect(),
             offsets: self.bus.servos.iter().map(Servo::offset).collect(),

@@ -75,7 +75,7 @@ pub(super) struct Controller {
     /// When to look at the world's pendant next, while the operator has the arm; never where the world has none.
     pendant_look: Option<u64>,
     /// Whether it tells registers and inputs; one owner's TeachMover II did not (github kelvinzheng3317/leapMotion_TeachMover).
-    knows_read: bool,
+    supports_read: bool,
 }
 
 impl Controller {
@@ -97,7 +97,7 @@ impl Controller {
             turned_ns: 0,
             began: (0, [0; 6]),
             pendant_look: None,
-            knows_read: true,
+            supports_read: true,
         }
     }
 
@@ -124,7 +124,7 @@ impl Controller {
 
     /// Whether it knows how to tell registers and inputs from now on.
     pub(super) fn know_read(&mut self, known: bool) {
-        self.knows_read = known;
+        self.supports_read = known;
     }
 
     /// The operator presses a key.
@@ -232,7 +232,7 @@ impl Controller {
 
     fn obey(&mut self, line: &[u8], now: u64) -> Result<(), MotorsError> {
         match order::read(line) {
-            Some(Order::Tell) if !self.knows_read => self.answer(UNSUCCESSFUL),
+            Some(Order::Read) if !self.supports_read => self.answer(UNSUCCESSFUL),
             None => self.answer(UNSUCCESSFUL),
             Some(Order::Turn { speed, half_steps, outputs }) => {
                 if let Some(levels) = outputs {
@@ -242,7 +242,7 @@ impl Controller {
                 self.turn(half_steps, speed, now)?;
                 self.run(now)?;
             }
-            Some(Order::Tell) => self.tell(now)?,
+            Some(Order::Read) => self.answer_read(now)?,
             Some(Order::Grasp) => {
                 self.activity = Activity::Grasping(LONGEST_GRASP);
                 self.go_on(now)?;
@@ -278,7 +278,7 @@ impl Controller {
         self.reply.extend([digit, b'\r']);
     }
 
-    fn tell(&mut self, now: u64) -> Result<(), MotorsError> {
+    fn answer_read(&mut self, now: u64) -> Result<(), MotorsError> {
         if let Some(pendant) = self.motors.pendant()? {
             self.key = pendant.key;
         }

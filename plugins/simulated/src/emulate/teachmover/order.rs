@@ -15,7 +15,7 @@ pub(super) enum Order {
     /// Turn the motors by these half-steps.
     Turn { speed: u8, half_steps: [i32; MOTORS], outputs: Option<u8> },
     /// Tell registers, inputs and key.
-    Tell,
+    Read,
     /// Close the hand until its switch trips.
     Grasp,
     /// Let the operator teach by hand.
@@ -42,7 +42,7 @@ pub(super) fn read(line: &[u8]) -> Option<Order> {
     // Real programs end words that take nothing with a blank, or with ", 0".
     Some(match word {
         b"STEP" => turn(&numbers(rest)?)?,
-        b"READ" => Order::Tell,
+        b"READ" => Order::Read,
         b"CLOSE" => Order::Grasp,
         b"SET" => Order::Teach,
         b"RESET" => Order::Forget,
@@ -122,7 +122,7 @@ mod tests {
             ("STEP 240, 884.0,1255.77,0,0,0,0", step(240, [884, 1255, 0, 0, 0, 0], None)),
             ("STEP 88500,0,0,0,0,0,0", step(245, [0; 6], None)),
             ("STEP,100,1,1,1,1,1,1", step(100, [1; 6], None)),
-            ("READ", Some(Order::Tell)),
+            ("READ", Some(Order::Read)),
             ("CLOSE ", Some(Order::Grasp)),
             ("CLOSE, 0", Some(Order::Grasp)),
             ("RESET, 0", Some(Order::Forget)),

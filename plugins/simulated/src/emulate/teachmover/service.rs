@@ -14,7 +14,7 @@ const CHECK_NS: u64 = 1_000_000_000;
 
 /// How the controller stands.
 #[derive(Debug, Clone, Default)]
-pub struct Standing {
+pub struct Status {
     /// The path a host opens, as long as the plug is in.
     pub port: Option<PathBuf>,
     /// The registers.
@@ -49,7 +49,7 @@ pub struct Service {
 
 impl Controls for Service {
     type Event = Event;
-    type Standing = Standing;
+    type Status = Status;
 
     fn due(&self, now: u64) -> u64 {
         let check = self.checked + CHECK_NS;
@@ -94,10 +94,10 @@ impl Controls for Service {
         Ok(())
     }
 
-    fn standing(&mut self, port: Option<PathBuf>, line: &Line) -> Standing {
+    fn status(&mut self, port: Option<PathBuf>, line: &Line) -> Status {
         let registers = self.controller.registers(line.now());
         let (last, turned) = self.controller.turned();
-        Standing {
+        Status {
             port,
             registers,
             busy: self.controller.is_busy(),

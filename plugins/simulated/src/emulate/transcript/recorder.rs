@@ -91,7 +91,7 @@ impl Drop for Service {
 
 impl Controls for Service {
     type Event = Infallible;
-    type Standing = Recording;
+    type Status = Recording;
 
     fn due(&self, now: u64) -> u64 {
         now + LOOK_NS
@@ -118,7 +118,7 @@ impl Controls for Service {
         Ok(self.add(Sender::Device, received, now)?)
     }
 
-    fn standing(&mut self, port: Option<PathBuf>, _line: &Line) -> Recording {
+    fn status(&mut self, port: Option<PathBuf>, _line: &Line) -> Recording {
         Recording { port, bytes: self.bytes }
     }
 }

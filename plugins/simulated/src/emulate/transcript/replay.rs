@@ -41,7 +41,7 @@ pub struct Service {
 
 impl Controls for Service {
     type Event = Infallible;
-    type Standing = Replayed;
+    type Status = Replayed;
 
     fn due(&self, now: u64) -> u64 {
         now + SELDOM_NS
@@ -68,7 +68,7 @@ impl Controls for Service {
         Ok(())
     }
 
-    fn standing(&mut self, port: Option<PathBuf>, _line: &Line) -> Replayed {
+    fn status(&mut self, port: Option<PathBuf>, _line: &Line) -> Replayed {
         Replayed { port, progress: self.player.progress().clone() }
     }
 }

@@ -141,7 +141,7 @@ impl Client {
     }
 
     /// Tells how the robot is, if it is time; `slow` where the slower interfaces are due.
-    pub(super) fn tell_state(&mut self, controller: &Controller, trouble: &Trouble, slow: bool) {
+    pub(super) fn send_state(&mut self, controller: &Controller, trouble: &Trouble, slow: bool) {
         match &mut self.speaks {
             Speaks::Dashboard => {}
             Speaks::Scripts if slow => self.say(primary::state(controller)),
@@ -164,14 +164,14 @@ impl Client {
     }
 
     /// Tells an error or a text to those who hear about them.
-    pub(super) fn tell_message(&mut self, message: &[u8]) {
+    pub(super) fn send_message(&mut self, message: &[u8]) {
         if matches!(self.speaks, Speaks::Scripts) {
             self.say(message.to_vec());
         }
     }
 
     /// Whether states are told on it.
-    pub(super) fn tells_states(&self) -> bool {
+    pub(super) fn sends_states(&self) -> bool {
         matches!(self.speaks, Speaks::Rtde(_))
     }
 

@@ -31,7 +31,7 @@ pub(super) fn version(controller: &Controller) -> Vec<u8> {
 }
 
 /// A runtime error by its line and column; without a line, a text.
-pub(super) fn told(controller: &Controller, line: i32, column: i32, text: &str) -> Vec<u8> {
+pub(super) fn runtime_message(controller: &Controller, line: i32, column: i32, text: &str) -> Vec<u8> {
     if line == 0 {
         return robot_message(controller, TEXT, text.as_bytes());
     }

@@ -52,7 +52,7 @@ impl Default for EmulatorOptions {
 
 /// How the controller stands.
 #[derive(Debug, Clone, Default)]
-pub struct Standing {
+pub struct Status {
     /// Where it listens.
     pub address: Option<IpAddr>,
     /// Whether the arm moves.
@@ -92,7 +92,7 @@ enum Order {
 pub struct Emulator {
     orders: Sender<Order>,
     wake: UnixStream,
-    standing: Arc<Mutex<Standing>>,
+    status: Arc<Mutex<Status>>,
     thread: Option<JoinHandle<Result<(), EmulatorError>>>,
 }
 
@@ -107,7 +107,7 @@ impl Emulator {
         let (wake, woken) = UnixStream::pair()?;
         woken.set_nonblocking(true)?;
         let (orders, received) = channel();
-        let standing = Arc::new(Mutex::new(Standing { address: Some(address), ..Standing::default() }));
+        let status = Arc::new(Mutex::new(Status { address: Some(address), ..Status::default() }));
         let mut service = Service {
             controller: Controller::new(arm, options.series, options.fast, options.seed),
             protocol: options.protocol,
@@ -119,18 +119,18 @@ impl Emulator {
             next_slow: Instant::now(),
             address,
         };
-        let noted = Arc::clone(&standing);
+        let noted = Arc::clone(&status);
         let thread = std::thread::spawn(move || service.serve(&woken, &received, &noted));
-        Ok(Self { orders, wake, standing, thread: Some(thread) })
+        Ok(Self { orders, wake, status, thread: Some(thread) })
     }
 
     /// How the controller stands now.
-    pub fn standing(&self) -> Standing {
-        self.standing.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    pub fn status(&self) -> Status {
+        self.status.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
     /// Lets something happen to the controller, and returns when it has happened.
-    pub fn tell(&mut self, event: Event) {
+    pub fn inject(&mut self, event: Event) {
         let (happened, wait) = sync_channel(1);
         self.order(Order::Happen(event, happened));
         // A controller that has ended hears nothing more: `stop` says why it ended.
@@ -197,16 +197,16 @@ impl Service {
         &mut self,
         woken: &UnixStream,
         orders: &Receiver<Order>,
-        standing: &Mutex<Standing>,
+        status: &Mutex<Status>,
     ) -> Result<(), EmulatorError> {
         loop {
             self.wait(woken)?;
             let mut happened = Vec::new();
             for order in orders.try_iter() {
                 match order {
-                    Order::Happen(event, tell) => {
+                    Order::Happen(event, done) => {
                         self.happen(&event);
-                        happened.push(tell);
+                        happened.push(done);
                     }
                     Order::End => return Ok(()),
                 }
@@ -219,14 +219,14 @@ impl Service {
                 let cycle = Duration::from_secs_f64(CYCLE_S);
                 // A controller that was held up, or was in a hurry, goes on from now: it makes up for nothing.
                 self.next_cycle = (self.next_cycle + cycle).clamp(now, now + cycle);
-                self.tell(now);
+                self.publish(now);
             }
             self.clients.iter_mut().for_each(|client| client.flush(&mut self.random));
             self.clients.retain(|client| !client.ended);
-            *standing.lock().unwrap_or_else(PoisonError::into_inner) = self.standing();
-            for tell in happened {
+            *status.lock().unwrap_or_else(PoisonError::into_inner) = self.status();
+            for done in happened {
                 // Whoever told it may have gone.
-                let _ = tell.send(());
+                let _ = done.send(());
             }
         }
     }
@@ -292,30 +292,30 @@ impl Service {
     }
 
     /// Tells the clients what has happened in a cycle.
-    fn tell(&mut self, now: Instant) {
+    fn publish(&mut self, now: Instant) {
         let slow = now >= self.next_slow;
         if slow {
             self.next_slow = now + SLOW_STATES;
         }
         for (line, column, text) in std::mem::take(&mut self.controller.messages) {
-            let message = primary::told(&self.controller, line, column, &text);
-            self.clients.iter_mut().for_each(|client| client.tell_message(&message));
+            let message = primary::runtime_message(&self.controller, line, column, &text);
+            self.clients.iter_mut().for_each(|client| client.send_message(&message));
         }
         for client in &mut self.clients {
-            client.tell_state(&self.controller, &self.trouble, slow);
+            client.send_state(&self.controller, &self.trouble, slow);
         }
-        if self.trouble.cut && self.clients.iter().any(Client::tells_states) {
+        if self.trouble.cut && self.clients.iter().any(Client::sends_states) {
             self.trouble.cut = false;
-            for client in self.clients.iter_mut().filter(|client| client.tells_states()) {
+            for client in self.clients.iter_mut().filter(|client| client.sends_states()) {
                 client.flush(&mut self.random);
                 client.ended = true;
             }
         }
     }
 
-    fn standing(&self) -> Standing {
+    fn status(&self) -> Status {
         let controller = &self.controller;
-        Standing {
+        Status {
             address: Some(self.address),
             moving: controller.is_moving(),
             modes: format!(

@@ -43,10 +43,10 @@ impl DrivenArm {
         }
         let mut mover = WorldClient::connect(socket, "VAL-II servos").map_err(gone)?;
         let (motions, orders) = channel::<Verb>();
-        let (tell_end, ends) = channel();
+        let (end_sender, ends) = channel();
         std::thread::spawn(move || {
             for verb in orders {
-                if tell_end.send(mover.read(verb)).is_err() {
+                if end_sender.send(mover.read(verb)).is_err() {
                     return;
                 }
             }

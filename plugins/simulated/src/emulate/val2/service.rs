@@ -36,7 +36,7 @@ pub struct EmulatorOptions {
 
 /// How the controller stands.
 #[derive(Debug, Clone, Default)]
-pub struct Standing {
+pub struct Status {
     /// The path a host opens, as long as the plug is in.
     pub port: Option<PathBuf>,
     /// Whether the arm is moved.
@@ -91,7 +91,7 @@ pub struct Service {
 
 impl Controls for Service {
     type Event = Event;
-    type Standing = Standing;
+    type Status = Status;
 
     fn due(&self, _now: u64) -> u64 {
         let look = self.looked + self.rhythm();
@@ -130,8 +130,8 @@ impl Controls for Service {
         Ok(())
     }
 
-    fn standing(&mut self, port: Option<PathBuf>, line: &Line) -> Standing {
-        Standing {
+    fn status(&mut self, port: Option<PathBuf>, line: &Line) -> Status {
+        Status {
             port,
             moving: self.monitor.is_moving(),
             talking: line.is_busy(),

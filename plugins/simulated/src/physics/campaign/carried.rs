@@ -60,7 +60,7 @@ fn places(
         machine.go(&visit.commanded, row.time_s);
         let conditions =
             Conditions { time_s: row.time_s, temperature_c: row.temperature_c, payload_kg: row.payload_kg };
-        let posture = machine.stand(&conditions)?.posture;
+        let posture = machine.equilibrium(&conditions)?.posture;
         Ok(points.iter().map(|point| posture.world_from_flange.apply(*point)).collect())
     };
     rows.iter().map(place).collect()

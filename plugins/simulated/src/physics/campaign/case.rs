@@ -126,45 +126,45 @@ pub(super) fn describe(
 ) -> Hidden {
     let arm = &specification.arm;
     let mut details = serde_json::Map::new();
-    let mut tell = |key: &str, value: serde_json::Value| {
+    let mut add = |key: &str, value: serde_json::Value| {
         details.insert(key.to_owned(), value);
     };
     match imperfection.mechanism {
         Mechanism::JointHarmonic { per_turn, phase, .. } => {
-            tell("n", per_turn.into());
-            tell("phase_rad", phase.into());
+            add("n", per_turn.into());
+            add("phase_rad", phase.into());
         }
         Mechanism::ScrewWave { pitch, per_turn, phase, .. } => {
-            tell("n", per_turn.into());
-            tell("pitch_mm", pitch.into());
-            tell("phase_rad", phase.into());
+            add("n", per_turn.into());
+            add("pitch_mm", pitch.into());
+            add("phase_rad", phase.into());
         }
         Mechanism::JointCoupling { driver, .. } | Mechanism::CableDrag { driver, .. } => {
-            tell("with", arm.joint_name(driver).into())
+            add("with", arm.joint_name(driver).into())
         }
-        Mechanism::JointStep { at_s, .. } => tell("at_s", at_s.into()),
-        Mechanism::JointStiffening { knee, .. } => tell("knee_nm", knee.into()),
-        Mechanism::JointSettling { forgetting_s, .. } => tell("forgetting_s", forgetting_s.into()),
+        Mechanism::JointStep { at_s, .. } => add("at_s", at_s.into()),
+        Mechanism::JointStiffening { knee, .. } => add("knee_nm", knee.into()),
+        Mechanism::JointSettling { forgetting_s, .. } => add("forgetting_s", forgetting_s.into()),
         Mechanism::WarmUp { of, time_constant_s, .. } => {
-            tell("of", of.name().into());
-            tell("time_constant_s", time_constant_s.into());
+            add("of", of.name().into());
+            add("time_constant_s", time_constant_s.into());
         }
-        Mechanism::InstrumentTilt { direction } => tell("direction_rad", direction.into()),
+        Mechanism::InstrumentTilt { direction } => add("direction_rad", direction.into()),
         Mechanism::BaseTilt { axis: direction }
         | Mechanism::BasePosition { direction }
         | Mechanism::ToolOffset { direction }
         | Mechanism::Drift { direction } => {
-            tell("direction", direction.to_vec().into());
+            add("direction", direction.to_vec().into());
         }
-        Mechanism::StickSlip { spacing, .. } => tell("spacing_rad", spacing.into()),
+        Mechanism::StickSlip { spacing, .. } => add("spacing_rad", spacing.into()),
         Mechanism::WornGear { worn_at, spread, .. } => {
-            tell("worn_at_rad", worn_at.into());
-            tell("spread_rad", spread.into());
+            add("worn_at_rad", worn_at.into());
+            add("spread_rad", spread.into());
         }
-        Mechanism::CableWindUp { slack, .. } => tell("slack_rad", slack.into()),
+        Mechanism::CableWindUp { slack, .. } => add("slack_rad", slack.into()),
         Mechanism::RockingBase { direction, softness } => {
-            tell("direction_rad", direction.into());
-            tell("softness_nm", softness.into());
+            add("direction_rad", direction.into());
+            add("softness_nm", softness.into());
         }
         _ => {}
     }

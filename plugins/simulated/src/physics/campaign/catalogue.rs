@@ -111,12 +111,12 @@ impl Choice {
         duration_s: f64,
         random: &mut Random,
     ) -> Result<Mechanism, ChoiceError> {
-        let lot = |names: &[&'static str], random: &mut Random| {
+        let any_of = |names: &[&'static str], random: &mut Random| {
             random.pick(names).copied().unwrap_or("joint_backlash")
         };
         let name = match self.name.as_str() {
-            "any" => lot(&LIBRARY, random),
-            "outside" => lot(&OUTSIDE, random),
+            "any" => any_of(&LIBRARY, random),
+            "outside" => any_of(&OUTSIDE, random),
             "not_repeatable" => NOT_REPEATABLE,
             other => other,
         };

@@ -25,7 +25,7 @@ pub fn run(
             temperature_c: visit.temperature_c,
             payload_kg: visit.payload_kg,
         };
-        Ok(instrument.read(&machine.stand(&conditions)?.posture))
+        Ok(instrument.read(&machine.equilibrium(&conditions)?.posture))
     };
     visits.iter().map(read).collect()
 }

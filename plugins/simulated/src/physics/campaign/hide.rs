@@ -8,7 +8,7 @@ use super::audit::Audit;
 use super::specification::{Size, Specification, Wanted};
 
 /// How often a lot is drawn before giving up.
-const LOTS: usize = 60;
+const DRAWS: usize = 60;
 /// Least share of what is drawn by lot that the free parameters may leave to be seen (of its root mean square).
 const LEAST_VISIBLE: f64 = 0.15;
 
@@ -22,7 +22,7 @@ pub(super) fn hide(
     random: &mut Random,
 ) -> Result<Imperfection, GenerateError> {
     let mut refused = GenerateError::NoPoses;
-    for _ in 0..LOTS {
+    for _ in 0..DRAWS {
         let mechanism = wanted.choice.draw(&specification.arm, audit.duration_s(), random)?;
         let sign = if has_either_sign(&mechanism) { random.sign() } else { 1.0 };
         let rms = match wanted.size {

@@ -115,15 +115,15 @@ pub fn further(specification: &Specification, seed: u64, so_far: &[Visit], chose
     for (index, pose) in chosen.iter().enumerate() {
         let commanded_deg: Vec<f64> =
             pose.commanded_deg.iter().map(|angle| rounded(*angle, 1000.0)).collect();
-        let by_lot: Vec<f64> = commanded_deg.iter().map(|_| random.sign()).collect();
+        let at_random: Vec<f64> = commanded_deg.iter().map(|_| random.sign()).collect();
         let sides = match specification.approach {
             Approach::Straight => straight_sides(&before, &commanded_deg),
             Approach::EitherSide => {
-                let side = |(joint, lot): (usize, &f64)| match pose.sides.get(joint) {
+                let side = |(joint, random_side): (usize, &f64)| match pose.sides.get(joint) {
                     Some(side) if *side != 0.0 => side.signum(),
-                    _ => *lot,
+                    _ => *random_side,
                 };
-                by_lot.iter().enumerate().map(side).collect()
+                at_random.iter().enumerate().map(side).collect()
             }
         };
         before.clone_from(&commanded_deg);

@@ -61,7 +61,7 @@ pub(super) fn seat(
         let shift = |axis: usize| off.get(axis).copied().unwrap_or(0.0);
         let goal = *place + Vector::new(shift(0), shift(1), shift(2));
         for _ in 0..12 {
-            let posture = stand(&mut machine, visit)?;
+            let posture = equilibrium(&mut machine, visit)?;
             let missing = goal - posture.target;
             if missing.norm() < SEATED {
                 break;
@@ -72,17 +72,17 @@ pub(super) fn seat(
             let moved = moved.collect();
             visit.command(moved);
         }
-        stand(&mut machine, visit)?;
+        equilibrium(&mut machine, visit)?;
     }
     Ok(())
 }
 
-fn stand(machine: &mut Machine, visit: &Visit) -> Result<Posture, NoEquilibrium> {
+fn equilibrium(machine: &mut Machine, visit: &Visit) -> Result<Posture, NoEquilibrium> {
     machine.go(&visit.beyond(), visit.time_s);
     machine.go(&visit.commanded, visit.time_s);
     let conditions =
         Conditions { time_s: visit.time_s, temperature_c: visit.temperature_c, payload_kg: visit.payload_kg };
-    Ok(machine.stand(&conditions)?.posture)
+    Ok(machine.equilibrium(&conditions)?.posture)
 }
 
 fn on_paper(arm: &Arm, pose_deg: &[f64]) -> Posture {

@@ -55,7 +55,7 @@ mod tests {
     use proptest::prelude::*;
 
     /// A gap whose driven side stands at `output`.
-    fn standing_at(output: f64, width: f64) -> Play {
+    fn play_at(output: f64, width: f64) -> Play {
         Play { output: Some(output), ..Play::even(0, width) }
     }
 
@@ -64,7 +64,7 @@ mod tests {
         fn the_link_is_never_further_from_its_drive_than_half_the_gap(
             link in -2.0..2.0_f64, drives in prop::collection::vec(-2.0..2.0_f64, 1..20), gap in 0.0..0.5_f64,
         ) {
-            let mut play = standing_at(link, gap);
+            let mut play = play_at(link, gap);
             for drive in drives {
                 prop_assert!((play.follow(drive) - drive).abs() <= gap / 2.0 + 1e-15);
             }
@@ -74,22 +74,22 @@ mod tests {
         fn following_in_many_steps_of_one_direction_ends_as_one_step_does(
             link in -0.1..0.1_f64, gap in 0.2..0.5_f64, end in 0.0..2.0_f64, steps in 1..50_u32,
         ) {
-            let mut small = standing_at(link, gap);
+            let mut small = play_at(link, gap);
             for step in 1..=steps {
                 small.follow(end * f64::from(step) / f64::from(steps));
             }
-            prop_assert!((small.follow(end) - standing_at(link, gap).follow(end)).abs() < 1e-15);
+            prop_assert!((small.follow(end) - play_at(link, gap).follow(end)).abs() < 1e-15);
         }
 
         #[test]
         fn without_a_gap_the_link_is_its_drive(link in -2.0..2.0_f64, drive in -2.0..2.0_f64) {
-            prop_assert_eq!(standing_at(link, 0.0).follow(drive), drive);
+            prop_assert_eq!(play_at(link, 0.0).follow(drive), drive);
         }
     }
 
     #[test]
     fn a_drive_that_turns_back_crosses_the_gap_before_the_link_moves() {
-        let mut play = standing_at(0.0, 0.2);
+        let mut play = play_at(0.0, 0.2);
         assert_eq!(play.follow(1.0), 0.9);
         assert_eq!(play.follow(0.85), 0.9);
         assert!((play.follow(0.7) - 0.8).abs() < 1e-15);

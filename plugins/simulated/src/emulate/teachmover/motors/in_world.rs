@@ -44,8 +44,8 @@ impl MotorsInWorld {
         let mover = WorldClient::connect(socket, "teachmover motors").map_err(gone)?;
         let last = client.read(Verb::Read {}).map_err(gone)?;
         let (motions, orders) = channel();
-        let (tell_end, ends) = channel();
-        std::thread::spawn(move || make_motions(mover, &orders, &tell_end));
+        let (end_sender, ends) = channel();
+        std::thread::spawn(move || make_motions(mover, &orders, &end_sender));
         Ok(Self { client, motions, ends, moves: false, last })
     }
 
