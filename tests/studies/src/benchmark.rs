@@ -132,8 +132,8 @@ fn probabilities(
         ("candidates", "candidates", &all.candidates),
     ] {
         say(&table(format!("\nall: {title}"), forecasts))?;
-        if let (Some(folder), Some(told)) = (folder, Reliability::of(forecasts)) {
-            let picture = told.svg(title).map_err(BenchmarkError::Picture)?;
+        if let (Some(folder), Some(reliability)) = (folder, Reliability::of(forecasts)) {
+            let picture = reliability.svg(title).map_err(BenchmarkError::Picture)?;
             write(&folder.join(format!("reliability-{name}.svg")), &picture)?;
         }
     }

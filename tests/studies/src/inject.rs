@@ -46,7 +46,7 @@ const EFFECTS: [&str; 11] = [
 ];
 
 /// Lots drawn for one injection before the effect is said not to show in a set.
-const LOTS: u64 = 4;
+const DRAWS: u64 = 4;
 
 /// Options of `plumb-studies inject`.
 #[derive(Debug, clap::Args)]
@@ -165,8 +165,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, StudyError> {
         }
     }
     say(&total.line("all", "all"))?;
-    if let Some(told) = Reliability::of(&forecasts) {
-        say(&told.table("\nprobabilities of the candidates"))?;
+    if let Some(reliability) = Reliability::of(&forecasts) {
+        say(&reliability.table("\nprobabilities of the candidates"))?;
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -204,10 +204,10 @@ struct Set {
 
 impl Set {
     /// The set with so many of its rows as this lot draws, fitted.
-    fn open(&self, arguments: &Arguments, lot: u64) -> Result<Measurements, InjectionError> {
+    fn open(&self, arguments: &Arguments, draw_seed: u64) -> Result<Measurements, InjectionError> {
         let model = Model::read(&self.model).map_err(LaboratoryError::from)?;
         let table = Table::read(&self.table).map_err(LaboratoryError::from)?;
-        let table = thinned(&table, rows_drawn(table.len(), arguments.rows), lot)?;
+        let table = thinned(&table, rows_drawn(table.len(), arguments.rows), draw_seed)?;
         let options = Options { free: Some(arguments.free.clone()), ..Options::default() };
         Measurements::new(model, table, options, &Progress::unwatched())
     }
@@ -256,10 +256,10 @@ fn injections(
 ) -> Result<Counts, StudyError> {
     let progress = Progress::unwatched();
     let mut counts = Counts::default();
-    let mut lot = first_lot(arguments.seed, effect);
+    let mut draw_seed = first_draw(arguments.seed, effect);
     for _ in 0..arguments.count {
-        let own = set.open(arguments, lot)?;
-        let Some(hidden) = drawn(&own, effect, &mut lot, arguments.times)? else {
+        let own = set.open(arguments, draw_seed)?;
+        let Some(hidden) = drawn(&own, effect, &mut draw_seed, arguments.times)? else {
             counts.without += 1;
             continue;
         };
@@ -278,7 +278,7 @@ fn injections(
         let asked = |(effect, at): (&str, &str)| before != Some((effect, at)) || is_hidden(effect, at);
         forecasts.extend(candidates(&diagnosis, &asked, &is_hidden));
         if arguments.each {
-            say(&told(hidden.mechanism.name(), &place, found, &diagnosis))?;
+            say(&describe(hidden.mechanism.name(), &place, found, &diagnosis))?;
         }
         *counts.found.entry(found).or_default() += 1;
     }
@@ -289,13 +289,13 @@ fn injections(
 fn drawn(
     own: &Measurements,
     effect: &str,
-    lot: &mut u64,
+    draw_seed: &mut u64,
     times: f64,
 ) -> Result<Option<Imperfection>, StudyError> {
     let mut hidden = None;
-    for _ in 0..LOTS {
-        *lot = lot.wrapping_add(1);
-        let Ok(mechanism) = own.draw(&Choice::named(effect), *lot) else { break };
+    for _ in 0..DRAWS {
+        *draw_seed = draw_seed.wrapping_add(1);
+        let Ok(mechanism) = own.draw(&Choice::named(effect), *draw_seed) else { break };
         if !own.logs_what_drives(&mechanism) {
             continue;
         }
@@ -312,14 +312,14 @@ fn drawn(
 }
 
 /// The lots of one effect begin elsewhere than those of another: else all would be hidden at the same joints.
-fn first_lot(seed: u64, effect: &str) -> u64 {
+fn first_draw(seed: u64, effect: &str) -> u64 {
     let letters =
         effect.bytes().fold(0_u64, |sum, letter| sum.wrapping_mul(31).wrapping_add(u64::from(letter)));
     seed.wrapping_mul(1_000_000).wrapping_add(letters % 10_000 * 100)
 }
 
 /// One injection in lines: what was hidden, the sentence, and why the first candidates are not the name.
-fn told(effect: &str, place: &str, found: Found, diagnosis: &Diagnosis) -> String {
+fn describe(effect: &str, place: &str, found: Found, diagnosis: &Diagnosis) -> String {
     let mut text = format!("  {effect}({place}): {found:?}. {}\n", diagnosis_sentence(diagnosis));
     if !diagnosis.besides.is_empty() {
         // Writing to a text cannot fail.
@@ -368,7 +368,8 @@ mod tests {
         assert_eq!([rows_drawn(1000, 200), rows_drawn(250, 200), rows_drawn(99, 200)], [200, 200, 79]);
         let rows: Vec<String> = (0..50).map(|row| format!("{row},{}", 10 * row)).collect();
         let table = Table::parse("t.csv", &format!("q1_deg,p1_x_mm\n{}\n", rows.join("\n"))).unwrap();
-        let [one, other] = [3, 4].map(|lot| table_text(&thinned(&table, rows_drawn(50, 200), lot).unwrap()));
+        let [one, other] =
+            [3, 4].map(|draw_seed| table_text(&thinned(&table, rows_drawn(50, 200), draw_seed).unwrap()));
         assert!(one != other && one.lines().count() == 41);
     }
 

@@ -151,21 +151,21 @@ mod tests {
     #[test]
     fn the_score_is_brier_s_and_that_of_a_constant_guess_its_variance() {
         let said = [forecasts(0.9, 9, 10), forecasts(0.1, 2, 10)].concat();
-        let told = Reliability::of(&said).unwrap();
+        let reliability = Reliability::of(&said).unwrap();
         // 9 x .01 + .81 + 2 x .81 + 8 x .01, over 20; 11 of 20 are true.
-        assert!((told.brier[0] - 2.6 / 20.0).abs() < 1e-12, "{told:?}");
-        assert!((told.constant_guess - 0.55 * 0.45).abs() < 1e-12);
-        assert_eq!(told.bins.len(), 2);
-        assert_eq!((told.bins[0].came_true.count, told.bins[0].came_true.trials), (2, 10));
+        assert!((reliability.brier[0] - 2.6 / 20.0).abs() < 1e-12, "{reliability:?}");
+        assert!((reliability.constant_guess - 0.55 * 0.45).abs() < 1e-12);
+        assert_eq!(reliability.bins.len(), 2);
+        assert_eq!((reliability.bins[0].came_true.count, reliability.bins[0].came_true.trials), (2, 10));
         assert!(Reliability::of(&[]).is_none());
     }
 
     #[test]
     fn certainty_is_in_the_last_bin_and_the_table_says_so() {
-        let told = Reliability::of(&forecasts(1.0, 3, 3)).unwrap();
-        let text = told.table("candidates");
+        let reliability = Reliability::of(&forecasts(1.0, 3, 3)).unwrap();
+        let text = reliability.table("candidates");
         // Wilson's lower limit of 3 of 3: 3 / (3 + 1.96 squared).
         assert!(text.contains("95 to 100") && text.contains("100.0 [43.9, 100.0]"), "{text}");
-        assert!(told.svg("candidates").unwrap().contains("probability given"));
+        assert!(reliability.svg("candidates").unwrap().contains("probability given"));
     }
 }

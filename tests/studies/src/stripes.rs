@@ -71,13 +71,13 @@ pub(crate) fn run(arguments: &Arguments, folder: Option<&Path>) -> CommandResult
     let worlds = worlds(arguments, output);
     let interrupt = Interrupt::listen()?;
     say!("{HEADER}")?;
-    let mut told = Told::new(&worlds, output)?;
-    told.write()?;
-    let missing: Vec<usize> = (0..worlds.len()).filter(|place| !told.has(*place)).collect();
-    told.missing = missing.len();
+    let mut study = StripeStudy::new(&worlds, output)?;
+    study.write()?;
+    let missing: Vec<usize> = (0..worlds.len()).filter(|place| !study.has(*place)).collect();
+    study.missing = missing.len();
     let cores = thread::available_parallelism().map_or(1, usize::from);
     let jobs = arguments.jobs.map_or(cores, |jobs| jobs as usize).min(missing.len());
-    let (told, next) = (Mutex::new(told), AtomicUsize::new(0));
+    let (study, next) = (Mutex::new(study), AtomicUsize::new(0));
     thread::scope(|scope| {
         for _ in 0..jobs {
             scope.spawn(|| {
@@ -86,14 +86,14 @@ pub(crate) fn run(arguments: &Arguments, folder: Option<&Path>) -> CommandResult
                     let studied = world.studied();
                     // What an interrupt ended is no failure.
                     if !interrupt.is_asked() || studied.is_ok() {
-                        lock(&told).take(place, world, studied);
+                        lock(&study).take(place, world, studied);
                     }
                 }
             });
         }
     });
-    let told = told.into_inner().unwrap_or_else(PoisonError::into_inner);
-    told.end(interrupt.is_asked())
+    let study = study.into_inner().unwrap_or_else(PoisonError::into_inner);
+    study.end(interrupt.is_asked())
 }
 
 /// All worlds in the order they are studied: the first of each kind first, so that what is there before the end tells of all kinds alike.
@@ -110,12 +110,12 @@ fn worlds<'a>(arguments: &'a Arguments, output: &'a Path) -> Vec<SealedWorld<'a>
     worlds
 }
 
-fn lock<'t, 'a>(told: &'t Mutex<Told<'a>>) -> MutexGuard<'t, Told<'a>> {
-    told.lock().unwrap_or_else(PoisonError::into_inner)
+fn lock<'t, 'a>(study: &'t Mutex<StripeStudy<'a>>) -> MutexGuard<'t, StripeStudy<'a>> {
+    study.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// What has come out so far.
-struct Told<'a> {
+struct StripeStudy<'a> {
     output: &'a Path,
     /// Of each world, where it is known.
     outcomes: Vec<Option<Outcome>>,
@@ -128,7 +128,7 @@ struct Told<'a> {
     trouble: Option<StudyEnd>,
 }
 
-impl<'a> Told<'a> {
+impl<'a> StripeStudy<'a> {
     /// What lies there already.
     fn new(worlds: &[SealedWorld<'_>], output: &'a Path) -> io::Result<Self> {
         let outcomes: Vec<Option<Outcome>> = worlds.iter().map(SealedWorld::known).collect();

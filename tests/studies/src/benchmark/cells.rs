@@ -212,26 +212,26 @@ impl Work {
 impl Cell {
     /// Trial `number` of this cell under the benchmark's seed. Arms come by lot; a lot that cannot be hidden in its arm is drawn again.
     fn case(&self, seed: u64, number: usize) -> Option<Case> {
-        let mut lot = Random::new(seed.wrapping_add(number as u64), self.name);
+        let mut rng = Random::new(seed.wrapping_add(number as u64), self.name);
         (0..100).find_map(|_| {
-            let (name, _) = lot.pick(&arms::ARMS)?;
-            let specification = self.specification(arms::by_name(name)?.ok()?, number, &mut lot);
-            let case = campaign::generate(&specification, lot.bits()).ok()?;
+            let (name, _) = rng.pick(&arms::ARMS)?;
+            let specification = self.specification(arms::by_name(name)?.ok()?, number, &mut rng);
+            let case = campaign::generate(&specification, rng.bits()).ok()?;
             self.shows(&case).then_some(case)
         })
     }
 
-    fn specification(&self, arm: ArmDescription, number: usize, lot: &mut Random) -> Specification {
+    fn specification(&self, arm: ArmDescription, number: usize, rng: &mut Random) -> Specification {
         let names: Vec<&str> = match self.hides {
             Hides::Nothing => Vec::new(),
-            Hides::One => vec![known(lot)],
-            Hides::Two => vec![known(lot), known(lot)],
+            Hides::One => vec![known(rng)],
+            Hides::Two => vec![known(rng), known(rng)],
             Hides::This(name) => vec![name],
             Hides::Outside => OUTSIDE.get(number % OUTSIDE.len()).copied().into_iter().collect(),
             Hides::AmongOthers => {
-                let others = (0..2).map(|_| lot.pick(&OUTSIDE).copied().unwrap_or("worn_gear"));
+                let others = (0..2).map(|_| rng.pick(&OUTSIDE).copied().unwrap_or("worn_gear"));
                 let others: Vec<&str> = others.collect();
-                [&[known(lot)], others.as_slice()].concat()
+                [&[known(rng)], others.as_slice()].concat()
             }
             Hides::Shape => SHAPE.to_vec(),
             Hides::NotRepeatable => vec![NOT_REPEATABLE],
@@ -260,8 +260,8 @@ impl Cell {
 }
 
 /// An effect by lot from those that both this world and the lab's library have.
-fn known(lot: &mut Random) -> &'static str {
+fn known(rng: &mut Random) -> &'static str {
     let both: Vec<&str> =
         LIBRARY.into_iter().filter(|name| plumb_calibration::effect::kind(name).is_some()).collect();
-    lot.pick(&both).copied().unwrap_or("joint_backlash")
+    rng.pick(&both).copied().unwrap_or("joint_backlash")
 }

@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::cells::Work;
 use super::error::BenchmarkError;
 use super::lab;
-use super::report::told;
+use super::report::describe;
 use super::trials::over_cases;
 use crate::interval::Share;
 
@@ -48,7 +48,7 @@ pub(super) fn offered(work: &Work, seed: u64, count: usize) -> Result<Row, Bench
         Ok(Trial {
             seed: case.truth.seed,
             arm: case.specification.arm.name.clone(),
-            hidden: case.truth.hidden.iter().map(told).collect(),
+            hidden: case.truth.hidden.iter().map(describe).collect(),
             right_place: case.truth.hidden.iter().any(|hidden| Some(&hidden.place) == place.as_ref()),
             formula,
         })

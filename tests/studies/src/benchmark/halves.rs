@@ -20,7 +20,8 @@ use crate::interval::Share;
 #[serde(rename_all = "snake_case")]
 pub(super) enum Cut {
     /// Poses by lot; returns to one pose stay together.
-    Lot,
+    #[serde(rename = "lot")]
+    AtRandom,
     /// Earlier and later rows.
     Order,
     /// Poses with the first joint below and above its median.
@@ -28,11 +29,11 @@ pub(super) enum Cut {
 }
 
 impl Cut {
-    const ALL: [Self; 3] = [Self::Lot, Self::Order, Self::Region];
+    const ALL: [Self; 3] = [Self::AtRandom, Self::Order, Self::Region];
 
     fn name(self) -> &'static str {
         match self {
-            Self::Lot => "poses at random",
+            Self::AtRandom => "poses at random",
             Self::Order => "earlier and later rows",
             Self::Region => "below and above the first joint's median",
         }
@@ -89,8 +90,8 @@ pub(super) struct Row {
 
 impl Row {
     fn of(cut: Cut, steady: bool, agreements: Vec<Agreement>) -> Self {
-        let told = || agreements.iter().filter(|one| **one != Agreement::Neither);
-        let share = |wanted: Agreement| Share::of(told().map(|one| *one == wanted));
+        let decided = || agreements.iter().filter(|one| **one != Agreement::Neither);
+        let share = |wanted: Agreement| Share::of(decided().map(|one| *one == wanted));
         let (replicated, contrary) = (share(Agreement::Same), share(Agreement::Contrary));
         Self { cut, steady, tables: agreements.len(), replicated, contrary, agreements }
     }
@@ -121,7 +122,7 @@ fn halves(table: &str, cut: Cut, seed: u64) -> [String; 2] {
             let median = sorted.get(sorted.len() / 2).copied().unwrap_or(0.0);
             angles.into_iter().map(|angle| angle < median).collect()
         }
-        Cut::Lot => {
+        Cut::AtRandom => {
             let pose = |row: &&str| joints.iter().map(|joint| cell(row, *joint)).collect::<Vec<_>>();
             let mut poses: Vec<Vec<String>> = rows.iter().map(pose).collect();
             poses.sort();
@@ -151,9 +152,9 @@ fn agreements(model: &str, table: &str, seed: u64) -> Result<Vec<Agreement>, Lab
 }
 
 /// A row for each way of cutting.
-fn rows(steady: bool, told: &[&Vec<Agreement>]) -> Vec<Row> {
+fn rows(steady: bool, compared: &[&Vec<Agreement>]) -> Vec<Row> {
     let of_cut = |(at, cut): (usize, Cut)| {
-        Row::of(cut, steady, told.iter().filter_map(|agreements| agreements.get(at).copied()).collect())
+        Row::of(cut, steady, compared.iter().filter_map(|agreements| agreements.get(at).copied()).collect())
     };
     (0..).zip(Cut::ALL).map(of_cut).collect()
 }
@@ -166,15 +167,15 @@ fn goes_by_time(case: &Case) -> bool {
 
 /// Cuts every trial of a cell in two.
 pub(super) fn replicated(work: &Work, seed: u64, count: usize) -> Result<Vec<Row>, BenchmarkError> {
-    let told = over_cases(work, seed, count, |case| {
+    let found = over_cases(work, seed, count, |case| {
         let said = agreements(&case.model_yaml(), &case.table_csv(), case.truth.seed);
         let said =
             said.map_err(|source| BenchmarkError::Lab { seed: case.truth.seed, source: Box::new(source) })?;
         Ok((goes_by_time(case), said))
     })?;
-    let all: Vec<&Vec<Agreement>> = told.iter().map(|(_, said)| said).collect();
+    let all: Vec<&Vec<Agreement>> = found.iter().map(|(_, said)| said).collect();
     let steady: Vec<&Vec<Agreement>> =
-        told.iter().filter(|(timed, _)| !timed).map(|(_, said)| said).collect();
+        found.iter().filter(|(timed, _)| !timed).map(|(_, said)| said).collect();
     let by_order = rows(true, &steady).into_iter().filter(|row| row.cut == Cut::Order);
     Ok(rows(false, &all).into_iter().chain(by_order).collect())
 }
@@ -184,9 +185,9 @@ pub(super) fn of_files(model: &Path, table: &Path, seed: u64) -> Result<Vec<Row>
     let read = |path: &Path| {
         std::fs::read_to_string(path).map_err(|source| BenchmarkError::Read { path: path.to_owned(), source })
     };
-    let told = agreements(&read(model)?, &read(table)?, seed)
+    let found = agreements(&read(model)?, &read(table)?, seed)
         .map_err(|source| BenchmarkError::Table { path: table.to_owned(), source: Box::new(source) })?;
-    Ok(rows(false, &[&told]))
+    Ok(rows(false, &[&found]))
 }
 
 /// The head of the table.
@@ -233,8 +234,11 @@ mod tests {
                 "{cut:?}"
             );
         }
-        let by_lot = halves(TABLE, Cut::Lot, 3);
-        assert!(by_lot.iter().all(|part| part.contains("10,0,1") == part.contains("10,0,3")), "{by_lot:?}");
+        let at_random = halves(TABLE, Cut::AtRandom, 3);
+        assert!(
+            at_random.iter().all(|part| part.contains("10,0,1") == part.contains("10,0,3")),
+            "{at_random:?}"
+        );
         let by_order = halves(TABLE, Cut::Order, 3);
         assert!(by_order[0].ends_with("10,0,3\n"), "{by_order:?}");
     }
@@ -242,7 +246,7 @@ mod tests {
     #[test]
     fn shares_are_of_the_tables_of_which_a_half_says_something() {
         let row = Row::of(
-            Cut::Lot,
+            Cut::AtRandom,
             false,
             vec![
                 Agreement::Same,

@@ -19,12 +19,12 @@ const SIGNIFICANT: f64 = 0.003;
 
 /// Diagnoses a case.
 pub(super) fn diagnose(case: &Case) -> Result<Diagnosis, LaboratoryError> {
-    as_told(&open(case)?.diagnose(&Progress::unwatched())?)
+    as_reported(&open(case)?.diagnose(&Progress::unwatched())?)
 }
 
 /// Diagnoses and adds until nothing more can be named.
 pub(super) fn grow(case: &Case) -> Result<Diagnosis, LaboratoryError> {
-    as_told(&open(case)?.grow(&Progress::unwatched())?)
+    as_reported(&open(case)?.grow(&Progress::unwatched())?)
 }
 
 /// The formula it offers where it names nothing.
@@ -55,13 +55,13 @@ fn open(case: &Case) -> Result<Laboratory, LaboratoryError> {
 }
 
 /// What the lab says, read as any other program would read its JSON.
-fn as_told(said: &impl Serialize) -> Result<Diagnosis, LaboratoryError> {
+fn as_reported(said: &impl Serialize) -> Result<Diagnosis, LaboratoryError> {
     let refused = |error: serde_json::Error| LaboratoryError::Refused(error.to_string());
-    let mut told: Diagnosis =
+    let mut diagnosis: Diagnosis =
         serde_json::from_value(serde_json::to_value(said).map_err(refused)?).map_err(refused)?;
     // The benchmark asks what is found. What is only said not to show is scored in cells, where it is measured further.
-    told.not_shown.clear();
-    Ok(told)
+    diagnosis.not_shown.clear();
+    Ok(diagnosis)
 }
 
 /// What the lab says of a case, with all it holds.

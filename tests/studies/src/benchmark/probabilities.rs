@@ -71,11 +71,11 @@ fn is_in_set(diagnosis: &Diagnosis, hides: &impl Fn(&str, &str) -> bool) -> bool
 
 /// What is said in every trial of a cell.
 pub(super) fn said(work: &Work, seed: u64, count: usize) -> Result<Said, BenchmarkError> {
-    let told = over_cases(work, seed, count, |case| {
+    let reported = over_cases(work, seed, count, |case| {
         let refused = |source| BenchmarkError::Lab { seed: case.truth.seed, source: Box::new(source) };
         Ok(Said::of(&lab::in_full(case).map_err(refused)?, &case.truth))
     })?;
     let mut all = Said::default();
-    told.into_iter().for_each(|one| all.take(one));
+    reported.into_iter().for_each(|one| all.take(one));
     Ok(all)
 }

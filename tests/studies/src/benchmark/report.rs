@@ -35,18 +35,18 @@ struct Wrong {
 /// Sums an analyst's trials up.
 pub(super) fn summary(cell: &'static str, analyst: Analyst, trials: Vec<Trial>) -> Row {
     let mut shares = BTreeMap::new();
-    let mut tell = |name: &'static str, holds: &dyn Fn(&Trial) -> bool| {
+    let mut add_share = |name: &'static str, holds: &dyn Fn(&Trial) -> bool| {
         shares.insert(name, Share::of(trials.iter().map(holds)));
     };
-    tell("right", &|trial| trial.score.right);
-    tell("named", &|trial| trial.verdict == Verdict::Named);
-    tell("falsely_named", &|trial| trial.score.false_name);
+    add_share("right", &|trial| trial.score.right);
+    add_share("named", &|trial| trial.verdict == Verdict::Named);
+    add_share("falsely_named", &|trial| trial.score.false_name);
     if trials.iter().any(|trial| trial.can_be_named) {
-        tell("truth_first", &|trial| trial.score.truth_first);
-        tell("truth_in_set", &|trial| trial.score.truth_in_set);
+        add_share("truth_first", &|trial| trial.score.truth_first);
+        add_share("truth_in_set", &|trial| trial.score.truth_in_set);
     }
     if trials.iter().any(|trial| !trial.hidden.is_empty()) {
-        tell("place_right", &|trial| trial.score.place_right);
+        add_share("place_right", &|trial| trial.score.place_right);
     }
     if trials.iter().any(|trial| trial.grown.is_some()) {
         shares.insert("grown_exactly", Share::of(trials.iter().filter_map(|trial| trial.grown)));
@@ -71,7 +71,7 @@ pub(super) fn summary(cell: &'static str, analyst: Analyst, trials: Vec<Trial>) 
         .map(|trial| Wrong {
             seed: trial.seed,
             arm: trial.arm,
-            hidden: trial.hidden.iter().map(told).collect(),
+            hidden: trial.hidden.iter().map(describe).collect(),
             verdict: trial.verdict,
             said: trial.said,
             size_error_over_se: trial.score.size_error_over_se,
@@ -91,7 +91,7 @@ pub(super) fn summary(cell: &'static str, analyst: Analyst, trials: Vec<Trial>) 
 }
 
 /// Something hidden, in words.
-pub(super) fn told(hidden: &Hidden) -> String {
+pub(super) fn describe(hidden: &Hidden) -> String {
     let details: String = hidden.details.iter().map(|(key, value)| format!(", {key} {value}")).collect();
     format!(
         "{}({}{details}) {:.2e} {}, {:.1}x noise, {:.1} standard errors",

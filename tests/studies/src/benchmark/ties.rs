@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::cells::Work;
 use super::error::BenchmarkError;
 use super::lab;
-use super::report::told;
+use super::report::describe;
 use super::trials::{over_cases, said};
 use crate::interval::Share;
 use plumb::commands::trial::score::{Diagnosis, Score};
@@ -26,11 +26,13 @@ pub(super) struct Row {
     /// Trials that left several candidates, the truth among them.
     ties: usize,
     /// Of these, those of which the lab says that no pose tells the candidates apart, and what poses by lot made of them.
-    no_pose_tells: Settled,
+    #[serde(rename = "no_pose_tells")]
+    no_pose_distinguishes: Settled,
     /// What the poses it asks for made of the others.
     asked_for: Settled,
     /// And poses by lot.
-    by_lot: Settled,
+    #[serde(rename = "by_lot")]
+    at_random: Settled,
 }
 
 /// What one way of choosing poses did to the ties.
@@ -62,7 +64,7 @@ struct Left {
 struct Tie {
     /// Nothing where the lab says that no pose tells the candidates apart.
     asked_for: Option<Left>,
-    by_lot: Left,
+    at_random: Left,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -81,21 +83,21 @@ pub(super) fn settle(work: &Work, seed: u64, count: usize) -> Result<Row, Benchm
             return Ok(None);
         }
         let chosen = lab::next_poses(case, POSES).map_err(refused)?;
-        let tell = |chosen: &[Chosen]| -> Result<Left, BenchmarkError> {
+        let left_by = |chosen: &[Chosen]| -> Result<Left, BenchmarkError> {
             let more = generate_further(&case.specification, case.truth.seed, chosen)?;
             let then = lab::diagnose(&more).map_err(refused)?;
             Ok(Left {
                 seed: case.truth.seed,
                 arm: case.specification.arm.name.clone(),
-                hidden: case.truth.hidden.iter().map(told).collect(),
+                hidden: case.truth.hidden.iter().map(describe).collect(),
                 first: said(&first),
                 then: said(&then),
                 outcome: outcome(&then, case),
             })
         };
-        let asked_for = chosen.map(|chosen| tell(&chosen)).transpose()?;
-        let by_lot = tell(&drawn(&case.specification, case.truth.seed))?;
-        Ok(Some(Tie { asked_for, by_lot }))
+        let asked_for = chosen.map(|chosen| left_by(&chosen)).transpose()?;
+        let at_random = left_by(&drawn(&case.specification, case.truth.seed))?;
+        Ok(Some(Tie { asked_for, at_random }))
     })?;
     let trials = ties.len();
     let ties: Vec<Tie> = ties.into_iter().flatten().collect();
@@ -105,9 +107,9 @@ pub(super) fn settle(work: &Work, seed: u64, count: usize) -> Result<Row, Benchm
         title: work.title(),
         trials,
         ties: ties.len(),
-        no_pose_tells: Settled::of(hopeless.iter().map(|tie| &tie.by_lot)),
+        no_pose_distinguishes: Settled::of(hopeless.iter().map(|tie| &tie.at_random)),
         asked_for: Settled::of(open.iter().filter_map(|tie| tie.asked_for.as_ref())),
-        by_lot: Settled::of(open.iter().map(|tie| &tie.by_lot)),
+        at_random: Settled::of(open.iter().map(|tie| &tie.at_random)),
     })
 }
 
@@ -177,8 +179,11 @@ pub(super) fn lines(row: &Row) -> String {
         row.title,
         row.ties,
         row.trials,
-        line(&format!("no pose decides {}: at random", row.no_pose_tells.settled.trials), &row.no_pose_tells),
+        line(
+            &format!("no pose decides {}: at random", row.no_pose_distinguishes.settled.trials),
+            &row.no_pose_distinguishes
+        ),
         line(&format!("poses asked for, {}", row.asked_for.settled.trials), &row.asked_for),
-        line(&format!("random poses, {}", row.by_lot.settled.trials), &row.by_lot)
+        line(&format!("random poses, {}", row.at_random.settled.trials), &row.at_random)
     )
 }

@@ -77,10 +77,10 @@ pub(super) fn over_cases<T: Send>(
     count: usize,
     each: impl Fn(&Case) -> Result<T, BenchmarkError> + Sync,
 ) -> Result<Vec<T>, BenchmarkError> {
-    watched(|progress| over_cases_telling(work, seed, count, each, progress))
+    watched(|progress| over_cases_watched(work, seed, count, each, progress))
 }
 
-fn over_cases_telling<T: Send>(
+fn over_cases_watched<T: Send>(
     work: &Work,
     seed: u64,
     count: usize,
