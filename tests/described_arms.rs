@@ -180,15 +180,15 @@ fn what_only_slides_have_is_named_with_its_size_where_a_trial_hides_it_in_the_ga
             .plumb(&["trial", "new", "--cell", "gantry", "--fault", fault, "--seed", "5", "-o", "hidden"]);
         assert_eq!(code, Some(0), "{said}");
         cells.measure("hidden/cell.yaml", "1", "table.csv");
-        let told =
+        let output =
             cells.said(&["model", "diagnose", "hidden/gantry.model.yaml", "--data", "table.csv", "--json"]);
-        let told: serde_json::Value = serde_json::from_str(&told).unwrap();
-        let named = &told["named"];
+        let output: serde_json::Value = serde_json::from_str(&output).unwrap();
+        let named = &output["named"];
         assert_eq!(
             (&named["effect"], &named["where"]),
             (&effect.into(), &place.into()),
             "{fault}: {}",
-            told["sentence"]
+            output["sentence"]
         );
         let (_, answer) = cells.plumb(&["trial", "reveal", "hidden", "--json"]);
         let answer: serde_json::Value = serde_json::from_str(&answer).unwrap();
@@ -208,9 +208,9 @@ fn a_link_that_twists_is_hidden_in_the_ur5_where_it_is_asked_for_and_named() {
         cells.plumb(&["trial", "new", "--cell", "ur5", "--fault", "torsion", "--seed", "5", "-o", "hidden"]);
     assert_eq!(code, Some(0), "{said}");
     cells.measure("hidden/cell.yaml", "1", "table.csv");
-    let told = cells.said(&["model", "diagnose", "hidden/ur5.model.yaml", "--data", "table.csv", "--json"]);
-    let told: serde_json::Value = serde_json::from_str(&told).unwrap();
-    assert_eq!(told["named"]["effect"], "link_torsion", "{}", told["sentence"]);
+    let output = cells.said(&["model", "diagnose", "hidden/ur5.model.yaml", "--data", "table.csv", "--json"]);
+    let output: serde_json::Value = serde_json::from_str(&output).unwrap();
+    assert_eq!(output["named"]["effect"], "link_torsion", "{}", output["sentence"]);
 }
 
 /// A machine of five axes that exists nowhere: a turning column, two slides and a wrist of two, as a URDF file has it.

@@ -83,7 +83,7 @@ impl Arm {
     }
 
     /// Where the joints truly stand, deg.
-    fn stands(&self) -> [f64; 5] {
+    fn joints_deg(&self) -> [f64; 5] {
         let mut client = WorldClient::connect(&self.lab.path("world.socket"), "test").unwrap();
         client.look().unwrap().attitudes.fixed::<5>().unwrap().map(f64::to_degrees)
     }
@@ -182,13 +182,13 @@ fn what_was_calibrated_is_kept_by_servos_and_file_for_the_next_run() {
     arm.befalls("power on");
     let verified = arm.run("verify");
     assert_eq!(verified.code(), 0, "{}", verified.all());
-    for (stands, told) in arm.stands().iter().zip([-12.0, -8.0, 20.0, -15.0, 10.0]) {
-        assert!((stands - told).abs() < 0.3, "{:?}", arm.stands());
+    for (actual, reported) in arm.joints_deg().iter().zip([-12.0, -8.0, 20.0, -15.0, 10.0]) {
+        assert!((actual - reported).abs() < 0.3, "{:?}", arm.joints_deg());
     }
     // Without the file the direction is what the cell file says, which is wrong.
     std::fs::remove_file(arm.calibration()).unwrap();
     arm.run("verify");
-    assert!((arm.stands()[1] - 8.0).abs() < 0.3, "{:?}", arm.stands());
+    assert!((arm.joints_deg()[1] - 8.0).abs() < 0.3, "{:?}", arm.joints_deg());
 }
 
 #[test]

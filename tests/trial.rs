@@ -136,11 +136,11 @@ fn poses_asked_for_far_from_the_others_are_not_locked_away_and_settle_a_tie() {
     assert_eq!(first["verdict"], "tied", "{first}");
     let (model, table) = ("t/model.yaml", "t/table.csv");
     let next = plumb(&["model", "next", model, "--data", table, "--json"], home.path());
-    let told: serde_json::Value = serde_json::from_slice(&next.stdout).unwrap();
+    let report: serde_json::Value = serde_json::from_slice(&next.stdout).unwrap();
     // Standard errors between the two rivals that lie nearest: a link that twists under its load is nearer than a coupling.
-    assert!(told["separation"].as_f64().unwrap() > 15.0, "{told}");
+    assert!(report["separation"].as_f64().unwrap() > 15.0, "{report}");
     // Without the returns that come on top.
-    let new = &told["next"].as_array().unwrap()[..8];
+    let new = &report["next"].as_array().unwrap()[..8];
     fs::write(home.path().join("next.json"), serde_json::to_string(new).unwrap()).unwrap();
     plumb(&["trial", "measure", "t", "--poses", "next.json"], home.path());
     let said = plumb(&["model", "diagnose", model, "--data", table, "--json"], home.path());
@@ -222,9 +222,9 @@ fn a_formula_is_offered_for_what_the_library_does_not_list_and_its_block_does_wh
     assert_eq!((&found["verdict"], &formula["place"]), (&"located".into(), &"elbow".into()), "{formula}");
     assert!(formula["formula"].as_str().unwrap().contains("max(q3 + q4 - "), "{formula}");
     assert!(formula["explains"].as_f64().unwrap() > 0.9, "{formula}");
-    let told = plumb(&["model", "diagnose", "t/model.yaml", "--data", "t/table.csv"], home.path());
+    let output = plumb(&["model", "diagnose", "t/model.yaml", "--data", "t/table.csv"], home.path());
     let block = formula["define"].as_str().unwrap();
-    assert!(said(&told).contains("HYPOTHESIS. ") && said(&told).ends_with(block), "{}", said(&told));
+    assert!(said(&output).contains("HYPOTHESIS. ") && said(&output).ends_with(block), "{}", said(&output));
     let model = home.path().join("t/model.yaml");
     let text = std::fs::read_to_string(&model).unwrap();
     std::fs::write(&model, format!("{text}{block}")).unwrap();
@@ -384,9 +384,9 @@ fn a_size_known_only_after_a_search_has_an_error_that_counts_the_search() {
 
 /// The size the seal of trial `t` tells.
 fn said_of_seal(home: &Path) -> f64 {
-    let told = said(&plumb(&["trial", "reveal", "t"], home));
-    let size = told.split(", ").nth(1).and_then(|rest| rest.split(' ').next()).unwrap_or_default();
-    size.parse().unwrap_or_else(|_| panic!("no size in: {told}"))
+    let output = said(&plumb(&["trial", "reveal", "t"], home));
+    let size = output.split(", ").nth(1).and_then(|rest| rest.split(' ').next()).unwrap_or_default();
+    size.parse().unwrap_or_else(|_| panic!("no size in: {output}"))
 }
 
 #[test]
@@ -412,9 +412,9 @@ fn an_effect_is_hidden_in_a_users_own_measurements_and_the_size_that_would_be_fo
     };
     let hidden = inject("joint_compliance(lift)", "with");
     assert_eq!(hidden.status.code(), Some(0), "{}", complained(&hidden));
-    let told = said(&hidden);
-    assert!(told.contains("joint_compliance(lift)") && told.contains("it is named"), "{told}");
-    assert!(told.contains("The lab would name it from about"), "{told}");
+    let output = said(&hidden);
+    assert!(output.contains("joint_compliance(lift)") && output.contains("it is named"), "{output}");
+    assert!(output.contains("The lab would name it from about"), "{output}");
     let answer: serde_json::Value =
         serde_json::from_str(&fs::read_to_string(home.path().join("with/answer.json")).unwrap()).unwrap();
     let (visible, left) = (answer["visible_mm"].as_f64().unwrap(), answer["left_mm"].as_f64().unwrap());

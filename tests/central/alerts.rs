@@ -137,9 +137,12 @@ fn a_webhook_that_hangs_holds_up_neither_the_run_nor_the_e_mail() {
     });
     assert!(begin.elapsed() < Duration::from_secs(5), "{:?}: while the webhook still hangs", begin.elapsed());
     wait_until("the e-mail goes out", Duration::from_secs(30), || mails(&lab).contains("------"));
-    let told = alert.kill();
-    assert!(told.contains("webhook at localhost: no answer within 10 s; trying again every 30 s"), "{told}");
-    assert!(!told.contains("secret"), "the address is not told: {told}");
+    let output = alert.kill();
+    assert!(
+        output.contains("webhook at localhost: no answer within 10 s; trying again every 30 s"),
+        "{output}"
+    );
+    assert!(!output.contains("secret"), "the address is not told: {output}");
     end(running);
 }
 
@@ -147,25 +150,27 @@ fn a_webhook_that_hangs_holds_up_neither_the_run_nor_the_e_mail() {
 fn a_server_that_fails_is_asked_again_and_one_that_refuses_is_not() {
     let lab = Lab::new();
     let running = waiting_run(&lab);
-    for (behaviour, told) in [
+    for (behaviour, expected) in [
         (Behaviour::Answers(500), "it answers 500; trying again"),
         (Behaviour::Answers(429), "it answers 429; trying again"),
         (Behaviour::IsNoHttp, "no HTTP; trying again"),
     ] {
         let receiver = Receiver::new(behaviour);
         let failed = once(&lab, &["--webhook", &receiver.address()]);
-        assert!(failed.code() == 1 && failed.err().contains(told), "{behaviour:?}: {}", failed.all());
+        assert!(failed.code() == 1 && failed.err().contains(expected), "{behaviour:?}: {}", failed.all());
         receiver.behave(Behaviour::Answers(200));
         let arrived = once(&lab, &["--webhook", &receiver.address()]);
         assert_eq!((arrived.code(), receiver.requests().len()), (0, 2), "{behaviour:?}: {}", arrived.all());
     }
-    for (status, told) in
+    for (status, expected) in
         [(404, "there is no such webhook"), (302, "leads elsewhere"), (401, "does not let this program in")]
     {
         let receiver = Receiver::new(Behaviour::Answers(status));
         let refused = once(&lab, &["--webhook", &receiver.address()]);
         assert!(
-            refused.code() == 1 && refused.err().contains(told) && refused.err().contains("not tried again"),
+            refused.code() == 1
+                && refused.err().contains(expected)
+                && refused.err().contains("not tried again"),
             "{}",
             refused.all()
         );
@@ -244,11 +249,11 @@ fn a_webhook_is_reached_by_tls_whose_certificate_this_machine_trusts_for_that_na
     assert_eq!(arrived.code(), 0, "{}", arrived.all());
     assert!(arrived.out().contains("webhook at localhost: delivered"), "{}", arrived.out());
     assert_eq!(right.messages()[0]["kind"], "test");
-    for (receiver, trusted, told) in
+    for (receiver, trusted, expected) in
         [(&right, &other, "UnknownIssuer"), (&wrong_name, &authority, "not valid for name")]
     {
         let refused = send(receiver, trusted);
-        assert!(refused.code() == 1 && refused.err().contains(told), "{told}: {}", refused.all());
+        assert!(refused.code() == 1 && refused.err().contains(expected), "{expected}: {}", refused.all());
     }
     assert_eq!(right.requests().len() + wrong_name.requests().len(), 1, "nothing was sent to a stranger");
 }
@@ -256,7 +261,7 @@ fn a_webhook_is_reached_by_tls_whose_certificate_this_machine_trusts_for_that_na
 #[test]
 fn what_cannot_be_told_says_why() {
     let lab = Lab::new();
-    for (arguments, told) in [
+    for (arguments, expected) in [
         (&[][..], "nobody to call: give --mail ADDRESS"),
         (&["--webhook", "http://chat.lab.example/hook"], "in plain text: give an https address"),
         (&["--webhook", "chat"], "a webhook looks like https://HOST/PATH"),
@@ -266,7 +271,7 @@ fn what_cannot_be_told_says_why() {
         (&["--mail", "ada", "--once"], "there is no record in"),
     ] {
         let said = lab.plumb(&[&["alert"], arguments].concat());
-        assert!(said.code() == 2 && said.err().contains(told), "{arguments:?}: {}", said.all());
+        assert!(said.code() == 2 && said.err().contains(expected), "{arguments:?}: {}", said.all());
     }
     let none = lab.plumb(&["alert", "--mail", "ada", "--sendmail", "/nowhere/sendmail", "--test"]);
     assert!(none.code() == 1 && none.err().contains("install one"), "{}", none.all());

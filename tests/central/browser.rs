@@ -60,13 +60,13 @@ impl Browser {
         let asked = json!({ "capabilities": { "alwaysMatch": { "timeouts": { "pageLoad": 60_000 },
             "goog:chromeOptions": { "args": arguments }, "goog:loggingPrefs": { "browser": "ALL" } } } });
         let mut browser = Self { driver, address, session: String::new(), _profile: profile };
-        let made = browser.tell("POST", "/session", &asked);
+        let made = browser.send("POST", "/session", &asked);
         browser.session =
             made["sessionId"].as_str().unwrap_or_else(|| panic!("a session: {made}")).to_owned();
         Some(browser)
     }
 
-    fn tell(&self, method: &str, path: &str, body: &Value) -> Value {
+    fn send(&self, method: &str, path: &str, body: &Value) -> Value {
         let headers = format!("Host: {}\r\n", self.address);
         let body = if method == "POST" { body.to_string() } else { String::new() };
         let (status, said) = request(&self.address, method, path, &headers, &body);
@@ -75,7 +75,7 @@ impl Browser {
     }
 
     fn command(&self, path: &str, body: &Value) -> Value {
-        self.tell("POST", &format!("/session/{}/{path}", self.session), body)
+        self.send("POST", &format!("/session/{}/{path}", self.session), body)
     }
 
     pub(crate) fn open(&self, url: &str) {
@@ -109,7 +109,7 @@ impl Browser {
 
     /// Writes what is seen as a PNG.
     pub(crate) fn picture(&self, path: &Path) {
-        let picture = self.tell("GET", &format!("/session/{}/screenshot", self.session), &Value::Null);
+        let picture = self.send("GET", &format!("/session/{}/screenshot", self.session), &Value::Null);
         let bytes =
             base64::engine::general_purpose::STANDARD.decode(picture.as_str().unwrap_or_default()).unwrap();
         std::fs::write(path, bytes).unwrap();

@@ -210,7 +210,7 @@ fn one_effect_over_twenty_cells_and_months_in_sql_in_the_terminal_and_on_the_pag
     assert_eq!(html.matches("number different").count(), 1, "{html}");
     assert_eq!(html.matches("dot outside").count(), 1);
     assert_eq!(html.matches("<svg").count(), 16, "fifteen cells, and all beside each other");
-    for (path, code, told) in [
+    for (path, code, expected) in [
         ("/trend?correction=arm.pan", 200, "joint zero"),
         ("/trends", 200, "joint_compliance(lift)"),
         ("/trend?correction=pan", 400, "is no correction"),
@@ -223,7 +223,7 @@ fn one_effect_over_twenty_cells_and_months_in_sql_in_the_terminal_and_on_the_pag
         let begin = Instant::now();
         let (status, html) = page.get(path);
         assert!(
-            status == code && html.contains(told) && !html.contains("<script>"),
+            status == code && html.contains(expected) && !html.contains("<script>"),
             "{path}: {status} {}",
             html.len()
         );
@@ -289,13 +289,13 @@ fn the_fleets_page_is_read_on_a_desk_and_on_a_telephone_with_the_keyboard_alone(
             browser.picture(&Path::new(folder).join(format!("fleet-{name}.png")));
         }
     };
-    for (path, name, told) in
+    for (path, name, expected) in
         [("", "cells", "cell-19"), ("trend?effect=joint_compliance(lift)&arm=ur5", "trend", "control limits")]
     {
         browser.open(&format!("http://{}/{path}", page.address));
         for (width, height, size) in [(390, 844, "phone"), (1280, 900, "desk")] {
             browser.resize(width, height);
-            wait_until(told, Duration::from_secs(20), || browser.text().contains(told));
+            wait_until(expected, Duration::from_secs(20), || browser.text().contains(expected));
             let wider = browser.run("return document.documentElement.scrollWidth > window.innerWidth");
             assert_eq!(wider, Value::Bool(false), "{path}: nothing is cut off at {width} pixels");
             shot(&format!("{name}-{size}"));

@@ -92,13 +92,13 @@ fn a_cell_that_has_gone_without_a_word_is_told_once_and_again_when_it_goes_again
     server.ask("UPDATE records SET last_seen = now() - interval '14 minutes'");
     assert_eq!(look(&[]), Vec::<String>::new(), "a quarter of an hour is what it may be silent");
     server.ask("UPDATE records SET last_seen = now() - interval '20 minutes'");
-    let told = look(&[]);
+    let texts_sent = look(&[]);
     assert!(
-        told.len() == 1
-            && told[0].starts_with("teachmover: the database has heard nothing for 20 min")
-            && told[0].contains("run 1 was open, at waist.lower")
-            && told[0].contains("does `plumb ship` run there?"),
-        "{told:?}"
+        texts_sent.len() == 1
+            && texts_sent[0].starts_with("teachmover: the database has heard nothing for 20 min")
+            && texts_sent[0].contains("run 1 was open, at waist.lower")
+            && texts_sent[0].contains("does `plumb ship` run there?"),
+        "{texts_sent:?}"
     );
     let message = &receiver.messages()[0];
     assert_eq!((&message["kind"], &message["run"]), (&"silent".into(), &1.into()));
@@ -133,8 +133,11 @@ fn a_cell_that_is_switched_off_in_good_order_is_off_and_nobody_is_called() {
     server.ask("UPDATE records SET last_seen = now() - interval '9 hours'");
     // Two cells of this record: the run of one is over, that of the other was open.
     assert_eq!(once(&lab, &address, &receiver, &[]).code(), 0);
-    let told = texts(&receiver);
-    assert!(told.len() == 1 && told[0].starts_with("bench-2: the database has heard nothing"), "{told:?}");
+    let messages = texts(&receiver);
+    assert!(
+        messages.len() == 1 && messages[0].starts_with("bench-2: the database has heard nothing"),
+        "{messages:?}"
+    );
     let fleet = lab.plumb(&["fleet", "--from", &address]).out();
     assert!(fleet.contains("(off for 9 h)") && fleet.contains("1 are silent, 1 are off"), "{fleet}");
 
@@ -181,20 +184,20 @@ fn prompts_late_steps_and_bad_ends_of_all_cells_are_told_from_the_database() {
             .as_deref()
             == Some("2")
     });
-    let told = |more: &[&str]| {
+    let messages_with = |more: &[&str]| {
         let said = once(&lab, &address, &receiver, more);
         assert_eq!(said.code(), 0, "{}", said.all());
         texts(&receiver)
     };
-    assert_eq!(told(&[]), Vec::<String>::new(), "neither has lasted for long");
-    let prompt = told(&["--prompt-after", "0s"]);
+    assert_eq!(messages_with(&[]), Vec::<String>::new(), "neither has lasted for long");
+    let prompt = messages_with(&["--prompt-after", "0s"]);
     assert!(
         prompt.len() == 1
             && prompt[0].starts_with("teachmover: `Lay the target` has waited for an answer for "),
         "{prompt:?}"
     );
     wait_until("the step is late", Duration::from_secs(60), || {
-        told(&["--prompt-after", "0s", "--step-after", "2s"]).len() == 2
+        messages_with(&["--prompt-after", "0s", "--step-after", "2s"]).len() == 2
     });
     let step = &texts(&receiver)[1];
     assert!(step.starts_with("bench-2: step waist.lower of run 1 has taken"), "{step}");
@@ -207,8 +210,8 @@ fn prompts_late_steps_and_bad_ends_of_all_cells_are_told_from_the_database() {
     wait_until("the end is in the database", Duration::from_secs(20), || {
         server.ask("SELECT count(*) FROM runs WHERE state = 'failed'") == "1"
     });
-    assert_eq!(told(&[]).len(), 2, "how runs end is told where that is asked for");
-    let ended = told(&["--ended"]);
+    assert_eq!(messages_with(&[]).len(), 2, "how runs end is told where that is asked for");
+    let ended = messages_with(&["--ended"]);
     assert!(
         ended.iter().any(|text| text == "bench: run 2 has ended: failed, line A was not found"),
         "{ended:?}"
@@ -243,11 +246,11 @@ fn a_database_that_is_gone_is_told_and_when_it_is_back_nobody_is_called_for_its_
     wait_until("the silent cell is told", Duration::from_secs(20), || texts(&receiver).len() == 1);
     server.kill();
     wait_until("the database is told", Duration::from_secs(40), || texts(&receiver).len() == 2);
-    let told = &texts(&receiver)[1];
+    let message = &texts(&receiver)[1];
     assert!(
-        told.starts_with("the central database has not answered for ")
-            && told.contains("so no cell can be seen"),
-        "{told}"
+        message.starts_with("the central database has not answered for ")
+            && message.contains("so no cell can be seen"),
+        "{message}"
     );
     assert_eq!(receiver.messages()[1]["kind"], "database_silent");
     assert!(alert.complaints().contains("; trying again every 5 s"), "{}", alert.complaints());
@@ -270,7 +273,7 @@ fn a_database_that_is_gone_is_told_and_when_it_is_back_nobody_is_called_for_its_
 #[test]
 fn what_cannot_be_watched_says_why() {
     let lab = Lab::new();
-    for (arguments, told) in [
+    for (arguments, expected) in [
         (&["--from", "lab-server"][..], "an address looks like postgres://USER@HOST/DATABASE"),
         (&["--from", "postgres://localhost:9/plumb", "--once"], "does not answer"),
         (&["--silent-after", "5min"], "--from"),
@@ -279,7 +282,7 @@ fn what_cannot_be_watched_says_why() {
         (&["--from", "postgres://lab.example/plumb?sslmode=disable"], "unprotected"),
     ] {
         let said = lab.plumb(&[&["alert", "--mail", "ada"], arguments].concat());
-        assert!(said.code() == 2 && said.err().contains(told), "{arguments:?}: {}", said.all());
+        assert!(said.code() == 2 && said.err().contains(expected), "{arguments:?}: {}", said.all());
     }
     assert!(!lab.state().join("fleet-alerts.json").exists());
 }

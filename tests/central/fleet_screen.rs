@@ -63,14 +63,14 @@ fn a_screen_that_cannot_be_shown_says_why_and_leaves_the_terminal_alone() {
     empty.wait_for("No cell has shipped anything yet");
     empty.press("Gjq");
     assert!(empty.wait_for_end().success());
-    for (arguments, told) in [
+    for (arguments, expected) in [
         (&["--from", &address, "--screen"][..], "the screens need a terminal"),
         (&["--from", "lab-server", "--screen"], "postgres://USER@HOST/DATABASE"),
         (&["--from", "postgres://localhost:9/plumb", "--screen"], "does not answer"),
         (&["--from", &address, "--screen", "--json"], "cannot be used with"),
     ] {
         let said = lab.plumb(&[&["fleet"], arguments].concat());
-        assert!(said.code() == 2 && said.err().contains(told), "{arguments:?}: {}", said.all());
+        assert!(said.code() == 2 && said.err().contains(expected), "{arguments:?}: {}", said.all());
         assert!(!said.all().contains('\u{1b}'), "nothing for a terminal: {:?}", said.all());
     }
 }

@@ -154,8 +154,8 @@ fn a_shipper_and_a_server_killed_at_any_moment_lose_and_double_nothing() {
     wait_until("everything is there", Duration::from_secs(60), || rows_there(&server) == all);
     let (here, there) = both_sides(&lab, &server);
     assert!(here == there, "the same rows, each once");
-    let told = shipper.kill();
-    assert!(told.contains("trying again every 2 s, nothing is lost"), "{told}");
+    let output = shipper.kill();
+    assert!(output.contains("trying again every 2 s, nothing is lost"), "{output}");
 }
 
 #[test]
@@ -192,7 +192,7 @@ fn what_cannot_be_shipped_says_why() {
         none.err()
     );
     write_run(&lab.state(), 1);
-    for (address, told) in [
+    for (address, expected) in [
         ("lab-server", "an address looks like postgres://USER@HOST/DATABASE"),
         ("postgres://lab.example/plumb?sslmode=disable", "would send rows to lab.example unprotected"),
         // A port of this machine on which nothing listens: the discard service's.
@@ -200,7 +200,7 @@ fn what_cannot_be_shipped_says_why() {
     ] {
         let said = lab.plumb(&["ship", "--to", address, "--once"]);
         assert_eq!(said.code(), 2, "{}", said.all());
-        assert!(said.err().contains(told), "{address}: {}", said.err());
+        assert!(said.err().contains(expected), "{address}: {}", said.err());
     }
     let trend = lab.plumb(&["fleet", "--from", "postgres://localhost:9/plumb", "--trend", "waist"]);
     assert_eq!(trend.code(), 2);
@@ -227,8 +227,8 @@ fn cells_at_work_lose_and_double_nothing_while_everything_around_them_fails() {
 #[test]
 fn a_soak_too_short_to_look_at_the_lag_says_so_and_is_not_sound() {
     let short = Figures::default();
-    let told = short.to_string();
-    assert!(told.contains("lag: not measured") && !told.contains("NaN"), "{told}");
+    let message = short.to_string();
+    assert!(message.contains("lag: not measured") && !message.contains("NaN"), "{message}");
     assert!(!short.is_sound(), "what was not measured is not good");
     let looked = Figures { lags_s: vec![0.2, 0.5], ..Figures::default() };
     assert!(looked.is_sound() && looked.to_string().contains("2 looks: median 0.20 s"), "{looked}");

@@ -170,14 +170,14 @@ fn of_two_answers_at_once_one_wins_and_both_are_told() {
     // Two readings of one level: they cannot both be the answer.
     let level = page.prompt_of("level");
     let bodies = [answer(lease, &level, "0.1"), answer(lease, &level, "0.2")];
-    let mut told = std::thread::scope(|scope| {
+    let mut replies = std::thread::scope(|scope| {
         let asked: Vec<_> =
             bodies.iter().map(|body| scope.spawn(|| page.ask("POST", "/api/answer", &token, body))).collect();
         asked.into_iter().map(|one| one.join().unwrap()).collect::<Vec<_>>()
     });
-    told.sort_by_key(|(status, _)| *status);
-    assert_eq!((told[0].0, told[1].0), (200, 409), "{told:?}");
-    let reason = told[1].1["error"].as_str().unwrap();
+    replies.sort_by_key(|(status, _)| *status);
+    assert_eq!((replies[0].0, replies[1].0), (200, 409), "{replies:?}");
+    let reason = replies[1].1["error"].as_str().unwrap();
     assert!(reason.contains("answered already"), "{reason}");
     let answered = page.prompt_of("place");
     assert!(answered["id"].as_i64() > level["id"].as_i64());
@@ -213,8 +213,8 @@ fn a_thousand_readers_and_a_slow_one_do_not_touch_the_run() {
 fn what_is_asked_wrongly_is_refused() {
     let lab = Lab::new();
     let page = Page::start(&lab, &[]);
-    let refused = |(status, said): (u16, Value), code: u16, told: &str| {
-        assert!(status == code && said.to_string().contains(told), "{status} {said}");
+    let refused = |(status, said): (u16, Value), code: u16, expected: &str| {
+        assert!(status == code && said.to_string().contains(expected), "{status} {said}");
     };
     refused(page.ask("POST", "/api/lease", "x", r#"{"name": "ada"}"#), 403, "read only");
     refused(page.ask("POST", "/api/answer", "x", "{}"), 422, "");
@@ -323,7 +323,7 @@ fn the_fall_of_the_error_and_the_clouds_of_a_run_are_on_its_page() {
         status == 200 && svg.contains("joint_compliance(shoulder)") && svg.matches(" mm</text>").count() == 2,
         "{svg}"
     );
-    for (path, told) in [
+    for (path, expected) in [
         ("/api/cloud.png?run=1&name=../secret.ply", "has no such picture"),
         ("/api/cloud.png?run=1&name=broken.ply", "cannot be drawn"),
         ("/api/fall.svg?run=1&model=7", "has no such picture"),
@@ -331,7 +331,10 @@ fn the_fall_of_the_error_and_the_clouds_of_a_run_are_on_its_page() {
         ("/api/drawings", "say which run"),
     ] {
         let (status, said) = page.ask("GET", path, "", "");
-        assert!((400..500).contains(&status) && said.to_string().contains(told), "{path}: {status} {said}");
+        assert!(
+            (400..500).contains(&status) && said.to_string().contains(expected),
+            "{path}: {status} {said}"
+        );
     }
     let Some(browser) = Browser::start() else { return };
     browser.open(&format!("http://{}/", page.address));

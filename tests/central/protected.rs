@@ -23,14 +23,14 @@ fn rows_go_to_a_server_whose_certificate_and_name_are_right_and_to_no_other() {
     };
     let has_tables = |server: &Server| server.ask("SELECT to_regclass('outbox') IS NOT NULL") == "t";
 
-    for (server, options, told) in [
+    for (server, options, expected) in [
         (&server, trusting(&other, "verify-full"), "UnknownIssuer"),
         (&server, trusting(&other, "verify-ca"), "UnknownIssuer"),
         (&named_otherwise, trusting(&authority, "verify-full"), "not valid for name"),
         (&server, "sslmode=verify-full&sslrootcert=/nowhere/ca.pem".to_owned(), "No such file"),
     ] {
         let refused = ship(server, &options);
-        assert!(refused.code() == 2 && refused.err().contains(told), "{options}: {}", refused.all());
+        assert!(refused.code() == 2 && refused.err().contains(expected), "{options}: {}", refused.all());
         assert!(!has_tables(server), "nothing was sent");
         let doctor = lab.plumb(&["doctor", "--database", &server.address_by_port(&options)]);
         assert!(doctor.code() == 1 && doctor.out().contains("database       WRONG"), "{}", doctor.out());
@@ -68,12 +68,12 @@ fn the_doctor_looks_at_a_database_and_changes_nothing() {
     let (lab, address) = (Lab::new(), server.address());
     let doctor = |address: &str| lab.plumb(&["doctor", "--database", address]);
     let first = doctor(&address);
-    for told in [
+    for expected in [
         "database       good   PostgreSQL ",
         "on this machine, without TLS",
         "no tables yet: `plumb ship` makes them",
     ] {
-        assert!(first.out().contains(told), "{told}: {}", first.out());
+        assert!(first.out().contains(expected), "{expected}: {}", first.out());
     }
     assert_eq!(server.ask("SELECT to_regclass('plumb_schema') IS NULL"), "t", "it only looked");
     write_run(&lab.state(), 3);

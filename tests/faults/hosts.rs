@@ -130,11 +130,11 @@ fn orchestrator_frozen() -> Happened {
     cell.running.signal(Signal::SIGSTOP);
     let took = cell.time_to_rest().as_secs_f64();
     assert!(took < 4.0, "the arm stood after {took} s");
-    let stood = cell.joints();
+    let stopped = cell.joints();
     cell.running.signal(Signal::SIGCONT);
     let (last, code, _) = end_of(cell.running);
     assert_eq!(code, Some(4), "{last}");
-    assert_eq!(cell.world.look().unwrap().attitudes.to_vec(), stood);
+    assert_eq!(cell.world.look().unwrap().attitudes.to_vec(), stopped);
     Happened::Kept(format!("the arm stood after {took:.1} s; {}", message(&last)))
 }
 

@@ -22,8 +22,8 @@ fn report(lab: &Lab, cell: &str) -> [f64; 3] {
     };
     let errors =
         ["as_found", "after_joints", "after_rig"].map(|stage| of(&format!("{stage}.spread"), "error"));
-    let told = format!("{:.2} mm as found", errors[0]);
-    assert!(out.contains(&told), "the run itself says it: {told}");
+    let expected = format!("{:.2} mm as found", errors[0]);
+    assert!(out.contains(&expected), "the run itself says it: {expected}");
     errors
 }
 

@@ -140,14 +140,14 @@ fn of_a_level_every_error_is_said_in_degrees() {
 fn in_json_the_keys_of_angles_end_in_deg_and_a_unit_is_given() {
     let lab = lab(TILTS, &tilts());
     for command in ["compare", "diagnose", "grow"] {
-        let told = json(&lab, command, if command == "grow" { &["--dry"] } else { &[] });
+        let output = json(&lab, command, if command == "grow" { &["--dry"] } else { &[] });
         let mut lengths = Vec::new();
-        keys_in_mm(&told, "", &mut lengths);
-        assert_eq!(lengths, [""; 0], "{command}: {told:#}");
-        assert_eq!(told["unit"], "deg", "{command}");
-        let fit = told["rms_deg"]["fit"].as_f64().unwrap();
+        keys_in_mm(&output, "", &mut lengths);
+        assert_eq!(lengths, [""; 0], "{command}: {output:#}");
+        assert_eq!(output["unit"], "deg", "{command}");
+        let fit = output["rms_deg"]["fit"].as_f64().unwrap();
         assert!((0.001..2.0).contains(&fit), "{command}: {fit}");
-        assert!(told["floor"]["sigma_deg"].is_f64(), "{command}");
+        assert!(output["floor"]["sigma_deg"].is_f64(), "{command}");
     }
 }
 

@@ -96,8 +96,8 @@ fn an_answer_to_a_prompt_that_is_over_is_refused_where_it_names_its_prompt() {
     for late in ["1", "target"] {
         let refused = lab.plumb(&["answer", "--prompt", late, "done"]);
         assert_eq!(refused.code(), 2, "{}", refused.all());
-        let told = format!("prompt `{late}` is not open: run 1 asks at hand now (prompt 2)");
-        assert!(refused.err().contains(&told), "{}", refused.err());
+        let expected = format!("prompt `{late}` is not open: run 1 asks at hand now (prompt 2)");
+        assert!(refused.err().contains(&expected), "{}", refused.err());
     }
     assert_eq!(lab.shown("1")["prompts"][1]["answer"], Value::Null, "the next prompt still waits");
     assert_eq!(lab.plumb(&["answer", "1", "done", "--prompt", "hand"]).code(), 0);
@@ -146,8 +146,8 @@ fn an_operator_who_goes_back_past_a_correction_finds_it_undone_in_the_record_and
         until_asked(&mut running, step);
         if (step, answer) == ("near", "back") {
             let asked = lab.plumb(&["answer"]);
-            let told = "Going back undoes the correction of joint zero of arm waist.";
-            assert!(asked.out().contains(told), "{}", asked.all());
+            let expected = "Going back undoes the correction of joint zero of arm waist.";
+            assert!(asked.out().contains(expected), "{}", asked.all());
         }
         let answered = lab.plumb(&["answer", answer]);
         assert_eq!(answered.code(), 0, "{step} {answer}: {}", answered.all());

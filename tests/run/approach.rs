@@ -122,13 +122,13 @@ fn an_axis_s_report_play_and_compensation_agree_on_what_is_forward() {
 fn a_table_that_counts_the_other_way_is_told_by_its_negative_play() {
     let lab = Lab::new();
     lab.write("slide.yaml", SLIDE);
-    for (up, told) in [(1, false), (-1, true)] {
+    for (up, is_reported) in [(1, false), (-1, true)] {
         lab.write("axis.csv", &axis(up));
         let said = lab.plumb(&["model", "diagnose", "slide.yaml", "--data", "axis.csv"]);
         assert!(said.code() == 0 && said.out().contains("joint_backlash(x)"), "{}", said.all());
         assert_eq!(
             said.all().contains("the play of x is negative") && said.all().contains("`approach_x` is not 1"),
-            told,
+            is_reported,
             "{}",
             said.all()
         );

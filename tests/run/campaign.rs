@@ -88,13 +88,13 @@ impl Random {
 }
 
 /// Kills `kills` unattended runs, each at a moment that is random within the time of a whole run.
-pub(crate) fn campaign(victim: Victim, kills: usize, seed: u64, mut told: impl FnMut(usize)) -> Figures {
+pub(crate) fn campaign(victim: Victim, kills: usize, seed: u64, mut on_kill: impl FnMut(usize)) -> Figures {
     let mut random = Random(seed);
     let mut figures = Figures { kills, whole_run_s: time_of_a_run(), ..Figures::default() };
     for number in 0..kills {
         let moment = Duration::from_secs_f64(random.part() * figures.whole_run_s);
         trial(victim, number, moment, &mut figures);
-        told(number + 1);
+        on_kill(number + 1);
     }
     figures
 }

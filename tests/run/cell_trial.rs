@@ -65,13 +65,16 @@ fn poses_that_cannot_be_taken_are_refused_before_the_arm_moves_and_a_load_too_he
     );
     let poses = place.path().join("cell/poses.csv");
     let asked = fs::read_to_string(&poses).unwrap();
-    for (table, told) in [
+    for (table, expected) in [
         (asked.replace("approach_q3", "side_q3"), "`poses` has no `approach_q3`"),
         (asked.replace("-105", "low"), "line 3: `low` under `q3_deg` is no number"),
     ] {
         fs::write(&poses, table).unwrap();
         let (code, said) = plumb(place.path(), &["run", "cell/cell.yaml", "measure-poses", "--headless"]);
-        assert!(code == Some(2) && said.contains(told) && !said.contains("high: Raise the arm"), "{said}");
+        assert!(
+            code == Some(2) && said.contains(expected) && !said.contains("high: Raise the arm"),
+            "{said}"
+        );
     }
     fs::write(&poses, asked.replace(",0.3,", ",2,")).unwrap();
     let (code, said) = plumb(place.path(), &["run", "cell/cell.yaml", "measure-poses", "--headless"]);
@@ -141,8 +144,12 @@ fn a_shoulder_that_droops_where_the_rows_do_not_show_it_is_not_called_at_the_flo
     assert_eq!(trial["right"], true, "{trial:#}");
     let [after, floor] = ["after_mm", "floor_mm"].map(|key| millimetres(&trial, key));
     let sentence = trial["sentence"].as_str().unwrap();
-    let told = sentence.contains("Not shown by them") && sentence.contains("joint_compliance(shoulder)");
-    assert!(after <= OF_THE_FLOOR * floor || told, "{after:.3} mm are left, floor {floor:.3}: {sentence}");
+    let is_reported =
+        sentence.contains("Not shown by them") && sentence.contains("joint_compliance(shoulder)");
+    assert!(
+        after <= OF_THE_FLOOR * floor || is_reported,
+        "{after:.3} mm are left, floor {floor:.3}: {sentence}"
+    );
 }
 
 #[test]
@@ -178,12 +185,12 @@ fn a_trial_that_fails_does_not_take_the_others_with_it() {
 #[test]
 fn what_cannot_be_hidden_is_refused_before_anything_is_run() {
     let place = tempfile::tempdir().unwrap();
-    for (arguments, told) in [
+    for (arguments, expected) in [
         (["--cell", "teachmover", "--fault", "rust"], "known are none, spot, backlash"),
         (["--cell", "mill", "--fault", "none"], "there is no cell `mill`; known are teachmover"),
     ] {
         let (code, said) = plumb(place.path(), &[&["trial", "rehearse"], arguments.as_slice()].concat());
-        assert!(code == Some(2) && said.contains(told), "{said}");
+        assert!(code == Some(2) && said.contains(expected), "{said}");
     }
 }
 

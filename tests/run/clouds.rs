@@ -34,10 +34,10 @@ fn cup_and_spoon_are_scanned_shown_and_written_for_other_programs() {
     let events: Vec<Value> = said.out().lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     let taken: Vec<&Value> = events.iter().filter(|event| event["event"] == "stripe_taken").collect();
     assert_eq!(taken.len(), 18, "each stripe is told as it is taken");
-    let told: usize = taken.iter().map(|event| event["points"].as_array().unwrap().len()).sum();
+    let reported: usize = taken.iter().map(|event| event["points"].as_array().unwrap().len()).sum();
 
     let cloud = points(&lab, "record/run-1/cup.ply");
-    assert_eq!(cloud.len(), told);
+    assert_eq!(cloud.len(), reported);
     let near = |point: &&[f32; 3], z: f32, within: f32| (point[2] - z).abs() < within;
     let of_table = cloud.iter().filter(|point| near(point, -300.0, 0.5)).count();
     let of_spoon = cloud.iter().filter(|point| point[2] > -236.5).count();
@@ -49,13 +49,13 @@ fn cup_and_spoon_are_scanned_shown_and_written_for_other_programs() {
     let show = |arguments: &[&str]| lab.plumb(&[&["stripe", "show"], arguments].concat());
     let said = show(&["record/run-1/cup.ply", "--picture", "cup.png", "--turn", "-20", "--stereo"]);
     assert_eq!(said.code(), 0, "{}", said.all());
-    assert!(said.out().contains(&format!("{told} points of 18 stripes")), "{}", said.out());
+    assert!(said.out().contains(&format!("{reported} points of 18 stripes")), "{}", said.out());
     assert!(fs::read(lab.path("cup.png")).unwrap().starts_with(b"\x89PNG"));
     for name in ["cup.e57", "cup.pcd"] {
         assert_eq!(lab.plumb(&["stripe", "export", "record/run-1/cup.ply", name]).code(), 0, "{name}");
         let said = show(&[name, "--picture", &format!("{name}.png"), "--edge-on"]);
         assert!(
-            said.out().contains(&format!("{told} points")) && said.out().contains("band 0."),
+            said.out().contains(&format!("{reported} points")) && said.out().contains("band 0."),
             "{}",
             said.all()
         );

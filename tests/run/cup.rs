@@ -87,11 +87,11 @@ fn stripes_are_taken_on_demand_in_one_run_and_a_place_that_cannot_be_read_is_ask
         assert!(lab.path("record/run-1").join(stripe).exists(), "{stripe}");
     }
     assert!(!lab.path("record/run-1/stripe-3.ply").exists());
-    for (asked, told) in
+    for (asked, expected) in
         [("here", "float"), ("60 530", "three numbers at least"), ("1 2 3 60", "the tilt is 0 to 45")]
     {
         lab.write("wrong.yaml", &format!("answers:\n  ask: ['{asked}', end]\n"));
         let said = run("wrong.yaml");
-        assert!(said.code() == 2 && said.all().contains(told), "{asked}: {}", said.all());
+        assert!(said.code() == 2 && said.all().contains(expected), "{asked}: {}", said.all());
     }
 }

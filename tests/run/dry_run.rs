@@ -53,9 +53,9 @@ fn a_plan_and_its_run_count_the_same_steps_and_leave_out_no_number() {
     let lab = Lab::new();
     let plan = lab.plumb(&["run", "cell.yaml", "--dry-run"]).out();
     let run = lab.plumb(&["run", "cell.yaml"]).out();
-    for told in [&plan, &run] {
-        assert!(told.contains("34 steps, "), "as many as the screen counts: {told}");
-        assert_eq!(numbers(told), (1..=34).collect::<Vec<usize>>(), "{told}");
+    for output in [&plan, &run] {
+        assert!(output.contains("34 steps, "), "as many as the screen counts: {output}");
+        assert_eq!(numbers(output), (1..=34).collect::<Vec<usize>>(), "{output}");
     }
 }
 
@@ -93,8 +93,8 @@ fn a_place_beyond_the_limits_is_found_before_anything_moves_written_out_or_by_a_
     let plan = lab.plumb(&["run", "cell.yaml", "--dry-run", "--set", "line_a_deg=35"]);
     assert_eq!(plan.code(), 2, "{}", plan.all());
     assert!(plan.out().contains("waist to 43 deg") && plan.out().contains(": BEYOND THEM"), "{}", plan.out());
-    let told = "step `waist.aside` would send arm waist to 43 deg, beyond its limits: -40 to 40 deg";
-    assert!(plan.err().contains(told), "{}", plan.err());
+    let expected = "step `waist.aside` would send arm waist to 43 deg, beyond its limits: -40 to 40 deg";
+    assert!(plan.err().contains(expected), "{}", plan.err());
 
     let written = "to_deg: {waist: line_a_deg + offset_deg}";
     lab.edit("procedures/waist-initialization.yaml", written, "to_deg: {waist: 60}");
@@ -111,7 +111,7 @@ fn a_place_beyond_the_limits_is_found_before_anything_moves_written_out_or_by_a_
 #[test]
 fn a_place_beyond_the_robots_own_limits_is_found_without_starting_it() {
     // The world's arm; the driver's manifest; the joints in a driver's settings. A zero that is corrected may make up for a little.
-    for (folder, cell, procedure, joint, (from, within, beyond), told) in [
+    for (folder, cell, procedure, joint, (from, within, beyond), expected) in [
         (
             "teachmover",
             "cell.yaml",
@@ -148,7 +148,7 @@ fn a_place_beyond_the_robots_own_limits_is_found_without_starting_it() {
             assert_eq!(check.code(), 2, "{checked}: {}", check.all());
             let cannot = format!("{joint} cannot go to {beyond} deg");
             assert!(
-                check.all().contains(&cannot) && check.all().contains(told),
+                check.all().contains(&cannot) && check.all().contains(expected),
                 "{checked}: {}",
                 check.all()
             );
@@ -186,8 +186,8 @@ fn a_point_whose_joints_would_be_beyond_their_limits_is_found_before_anything_mo
     assert_eq!(plan("z_mm=200").code(), 0, "{}", plan("z_mm=200").all());
     let low = plan("z_mm=20");
     assert_eq!(low.code(), 2, "{}", low.all());
-    let told = "step `there` would send arm's tip to [400, 0, 20] mm: slide would be at ";
-    assert!(low.err().contains(told) && low.err().contains(" mm, beyond its limits: "), "{}", low.err());
+    let expected = "step `there` would send arm's tip to [400, 0, 20] mm: slide would be at ";
+    assert!(low.err().contains(expected) && low.err().contains(" mm, beyond its limits: "), "{}", low.err());
     // From an elbow that is nearly stretched the nearest way is beyond the cell's limits; the run takes the other one, and so does the plan.
     lab.edit("cell.yaml", "    model:", "    limits_deg: {elbow: [-130, 20]}\n    model:");
     assert_eq!(plan("elbow_deg=10").code(), 0, "{}", plan("elbow_deg=10").all());
@@ -212,8 +212,8 @@ fn a_hand_whose_joints_would_be_beyond_their_limits_is_found_where_the_run_would
     let plan = || lab.plumb(&[&cell[..], &["--dry-run"]].concat());
     assert_eq!(plan().code(), 0, "{}", plan().all());
     lab.edit("cell.yaml", "    model:", "    limits_deg: {waist: [40, 90]}\n    model:");
-    let told = "step `there` would send arm's hand to [330, 380, 0] mm: waist would be at 30 deg, beyond its limits: 40 to 90 deg";
-    assert!(plan().code() == 2 && plan().err().contains(told), "{}", plan().all());
+    let expected = "step `there` would send arm's hand to [330, 380, 0] mm: waist would be at 30 deg, beyond its limits: 40 to 90 deg";
+    assert!(plan().code() == 2 && plan().err().contains(expected), "{}", plan().all());
     let run = lab.plumb(&cell);
     assert!(
         run.err().contains("waist would go to 30.000 deg")
@@ -240,9 +240,9 @@ fn bounds_of_a_jog_that_no_joint_can_keep_are_found_before_anybody_is_asked() {
     }
     let plan = lab.plumb(&["run", "cell.yaml", "there", "--dry-run"]);
     assert_eq!(plan.code(), 2, "{}", plan.all());
-    let told = "step `by_hand` would have arm where the operator jogs it: waist has to come between 50 and 60 deg, beyond its limits: -40 to 40 deg";
-    assert!(plan.err().contains(told), "{}", plan.err());
-    for (bounds, told, help) in [
+    let expected = "step `by_hand` would have arm where the operator jogs it: waist has to come between 50 and 60 deg, beyond its limits: -40 to 40 deg";
+    assert!(plan.err().contains(expected), "{}", plan.err());
+    for (bounds, expected, help) in [
         (
             "waist: [50, 60]",
             "waist cannot come between 50 and 60 deg",
@@ -257,7 +257,7 @@ fn bounds_of_a_jog_that_no_joint_can_keep_are_found_before_anybody_is_asked() {
     ] {
         let check = asked(bounds);
         assert!(
-            check.code() == 2 && check.all().contains(told) && check.all().contains(help),
+            check.code() == 2 && check.all().contains(expected) && check.all().contains(help),
             "{}",
             check.all()
         );
@@ -318,8 +318,8 @@ fn a_plan_guesses_the_time_of_its_run_and_of_every_kind_of_step_within_a_factor_
 fn what_a_condition_known_before_the_run_leaves_out_takes_no_time() {
     let lab = Lab::new();
     let plan = |cycles: &str| -> Value {
-        let told = lab.plumb(&["run", "cell.yaml", "--dry-run", "--json", "--set", cycles]);
-        serde_json::from_str(&told.out()).unwrap()
+        let output = lab.plumb(&["run", "cell.yaml", "--dry-run", "--json", "--set", cycles]);
+        serde_json::from_str(&output.out()).unwrap()
     };
     let plan = plan("cycles=1");
     let mut steps = plan["steps"].as_array().unwrap().iter();
@@ -329,8 +329,8 @@ fn what_a_condition_known_before_the_run_leaves_out_takes_no_time() {
         (&Value::Bool(true), &Value::from(0.0)),
         "{last}"
     );
-    let told = lab.plumb(&["run", "cell.yaml", "--dry-run", "--set", "cycles=1"]);
-    assert!(told.out().contains("only when cycle.turn <= cycles, which does not hold"), "{}", told.out());
+    let output = lab.plumb(&["run", "cell.yaml", "--dry-run", "--set", "cycles=1"]);
+    assert!(output.out().contains("only when cycle.turn <= cycles, which does not hold"), "{}", output.out());
 }
 
 #[test]
@@ -350,13 +350,13 @@ fn a_plan_whose_repetition_ends_nobody_knows_when_gives_the_least_time_and_the_m
     let (least, most) = (plan["least_s"].as_f64().unwrap(), plan["estimate_s"].as_f64().unwrap());
     let (_, (_, taken)) = guessed_and_taken(&lab, "cell.yaml", "oscillating-initialization");
     assert!(least < taken && taken < most, "{least:.1} s to {most:.1} s guessed, {taken:.1} s taken");
-    let told = lab.plumb(&["run", "cell.yaml", "oscillating-initialization", "--dry-run"]);
+    let output = lab.plumb(&["run", "cell.yaml", "oscillating-initialization", "--dry-run"]);
     let turns = &plan["repetitions"][0];
     assert!(turns["turns"].as_u64().unwrap() > 1 && turns["turn_s"].as_f64().unwrap() > 1.0, "{turns}");
     for words in [", by how soon a repetition ends (", ": 1 to ", " turns of about ", "), prompts left out"] {
-        assert!(told.out().contains(words), "{words}: {}", told.out());
+        assert!(output.out().contains(words), "{words}: {}", output.out());
     }
     // Where every turn is known, there is one time.
-    let told = lab.plumb(&["run", "cell.yaml", "--dry-run"]);
-    assert!(told.out().contains("; about ") && !told.out().contains("by how soon"), "{}", told.out());
+    let output = lab.plumb(&["run", "cell.yaml", "--dry-run"]);
+    assert!(output.out().contains("; about ") && !output.out().contains("by how soon"), "{}", output.out());
 }

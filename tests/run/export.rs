@@ -63,13 +63,14 @@ fn what_a_urdf_cannot_hold_is_refused_with_its_size_and_left_out_only_when_asked
     let lab = lab_with(&format!("{RIGID}{SOFT}"));
     let refused = export(&lab, "puma.yaml", &["urdf"]);
     assert_eq!((refused.code(), refused.out().as_str()), (2, ""));
-    let told = refused.err();
+    let stderr = refused.err();
     assert!(
-        told.starts_with("plumb: rigid links between joints cannot hold joint_compliance(shoulder): without"),
-        "{told}"
+        stderr
+            .starts_with("plumb: rigid links between joints cannot hold joint_compliance(shoulder): without"),
+        "{stderr}"
     );
-    let size = told.split("up to ").nth(1).unwrap().split(" mm").next().unwrap().parse::<f64>().unwrap();
-    assert!((1.0..20.0).contains(&size), "the shoulder gives way by millimetres: {told}");
+    let size = stderr.split("up to ").nth(1).unwrap().split(" mm").next().unwrap().parse::<f64>().unwrap();
+    assert!((1.0..20.0).contains(&size), "the shoulder gives way by millimetres: {stderr}");
     let written = export(&lab, "puma.yaml", &["urdf", "--leave-out"]);
     assert_eq!(written.code(), 0, "{}", written.all());
     assert!(written.err().starts_with("left out: joint_compliance(shoulder) (up to "), "{}", written.err());

@@ -23,15 +23,15 @@ fn the_shipped_cell_finds_camera_and_board_and_writes_them_back() {
     assert!(table.out().contains("board_x_mm") && table.out().contains("board_rz_rad"), "{}", table.out());
     lab.write("board.csv", &table.out());
     let pair = ["hand-eye.model.yaml", "--data", "board.csv", "--holdout", "none"];
-    let told = lab.plumb(&[&["model", "compare"], &pair[..]].concat());
-    assert_eq!(told.code(), 0, "{}", told.all());
+    let output = lab.plumb(&[&["model", "compare"], &pair[..]].concat());
+    assert_eq!(output.code(), 0, "{}", output.all());
     for part in [
         "p1 on the flange: x ",
         "board in the frame of the measurements: x ",
         "error of an orientation or angle, deg",
         "about its x, y, z",
     ] {
-        assert!(told.out().contains(part), "{part}\n{}", told.out());
+        assert!(output.out().contains(part), "{part}\n{}", output.out());
     }
     let report = lab.plumb(&[&["model", "report", "-o", "report.html"], &pair[..]].concat());
     assert_eq!(report.code(), 0, "{}", report.all());

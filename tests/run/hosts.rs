@@ -84,7 +84,7 @@ fn an_arm_in_c_by_the_published_contract_can_be_searched_with() {
 fn what_is_wrong_with_the_functions_of_a_plugin_is_said_by_verify_and_by_a_run() {
     let table = "static const plumb_robot_functions robot = {\n    .size = sizeof(plumb_robot_functions),";
     let size = |bytes: &str| table.replace("sizeof(plumb_robot_functions),", bytes);
-    for (from, to, told) in [
+    for (from, to, expected) in [
         ("    .read_joints = read_joints,\n", String::new(), "lacks read_joints"),
         (
             table,
@@ -114,15 +114,15 @@ fn what_is_wrong_with_the_functions_of_a_plugin_is_said_by_verify_and_by_a_run()
             return;
         }
         let verified = lab.plumb(&["plugins", "verify", "counting/plugin.yaml"]);
-        assert_eq!(verified.code(), 1, "{told}: {}", verified.all());
-        assert!(verified.out().contains(told), "{told}: {}", verified.out());
+        assert_eq!(verified.code(), 1, "{expected}: {}", verified.all());
+        assert!(verified.out().contains(expected), "{expected}: {}", verified.out());
         assert_eq!(verified.out().lines().count(), 1, "{}", verified.out());
-        if told.contains("any name") {
+        if expected.contains("any name") {
             continue;
         }
         let run = lab.plumb(&["run", "cell-c.yaml"]);
         assert_eq!(run.code(), 2, "{}", run.all());
-        assert!(run.all().contains(told), "{told}: {}", run.all());
+        assert!(run.all().contains(expected), "{expected}: {}", run.all());
     }
 }
 
@@ -309,7 +309,7 @@ fn an_arm_is_stopped_when_the_program_that_moves_it_is_frozen() {
     let took = cell.time_to_rest();
     assert!(took > Duration::from_secs(1), "it is no stop that another cause explains: {took:?}");
     assert!(took < ORCHESTRATOR_SILENT + BUSY_MACHINE, "it took {took:?}");
-    let stood = cell.joints();
+    let stopped = cell.joints();
     cell.running.signal(Signal::SIGCONT);
     let log = cell
         .running
@@ -321,7 +321,7 @@ fn an_arm_is_stopped_when_the_program_that_moves_it_is_frozen() {
     let (last, code) = cell.running.end();
     // Nobody is there to resume: the run is kept, and the arm stands where it was stopped.
     assert_eq!(code, Some(4), "{last}");
-    assert_eq!(cell.world.look().unwrap().attitudes.to_vec(), stood);
+    assert_eq!(cell.world.look().unwrap().attitudes.to_vec(), stopped);
 }
 
 #[test]

@@ -56,16 +56,16 @@ fn a_resumed_run_tells_again_what_it_had_found_so_that_its_last_page_shows_the_w
     assert_eq!(resumed.code(), 0, "{}", resumed.all());
     let events: Vec<serde_json::Value> =
         resumed.out().lines().map(|line| serde_json::from_str(line).unwrap()).collect();
-    let told = |event: &str, key: &str, value: &str| {
+    let count_of = |event: &str, key: &str, value: &str| {
         let of = |one: &&serde_json::Value| one["event"] == event;
         events.iter().filter(of).filter(|one| one.pointer(key).is_some_and(|found| found == value)).count()
     };
     for joint in ["waist", "shoulder", "elbow"] {
-        assert_eq!(told("correction_applied", "/correction/place", joint), 1, "{joint}");
+        assert_eq!(count_of("correction_applied", "/correction/place", joint), 1, "{joint}");
     }
-    assert_eq!(told("trigger_found", "/step", "waist.find_a"), 1);
+    assert_eq!(count_of("trigger_found", "/step", "waist.find_a"), 1);
     // Steps that hold others are done as well.
-    assert_eq!(told("step_finished", "/step", "waist"), 1);
+    assert_eq!(count_of("step_finished", "/step", "waist"), 1);
     // The record has it once.
     assert_eq!(lab.zeros("1").len(), 3, "{:?}", lab.zeros("1"));
 }

@@ -38,8 +38,8 @@ fn a_misspelled_event_is_refused_with_the_nearest_and_a_filter_needs_json() {
     let lab = Lab::new();
     let refused = lab.plumb(&["run", "cell.yaml", "--json", "--events", "step_finnished"]);
     assert_eq!(refused.code(), 2);
-    let told = refused.err();
-    assert!(told.contains("there is no event `step_finnished`; did you mean `step_finished`?"), "{told}");
+    let stderr = refused.err();
+    assert!(stderr.contains("there is no event `step_finnished`; did you mean `step_finished`?"), "{stderr}");
     let alone = lab.plumb(&["run", "cell.yaml", "--events", "joints"]);
     assert_eq!(alone.code(), 2);
     assert!(alone.err().contains("--json"), "{}", alone.err());

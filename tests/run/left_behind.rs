@@ -75,15 +75,15 @@ fn what_a_killed_run_leaves_is_told_and_removed_by_the_doctor() {
     // Each ends once its device is put away; on a busy machine that takes a moment.
     hosts.into_iter().for_each(wait_gone);
 
-    let told = lab.plumb(&["doctor", "cell.yaml"]);
-    assert_eq!(told.code(), 1, "{}", told.all());
+    let output = lab.plumb(&["doctor", "cell.yaml"]);
+    assert_eq!(output.code(), 1, "{}", output.all());
     assert!(
-        told.out().contains(&format!("left behind by process {program}, which was killed")),
+        output.out().contains(&format!("left behind by process {program}, which was killed")),
         "{}",
-        told.out()
+        output.out()
     );
-    assert!(told.out().contains("a simulated world (process "), "{}", told.out());
-    assert!(told.out().contains("plumb run --resume goes on with the run"), "{}", told.out());
+    assert!(output.out().contains("a simulated world (process "), "{}", output.out());
+    assert!(output.out().contains("plumb run --resume goes on with the run"), "{}", output.out());
 
     let cleaned = lab.plumb(&["doctor", "--clean", "cell.yaml"]);
     assert_eq!(cleaned.code(), 0, "{}", cleaned.all());
@@ -121,6 +121,6 @@ fn a_run_that_can_be_resumed_keeps_its_world_alone() {
     assert_eq!(run.code(), 2, "{}", run.all());
     let place = CellPlace::of_cell(&lab.path("cell.yaml")).unwrap();
     assert_eq!(in_shared_memory(&lab), [place.world_socket().parent().unwrap()]);
-    let told = lab.plumb(&["doctor", "cell.yaml"]);
-    assert!(told.out().contains("waits for a run to be resumed"), "{}", told.out());
+    let output = lab.plumb(&["doctor", "cell.yaml"]);
+    assert!(output.out().contains("waits for a run to be resumed"), "{}", output.out());
 }

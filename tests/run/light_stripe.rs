@@ -144,8 +144,8 @@ fn every_scan_of_a_gathering_knows_from_which_sides_the_joints_came() {
         for (before, here) in rows.iter().zip(rows.iter().skip(1)) {
             for joint in 0..6 {
                 let (way, side) = (here[joint] - before[joint], here[joint + 6]);
-                let told = way.abs() < 0.01 || way.signum() == side;
-                assert!(told, "{}: joint {joint} went {way} deg: {side}", table.display());
+                let as_expected = way.abs() < 0.01 || way.signum() == side;
+                assert!(as_expected, "{}: joint {joint} went {way} deg: {side}", table.display());
             }
         }
     }

@@ -21,9 +21,9 @@ fn measured(lab: &Lab) -> String {
 }
 
 fn json(lab: &Lab, arguments: &[&str]) -> Value {
-    let told = lab.plumb(arguments);
-    assert_eq!(told.code(), 0, "{}", told.all());
-    serde_json::from_str(&told.out()).unwrap()
+    let output = lab.plumb(arguments);
+    assert_eq!(output.code(), 0, "{}", output.all());
+    serde_json::from_str(&output.out()).unwrap()
 }
 
 fn number(value: &Value) -> f64 {
@@ -54,14 +54,14 @@ fn the_shipped_cell_finds_sensor_plate_ball_and_rim_from_no_start_and_writes_the
     assert!(table.contains("profile1_x_mm") && table.contains("profile5_z_mm"), "{table}");
     lab.write("profiles.csv", &table);
     let pair = ["profile.model.yaml", "--data", "profiles.csv", "--holdout", "none"];
-    let told = lab.plumb(&[&["model", "compare"], &pair[..]].concat());
+    let output = lab.plumb(&[&["model", "compare"], &pair[..]].concat());
     for part in [
         "p1 on the flange: x ",
         "plate (plane) in the frame",
         "ball (ball) in the frame",
         "rim (edge) in the frame",
     ] {
-        assert!(told.out().contains(part), "{part}\n{}", told.all());
+        assert!(output.out().contains(part), "{part}\n{}", output.all());
     }
     let found = json(&lab, &[&["model", "accept", "--json"], &pair[..]].concat());
     let sensor = &found["placed"][0];

@@ -151,9 +151,9 @@ fn a_wave_finer_than_a_compensation_files_lines_is_not_left_out_in_silence() {
 #[test]
 fn positions_at_whole_pitches_are_told_to_hide_the_screws_wave() {
     let lab = lab(&iso_table(|index| 20.0 * f64::from(index), 11));
-    let told = model(&lab, &["diagnose", "axis.yaml", "--data", "axis.csv"]);
+    let output = model(&lab, &["diagnose", "axis.yaml", "--data", "axis.csv"]);
     let note = "screw_wave(x, 1) cannot be identified: at the positions of x that were measured, whole pitches apart, it is the same everywhere";
-    assert!(told.code() == 0 && told.out().contains(note), "{}", told.all());
+    assert!(output.code() == 0 && output.out().contains(note), "{}", output.all());
     let refused = model(&lab, &["add", "axis.yaml", "screw_wave(x, 1)", "--data", "axis.csv"]);
     assert!(refused.code() == 2 && refused.err().contains(note), "{}", refused.all());
     assert!(refused.err().contains("1.25 mm apart over 10.0 mm"), "{}", refused.err());
@@ -252,10 +252,10 @@ fn play_that_differs_from_place_to_place_is_not_called_settling() {
     // As on axis y of a muon target's positioner (ecmc_target_muts_logger, b02/y, 2022): smaller at both ends. There the row before stands at the same position, so
     // by the rows alone settling would halve what play does.
     let lab = lab(&uneven_play([9.0, 12.0, 14.0, 13.0, 12.0, 20.0, 20.0, 8.0]));
-    let told = model(&lab, &["diagnose", "axis.yaml", "--data", "axis.csv"]);
-    assert_eq!(told.code(), 0, "{}", told.all());
+    let output = model(&lab, &["diagnose", "axis.yaml", "--data", "axis.csv"]);
+    assert_eq!(output.code(), 0, "{}", output.all());
     let said = "TIED. joint_settling(x) and joint_backlash(x) cannot be told apart with these data: what depends on the direction of arrival differs from pose to pose by 0.002";
-    assert!(told.out().contains(said), "{}", told.all());
+    assert!(output.out().contains(said), "{}", output.all());
     let grown = model(&lab, &["grow", "axis.yaml", "--data", "axis.csv"]);
     assert!(!grown.out().contains("+ joint_settling"), "{}", grown.all());
     let written = model(&lab, &["export", "axis.yaml", "--as", "linuxcnc"]);
@@ -266,17 +266,17 @@ fn play_that_differs_from_place_to_place_is_not_called_settling() {
 fn play_that_differs_but_is_play_at_the_ends_too_is_named_with_the_error_of_its_average() {
     let play = [33.0, 31.0, 22.0, 14.0, 20.0, 34.0, 29.0, 33.0];
     let lab = lab(&uneven_play(play));
-    let told = model(&lab, &["diagnose", "axis.yaml", "--data", "axis.csv", "--json"]);
-    assert_eq!(told.code(), 0, "{}", told.all());
-    let told: serde_json::Value = serde_json::from_str(&told.out()).unwrap();
+    let output = model(&lab, &["diagnose", "axis.yaml", "--data", "axis.csv", "--json"]);
+    assert_eq!(output.code(), 0, "{}", output.all());
+    let output: serde_json::Value = serde_json::from_str(&output.out()).unwrap();
     assert_eq!(
-        (&told["verdict"], &told["named"]["effect"]),
+        (&output["verdict"], &output["named"]["effect"]),
         (&"named".into(), &"joint_backlash".into()),
-        "{told}"
+        "{output}"
     );
-    assert!(told["sentence"].as_str().unwrap().contains("on the average of the poses"), "{told}");
+    assert!(output["sentence"].as_str().unwrap().contains("on the average of the poses"), "{output}");
     // The error of a mean of eight that scatter so: 7.4 um over the root of 8.
-    let (size, se) = (told["named"]["size"].as_f64().unwrap(), told["named"]["se"].as_f64().unwrap());
+    let (size, se) = (output["named"]["size"].as_f64().unwrap(), output["named"]["se"].as_f64().unwrap());
     assert!((size - 0.027).abs() < 0.001 && (0.7..1.4).contains(&(se / 0.0026)), "{size} +- {se}");
 }
 

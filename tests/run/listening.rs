@@ -154,8 +154,8 @@ fn a_stream_that_is_silent_from_the_beginning_or_falls_silent_gives_no_values() 
     );
     let run = lab.plumb(&["run", "weighing.yaml", "--headless"]);
     assert_eq!(run.code(), 2, "{}", run.all());
-    let told = "scale/weights was silent: no message came in 1 s; `plumb streams CELL scale/weights` shows when its device sends";
-    assert!(run.all().contains(told), "{}", run.all());
+    let output = "scale/weights was silent: no message came in 1 s; `plumb streams CELL scale/weights` shows when its device sends";
+    assert!(run.all().contains(output), "{}", run.all());
 
     with_steps(&lab, &steps.replace("for_s: 1", "for_s: 30, longest_gap_s: 0.5"));
     lab.edit("scale/driver.py", "number != 2 ", "number != 100 ");

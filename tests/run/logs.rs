@@ -77,15 +77,15 @@ fn what_a_plugin_reports_stands_in_the_spans_of_the_run_the_step_and_the_call() 
     );
     let of_plugin =
         format!("{run}:{step}:call{{device=\"arm\" request=\"move joints\"}}: plumb_host::parent::shared: ");
-    let told = ran.err();
-    assert!(told.lines().any(|line| line.contains(&of_plugin) && line.contains("fraction=")), "{told}");
+    let stderr = ran.err();
+    assert!(stderr.lines().any(|line| line.contains(&of_plugin) && line.contains("fraction=")), "{stderr}");
     // What serves no call belongs to the run: how the device was found, and how its host ended.
     for text in ["TeachMover on ", "its host ended in good order"] {
-        let line = told.lines().find(|line| line.contains(text) && line.contains("device=\"arm\""));
-        assert!(line.is_some_and(|line| line.contains(&format!("{run}: plumb_host"))), "{text}: {told}");
+        let line = stderr.lines().find(|line| line.contains(text) && line.contains("device=\"arm\""));
+        assert!(line.is_some_and(|line| line.contains(&format!("{run}: plumb_host"))), "{text}: {stderr}");
     }
     // No line of this program's own stands outside of the run while it goes on, but for what clears up after it.
-    let outside: Vec<&str> = told
+    let outside: Vec<&str> = stderr
         .lines()
         .filter(|line| line.contains(" plumb") && !line.contains(run))
         .filter(|line| !line.contains(" plumb::run: ") && !line.contains(" plumb_bus::"))

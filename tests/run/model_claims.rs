@@ -65,8 +65,8 @@ fn a_residual_map_is_added_last_marked_and_left_out_on_demand() {
     let compared = asked("compare", &[]);
     assert!(compared.contains("a residual map takes") && compared.contains("not understood"), "{compared}");
     let json = asked("compare", &["--json"]);
-    let told: serde_json::Value = serde_json::from_str(&json).unwrap();
-    assert!(told["residual_map"]["not_understood"].as_f64().unwrap() > 0.3, "{json}");
+    let report: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert!(report["residual_map"]["not_understood"].as_f64().unwrap() > 0.3, "{json}");
     let diagnosed = asked("diagnose", &[]);
     assert!(diagnosed.contains("residual map is left out here"), "{diagnosed}");
     let removed = plumb(at, &["remove", "arm.yaml", "residual_map", "--data", "poses.csv"]);

@@ -218,7 +218,7 @@ struct Fault {
     from: &'static str,
     to: &'static str,
     check: &'static str,
-    told: &'static str,
+    message: &'static str,
 }
 
 const SENSOR_TIME: &str = "uint64_t time_ns = gauge->host->now_ns(gauge->host->context);";
@@ -231,113 +231,119 @@ const FAULTS: &[Fault] = &[
         from: SENSOR_TIME,
         to: "uint64_t time_ns = 0;",
         check: "its readings are dated by the cell's clock",
-        told: "is 0: take it from the host's clock",
+        message: "is 0: take it from the host's clock",
     },
     Fault {
         kind: "sensor",
         from: SENSOR_TIME,
         to: "uint64_t time_ns = 5;",
         check: "a reading asked for after a moment is not an older one",
-        told: "gave one of 5 ns",
+        message: "gave one of 5 ns",
     },
     Fault {
         kind: "sensor",
         from: SENSOR_TIME,
         to: "uint64_t time_ns = 1780000000000000000u;",
         check: "it can be armed, polled and read at once",
-        told: "Its plugin has to date with its host's `now_ns`",
+        message: "Its plugin has to date with its host's `now_ns`",
     },
     Fault {
         kind: "sensor",
         from: "\\\"unit\\\": \\\"mm\\\"",
         to: "\\\"unit\\\": \\\"furlong\\\"",
         check: "its description makes sense",
-        told: "'furlong' of 'height' is no unit plumb knows",
+        message: "'furlong' of 'height' is no unit plumb knows",
     },
     Fault {
         kind: "sensor",
         from: "[{\\\"name\\\": \\\"height\\\", \\\"unit\\\": \\\"mm\\\"}]",
         to: "[{\\\"name\\\": \\\"height\\\", \\\"unit\\\": \\\"mm\\\"}, {\\\"name\\\": \\\"width\\\", \\\"unit\\\": \\\"mm\\\"}]",
         check: "its readings hold what its description says",
-        told: "lacks 'width'",
+        message: "lacks 'width'",
     },
     Fault {
         kind: "sensor",
         from: "\\\"name\\\": \\\"height\\\", \\\"unit\\\"",
         to: "\\\"name\\\": \\\"hight\\\", \\\"unit\\\"",
         check: "its manifest lists the quantities, input lines and joints it describes",
-        told: "the manifest lists height [mm]; the sensor describes hight [mm]",
+        message: "the manifest lists height [mm]; the sensor describes hight [mm]",
     },
     Fault {
         kind: "sensor",
         from: "    char words[160];",
         to: "    char words[160]; volatile int *nowhere = NULL; *nowhere = 1;",
         check: "it can be armed, polled and read at once",
-        told: "ended by SIGSEGV",
+        message: "ended by SIGSEGV",
     },
     Fault {
         kind: "robot",
         from: "\\\"name\\\": \\\"waist\\\"",
         to: "\\\"name\\\": \\\"joint-1\\\"",
         check: "its description makes sense",
-        told: "joint 'joint-1' cannot be named in an expression: use letters, digits and '_', a letter first",
+        message: "joint 'joint-1' cannot be named in an expression: use letters, digits and '_', a letter first",
     },
     Fault {
         kind: "robot",
         from: "\\\"lower\\\": -1.5707963267948966, \\\"upper\\\": 1.5707963267948966",
         to: "\\\"lower\\\": -90, \\\"upper\\\": 90",
         check: "its description makes sense",
-        told: "waist goes from -90 to 90 rad, which is 28.6 turns: are these degrees?",
+        message: "waist goes from -90 to 90 rad, which is 28.6 turns: are these degrees?",
     },
     Fault {
         kind: "robot",
         from: "\\\"lower\\\": 0, \\\"upper\\\": 200",
         to: "\\\"lower\\\": 0, \\\"upper\\\": 150",
         check: "its manifest lists the quantities, input lines and joints it describes",
-        told: "by the manifest slide goes from 0.000000 to 200.000000 mm; the robot describes 0.000000 to 150.000000",
+        message: "by the manifest slide goes from 0.000000 to 200.000000 mm; the robot describes 0.000000 to 150.000000",
     },
     Fault {
         kind: "robot",
         from: ROBOT_TIME,
         to: "state.time_ns = 0;",
         check: "it is at rest before anything is asked of it",
-        told: "Its plugin has to date with its host's `now_ns`",
+        message: "Its plugin has to date with its host's `now_ns`",
     },
     Fault {
         kind: "robot",
         from: "    *state = state_now(arm, 0);\n    return PLUMB_OK;\n}\n\n/* Brings",
         to: "    *state = state_now(arm, 1);\n    return PLUMB_OK;\n}\n\n/* Brings",
         check: "a move ends at its target",
-        told: "returns while it still moves",
+        message: "returns while it still moves",
     },
     Fault {
         kind: "robot",
         from: "(motion->relative ? 0 : from[joint])",
         to: "from[joint]",
         check: "a relative move adds to where the joints are",
-        told: "ends at",
+        message: "ends at",
     },
     Fault {
         kind: "robot",
         from: "if ((motion->joint_mask >> joint) & 1u) {",
         to: "if (joint != 0 || ((motion->joint_mask >> joint) & 1u)) {",
         check: "joints that take no part stay where they are",
-        told: "",
+        message: "",
     },
     Fault {
         kind: "robot",
         from: "+ way[joint] * (step / steps)",
         to: "+ (joint == 1 ? 0.1 : 1) * way[joint] * (step / steps)",
         check: "a move ends at its target",
-        told: "slide ends at",
+        message: "slide ends at",
     },
-    Fault { kind: "robot", from: ROBOT_STOP, to: "if (0) {", check: "a stop ends a move in time", told: "" },
+    Fault {
+        kind: "robot",
+        from: ROBOT_STOP,
+        to: "if (0) {",
+        check: "a stop ends a move in time",
+        message: "",
+    },
     Fault {
         kind: "robot",
         from: "    .stop = stop,\n",
         to: "",
         check: "it is loaded and its device is made",
-        told: "lacks stop",
+        message: "lacks stop",
     },
 ];
 
@@ -357,13 +363,13 @@ fn each_fault_fails_the_check_that_names_it_and_is_taught() {
         let mut lines =
             out.lines().skip_while(|line| !line.starts_with(&format!("FAILED   {}: ", fault.check)));
         let seen = lines.next().unwrap_or_else(|| panic!("`{}` passed '{}':\n{out}", fault.to, fault.check));
-        assert!(seen.contains(fault.told), "`{}`:\n{out}", fault.to);
+        assert!(seen.contains(fault.message), "`{}`:\n{out}", fault.to);
         let taught: Vec<&str> = lines.take(2).map(str::trim_start).collect();
         assert!(taught[0].starts_with("contract: ") && taught[1].starts_with("change:   "), "{out}");
         // A clock is told of once, with the lesson of clocks, in however many checks it shows.
-        if fault.told.contains("now_ns`") {
+        if fault.message.contains("now_ns`") {
             assert!(taught[0].contains("every time_ns is taken from the host's now_ns"), "{out}");
-            assert_eq!(out.matches(fault.told).count(), 1, "{out}");
+            assert_eq!(out.matches(fault.message).count(), 1, "{out}");
             assert!(out.contains(&format!("for the same reason as '{}'", fault.check)), "{out}");
         }
     }
@@ -394,7 +400,7 @@ fn a_misspelt_measurement_of_a_new_sensor_is_found_before_anything_runs() {
 
 #[test]
 fn what_a_gauge_says_of_another_moment_or_leaves_out_is_no_value() {
-    for (reading, told) in [
+    for (reading, expected) in [
         (
             "{\"time_ns\": 5, \"quantities\": [{\"name\": \"height\", \"value\": 12.5, \"standard_uncertainty\": 0}]}",
             "the reading of gauge is stale: it is dated ",
@@ -409,7 +415,7 @@ fn what_a_gauge_says_of_another_moment_or_leaves_out_is_no_value() {
         own.edit("driver.py", "{\"height\": (12.5, 0.01)}", reading);
         let run = own.plumb(&["run", "cell.yaml", "--headless"]);
         assert_eq!(run.code(), 2, "{reading}: {}", run.all());
-        assert!(run.all().contains(told) && !run.all().contains("is lost"), "{reading}: {}", run.all());
+        assert!(run.all().contains(expected) && !run.all().contains("is lost"), "{reading}: {}", run.all());
     }
 }
 

@@ -74,9 +74,9 @@ fn a_driver_that_is_killed_while_it_moves_ends_the_step_with_how_it_ended() {
     kill(driver);
     let (last, code) = running.end();
     assert_eq!(code, Some(2), "{last}");
-    let told = message(&last);
+    let error_text = message(&last);
     let wanted = format!("its driver `python3 driver.py` (process {driver}) has ended (signal: 9 (SIGKILL))");
-    assert!(told.contains(&wanted), "{told}");
+    assert!(error_text.contains(&wanted), "{error_text}");
 }
 
 #[test]
@@ -124,13 +124,13 @@ fn a_driver_that_hangs_ends_with_its_host_and_is_named() {
         driver = driver_of(&lab);
         thread::sleep(Duration::from_millis(20));
     }
-    let mut told = String::new();
+    let mut output = String::new();
     while let Some(event) = running.event() {
-        told += &event.to_string();
+        output += &event.to_string();
     }
     let (_, code) = running.end();
-    assert_eq!(code, Some(2), "{told}");
-    assert!(told.contains("did not answer 'read joints' within 5s"), "{told}");
+    assert_eq!(code, Some(2), "{output}");
+    assert!(output.contains("did not answer 'read joints' within 5s"), "{output}");
     assert!(begun.elapsed() < Duration::from_secs(20), "{:?}", begun.elapsed());
     wait_gone(driver.unwrap());
 }
@@ -149,7 +149,7 @@ fn a_driver_that_a_debugger_holds_for_longer_than_a_call_may_take_ends_nothing()
 
 #[test]
 fn an_exception_is_the_error_of_its_call_with_its_kind() {
-    for (raised, told) in [
+    for (raised, expected) in [
         (
             "raise ConnectionRefusedError(111, 'Connection refused')",
             "ConnectionRefusedError: [Errno 111] Connection refused",
@@ -176,7 +176,7 @@ fn an_exception_is_the_error_of_its_call_with_its_kind() {
         };
         let run = lab.plumb(&["run", "cell-py.yaml", "--headless"]);
         assert_eq!(run.code(), 2, "{raised}: {}", run.all());
-        assert!(run.all().contains(told), "{raised}: {}", run.all());
+        assert!(run.all().contains(expected), "{raised}: {}", run.all());
     }
 }
 
@@ -204,7 +204,7 @@ fn a_driver_that_cannot_start_says_why() {
 fn a_manifest_names_a_library_or_a_driver() {
     let Some(lab) = cell(&[]) else { return };
     let given = "driver: [python3, driver.py]";
-    for (wrong, told) in [
+    for (wrong, expected) in [
         ("", "a manifest needs the key `library`, or `driver`"),
         (
             "driver: [python3, driver.py]\nlibrary: libarm.so",
@@ -216,7 +216,7 @@ fn a_manifest_names_a_library_or_a_driver() {
         lab.edit("pyarm/plugin.yaml", given, wrong);
         let checked = lab.plumb(&["check", "pyarm/plugin.yaml"]);
         assert_eq!(checked.code(), 2, "{wrong}: {}", checked.all());
-        assert!(checked.err().contains(told), "{wrong}: {}", checked.err());
+        assert!(checked.err().contains(expected), "{wrong}: {}", checked.err());
         let text = fs::read_to_string(lab.path("pyarm/plugin.yaml")).unwrap();
         let line = if wrong.is_empty() { "kind: robot\n\n" } else { wrong };
         let mended = if wrong.is_empty() { "kind: robot\ndriver: [python3, driver.py]\n" } else { given };

@@ -228,7 +228,7 @@ fn what_could_not_run_is_refused_when_it_is_queued() {
     let lab = lab();
     lab.write("few.yaml", "by: nobody\nanswers:\n  target: done\n");
     lab.write("wrong.yaml", "by: nobody\nanswers:\n  targett: done\n");
-    for (arguments, code, told) in [
+    for (arguments, code, expected) in [
         (&["cell.yaml", "waist-initialisation"][..], 2, "has no procedure `waist-initialisation`"),
         (&["cell.yaml", "initialize", "--answers", "few.yaml"], 4, "no answers are given for"),
         (&["cell.yaml", "initialize", "--answers", "wrong.yaml"], 2, "targett"),
@@ -239,21 +239,21 @@ fn what_could_not_run_is_refused_when_it_is_queued() {
     ] {
         let said = lab.plumb(&[&["queue", "add"], arguments].concat());
         assert!(
-            said.code() == code && said.err().contains(told),
+            said.code() == code && said.err().contains(expected),
             "{arguments:?}: {} {}",
             said.code(),
             said.all()
         );
     }
     assert_eq!(numbers(&lab), Vec::<i64>::new(), "nothing was queued");
-    for (arguments, told) in [
+    for (arguments, expected) in [
         (&["move", "7", "--first"][..], "there is no entry 7"),
         (&["remove", "7"], "there is no entry 7"),
         (&["remove"], "name the entries"),
         (&["run", "nothing.yaml"], "there is no cell file nothing.yaml"),
     ] {
         let said = lab.plumb(&[&["queue"], arguments].concat());
-        assert!(said.code() == 2 && said.err().contains(told), "{arguments:?}: {}", said.all());
+        assert!(said.code() == 2 && said.err().contains(expected), "{arguments:?}: {}", said.all());
     }
 }
 

@@ -108,8 +108,8 @@ fn every_key_at_the_top_of_a_file_is_told_what_it_is() {
         let schema: Value = serde_json::from_str(&lab.plumb(&["schema", kind]).out()).unwrap();
         assert!(schema["title"].is_string(), "{kind}");
         for (key, property) in schema["properties"].as_object().unwrap() {
-            let is_told = property["description"].is_string() || property["$ref"].is_string();
-            assert!(is_told, "{key} of {kind}: {property}");
+            let is_described = property["description"].is_string() || property["$ref"].is_string();
+            assert!(is_described, "{key} of {kind}: {property}");
         }
     }
 }

@@ -83,7 +83,7 @@ impl Bench {
     }
 
     /// Where the motors stand, half-steps.
-    fn stands(&self) -> [i64; 6] {
+    fn registers(&self) -> [i64; 6] {
         let mut client = WorldClient::connect(&self.socket, "test").unwrap();
         client.read(Verb::Read {}).unwrap().half_steps.fixed::<6>().unwrap().map(|count| count.round() as i64)
     }
@@ -128,11 +128,11 @@ fn the_cell_for_a_real_arm_initializes_what_stands_behind_its_port() {
 #[test]
 fn the_cell_for_a_real_arm_begins_with_the_first_day_and_asks_a_person() {
     let bench = Bench::new();
-    let before = bench.stands();
+    let before = bench.registers();
     let run = bench.lab.plumb(&["run", "cell-hardware.yaml"]);
     assert_eq!(run.code(), 4, "{}", run.all());
     assert!(run.err().contains("no answers"), "{}", run.err());
-    assert_eq!(bench.stands(), before);
+    assert_eq!(bench.registers(), before);
 }
 
 /// A damaged byte of a reading is read again. One of a move's reply ends the run before another move; so does one of a command that the controller
@@ -210,10 +210,10 @@ fn stop_on_the_pendant_in_mid_move_is_a_stop_and_no_error() {
         "{reason}"
     );
     let (last, code) = running.end();
-    let stood = bench.stands();
+    let halted = bench.registers();
     assert_eq!(code, Some(4), "somebody has to look at the arm: {last}");
     std::thread::sleep(Duration::from_millis(300));
-    assert_eq!(bench.stands(), stood, "nothing moves after a stop");
+    assert_eq!(bench.registers(), halted, "nothing moves after a stop");
     let resumed = bench.resume();
     assert_eq!(resumed.code(), 0, "{}", resumed.all());
     bench.assert_zeros_found("1");
@@ -246,12 +246,12 @@ fn a_port_that_is_not_there_is_named_with_what_to_check() {
 fn a_port_that_another_program_has_is_named_with_how_to_find_that() {
     let bench = Bench::new();
     let port = bench.lab.path("port").display().to_string();
-    let before = bench.stands();
+    let before = bench.registers();
     let held = ReplyLine::open(&port, 9600).unwrap();
     let run = bench.run();
     assert_refused(&run, "another program has it open; end that program (fuser ");
     drop(held);
-    assert_eq!(bench.stands(), before);
+    assert_eq!(bench.registers(), before);
 }
 
 #[test]
@@ -292,7 +292,7 @@ fn name_of(pair: &OpenptyResult) -> String {
 #[test]
 fn a_sensor_on_a_gpio_chip_that_is_not_there_is_named_with_what_would_be_right() {
     let bench = Bench::new();
-    let before = bench.stands();
+    let before = bench.registers();
     bench.lab.edit(
         "cell-hardware.yaml",
         "    inputs: {line: arm/inputs}\n",
@@ -305,5 +305,5 @@ fn a_sensor_on_a_gpio_chip_that_is_not_there_is_named_with_what_would_be_right()
     );
     let run = bench.run();
     assert_refused(&run, "there is no GPIO chip /dev/gpiochip9; ");
-    assert_eq!(bench.stands(), before);
+    assert_eq!(bench.registers(), before);
 }

@@ -5,7 +5,7 @@ use std::fs;
 use crate::lab::Lab;
 
 /// What a scan says of a rig file with these changes; it must end in an error and leave no cloud.
-fn told_of(changes: &[(&str, &str)]) -> String {
+fn message_of(changes: &[(&str, &str)]) -> String {
     let lab = Lab::of("light-stripe");
     for (from, to) in changes {
         lab.edit("rig.yaml", from, to);
@@ -24,38 +24,38 @@ const D: &str = "d_mm: -85.381496824546";
 
 #[test]
 fn a_lens_in_the_sheet_is_no_calibration() {
-    let told = told_of(&[(D, "d_mm: 9.486833")]);
-    assert!(told.contains("rig.yaml") && told.contains("mm from the sheet of light"), "{told}");
-    assert!(told.contains("camera and projector stand side by side"), "{told}");
+    let message = message_of(&[(D, "d_mm: 9.486833")]);
+    assert!(message.contains("rig.yaml") && message.contains("mm from the sheet of light"), "{message}");
+    assert!(message.contains("camera and projector stand side by side"), "{message}");
 }
 
 #[test]
 fn a_plane_of_the_other_convention_is_recognised_and_the_cure_is_told() {
-    let told = told_of(&[(D, "d_mm: 85.381496824546")]);
-    assert!(told.contains("the plane is of the convention n.x = d"), "{told}");
-    let told = told_of(&[("convention: n.x + d = 0", "convention: n.x = d")]);
-    assert!(told.contains("for `n.x = d` change the sign of d_mm"), "{told}");
+    let message = message_of(&[(D, "d_mm: 85.381496824546")]);
+    assert!(message.contains("the plane is of the convention n.x = d"), "{message}");
+    let message = message_of(&[("convention: n.x + d = 0", "convention: n.x = d")]);
+    assert!(message.contains("for `n.x = d` change the sign of d_mm"), "{message}");
 }
 
 #[test]
 fn a_rig_in_metres_or_a_focal_length_in_millimetres_is_told_as_such() {
-    let told = told_of(&[
+    let message = message_of(&[
         ("[-30, 0, 60]", "[-0.03, 0, 0.06]"),
         (D, "d_mm: -0.085381496824546"),
         ("[-30, 0, 360]", "[-0.03, 0, 0.36]"),
     ]);
-    assert!(told.contains("a file in metres is to be multiplied by 1000"), "{told}");
-    let told = told_of(&[("fx_px: 694.4", "fx_px: 25")]);
+    assert!(message.contains("a file in metres is to be multiplied by 1000"), "{message}");
+    let message = message_of(&[("fx_px: 694.4", "fx_px: 25")]);
     assert!(
-        told.contains("fx_px and fy_px count in pixels; 25 mm behind pixels of 0.036 mm are 694 px"),
-        "{told}"
+        message.contains("fx_px and fy_px count in pixels; 25 mm behind pixels of 0.036 mm are 694 px"),
+        "{message}"
     );
 }
 
 #[test]
 fn a_calibration_that_contradicts_its_own_test_point_is_refused() {
-    let told = told_of(&[("rpy_deg: [0, 0, 0]", "rpy_deg: [0, 1, 0]")]);
-    assert!(told.contains("do not belong together"), "{told}");
+    let message = message_of(&[("rpy_deg: [0, 0, 0]", "rpy_deg: [0, 1, 0]")]);
+    assert!(message.contains("do not belong together"), "{message}");
 }
 
 #[test]
@@ -169,8 +169,8 @@ fn a_picture_that_shows_no_stripe_says_why_and_gives_no_point() {
     std::thread::scope(|scope| {
         for (what, file, bytes, expected) in &cases {
             scope.spawn(move || {
-                let (code, told, points) = look_at(file, bytes);
-                assert!(code == 2 && told.contains(expected), "{what}: {told}");
+                let (code, message, points) = look_at(file, bytes);
+                assert!(code == 2 && message.contains(expected), "{what}: {message}");
                 assert!(points.is_empty(), "{what}: false points");
             });
         }
@@ -181,11 +181,11 @@ fn a_picture_that_shows_no_stripe_says_why_and_gives_no_point() {
 fn a_stripe_that_is_broken_or_has_a_spur_gives_the_points_of_the_stripe_alone() {
     let stripe = |x: usize| x.abs_diff(102) <= 1;
     let broken = lit(|x, y| stripe(x) && !(130..170).contains(&y));
-    let (code, told, columns) = look_at("a.pgm", &pgm(SIDE, &broken));
-    assert!(code == 0 && columns.len() == 130, "its taller piece: {} points, {told}", columns.len());
+    let (code, message, columns) = look_at("a.pgm", &pgm(SIDE, &broken));
+    assert!(code == 0 && columns.len() == 130, "its taller piece: {} points, {message}", columns.len());
     let spur = lit(|x, y| stripe(x) || ((100..103).contains(&y) && (103..180).contains(&x)));
-    let (code, told, columns) = look_at("a.pgm", &pgm(SIDE, &spur));
-    assert!(code == 0 && columns.len() > 240, "{told}");
+    let (code, message, columns) = look_at("a.pgm", &pgm(SIDE, &spur));
+    assert!(code == 0 && columns.len() > 240, "{message}");
     assert!(columns.iter().all(|column| (column - 102.0).abs() < 1.0), "{columns:?}");
 }
 

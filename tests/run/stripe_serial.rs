@@ -109,8 +109,8 @@ fn stripes_are_gathered_for_the_lab_and_an_ideal_arm_is_found_to_be_one() {
     assert_eq!(code, 0, "{}", end(&events));
     let said = lab.plumb(&["stripe", "diagnose", CELL, "--scans", "record/run-1", "--json"]);
     assert_eq!(said.code(), 0, "{}", said.all());
-    let told: Value = serde_json::from_str(&said.out()).unwrap();
-    assert_eq!(told["verdict"], "at_floor", "{told}");
+    let report: Value = serde_json::from_str(&said.out()).unwrap();
+    assert_eq!(report["verdict"], "at_floor", "{report}");
 }
 
 #[test]

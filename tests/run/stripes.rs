@@ -19,9 +19,9 @@ fn an_arm_as_on_paper_has_nothing_the_matter_with_it_and_what_cannot_be_told_is_
     let lab = gathered();
     let said = lab.plumb(&["stripe", "diagnose", "cell.yaml", "--scans", "record/run-1", "--json"]);
     assert_eq!(said.code(), 0, "{}", said.all());
-    let told: Value = serde_json::from_str(&said.out()).unwrap();
-    assert_eq!(told["verdict"], "at_floor", "{told}");
-    let found = told["stripes"]["found"].as_array().unwrap();
+    let report: Value = serde_json::from_str(&said.out()).unwrap();
+    assert_eq!(report["verdict"], "at_floor", "{report}");
+    let found = report["stripes"]["found"].as_array().unwrap();
     let zeros = found.iter().filter(|one| one["name"].as_str().unwrap().starts_with("joint_zero"));
     for zero in zeros {
         let (value, sigma) = (zero["value"].as_f64().unwrap(), zero["sigma"].as_f64().unwrap());
@@ -51,8 +51,8 @@ fn diagnosed(imperfection: &str) -> Value {
 }
 
 /// The effect that was named, as it is written.
-fn named(told: &Value) -> String {
-    let named = &told["named"];
+fn named(report: &Value) -> String {
+    let named = &report["named"];
     let with = named["with"].as_str().map(|with| format!(", {with}"));
     let order = named["n"].as_f64().map(|order| format!(", {order}"));
     let place = named["where"].as_str().unwrap_or_default();
@@ -61,47 +61,48 @@ fn named(told: &Value) -> String {
 }
 
 /// The size that was named lies within three standard errors of the truth, and they are no larger than a tenth of it.
-fn is_right(told: &Value, size: f64) {
-    let (found, error) = (told["named"]["size"].as_f64().unwrap(), told["named"]["se"].as_f64().unwrap());
+fn is_right(report: &Value, size: f64) {
+    let (found, error) = (report["named"]["size"].as_f64().unwrap(), report["named"]["se"].as_f64().unwrap());
     assert!((found - size).abs() < 3.0 * error && error < 0.1 * size.abs(), "{found} +- {error}, not {size}");
 }
 
 #[test]
 fn a_joint_that_another_drags_along_is_named_whichever_it_is() {
-    let told = diagnosed("joint_coupling: {joint: flange, driver: wrist_bend, deg_per_deg: 0.02}");
-    assert_eq!(named(&told), "joint_coupling(flange, wrist_bend)", "{}", told["sentence"]);
-    is_right(&told, 0.02);
-    let told = diagnosed("joint_coupling: {joint: wrist_bend, driver: wrist_roll, deg_per_deg: 0.015}");
-    assert_eq!(named(&told), "joint_coupling(wrist_bend, wrist_roll)", "{}", told["sentence"]);
-    is_right(&told, 0.015);
+    let report = diagnosed("joint_coupling: {joint: flange, driver: wrist_bend, deg_per_deg: 0.02}");
+    assert_eq!(named(&report), "joint_coupling(flange, wrist_bend)", "{}", report["sentence"]);
+    is_right(&report, 0.02);
+    let report = diagnosed("joint_coupling: {joint: wrist_bend, driver: wrist_roll, deg_per_deg: 0.015}");
+    assert_eq!(named(&report), "joint_coupling(wrist_bend, wrist_roll)", "{}", report["sentence"]);
+    is_right(&report, 0.015);
 }
 
 #[test]
 fn a_wheel_of_many_teeth_out_of_true_is_named_by_its_order() {
-    let told = diagnosed("joint_harmonic: {joint: shoulder, per_turn: 8, amplitude_deg: 0.1, phase_deg: 40}");
-    assert_eq!(named(&told), "joint_harmonic(shoulder, 8)", "{}", told["sentence"]);
-    is_right(&told, 0.1);
+    let report =
+        diagnosed("joint_harmonic: {joint: shoulder, per_turn: 8, amplitude_deg: 0.1, phase_deg: 40}");
+    assert_eq!(named(&report), "joint_harmonic(shoulder, 8)", "{}", report["sentence"]);
+    is_right(&report, 0.1);
 }
 
 #[test]
 fn a_joint_that_stiffens_is_not_taken_for_one_that_gives_way_evenly() {
-    let told = diagnosed("joint_stiffening: {joint: shoulder, rad_per_nm: 3.0e-4, knee_nm: 12}");
-    assert_eq!(named(&told), "joint_stiffening(shoulder)", "{}", told["sentence"]);
+    let report = diagnosed("joint_stiffening: {joint: shoulder, rad_per_nm: 3.0e-4, knee_nm: 12}");
+    assert_eq!(named(&report), "joint_stiffening(shoulder)", "{}", report["sentence"]);
 }
 
 #[test]
 fn the_size_of_a_soft_joint_is_right_with_what_hangs_on_the_flange() {
-    let told = diagnosed("joint_compliance: {joint: elbow, rad_per_nm: 2.5e-4}");
-    assert_eq!(named(&told), "joint_compliance(elbow)", "{}", told["sentence"]);
-    is_right(&told, 2.5e-4);
+    let report = diagnosed("joint_compliance: {joint: elbow, rad_per_nm: 2.5e-4}");
+    assert_eq!(named(&report), "joint_compliance(elbow)", "{}", report["sentence"]);
+    is_right(&report, 2.5e-4);
 }
 
 /// What comes with time is given its own name or none.
 #[test]
 fn an_arm_that_warms_up_is_not_given_another_name() {
-    let told = diagnosed("warm_up: {joint: elbow, zero_deg: 0.3, time_constant_s: 300}");
-    assert!(told["named"].is_null() || told["named"]["effect"] == "warm_up", "{}", told["sentence"]);
-    assert_ne!(told["verdict"], "at_floor");
+    let report = diagnosed("warm_up: {joint: elbow, zero_deg: 0.3, time_constant_s: 300}");
+    assert!(report["named"].is_null() || report["named"]["effect"] == "warm_up", "{}", report["sentence"]);
+    assert_ne!(report["verdict"], "at_floor");
 }
 
 #[test]
@@ -114,11 +115,11 @@ fn pictures_exposed_late_are_named_from_scans_in_motion_and_the_cell_that_is_wri
     let scans = ["--scans", "record/run-1"];
     let said = lab.plumb(&[&["stripe", "diagnose", "cell.yaml", "--json"], scans.as_slice()].concat());
     assert_eq!(said.code(), 0, "{}", said.all());
-    let told: Value = serde_json::from_str(&said.out()).unwrap();
+    let report: Value = serde_json::from_str(&said.out()).unwrap();
     assert_eq!(
-        (told["verdict"].as_str(), told["named"]["effect"].as_str()),
+        (report["verdict"].as_str(), report["named"]["effect"].as_str()),
         (Some("named"), Some("clock_skew")),
-        "{told}"
+        "{report}"
     );
     let adjust = ["stripe", "adjust", "cell.yaml", "--add", "clock_skew", "-o", "cell-true.yaml"];
     let said = lab.plumb(&[adjust.as_slice(), scans.as_slice()].concat());
@@ -172,10 +173,10 @@ fn pictures_to_take_next_lie_within_the_joints_limits_and_can_be_gone_through_by
     };
     let said = next(&["--json"]);
     assert_eq!(said.code(), 0, "{}", said.all());
-    let told: Value = serde_json::from_str(&said.out()).unwrap();
+    let report: Value = serde_json::from_str(&said.out()).unwrap();
     // Three new ones, and returns to two of them.
-    let poses = told["next"].as_array().unwrap();
-    assert_eq!(poses.len(), 5, "{told}");
+    let poses = report["next"].as_array().unwrap();
+    assert_eq!(poses.len(), 5, "{report}");
     let limits =
         [(-160.0, 160.0), (-225.0, 45.0), (-45.0, 225.0), (-110.0, 170.0), (-100.0, 100.0), (-266.0, 266.0)];
     for pose in poses {
@@ -210,20 +211,24 @@ fn an_effect_of_the_rig_is_refused_for_a_model_file() {
 fn what_the_lab_cannot_work_with_is_told() {
     let lab = Lab::of("light-stripe");
     fs::create_dir(lab.path("empty")).unwrap();
-    let told = |arguments: &[&str]| {
+    let message_for = |arguments: &[&str]| {
         let said = lab.plumb(&[&["stripe", "diagnose"], arguments].concat());
         assert_eq!(said.code(), 2, "{}", said.all());
         said.err()
     };
-    let none = told(&["cell.yaml", "--scans", "empty"]);
+    let none = message_for(&["cell.yaml", "--scans", "empty"]);
     assert!(none.contains("empty: no scan lies there") && none.contains("`save:`"), "{none}");
-    let effect = told(&["cell.yaml", "--scans", "empty", "--add", "joint_complience(shoulder)"]);
+    let effect = message_for(&["cell.yaml", "--scans", "empty", "--add", "joint_complience(shoulder)"]);
     assert!(effect.contains("joint_complience"), "{effect}");
     fs::write(lab.path("empty/a.poses.csv"), "q1_deg\n1\n").unwrap();
     fs::write(lab.path("empty/a.stripes.csv"), "row,u_px,v_px,sigma_px,on\n9,1,1,1,x\n").unwrap();
-    assert!(told(&["cell.yaml", "--scans", "empty"]).contains("a.stripes.csv:2: row 9 is none of the 1"));
+    assert!(
+        message_for(&["cell.yaml", "--scans", "empty"]).contains("a.stripes.csv:2: row 9 is none of the 1")
+    );
     lab.edit("scene.yaml", "sphere", "cone");
-    assert!(told(&["cell.yaml", "--scans", "empty"]).contains("scene.yaml"));
+    assert!(message_for(&["cell.yaml", "--scans", "empty"]).contains("scene.yaml"));
     lab.edit("cell.yaml", "rig: rig.yaml, ", "");
-    assert!(told(&["cell.yaml", "--scans", "empty"]).contains("no device is a light-stripe with a `rig:`"));
+    assert!(
+        message_for(&["cell.yaml", "--scans", "empty"]).contains("no device is a light-stripe with a `rig:`")
+    );
 }

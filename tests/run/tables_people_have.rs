@@ -101,8 +101,8 @@ fn every_missing_unit_and_every_orientation_is_told_at_once() {
     let brought = Brought::new("shoulder,q2,p1_x,p1_y_mm,p1_z_mm,p1_quat_w,yaw_deg");
     let said = brought.compare(&[]);
     assert_eq!(said.code(), 2);
-    let told = said.err();
-    assert!(told.starts_with("plumb: table.csv: 5 columns of line 1 cannot be read\n"), "{told}");
+    let stderr = said.err();
+    assert!(stderr.starts_with("plumb: table.csv: 5 columns of line 1 cannot be read\n"), "{stderr}");
     for line in [
         "column 1 (`shoulder`): the unit is missing: write q1_deg, q1_rad",
         "column 2 (`q2`): the unit is missing",
@@ -112,7 +112,7 @@ fn every_missing_unit_and_every_orientation_is_told_at_once() {
         "angles about axes do not say in which order they turn",
         "--columns yaw_deg= leaves the column out",
     ] {
-        assert!(told.contains(line), "{line}\n{told}");
+        assert!(stderr.contains(line), "{line}\n{stderr}");
     }
 }
 

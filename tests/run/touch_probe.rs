@@ -5,9 +5,9 @@ use serde_json::Value;
 use crate::lab::Lab;
 
 fn json(lab: &Lab, arguments: &[&str]) -> Value {
-    let told = lab.plumb(arguments);
-    assert_eq!(told.code(), 0, "{}", told.all());
-    serde_json::from_str(&told.out()).unwrap()
+    let output = lab.plumb(arguments);
+    assert_eq!(output.code(), 0, "{}", output.all());
+    serde_json::from_str(&output.out()).unwrap()
 }
 
 #[test]

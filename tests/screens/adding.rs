@@ -56,13 +56,13 @@ fn what_the_lab_would_not_name_is_not_added_where_nobody_can_be_asked() {
 fn at_a_terminal_it_asks_and_only_a_yes_adds() {
     let folder = TempDir::new().expect("a folder for the files");
     let pair = machine(folder.path());
-    let asked = |answer: &str, told: &str| {
+    let asked = |answer: &str, expected: &str| {
         let arguments = ["model", "add", &pair[0], "joint_gain(elbow)", "--data", &pair[1]];
         let mut session = Session::start(Path::new(plumb()), &arguments, 120, 40);
         session.wait_for("Add it all the same? [y/N]");
         assert!(session.text().contains("joint_gain(elbow) was not named: "), "{}", session.text());
         session.press(answer);
-        let text = session.wait_for(told);
+        let text = session.wait_for(expected);
         (session.wait_for_end().exit_code(), text)
     };
     for answer in ["\r", "n\r", "what\r"] {

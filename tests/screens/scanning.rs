@@ -78,8 +78,9 @@ fn least_stripe_until(session: &Session, text: &str) -> usize {
     let least = Cell::new(usize::MAX);
     session.wait_until(text, |screen| {
         let contents = screen.contents();
-        let told = contents.split("Stripe ").skip(1).filter_map(|rest| rest.split(' ').next()?.parse().ok());
-        least.set(told.chain([least.get()]).min().unwrap_or(usize::MAX));
+        let numbers =
+            contents.split("Stripe ").skip(1).filter_map(|rest| rest.split(' ').next()?.parse().ok());
+        least.set(numbers.chain([least.get()]).min().unwrap_or(usize::MAX));
         contents.contains(text)
     });
     least.get()
