@@ -85,7 +85,7 @@ struct InTurn {
 
 impl SignalsInTurn {
     /// Tells this run from here on; at once, where a signal came already.
-    pub(crate) fn tell(&self, run: &RunHandle) {
+    pub(crate) fn forward_to(&self, run: &RunHandle) {
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(received) = state.received {
             let _over = run.send(command_in_turn(received));

@@ -6,7 +6,7 @@ use plumb_central::{Central, CentralError};
 ///
 /// # Errors
 /// The address cannot be read, or would send rows unprotected.
-pub(crate) fn tell_unchecked(command: &str, address: &str) -> Result<(), CentralError> {
+pub(crate) fn warn_unchecked(command: &str, address: &str) -> Result<(), CentralError> {
     if let Some(unchecked) = Central::unchecked(address)? {
         eprintln!("plumb {command}: {unchecked}");
     }

@@ -19,7 +19,7 @@ use plumb_record::Record;
 use crate::failure::{CommandResult, with_causes};
 use crate::record_directory::record_directory;
 use crate::say::say;
-use crate::unchecked_server::tell_unchecked;
+use crate::unchecked_server::warn_unchecked;
 use channel::Channel;
 use fleet_trouble::Watch;
 use reported::Reported;
@@ -95,7 +95,7 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
     let limits =
         Limits { prompt: arguments.prompt_after, step: arguments.step_after, ended: arguments.ended };
     if let Some(from) = &arguments.from {
-        tell_unchecked("alert", from)?;
+        warn_unchecked("alert", from)?;
         let reported = Reported::of_the_fleet(&record_directory(None)?)?;
         let mut watch = Watch::new(from, limits, arguments.silent_after, Sender::new(channels, reported))?;
         if arguments.once {

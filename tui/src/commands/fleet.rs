@@ -15,7 +15,7 @@ use std::process::ExitCode;
 use plumb_central::Central;
 
 use crate::failure::CommandResult;
-use crate::unchecked_server::tell_unchecked;
+use crate::unchecked_server::warn_unchecked;
 use series::Asked;
 
 /// Many cells at a glance, from the central database that `plumb ship` fills: what each does, which one waits for an answer and for how long, and how a
@@ -62,7 +62,7 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
         (_, Some(effect)) => Some(Asked::effect(effect)?),
         _ => None,
     };
-    tell_unchecked("fleet", &arguments.from)?;
+    warn_unchecked("fleet", &arguments.from)?;
     if let Some(listen) = arguments.serve {
         let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build()?;
         runtime.block_on(serve::serve(&arguments.from, listen, arguments.name.clone()))?;

@@ -79,7 +79,7 @@ fn verify_all(
 ) -> Result<bool, Box<dyn std::error::Error>> {
     let catalogue = Catalogue::search(&arguments.places.directories);
     let mut all_good = true;
-    let mut tell = |name: &str, result: Result<Vec<String>, String>| {
+    let mut show = |name: &str, result: Result<Vec<String>, String>| {
         all_good &= result.is_ok();
         match result {
             Ok(notes) if notes.is_empty() => writeln!(output, "{name}: good"),
@@ -92,7 +92,7 @@ fn verify_all(
     if arguments.plugins.is_empty() {
         for row in catalogue.rows() {
             let (name, result) = verified(row);
-            tell(&name, result)?;
+            show(&name, result)?;
         }
     }
     for name in &arguments.plugins {
@@ -101,7 +101,7 @@ fn verify_all(
         } else {
             catalogue.find(name).cloned().map_err(|error| error.to_string())
         };
-        tell(name, plugin.and_then(|plugin| verify(&plugin).map_err(|error| error.to_string())))?;
+        show(name, plugin.and_then(|plugin| verify(&plugin).map_err(|error| error.to_string())))?;
     }
     Ok(all_good)
 }

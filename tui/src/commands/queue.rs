@@ -60,7 +60,7 @@ fn queue_up(add: &Add) -> CommandResult {
     };
     let checked = match check(&run.into()) {
         Ok(checked) => checked,
-        Err(refused) => return refused.tell(),
+        Err(refused) => return refused.report(),
     };
     let mut record = Record::open(&directory)?;
     let entry = record.add_to_queue(&NewQueueEntry {

@@ -31,14 +31,14 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
     if arguments.dry_run {
         return match dry::plan(arguments) {
             Ok(code) => Ok(code),
-            Err(refused) => refused.tell(),
+            Err(refused) => refused.report(),
         };
     }
     plumb_bus::check_limits()?;
     let signals = EndingSignals::take_over()?;
     let prepared = match prepare::prepare(arguments) {
         Ok(prepared) => prepared,
-        Err(refused) => return refused.tell(),
+        Err(refused) => return refused.report(),
     };
     if arguments.is_headless() {
         // The run hears of them itself; nobody else has to.

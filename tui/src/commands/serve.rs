@@ -134,14 +134,14 @@ fn look(record: &Record, answers: bool, shared: &Shared, to_readers: &watch::Sen
                 });
                 trouble.clear();
             }
-            Err(error) => tell_once(&error, &mut trouble),
+            Err(error) => warn_once(&error, &mut trouble),
         }
         std::thread::sleep(LOOK);
     }
 }
 
 /// Says what is wrong with the record when it begins, not three times a second.
-fn tell_once(error: &RecordError, trouble: &mut String) {
+fn warn_once(error: &RecordError, trouble: &mut String) {
     let text = error.to_string();
     if *trouble != text {
         eprintln!("plumb serve: {text}");

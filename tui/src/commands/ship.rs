@@ -11,7 +11,7 @@ use tokio::signal::unix::{SignalKind, signal};
 use crate::failure::{CommandResult, with_causes};
 use crate::record_directory::record_directory;
 use crate::say::say;
-use crate::unchecked_server::tell_unchecked;
+use crate::unchecked_server::warn_unchecked;
 
 /// Send what the record holds to a central PostgreSQL database, row by row, and go on as runs write more. May be killed, and the network may be gone for
 /// days: it goes on where the database is. A cell never waits for it.
@@ -67,7 +67,7 @@ enum ShipError {
 /// Sends until it is told to end, or everything is sent.
 pub(crate) fn run(arguments: &Arguments) -> CommandResult {
     let directory = record_directory(arguments.record.as_ref())?;
-    tell_unchecked("ship", &arguments.to)?;
+    warn_unchecked("ship", &arguments.to)?;
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
     runtime.block_on(async {
         let mut terminate = signal(SignalKind::terminate())?;
@@ -157,7 +157,7 @@ async fn open_when_there(
 async fn session(arguments: &Arguments, record: &mut Record) -> Result<(), Box<dyn std::error::Error>> {
     let central = Central::connect(&arguments.to).await?;
     let mut shipper = within(Shipper::begin(central, record, &host_name())).await?;
-    let (mut sent, mut told) = (0, false);
+    let (mut sent, mut is_reported) = (0, false);
     let mut alive = Instant::now();
     loop {
         let Shipped { rows, up_to, left } = within(shipper.turn(record)).await?;
@@ -165,9 +165,9 @@ async fn session(arguments: &Arguments, record: &mut Record) -> Result<(), Box<d
         if left > 0 {
             continue;
         }
-        if !told || arguments.ends() {
+        if !is_reported || arguments.ends() {
             say!("record {}: {sent} rows sent, {up_to} of {up_to} are there", record.identity()?)?;
-            told = true;
+            is_reported = true;
         }
         if let Some(days) = arguments.trim {
             let rows = shipper.trim(record, days)?;

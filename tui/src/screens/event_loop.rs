@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use futures_util::StreamExt as _;
 use plumb_cell::RunHandle;
-use plumb_cell::command::Command as Tell;
+use plumb_cell::command::Command as RunCommand;
 use plumb_cell::event::StampedEvent;
 use ratatui::crossterm::event::{
     Event, EventStream, KeyEventKind, KeyModifiers, MouseButton, MouseEventKind,
@@ -88,7 +88,7 @@ async fn run(state: &mut State, sources: &mut Sources, outside: &Outside) -> io:
         let actions = tokio::select! {
             biased;
             () = ends.any() => obey(state, Command::LeaveNow),
-            Some(()) = told_to_end(&mut sources.ended_by_signal), if sources.ended_by_signal.is_some() => {
+            Some(()) = asked_to_end(&mut sources.ended_by_signal), if sources.ended_by_signal.is_some() => {
                 obey(state, Command::LeaveNow)
             }
             message = keys.recv() => match message {
@@ -147,7 +147,7 @@ fn act(
         Action::Leave => return Ok(false),
         Action::Bell => terminal.ring()?,
         Action::Stop => outside.stop(),
-        Action::Tell(command) => outside.tell(command),
+        Action::Send(command) => outside.send_command(command),
         Action::Lab(request) => outside.lab(request),
         Action::CancelLab => outside.cancel_lab(),
         Action::Archive(request) => outside.archive(request),
@@ -182,11 +182,11 @@ struct Outside {
 
 impl Outside {
     fn stop(&self) {
-        self.tell(Tell::Stop);
+        self.send_command(RunCommand::Stop);
     }
 
     /// Passes a command on. A run that is over takes none, and has said so itself.
-    fn tell(&self, command: Tell) {
+    fn send_command(&self, command: RunCommand) {
         if let Some(handle) = &self.handle {
             let _over = handle.send(command);
         }
@@ -219,7 +219,7 @@ async fn heard(from: &mut Option<UnboundedReceiver<StampedEvent>>, events: &mut 
     }
 }
 
-async fn told_to_end(signal: &mut Option<UnboundedReceiver<()>>) -> Option<()> {
+async fn asked_to_end(signal: &mut Option<UnboundedReceiver<()>>) -> Option<()> {
     match signal {
         Some(signal) => signal.recv().await,
         None => None,
@@ -259,7 +259,7 @@ fn heard_from_terminal(event: &Event, handle: Option<&RunHandle>) -> Option<Mess
             match command_for(&[Context::Everywhere], key) {
                 Some(command @ (Command::Stop | Command::StopAndLeave)) => {
                     if let Some(handle) = handle {
-                        let _over = handle.send(Tell::Stop);
+                        let _over = handle.send(RunCommand::Stop);
                     }
                     Some(Message::StopKey { leave: command == Command::StopAndLeave })
                 }

@@ -71,7 +71,7 @@ pub(crate) enum Action {
     /// Stop every robot by its own stop path, at once.
     Stop,
     /// Pass a command to the engine.
-    Tell(Command),
+    Send(Command),
     /// Give the model lab a piece of work.
     Lab(LabRequest),
     /// End what the model lab is doing.

@@ -3,7 +3,7 @@
 
 use std::time::Duration;
 
-use plumb_cell::command::Command as Tell;
+use plumb_cell::command::Command as RunCommand;
 use plumb_cell::event::{Event, LogLevel, RunOutcome, StampedEvent, StepOutcome};
 use ratatui::crossterm::event::{KeyEvent, KeyModifiers};
 use ratatui::layout::Position;
@@ -233,7 +233,7 @@ fn engine(state: &mut State, stamped: &StampedEvent) -> Vec<Action> {
     scan::take(state, &stamped.event);
     let now = state.now;
     let needed = state.run.as_mut().is_some_and(|run| run.take(&stamped.event, now));
-    tell_news(state, &stamped.event);
+    show_news(state, &stamped.event);
     let mut actions = leave_when_at_rest(state);
     if needed {
         actions.push(Action::Bell);
@@ -252,7 +252,7 @@ fn engine(state: &mut State, stamped: &StampedEvent) -> Vec<Action> {
 fn leave(state: &mut State, aborts: bool) -> Vec<Action> {
     let mut actions = vec![Action::Stop];
     if aborts {
-        actions.push(Action::Tell(Tell::Abort));
+        actions.push(Action::Send(RunCommand::Abort));
     }
     if state.has_open_run() && state.leaving.is_none() {
         state.overlay = None;
@@ -278,7 +278,7 @@ fn leave_when_at_rest(state: &State) -> Vec<Action> {
 }
 
 /// Puts what an operator must not miss on the line above the footer, and shows the page that needs them.
-fn tell_news(state: &mut State, event: &Event) {
+fn show_news(state: &mut State, event: &Event) {
     match event {
         Event::PromptAsked { .. } if state.screen != Screen::Run => {
             state.say(Gravity::Attention, "The run asks something: 2 shows it.");

@@ -118,7 +118,7 @@ fn header(state: &State, frame: &mut Frame, area: Rect) {
         let number = Screen::ALL.iter().position(|other| *other == screen).map_or(0, |place| place + 1);
         frame.render_widget(Line::styled(format!(" {number} {} ", screen.name()), style), area);
     }
-    let (word, style) = standing(state);
+    let (word, style) = run_status(state);
     let width = u16::try_from(Span::raw(word.as_str()).width()).unwrap_or(0).saturating_add(1);
     let tabs_end = tabs(state, area).last().map_or(0, |(_, tab)| tab.right());
     if area.width > tabs_end.saturating_add(width) {
@@ -128,7 +128,7 @@ fn header(state: &State, frame: &mut Frame, area: Rect) {
 }
 
 /// Columns kept free at the right of the header for how the run stands.
-const STANDING: u16 = 24;
+const STATUS_WIDTH: u16 = 24;
 
 /// The program and the name of what it shows, cut where tabs and standing need the room.
 fn title(state: &State, area: Rect) -> String {
@@ -150,8 +150,8 @@ fn of_record(state: &State, area: Rect) -> String {
 
 fn titled(name: &str, state: &State, area: Rect) -> String {
     let tabs: u16 = state.screens().iter().map(|screen| tab_width(*screen)).sum();
-    let standing = if state.run.is_some() { STANDING } else { 0 };
-    let room = area.width.saturating_sub(tabs.saturating_add(standing).saturating_add(2));
+    let run_status = if state.run.is_some() { STATUS_WIDTH } else { 0 };
+    let room = area.width.saturating_sub(tabs.saturating_add(run_status).saturating_add(2));
     pane::fitted(&format!(" plumb \u{b7} {name}"), usize::from(room))
 }
 
@@ -180,7 +180,7 @@ fn tab_width(screen: Screen) -> u16 {
 }
 
 /// How the run stands, in a sign, a word and the time it has taken.
-fn standing(state: &State) -> (String, ratatui::style::Style) {
+fn run_status(state: &State) -> (String, ratatui::style::Style) {
     let Some(run) = &state.run else { return (String::new(), state.theme.text) };
     let elapsed = run.elapsed(state.now).as_secs();
     let time = format!("{}:{:02}", elapsed / 60, elapsed % 60);

@@ -257,7 +257,7 @@ mod tests {
 
     #[test]
     fn an_address_that_is_none_or_unprotected_is_refused() {
-        for (wrong, told) in [
+        for (wrong, expected) in [
             ("", "a webhook looks like https://HOST/PATH"),
             ("chat.lab.example/hook", "a webhook looks like"),
             ("ftp://lab/hook", "`ftp` is neither http nor https"),
@@ -265,7 +265,7 @@ mod tests {
             ("http://chat.lab.example/hook", "in plain text: give an https address"),
         ] {
             let error = Webhook::at(wrong).err().expect("refused").to_string();
-            assert!(error.contains(told), "{wrong}: {error}");
+            assert!(error.contains(expected), "{wrong}: {error}");
         }
         let webhook = Webhook::at("https://hooks.chat.example/T0/secret?x=1").expect("taken");
         assert_eq!((webhook.name(), webhook.port), ("webhook at hooks.chat.example", 443));

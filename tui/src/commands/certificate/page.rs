@@ -140,9 +140,9 @@ fn budgets(corrections: &[StoredCorrection]) -> String {
     if tables.is_empty() {
         return String::new();
     }
-    let told: String =
+    let correlated: String =
         correlations(corrections).iter().map(|line| format!("<p>{}.</p>", escaped(line))).collect();
-    format!("<h2>Uncertainty budgets</h2>{tables}{told}")
+    format!("<h2>Uncertainty budgets</h2>{tables}{correlated}")
 }
 
 fn budget(one: &StoredCorrection, budget: &Budget) -> String {

@@ -19,7 +19,7 @@ pub(super) fn run(arguments: &CompareArguments) -> Result<String, Box<dyn Error>
     let comparison = watched(|progress| opened.laboratory.compare_in_full(progress))?;
     let mut said = match arguments.pair.json {
         true => super::json(&json::comparison(&comparison)?)?,
-        false => tell(&comparison),
+        false => describe(&comparison),
     };
     match arguments.plot {
         Some(PlotFormat::Svg) => {
@@ -35,7 +35,7 @@ pub(super) fn run(arguments: &CompareArguments) -> Result<String, Box<dyn Error>
     Ok(said)
 }
 
-fn tell(comparison: &Comparison) -> String {
+fn describe(comparison: &Comparison) -> String {
     let mut text = format!("{} against {}: ", comparison.arm, comparison.data);
     text.push_str(&format!(
         "{} rows fitted, {} held out, {} parameters\n",

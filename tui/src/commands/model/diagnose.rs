@@ -19,7 +19,7 @@ pub(super) fn run(arguments: &DiagnoseArguments) -> Result<String, Box<dyn Error
     let diagnosis = watched(|progress| opened.laboratory.diagnose_in_full(progress))?;
     Ok(match arguments.pair.json {
         true => super::json(&json::diagnosis(&diagnosis)?)?,
-        false => tell(&diagnosis, &diagnosis_sentence(&diagnosis)),
+        false => describe(&diagnosis, &diagnosis_sentence(&diagnosis)),
     })
 }
 
@@ -38,7 +38,7 @@ pub(super) fn verdict(verdict: Verdict) -> &'static str {
 }
 
 /// The whole diagnosis as text, with its sentence.
-pub(super) fn tell(diagnosis: &Diagnosis, sentence: &str) -> String {
+pub(super) fn describe(diagnosis: &Diagnosis, sentence: &str) -> String {
     let mut text = error_lines(&diagnosis.error_mm, diagnosis.unit);
     text.push_str(&floor_line(&diagnosis.floor, diagnosis.unit));
     text.push_str(&noise_lines(&diagnosis.noise));

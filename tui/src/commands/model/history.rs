@@ -34,7 +34,7 @@ impl Line {
         }
     }
 
-    fn tell(&self) -> String {
+    fn describe(&self) -> String {
         let rms = self.rms.map_or_else(String::new, |rms| format!("  {rms}"));
         format!("{:>4}  {:<40}{rms}  {}\n", self.revision, self.did, self.file)
     }
@@ -46,12 +46,12 @@ pub(super) fn list(arguments: &FamilyArguments) -> Result<String, Box<dyn Error>
     if arguments.json {
         return Ok(super::json(&serde_json::json!({ "revisions": lines }))?);
     }
-    Ok(lines.iter().map(Line::tell).collect())
+    Ok(lines.iter().map(Line::describe).collect())
 }
 
 /// Takes the last change back.
 pub(super) fn undo(arguments: &FamilyArguments) -> Result<String, Box<dyn Error>> {
     let entry = Family::of(&arguments.model)?.undo()?;
     let line = Line::of(&entry);
-    Ok(if arguments.json { super::json(&line)? } else { line.tell() })
+    Ok(if arguments.json { super::json(&line)? } else { line.describe() })
 }

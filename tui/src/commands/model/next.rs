@@ -28,7 +28,7 @@ pub(super) fn run(arguments: &NextArguments) -> Result<String, Box<dyn Error>> {
     }
     let names: Vec<&str> =
         opened.laboratory.model().chain.joints.iter().map(|joint| joint.name.as_str()).collect();
-    Ok(tell(&poses, &names))
+    Ok(describe(&poses, &names))
 }
 
 /// A line a pose: joints, the side each is to arrive from (1 moving up, -1 moving down, 0 no matter), load, and a number that all returns to one pose share, none of which the data has; 0 for a pose without returns.
@@ -64,7 +64,7 @@ pub(crate) fn as_table(poses: &NextPoses, data: &Table, model: &Model) -> String
     text
 }
 
-pub(crate) fn tell(poses: &NextPoses, joints: &[&str]) -> String {
+pub(crate) fn describe(poses: &NextPoses, joints: &[&str]) -> String {
     let mut text = format!("{:>3}", "");
     for joint in joints {
         text.push_str(&format!(" {joint:>11}"));

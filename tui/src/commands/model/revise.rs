@@ -248,5 +248,5 @@ pub(super) fn grow(arguments: &GrowArguments) -> Result<String, Box<dyn Error>> 
             unit = way.unit
         ));
     }
-    Ok(format!("{text}\n{}", diagnose::tell(&growth.diagnosis, &growth_sentence(&growth))))
+    Ok(format!("{text}\n{}", diagnose::describe(&growth.diagnosis, &growth_sentence(&growth))))
 }

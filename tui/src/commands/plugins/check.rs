@@ -174,7 +174,7 @@ fn checked(
     let report = check_plugin(&bus, plugin, &arguments, may_move, command, &mut |name, outcome| {
         if written.is_ok() {
             written =
-                writeln!(output, "{}", told_once(name, outcome, &mut causes)).and_then(|()| output.flush());
+                writeln!(output, "{}", shown_once(name, outcome, &mut causes)).and_then(|()| output.flush());
         }
     });
     drop(bus);
@@ -184,7 +184,7 @@ fn checked(
 }
 
 /// A check in words. One fault shows in many checks: its cause, which may differ in its numbers, is told with the first.
-fn told_once(
+fn shown_once(
     name: &'static str,
     outcome: &CheckOutcome,
     causes: &mut BTreeMap<String, &'static str>,

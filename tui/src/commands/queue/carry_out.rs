@@ -49,7 +49,7 @@ struct Queue<'a> {
     record: Record,
     signals: SignalsInTurn,
     /// It was said that somebody else runs the cell.
-    told_in_use: bool,
+    shown_in_use: bool,
 }
 
 /// Carries the queue out until it is empty, or a run does not pass.
@@ -72,7 +72,7 @@ pub(super) fn carry_out(arguments: &Run) -> CommandResult {
         error => Box::<dyn std::error::Error>::from(error),
     })?;
     let mut queue =
-        Queue { arguments, directory, cell_file, record, signals: signals.in_turn(), told_in_use: false };
+        Queue { arguments, directory, cell_file, record, signals: signals.in_turn(), shown_in_use: false };
     loop {
         if let Some(code) = queue.turn(&place)? {
             return Ok(code);
@@ -92,7 +92,7 @@ impl Queue<'_> {
                 return Ok(None);
             }
             Next::Empty => {
-                self.tell("the queue is empty")?;
+                self.print_line("the queue is empty")?;
                 return Ok(Some(ExitCode::SUCCESS));
             }
             Next::InTheWay(entry) => {
@@ -104,15 +104,15 @@ impl Queue<'_> {
         };
         // A person who runs the cell by hand is waited for.
         if let PlaceState::InUse(holder) = place.state() {
-            if !self.told_in_use {
-                self.tell(&format!("process {} runs the cell; waiting for its end", holder.process))?;
-                self.told_in_use = true;
+            if !self.shown_in_use {
+                self.print_line(&format!("process {} runs the cell; waiting for its end", holder.process))?;
+                self.shown_in_use = true;
             }
             std::thread::sleep(LOOK);
             return Ok(None);
         }
-        self.told_in_use = false;
-        self.tell(&match resume {
+        self.shown_in_use = false;
+        self.print_line(&match resume {
             None => format!("entry {}: {}", entry.id, what(&entry)),
             Some(run) => format!("entry {}: going on with run {run}: {}", entry.id, what(&entry)),
         })?;
@@ -146,14 +146,14 @@ impl Queue<'_> {
             Ok(outcome) => {
                 let waiting = self.record.queue(Some(&self.cell_file))?;
                 let waiting = waiting.iter().filter(|entry| entry.is_waiting()).count();
-                self.tell(&format!("the queue stops at entry {}; {waiting} wait", entry.id))?;
+                self.print_line(&format!("the queue stops at entry {}; {waiting} wait", entry.id))?;
                 Ok(Some(ExitCode::from(outcome.exit_code())))
             }
             // Taken off, or begun by another program, between the look and the start.
             Err(_) if resume.is_none() && !self.record.queue_entry(entry.id)?.is_waiting() => Ok(None),
             Err(refused) => {
                 eprintln!("plumb: the queue stops at entry {}, which cannot start:", entry.id);
-                Refused::tell(refused).map(Some)
+                Refused::report(refused).map(Some)
             }
         }
     }
@@ -178,7 +178,7 @@ impl Queue<'_> {
     }
 
     /// A line for people; events are printed as JSON alone.
-    fn tell(&self, line: &str) -> std::io::Result<()> {
+    fn print_line(&self, line: &str) -> std::io::Result<()> {
         if self.arguments.json { Ok(()) } else { say!("{line}") }
     }
 }

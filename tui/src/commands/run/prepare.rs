@@ -51,7 +51,7 @@ pub(crate) enum Refused {
 
 impl Refused {
     /// Says it; the exit code of a command that ends with it.
-    pub(crate) fn tell(self) -> CommandResult {
+    pub(crate) fn report(self) -> CommandResult {
         match self {
             Refused::Files(problems) => {
                 problems.iter().for_each(|problems| eprintln!("{problems}"));

@@ -48,6 +48,6 @@ pub(crate) fn check(arguments: &Arguments) -> Result<Checked, Refused> {
 /// Carries it out to its end.
 pub(crate) fn carry_out(arguments: &Arguments, signals: &SignalsInTurn) -> Result<RunOutcome, Refused> {
     let prepared = prepare(arguments)?;
-    signals.tell(&prepared.running.handle);
+    signals.forward_to(&prepared.running.handle);
     Ok(headless::watch(prepared.running, arguments.json_events(), false)?)
 }

@@ -44,9 +44,9 @@ fn check_arguments(act: &Act) -> Result<(), String> {
         let help = did_you_mean(name, ACTS.iter().map(|(known, ..)| *known));
         return Err(format!("the simulated operator does not know `{name}`: {help}"));
     };
-    let told = act.numbers.iter().map(|(key, _)| key).chain(act.words.iter().map(|(key, _)| key));
+    let given = act.numbers.iter().map(|(key, _)| key).chain(act.words.iter().map(|(key, _)| key));
     let known: Vec<&str> = numbers.iter().chain(*words).copied().collect();
-    for key in told {
+    for key in given {
         if !known.contains(&key.as_str()) {
             let help = did_you_mean(key, known.iter().copied());
             return Err(format!("`{name}` of the simulated operator takes no `{key}`: {help}"));

@@ -41,9 +41,9 @@ pub(super) fn give(directory: &Path, given: &GivenAnswer, holder: &str) -> Resul
     let mut record = Record::open(directory).map_err(|error| internal(&error))?;
     let offered = offer(&mut record, given, holder);
     if let Err(refusal) = &offered {
-        let told = format!("an answer of {holder} from the page was not taken: {}", refusal.reason);
+        let message = format!("an answer of {holder} from the page was not taken: {}", refusal.reason);
         // The answer was refused in any case; that the refusal is noted as well is tried once.
-        let _ = record.note_log(RunId(given.run), "warn", "serve", None, &told);
+        let _ = record.note_log(RunId(given.run), "warn", "serve", None, &message);
     }
     offered
 }

@@ -102,8 +102,8 @@ pub(super) fn readings(lines: &mut Vec<String>, readings: &[StoredReading]) {
             let cell = |column: &String| {
                 let found =
                     members.iter().rev().find(|reading| reading.step == step && head_of(reading) == *column);
-                let told = found.map_or_else(String::new, |reading| number(reading.value));
-                format!("{told:>0$}", width_of(column))
+                let text = found.map_or_else(String::new, |reading| number(reading.value));
+                format!("{text:>0$}", width_of(column))
             };
             lines.push(format!("  {step:<24}{}", columns.iter().map(cell).collect::<String>()));
         }
@@ -222,21 +222,21 @@ const NO_CONTRIBUTION: f64 = 1e-6;
 
 /// Correlations worth telling between corrections that came from one step: what one of them is off by, the other is off by too.
 pub(crate) fn correlations(corrections: &[StoredCorrection]) -> Vec<String> {
-    const WORTH_TELLING: f64 = 0.1;
-    let mut told = Vec::new();
+    const WORTH_SHOWING: f64 = 0.1;
+    let mut reported = Vec::new();
     for (index, one) in corrections.iter().enumerate() {
         for other in corrections.iter().skip(index + 1).filter(|other| other.step == one.step) {
             let (Some(mine), Some(theirs)) = (&one.budget, &other.budget) else { continue };
-            let Some(correlation) = mine.correlation(theirs).filter(|c| c.abs() >= WORTH_TELLING) else {
+            let Some(correlation) = mine.correlation(theirs).filter(|c| c.abs() >= WORTH_SHOWING) else {
                 continue;
             };
-            told.push(format!(
+            reported.push(format!(
                 "{} and {} are correlated by what both depend on: coefficient {correlation:+.2}",
                 one.key.place, other.key.place
             ));
         }
     }
-    told
+    reported
 }
 
 /// Pauses, stops, losses and resumes.

@@ -35,13 +35,13 @@ pub(super) fn run(arguments: &Arguments) -> CommandResult {
     let text = if arguments.json {
         serde_json::to_string_pretty(&as_json(&lab, &adjusted, &diagnosis)?)? + "\n"
     } else {
-        told(&lab, &adjusted, &diagnosis)
+        format_diagnosis(&lab, &adjusted, &diagnosis)
     };
     io::stdout().lock().write_all(text.as_bytes())?;
     Ok(ExitCode::SUCCESS)
 }
 
-fn told(lab: &Lab, adjusted: &Adjustment, diagnosis: &Diagnosis) -> String {
+fn format_diagnosis(lab: &Lab, adjusted: &Adjustment, diagnosis: &Diagnosis) -> String {
     let mut text = format!(
         "{} scans, {} views, {} points: {:.3} mm are left of them; neighbouring points scatter by {:.3} mm, of the pictures' noise {:.3} mm are expected\n",
         lab.scans.names.len(),
@@ -95,8 +95,8 @@ fn size(found: &Found) -> String {
 /// The JSON of any diagnosis, and what is said of the stripes and of what was adjusted to them.
 fn as_json(lab: &Lab, adjusted: &Adjustment, diagnosis: &Diagnosis) -> serde_json::Result<Value> {
     let number = |found: &Found| json!({"name": found.name, "value": found.value, "sigma": found.sigma, "unit": found.unit});
-    let mut told = plumb_report::json::diagnosis(diagnosis)?;
-    told["stripes"] = json!({
+    let mut output = plumb_report::json::diagnosis(diagnosis)?;
+    output["stripes"] = json!({
         "scans": lab.scans.names.len(),
         "views": lab.scans.views.len(),
         "points": adjusted.points,
@@ -106,5 +106,5 @@ fn as_json(lab: &Lab, adjusted: &Adjustment, diagnosis: &Diagnosis) -> serde_jso
         "found": adjusted.found.iter().map(number).collect::<Vec<_>>(),
         "not_observable": adjusted.not_observable,
     });
-    Ok(told)
+    Ok(output)
 }

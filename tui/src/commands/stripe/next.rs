@@ -8,7 +8,7 @@ use plumb_report::json::next_poses;
 
 use super::lab::Chosen;
 use super::lab_error::LabError;
-use crate::commands::model::next::{as_table, tell};
+use crate::commands::model::next::{as_table, describe};
 use crate::failure::CommandResult;
 use crate::progress::watched;
 
@@ -40,7 +40,7 @@ pub(super) fn run(arguments: &Arguments) -> CommandResult {
     let text = match (arguments.json, arguments.csv) {
         (true, _) => serde_json::to_string_pretty(&next_poses(&poses)?)? + "\n",
         (_, true) => as_table(&poses, laboratory.table(), laboratory.model()),
-        _ => tell(&poses, &joints.collect::<Vec<_>>()),
+        _ => describe(&poses, &joints.collect::<Vec<_>>()),
     };
     io::stdout().lock().write_all(text.as_bytes())?;
     Ok(ExitCode::SUCCESS)

@@ -10,7 +10,7 @@ use plumb_cloud::Cloud;
 use crate::failure::CommandResult;
 use crate::say::say;
 use crate::screens;
-use crate::screens::scan::{Colouring, PictureSize, ScanState, Stand, Strokes, picture};
+use crate::screens::scan::{Colouring, PictureSize, ScanState, Strokes, Viewpoint, picture};
 
 /// Show a stored cloud on the Scan screen, or write a picture of it.
 #[derive(Debug, clap::Args)]
@@ -97,7 +97,7 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
     let failed = |what: String| ShowError::Picture { path: path.clone(), what };
     let bytes = picture(&scan, arguments.size, arguments.stereo).map_err(failed)?;
     fs::write(path, bytes).map_err(|cause| failed(cause.to_string()))?;
-    say!("{} points of {} stripes, {}", scan.points.len(), scan.stripes, scan.eye.told())?;
+    say!("{} points of {} stripes, {}", scan.points.len(), scan.stripes, scan.eye.describe())?;
     if let (true, Some(band)) = (arguments.edge_on, &scan.band) {
         say!(
             "band {:.3} mm thick (95 % of the {} points in it), {:.3} mm rms",
@@ -129,7 +129,7 @@ impl Arguments {
             scan.strokes = Strokes::Points;
         }
         scan.eye.opening = self.opening.clamp(0.0, 110.0).to_radians();
-        scan.eye.stand = Stand::Around {
+        scan.eye.viewpoint = Viewpoint::Around {
             yaw: self.turn.to_radians(),
             pitch: self.up.clamp(-90.0, 90.0).to_radians(),
             roll: 0.0,

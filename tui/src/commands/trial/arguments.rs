@@ -84,9 +84,9 @@ impl CampaignArguments {
     /// The campaign for one seed; what the command line leaves open is drawn by lot.
     pub fn specification(&self, seed: u64) -> Result<Specification, TrialError> {
         self.check()?;
-        let mut lot = Random::new(seed, "trial");
-        let drawn_arm = lot.pick(&arms::ARMS).map_or("puma560", |(name, _)| name);
-        let drawn_effects = effects_by_lot(&mut lot);
+        let mut rng = Random::new(seed, "trial");
+        let drawn_arm = rng.pick(&arms::ARMS).map_or("puma560", |(name, _)| name);
+        let drawn_effects = random_effects(&mut rng);
         let mut specification = Specification::usual(find_arm(self.arm.as_deref().unwrap_or(drawn_arm))?);
         specification.hidden = match self.effects.as_slice() {
             [] => drawn_effects,
@@ -105,7 +105,7 @@ impl CampaignArguments {
         specification.approach = if self.straight { Approach::Straight } else { Approach::EitherSide };
         let hot = specification.hidden.iter().any(|wanted| wanted.choice.name == "thermal_growth");
         // What is hidden must not be told by the temperature being logged as moving: half of all trials drawn by lot are warm.
-        specification.heat = self.heat || hot || (self.effects.is_empty() && lot.chance(0.5));
+        specification.heat = self.heat || hot || (self.effects.is_empty() && rng.chance(0.5));
         specification.payloads_kg.clone_from(&self.payloads);
         specification.free = match self.free {
             FreeArgument::None => Free::None,
@@ -161,8 +161,8 @@ pub fn find_arm(name: &str) -> Result<ArmDescription, TrialError> {
 }
 
 /// Most trials hide one effect; some none, two, something unknown to the lab, or a machine that does not repeat.
-fn effects_by_lot(lot: &mut Random) -> Vec<Wanted> {
-    let share = lot.between(0.0, 1.0);
+fn random_effects(rng: &mut Random) -> Vec<Wanted> {
+    let share = rng.between(0.0, 1.0);
     let names: &[&str] = match share {
         share if share < 0.15 => &[],
         share if share < 0.70 => &["any"],
@@ -172,6 +172,6 @@ fn effects_by_lot(lot: &mut Random) -> Vec<Wanted> {
     };
     names
         .iter()
-        .map(|name| Wanted { choice: Choice::named(name), size: Size::OverNoise(lot.magnitude(1.5, 6.0)) })
+        .map(|name| Wanted { choice: Choice::named(name), size: Size::OverNoise(rng.magnitude(1.5, 6.0)) })
         .collect()
 }

@@ -122,7 +122,7 @@ pub(super) fn new(
         write_files(directory, &files)?;
         let (world, noise, hidden) = described::world(directory, fault.as_ref(), seed, &mut random)?;
         seal_world(directory, &world, &truth(seed, noise, hidden))?;
-        return Ok(stands(directory, |at| described::commands(at, &files)));
+        return Ok(created(directory, |at| described::commands(at, &files)));
     }
     let cell = find(cell)?;
     let drawn = random.pick(cell.faults).copied().unwrap_or("none");
@@ -132,7 +132,7 @@ pub(super) fn new(
         (cell.files)().into_iter().map(|(name, text)| (name.to_owned(), text)).collect();
     write_files(directory, &files)?;
     seal_world(directory, &world, &truth)?;
-    Ok(stands(directory, cell.commands))
+    Ok(created(directory, cell.commands))
 }
 
 /// Writes a cell's files into a directory that has no world yet.
@@ -161,7 +161,7 @@ fn seal_world(directory: &Path, world: &str, truth: &Truth) -> Result<(), TrialE
 }
 
 /// What is said of a cell that was built.
-fn stands(directory: &Path, commands: impl Fn(&str) -> String) -> Outcome {
+fn created(directory: &Path, commands: impl Fn(&str) -> String) -> Outcome {
     let at = directory.display().to_string();
     Outcome::done(format!(
         "A cell with something hidden in it, or nothing, is in {at}.\n{}  plumb trial reveal {at}\n",
@@ -305,8 +305,8 @@ mod tests {
         for seed in 0..60 {
             for name in ["droop", "backlash", "coupling", "length", "lost_steps"] {
                 let fault = Fault { name: name.to_owned(), place: None };
-                let mut lot = Random::new(seed, "cell trial");
-                let (_, truth) = (teachmover::CELL.world)(&fault, seed, &mut lot).unwrap();
+                let mut rng = Random::new(seed, "cell trial");
+                let (_, truth) = (teachmover::CELL.world)(&fault, seed, &mut rng).unwrap();
                 places.extend(truth.effects);
             }
         }

@@ -109,13 +109,13 @@ fn inject(
         "{effect}({place}) of {} is hidden in {directory}: {shown:.3} mm of it can be seen beside the {left:.3} mm that the model leaves.\n",
         shown_size(size, unit)
     );
-    let mut tell = |one: &Tried| {
+    let mut show = |one: &Tried| {
         let times = one.visible_mm / own.left_mm().max(f64::MIN_POSITIVE);
         // Writing to a text cannot fail.
         let (size, found) = (shown_size(one.hidden.size, unit), one.found.words());
         let _ = writeln!(said, "  {times:5.2} times ({size}): {found}. {}", one.sentence);
     };
-    tell(&first);
+    show(&first);
     let factor = if first.found == Found::Named { 0.5 } else { 2.0 };
     let mut least: Option<f64> = (first.found == Found::Named).then_some(first.hidden.size);
     let mut size = first.hidden.size;
@@ -123,7 +123,7 @@ fn inject(
         size *= factor;
         let mechanism = first.hidden.mechanism.clone();
         let one = tried(&own, Imperfection { mechanism, size }, &plain, progress)?;
-        tell(&one);
+        show(&one);
         let named = one.found == Found::Named;
         least = if named { Some(size) } else { least };
         if named != (factor < 1.0) {

@@ -56,7 +56,8 @@ struct Rehearsal {
     added: String,
     right: bool,
     /// Nothing was found, and what is hidden is among what the lab says these rows could not show.
-    told_not_shown: bool,
+    #[serde(rename = "told_not_shown")]
+    reported_not_shown: bool,
     sentence: String,
     /// True error of the hand over fresh points, mm RMS: before anything was known, after what was added, and of the same arm with nothing hidden.
     before_mm: f64,
@@ -97,15 +98,15 @@ pub(super) fn run(arguments: &RehearsalArguments) -> Result<Outcome, TrialError>
     for fault in faults {
         for seed in (0..arguments.seeds).map(|number| arguments.seed.wrapping_add(number)) {
             let floor = floors.entry(seed).or_insert_with(|| {
-                tell(&format!("seed {seed}, nothing hidden"));
+                show_progress(&format!("seed {seed}, nothing hidden"));
                 let bench = Bench::new(arguments, "floor", "none", seed);
                 bench.and_then(|bench| floor(arguments, &bench)).map_err(|error| error.to_string())
             });
-            tell(&format!("seed {seed}, {fault}"));
+            show_progress(&format!("seed {seed}, {fault}"));
             done.push(trial(arguments, fault, seed, floor));
         }
     }
-    tell("");
+    show_progress("");
     let said = match arguments.json {
         true => format!("{:#}\n", serde_json::to_value(&done).unwrap_or_default()),
         false => report::table(&done),
@@ -153,7 +154,7 @@ fn floor(arguments: &RehearsalArguments, bench: &Bench) -> Result<f64, TrialErro
 }
 
 /// What is being done, on a terminal's last line.
-fn tell(what: &str) {
+fn show_progress(what: &str) {
     let mut errors = io::stderr();
     if errors.is_terminal() {
         let _ = write!(errors, "\r\x1b[K{what}");

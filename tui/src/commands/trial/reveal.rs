@@ -39,7 +39,7 @@ pub(super) fn run(arguments: &RevealArguments) -> Result<Outcome, TrialError> {
     let said = if arguments.json {
         format!("{:#}\n", serde_json::json!({"truth": answer(&truth), "score": score}))
     } else {
-        format!("{}{}", tell(&truth), score.as_ref().map_or_else(String::new, tell_score))
+        format!("{}{}", describe(&truth), score.as_ref().map_or_else(String::new, describe_score))
     };
     Ok(Outcome { said, right: score.is_none_or(|score| score.right), failed: false })
 }
@@ -50,7 +50,7 @@ fn read_diagnosis(path: &Path) -> Result<Diagnosis, TrialError> {
     serde_json::from_str(&text).map_err(|source| TrialError::Diagnosis { path: path.to_owned(), source })
 }
 
-fn tell(truth: &Truth) -> String {
+fn describe(truth: &Truth) -> String {
     let mut text = String::new();
     if truth.hidden.is_empty() {
         text.push_str(
@@ -88,7 +88,7 @@ fn tell(truth: &Truth) -> String {
     text
 }
 
-fn tell_score(score: &Score) -> String {
+fn describe_score(score: &Score) -> String {
     let word = |yes: bool| if yes { "yes" } else { "no" };
     let mut text = format!("The diagnosis is {}.\n", if score.right { "right" } else { "wrong" });
     for (question, answer) in [

@@ -117,7 +117,8 @@ pub struct Score {
     /// Something was named that is not hidden.
     pub false_name: bool,
     /// Nothing is named, and what is hidden is told as what the readings could not show.
-    pub told_not_shown: bool,
+    #[serde(rename = "told_not_shown")]
+    pub reported_not_shown: bool,
     /// Size found less size hidden, over its standard error.
     pub size_error_over_se: Option<f64>,
 }
@@ -160,16 +161,16 @@ impl Score {
             Verdict::Tied => truth_in_set,
             _ => !false_name,
         };
-        let told_not_shown = diagnosis.verdict == Verdict::AtFloor
+        let reported_not_shown = diagnosis.verdict == Verdict::AtFloor
             && !truth.hidden.is_empty()
             && truth.hidden.iter().any(|hidden| diagnosis.not_shown.iter().any(|one| covers(one, hidden)));
         let size = named.iter().find_map(|one| Some((*one, hidden(truth, &one.effect, &one.place)?)));
         Self {
             right: match diagnosis.steps.is_empty() {
-                true => (verdict_right && substance) || told_not_shown,
+                true => (verdict_right && substance) || reported_not_shown,
                 false => grown_exactly,
             },
-            told_not_shown,
+            reported_not_shown,
             grown_exactly,
             all_found,
             verdict_right,

@@ -18,7 +18,7 @@ const LOOK: Duration = Duration::from_millis(100);
 
 /// How far the record has been told.
 #[derive(Default)]
-struct Told {
+struct Reported {
     plan: bool,
     steps: usize,
     ended: Vec<bool>,
@@ -61,11 +61,11 @@ pub(super) fn follow(directory: &Path, run: i64) -> Result<UnboundedReceiver<Sta
     let run = record.run(RunId(run))?.run;
     let (to_screens, events) = unbounded_channel();
     thread::spawn(move || {
-        let mut told = Told::default();
-        while let Ok(happened) = told.look(&record, run) {
+        let mut reported = Reported::default();
+        while let Ok(happened) = reported.look(&record, run) {
             for (time, event) in happened {
-                told.sequence += 1;
-                if to_screens.send(StampedEvent { sequence: told.sequence, time, event }).is_err() {
+                reported.sequence += 1;
+                if to_screens.send(StampedEvent { sequence: reported.sequence, time, event }).is_err() {
                     return;
                 }
             }
@@ -75,7 +75,7 @@ pub(super) fn follow(directory: &Path, run: i64) -> Result<UnboundedReceiver<Sta
     Ok(events)
 }
 
-impl Told {
+impl Reported {
     /// What is new, in the order it happened.
     fn look(&mut self, record: &Record, run: RunId) -> Result<Vec<Happened>, RecordError> {
         // Read first: what ended the run was written before.
@@ -132,10 +132,10 @@ impl Told {
         }
         self.steps = steps.len();
         self.ended.resize(steps.len(), false);
-        for (step, told) in steps.iter().zip(&mut self.ended) {
-            if let (Some(ended), false) = (&step.ended, *told) {
+        for (step, reported) in steps.iter().zip(&mut self.ended) {
+            if let (Some(ended), false) = (&step.ended, *reported) {
                 happened.push((ended.clone(), finished(step)));
-                *told = true;
+                *reported = true;
             }
         }
         Ok(())

@@ -115,7 +115,7 @@ pub(crate) fn take(state: &mut State, answer: ArchiveAnswer) {
                 opened.lines = lines;
             }
         }
-        ArchiveAnswer::BroughtBack(told) => state.say(Gravity::Calm, told),
+        ArchiveAnswer::BroughtBack(message) => state.say(Gravity::Calm, message),
         ArchiveAnswer::NotBroughtBack(reason) => state.say(Gravity::Fault, reason),
         ArchiveAnswer::Failed(reason) => history.problem = Some(reason),
     }

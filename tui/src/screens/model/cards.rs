@@ -9,7 +9,7 @@ use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Paragraph, Wrap};
 
-use super::state::{Card, CardStanding, ModelState};
+use super::state::{Card, CardStatus, ModelState};
 use crate::screens::hits::{Hit, Hits};
 use crate::screens::pane::{self, columns, fitted, wrapped};
 use crate::screens::theme::Theme;
@@ -20,15 +20,15 @@ const ROOM_FOR_A_SKETCH: u16 = 22;
 /// Draws the cards, the chosen one in full.
 pub(crate) fn view(model: &ModelState, theme: &Theme, hits: &Hits, frame: &mut Frame, area: Rect) {
     let inner = pane::open(frame, area, theme, "Which effect, how sure", true);
-    let Some(standing) = &model.standing else { return };
+    let Some(summary) = &model.summary else { return };
     let width = usize::from(inner.width);
     let roomy = inner.height >= ROOM_FOR_A_SKETCH;
-    let blocks: Vec<Vec<Line<'static>>> = standing
+    let blocks: Vec<Vec<Line<'static>>> = summary
         .cards
         .iter()
         .enumerate()
         .map(|(place, card)| {
-            card_lines((place, card), place == model.chosen, (roomy, standing.unit), theme, width)
+            card_lines((place, card), place == model.chosen, (roomy, summary.unit), theme, width)
         })
         .collect();
     if blocks.is_empty() {
@@ -66,7 +66,7 @@ fn card_lines(
     theme: &Theme,
     width: usize,
 ) -> Vec<Line<'static>> {
-    let (sign, word, style) = look(card.standing, theme);
+    let (sign, word, style) = look(card.status, theme);
     let head = format!("{:>2} {sign} {}", place + 1, card.effect);
     let whole = format!("{head} {}", card.place);
     let fits = columns(&whole) <= width;
@@ -130,11 +130,11 @@ pub(super) fn chance(p: f64) -> String {
     }
 }
 
-pub(super) fn look(standing: CardStanding, theme: &Theme) -> (&'static str, &'static str, Style) {
-    match standing {
-        CardStanding::Named => ("\u{2713}", "named", theme.good),
-        CardStanding::Tied => ("~", "tied", theme.warning),
-        CardStanding::InModel => ("+", "in the model", theme.good),
-        CardStanding::Rejected => ("\u{b7}", "not named", theme.text),
+pub(super) fn look(status: CardStatus, theme: &Theme) -> (&'static str, &'static str, Style) {
+    match status {
+        CardStatus::Named => ("\u{2713}", "named", theme.good),
+        CardStatus::Tied => ("~", "tied", theme.warning),
+        CardStatus::InModel => ("+", "in the model", theme.good),
+        CardStatus::Rejected => ("\u{b7}", "not named", theme.text),
     }
 }

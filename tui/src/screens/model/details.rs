@@ -39,7 +39,7 @@ pub(crate) fn view(state: &State, frame: &mut Frame, area: Rect) {
 }
 
 fn count(model: &ModelState) -> usize {
-    model.standing.as_ref().map_or(0, |standing| standing.cards.len())
+    model.summary.as_ref().map_or(0, |summary| summary.cards.len())
 }
 
 fn lines(model: &ModelState, card: &Card, theme: &Theme, width: usize) -> Vec<Line<'static>> {
@@ -48,7 +48,7 @@ fn lines(model: &ModelState, card: &Card, theme: &Theme, width: usize) -> Vec<Li
         lines.extend(wrapped(text, width).into_iter().map(|line| Line::styled(line, style)));
     };
     let unit = model.reading_unit();
-    let (_, word, style) = look(card.standing, theme);
+    let (_, word, style) = look(card.status, theme);
     say(&verdict(card, word), style);
     if let Some(probability) = card.probability {
         say(&format!("Probability {}.", percent(probability)), theme.text);

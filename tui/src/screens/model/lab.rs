@@ -18,8 +18,8 @@ use tokio::sync::mpsc::UnboundedReceiver;
 use super::lab_thread::{InHand, LabThread, ScreensEnd, WorkError, line};
 use super::request::{LabAnswer, LabRequest};
 use super::residuals::Residuals;
-use super::standing;
 use super::state::{Doubtful, FallStep, ModelState, Preview};
+use super::summary;
 use crate::commands::model::arguments::{OpenError, Opened};
 
 /// Why a piece of work was not done.
@@ -190,7 +190,7 @@ impl Worker {
                 true => laboratory.compare_in_full(&self.progress())?,
                 false => laboratory.compare(&self.progress())?,
             };
-            let step = standing::step(did, self.kind_of_step(laboratory), &comparison);
+            let step = summary::step(did, self.kind_of_step(laboratory), &comparison);
             let Some((laboratory, number, _)) = self.to_look_at.pop_front() else { break };
             self.layers.push(Layer { laboratory, number, step });
             if newest {
@@ -206,20 +206,20 @@ impl Worker {
         self.thread.begin_judging();
         let Some(top) = self.layers.last() else { return Ok(()) };
         let fall: Vec<FallStep> = self.layers.iter().map(|layer| layer.step.clone()).collect();
-        self.thread.say(LabAnswer::Compared(Box::new(standing::compared(comparison, &fall))));
+        self.thread.say(LabAnswer::Compared(Box::new(summary::compared(comparison, &fall))));
         let progress = self.progress();
         let diagnosis = top.laboratory.with_hypothesis(top.laboratory.diagnose(&progress)?, &progress)?;
         let plots =
-            top.laboratory.effect_plots(&standing::plotted(comparison, &diagnosis), &self.progress())?;
+            top.laboratory.effect_plots(&summary::plotted(comparison, &diagnosis), &self.progress())?;
         self.thread
-            .say(LabAnswer::Examined(Box::new(standing::examined(comparison, &diagnosis, plots, &fall))));
+            .say(LabAnswer::Examined(Box::new(summary::examined(comparison, &diagnosis, plots, &fall))));
         self.judged = Some(diagnosis);
         Ok(())
     }
 
     /// What the model to be looked at adds to the newest that was.
     fn kind_of_step(&self, laboratory: &Laboratory) -> StepKind {
-        standing::kind_of_step(self.layers.last().map(|layer| layer.laboratory.model()), laboratory.model())
+        summary::kind_of_step(self.layers.last().map(|layer| layer.laboratory.model()), laboratory.model())
     }
 
     /// The newest model.
@@ -270,7 +270,7 @@ impl Worker {
         let entry = self.family.write(addition.model, Some(top.number), &did, Some(&self.data), rms)?;
         let (table, options) = (top.laboratory.table().clone(), top.laboratory.options().clone());
         let laboratory = Laboratory::new(entry.model, table, options)?;
-        let step = standing::step(effect, self.kind_of_step(&laboratory), &addition.comparison);
+        let step = summary::step(effect, self.kind_of_step(&laboratory), &addition.comparison);
         self.layers.push(Layer { laboratory, number: entry.number, step });
         let mut news = vec![format!("{effect} added; revision {} is {}", entry.number, entry.path.display())];
         news.extend(

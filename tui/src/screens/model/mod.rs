@@ -12,10 +12,10 @@ mod plane;
 mod plots;
 mod request;
 mod residuals;
-mod standing;
 mod state;
 mod strip;
 mod stripes;
+mod summary;
 mod update;
 mod view;
 mod waterfall;
@@ -32,5 +32,5 @@ pub(crate) use view::view;
 #[cfg(test)]
 pub(crate) mod testing {
     pub(crate) use super::residuals::Residuals;
-    pub(crate) use super::state::{Card, CardStanding, FallStep, Standing, StripLine};
+    pub(crate) use super::state::{Card, CardStatus, FallStep, ModelSummary, StripLine};
 }

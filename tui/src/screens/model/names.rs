@@ -2,13 +2,13 @@
 
 use plumb_calibration::effect::{Places, kinds};
 
-use super::state::Standing;
+use super::state::ModelSummary;
 
 /// Every name that could be meant, the judged candidates first.
-fn names(standing: Option<&Standing>) -> Vec<String> {
-    let cards = standing.into_iter().flat_map(|standing| standing.cards.iter().map(|card| card.key.clone()));
+fn names(summary: Option<&ModelSummary>) -> Vec<String> {
+    let cards = summary.into_iter().flat_map(|summary| summary.cards.iter().map(|card| card.key.clone()));
     let joints =
-        || standing.into_iter().flat_map(|standing| standing.joints.iter().map(|joint| joint.name.as_str()));
+        || summary.into_iter().flat_map(|summary| summary.joints.iter().map(|joint| joint.name.as_str()));
     let mut all: Vec<String> = cards.collect();
     all.push("geometry(*)".to_owned());
     for kind in kinds() {
@@ -36,8 +36,8 @@ fn names(standing: Option<&Standing>) -> Vec<String> {
 }
 
 /// The names that begin with what has been written; where none does, those that have a word which begins with it, as `joint_backlash` of `back`.
-pub(super) fn matching(standing: Option<&Standing>, written: &str) -> Vec<String> {
-    let all = names(standing);
+pub(super) fn matching(summary: Option<&ModelSummary>, written: &str) -> Vec<String> {
+    let all = names(summary);
     let (mut begin, others): (Vec<String>, Vec<String>) =
         all.into_iter().partition(|name| name.starts_with(written));
     if begin.is_empty() {
@@ -48,8 +48,8 @@ pub(super) fn matching(standing: Option<&Standing>, written: &str) -> Vec<String
 }
 
 /// What has been written, completed as far as all names that are meant agree.
-pub(super) fn completed(standing: Option<&Standing>, written: &str) -> String {
-    let found = matching(standing, written);
+pub(super) fn completed(summary: Option<&ModelSummary>, written: &str) -> String {
+    let found = matching(summary, written);
     let Some(first) = found.first() else { return written.to_owned() };
     let agree = |length: &usize| found.iter().all(|name| name.get(..*length) == first.get(..*length));
     let length = (0..=first.len()).rev().find(agree).unwrap_or(0);
@@ -64,9 +64,9 @@ mod tests {
 
     use super::*;
 
-    fn arm() -> Standing {
+    fn arm() -> ModelSummary {
         let joints = ["pan", "lift"].map(|name| JointAxis { name: name.to_owned(), unit: "deg" });
-        Standing { joints: joints.into(), ..Standing::default() }
+        ModelSummary { joints: joints.into(), ..ModelSummary::default() }
     }
 
     #[test]

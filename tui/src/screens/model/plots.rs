@@ -105,15 +105,15 @@ pub(super) fn own(model: &ModelState, theme: &Theme, hits: &Hits, frame: &mut Fr
 
 fn sheet<'a>(model: &'a ModelState, residuals: &'a Residuals, theme: &Theme) -> Sheet<'a> {
     let colour = |style: Style| style.fg.unwrap_or(Color::Reset);
-    let standing = model.standing.as_ref();
+    let summary = model.summary.as_ref();
     Sheet {
         residuals,
-        arm_mm: standing.map_or(&[][..], |standing| standing.arm_mm.as_slice()),
+        arm_mm: summary.map_or(&[][..], |summary| summary.arm_mm.as_slice()),
         plane: PLANES.get(model.plane).copied().unwrap_or([0, 1]),
         unit: model.reading_unit(),
         half: model.half_height_mm(),
         floor: model.floor_mm(),
-        floor_of_a_point: standing.and_then(|standing| standing.floor_of_a_point_mm),
+        floor_of_a_point: summary.and_then(|summary| summary.floor_of_a_point_mm),
         look: Look {
             points: colour(if model.preview.is_some() { theme.preview } else { theme.measured }),
             curve: colour(theme.machine),
@@ -130,7 +130,7 @@ fn sheet<'a>(model: &'a ModelState, residuals: &'a Residuals, theme: &Theme) -> 
 fn shown(model: &ModelState) -> Option<&Residuals> {
     match &model.preview {
         Some(preview) => Some(&preview.residuals),
-        None => model.standing.as_ref().map(|standing| &standing.residuals),
+        None => model.summary.as_ref().map(|summary| &summary.residuals),
     }
 }
 

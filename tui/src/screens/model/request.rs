@@ -1,6 +1,6 @@
 //! What a lab can be asked, and what it answers.
 
-use super::state::{Doubtful, Preview, Standing};
+use super::state::{Doubtful, ModelSummary, Preview};
 
 /// A piece of work.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -21,9 +21,9 @@ pub(crate) enum LabRequest {
 #[derive(Clone, Debug)]
 pub(crate) enum LabAnswer {
     /// The model as it is now, held against the table; the candidates are not yet judged.
-    Compared(Box<Standing>),
+    Compared(Box<ModelSummary>),
     /// The model as it is now, with what could explain what is left.
-    Examined(Box<Standing>),
+    Examined(Box<ModelSummary>),
     /// Nothing was added: the lab would not name the effect whose name was written.
     Doubted(Doubtful),
     /// What would be left.

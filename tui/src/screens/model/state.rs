@@ -22,7 +22,7 @@ pub(crate) struct ModelState {
     /// Which files are open.
     pub files: String,
     /// The model as it is, held against the table; none until the lab has looked.
-    pub standing: Option<Standing>,
+    pub summary: Option<ModelSummary>,
     /// What a candidate would leave, while it is previewed.
     pub preview: Option<Preview>,
     /// The candidate that is chosen.
@@ -108,7 +108,7 @@ pub(crate) struct StripLine {
 
 /// A model held against its table.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Standing {
+pub(crate) struct ModelSummary {
     /// The verdict, as the contract words it.
     pub verdict: String,
     /// Nothing but noise is left.
@@ -173,14 +173,14 @@ pub(crate) struct Card {
     /// What would explain it as well.
     pub ties: Vec<String>,
     /// How the lab judges it.
-    pub standing: CardStanding,
+    pub status: CardStatus,
     /// Why it was not named, where it was not.
     pub reason: String,
 }
 
 /// How the lab judges a candidate.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) enum CardStanding {
+pub(crate) enum CardStatus {
     /// It explains what is left, and nothing else does.
     Named,
     /// It could be this as well as another.
@@ -211,7 +211,7 @@ impl ModelState {
         Self {
             arm: arm.to_owned(),
             files: files.to_owned(),
-            standing: None,
+            summary: None,
             preview: None,
             chosen: 0,
             naming: None,
@@ -228,41 +228,41 @@ impl ModelState {
 
     /// The candidate that is chosen.
     pub(crate) fn card(&self) -> Option<&Card> {
-        self.standing.as_ref()?.cards.get(self.chosen)
+        self.summary.as_ref()?.cards.get(self.chosen)
     }
 
     /// The own plot of the candidate that is chosen; none where these rows cannot show it.
     pub(crate) fn own_plot(&self) -> Option<&EffectPlot> {
         let key = &self.card()?.key;
-        self.standing.as_ref()?.plots.iter().find(|plot| plot.effect == *key)
+        self.summary.as_ref()?.plots.iter().find(|plot| plot.effect == *key)
     }
 
     /// Whether an effect was added that can be taken away again.
     pub(crate) fn can_undo(&self) -> bool {
-        self.standing.as_ref().is_some_and(|standing| standing.fall.len() > 1)
+        self.summary.as_ref().is_some_and(|summary| summary.fall.len() > 1)
     }
 
     /// Whether judging the candidates, or the fit before it, was given up, so that it can be asked for.
     pub(crate) fn can_judge(&self) -> bool {
-        self.busy.is_none() && self.standing.as_ref().is_none_or(|standing| standing.verdict.is_empty())
+        self.busy.is_none() && self.summary.as_ref().is_none_or(|summary| summary.verdict.is_empty())
     }
 
     /// The unit in which errors of the table's readings are shown.
     pub(crate) fn reading_unit(&self) -> ReadingUnit {
-        self.standing.as_ref().map_or(ReadingUnit::Mm, |standing| standing.unit)
+        self.summary.as_ref().map_or(ReadingUnit::Mm, |summary| summary.unit)
     }
 
     /// One standard deviation of the noise of a reading, in [`Self::reading_unit`], where it is known.
     pub(crate) fn floor_mm(&self) -> Option<f64> {
-        self.standing.as_ref()?.floor_mm
+        self.summary.as_ref()?.floor_mm
     }
 
     /// What one unit of the scale is, in [`Self::reading_unit`]: the noise floor, or the typical error where the floor is unknown.
     pub(crate) fn unit_mm(&self) -> f64 {
-        let standing = self.standing.as_ref();
-        let unit = standing.map_or(0.0, |standing| match standing.floor_mm {
+        let summary = self.summary.as_ref();
+        let unit = summary.map_or(0.0, |summary| match summary.floor_mm {
             Some(floor) => floor,
-            None => standing.residuals.typical_mm(),
+            None => summary.residuals.typical_mm(),
         });
         if unit.is_finite() && unit > 0.0 { unit } else { 1.0 }
     }
@@ -274,10 +274,10 @@ impl ModelState {
 
     /// Takes a look of the lab in. The scale becomes the smallest multiple of the floor that holds the typical errors three
     /// times over: few gross ones do not change it, and a preview is drawn on the scale of what it is compared with.
-    pub(crate) fn take(&mut self, standing: Standing) {
-        let typical = standing.residuals.typical_mm();
-        self.chosen = first_choice(&standing);
-        self.standing = Some(standing);
+    pub(crate) fn take(&mut self, summary: ModelSummary) {
+        let typical = summary.residuals.typical_mm();
+        self.chosen = first_choice(&summary);
+        self.summary = Some(summary);
         self.preview = None;
         self.doubtful = None;
         if !self.scale_kept {
@@ -289,9 +289,9 @@ impl ModelState {
 }
 
 /// The card that is shown first: what could explain the rest; where nothing is left to explain, what was added last.
-fn first_choice(standing: &Standing) -> usize {
+fn first_choice(summary: &ModelSummary) -> usize {
     let is_open =
-        standing.cards.iter().any(|card| matches!(card.standing, CardStanding::Named | CardStanding::Tied));
-    let added = standing.cards.iter().rposition(|card| card.standing == CardStanding::InModel);
-    added.filter(|_| standing.at_floor && !is_open).unwrap_or(0)
+        summary.cards.iter().any(|card| matches!(card.status, CardStatus::Named | CardStatus::Tied));
+    let added = summary.cards.iter().rposition(|card| card.status == CardStatus::InModel);
+    added.filter(|_| summary.at_floor && !is_open).unwrap_or(0)
 }

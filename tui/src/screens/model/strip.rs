@@ -20,14 +20,11 @@ const MOST_ROWS: usize = 3;
 
 /// The lines of the strip on a page of this size; none before the lab has looked.
 pub(super) fn lines(model: &ModelState, (width, height): (u16, u16), theme: &Theme) -> Vec<Line<'static>> {
-    let Some(standing) = &model.standing else { return Vec::new() };
-    let told = [
-        ("Error", &standing.how_large),
-        ("Explainable", &standing.how_much),
-        ("Where", &standing.where_it_is),
-    ];
+    let Some(summary) = &model.summary else { return Vec::new() };
+    let strip =
+        [("Error", &summary.how_large), ("Explainable", &summary.how_much), ("Where", &summary.where_it_is)];
     let room = usize::from(width).saturating_sub(NAMES + 1);
-    let shown = told.into_iter().filter(|(_, line)| !line.full.is_empty());
+    let shown = strip.into_iter().filter(|(_, line)| !line.full.is_empty());
     shown.flat_map(|(name, line)| named_rows(name, rows(line, room, height), theme)).collect()
 }
 

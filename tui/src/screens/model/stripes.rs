@@ -15,8 +15,8 @@ use super::lab::Lab;
 use super::lab_thread::{LabThread, WorkError};
 use super::request::{LabAnswer, LabRequest};
 use super::residuals::Residuals;
-use super::standing;
-use super::state::{Doubtful, FallStep, ModelState, Preview, Standing};
+use super::state::{Doubtful, FallStep, ModelState, ModelSummary, Preview};
+use super::summary;
 use crate::commands::stripe::Stripes;
 
 /// Why a piece of work was not done.
@@ -79,8 +79,12 @@ struct Worker {
 }
 
 /// As any table, but that a row is a picture.
-fn of_stripes(standing: Standing) -> Box<Standing> {
-    Box::new(Standing { row_name: "Stripe", floor_source: "from neighbouring points".to_owned(), ..standing })
+fn of_stripes(summary: ModelSummary) -> Box<ModelSummary> {
+    Box::new(ModelSummary {
+        row_name: "Stripe",
+        floor_source: "from neighbouring points".to_owned(),
+        ..summary
+    })
 }
 
 impl Worker {
@@ -123,7 +127,7 @@ impl Worker {
         let comparison = laboratory.compare_in_full(&progress)?;
         let comparison = self.with_warnings(comparison, &adjustment.not_observable);
         let kind = if self.fall.is_empty() { StepKind::Start } else { StepKind::Mechanism };
-        self.fall.push(standing::step(added, kind, &comparison));
+        self.fall.push(summary::step(added, kind, &comparison));
         self.adjusted = Some(Adjusted { laboratory, comparison });
         self.judged = None;
         Ok(())
@@ -134,11 +138,11 @@ impl Worker {
         let Adjusted { laboratory, comparison } =
             self.adjusted.as_ref().ok_or(StripeLabError::NotAdjusted)?;
         self.thread.begin_judging();
-        self.thread.say(LabAnswer::Compared(of_stripes(standing::compared(comparison, &self.fall))));
+        self.thread.say(LabAnswer::Compared(of_stripes(summary::compared(comparison, &self.fall))));
         let progress = self.thread.progress();
         let diagnosis = laboratory.diagnose(&progress)?;
-        let plots = laboratory.effect_plots(&standing::plotted(comparison, &diagnosis), &progress)?;
-        let examined = standing::examined(comparison, &diagnosis, plots, &self.fall);
+        let plots = laboratory.effect_plots(&summary::plotted(comparison, &diagnosis), &progress)?;
+        let examined = summary::examined(comparison, &diagnosis, plots, &self.fall);
         self.thread.say(LabAnswer::Examined(of_stripes(examined)));
         self.judged = Some(diagnosis);
         Ok(())

@@ -11,12 +11,12 @@ use plumb_report::{
 };
 
 use super::residuals::Residuals;
-use super::state::{Card, CardStanding, FallStep, Standing, StripLine};
+use super::state::{Card, CardStatus, FallStep, ModelSummary, StripLine};
 use crate::shown_unit::shown_unit;
 
 /// The model held against its table, before the candidates are judged.
-pub(crate) fn compared(comparison: &Comparison, fall: &[FallStep]) -> Standing {
-    Standing {
+pub(crate) fn compared(comparison: &Comparison, fall: &[FallStep]) -> ModelSummary {
+    ModelSummary {
         verdict: String::new(),
         at_floor: false,
         sentence: comparison_sentence(comparison),
@@ -50,10 +50,10 @@ pub(crate) fn examined(
     diagnosis: &Diagnosis,
     plots: Vec<EffectPlot>,
     fall: &[FallStep],
-) -> Standing {
+) -> ModelSummary {
     let mut cards = cards(diagnosis);
     cards.extend(comparison.effects.iter().filter(|effect| effect.added).map(added));
-    Standing {
+    ModelSummary {
         verdict: verdict(diagnosis.verdict).to_owned(),
         at_floor: diagnosis.verdict == Verdict::AtFloor,
         sentence: sentence(diagnosis),
@@ -237,21 +237,21 @@ fn cards(diagnosis: &Diagnosis) -> Vec<Card> {
         |effect: &EffectPlace| diagnosis.candidates.iter().any(|candidate| candidate.effect == *effect);
     if let Some(named) = diagnosis.named.as_ref().filter(|named| !listed(&named.effect)) {
         let size = measured(named.size, named.se, &named.unit);
-        cards.push(unlisted(&named.effect, size, CardStanding::Named, Vec::new()));
+        cards.push(unlisted(&named.effect, size, CardStatus::Named, Vec::new()));
     }
     for tied in diagnosis.tied.iter().filter(|tied| !listed(tied)) {
-        cards.push(unlisted(tied, String::new(), CardStanding::Tied, ties(tied, diagnosis)));
+        cards.push(unlisted(tied, String::new(), CardStatus::Tied, ties(tied, diagnosis)));
     }
-    cards.sort_by_key(|card| match card.standing {
-        CardStanding::Named => 0,
-        CardStanding::Tied => 1,
-        CardStanding::Rejected | CardStanding::InModel => 2,
+    cards.sort_by_key(|card| match card.status {
+        CardStatus::Named => 0,
+        CardStatus::Tied => 1,
+        CardStatus::Rejected | CardStatus::InModel => 2,
     });
     cards
 }
 
 /// The card of an effect that is named or tied and was not listed.
-fn unlisted(effect: &EffectPlace, size: String, standing: CardStanding, ties: Vec<String>) -> Card {
+fn unlisted(effect: &EffectPlace, size: String, status: CardStatus, ties: Vec<String>) -> Card {
     let arguments: Vec<String> = [Some(effect.place.clone()), effect.with.clone()]
         .into_iter()
         .flatten()
@@ -266,7 +266,7 @@ fn unlisted(effect: &EffectPlace, size: String, standing: CardStanding, ties: Ve
         place: place(effect),
         size,
         ties,
-        standing,
+        status,
         ..Card::default()
     }
 }
@@ -286,7 +286,7 @@ fn added(effect: &EffectValue) -> Card {
             true => "not estimated: these rows cannot tell it".to_owned(),
             false => measured(effect.size, effect.se, &effect.unit),
         },
-        standing: CardStanding::InModel,
+        status: CardStatus::InModel,
         reason,
         ..Card::default()
     }
@@ -314,10 +314,10 @@ fn card(candidate: &Candidate, diagnosis: &Diagnosis) -> Card {
         holm_p: Some(candidate.holm_p),
         probability: candidate.probability,
         ties: ties(&candidate.effect, diagnosis),
-        standing: match (is_named, is_tied) {
-            (true, _) => CardStanding::Named,
-            (false, true) => CardStanding::Tied,
-            (false, false) => CardStanding::Rejected,
+        status: match (is_named, is_tied) {
+            (true, _) => CardStatus::Named,
+            (false, true) => CardStatus::Tied,
+            (false, false) => CardStatus::Rejected,
         },
         reason: candidate.rejected.as_ref().map_or_else(String::new, rejection_in_words),
     }

@@ -6,7 +6,7 @@ use ratatui::crossterm::event::KeyCode;
 use super::names;
 use super::request::{LabAnswer, LabRequest};
 use super::residuals::PLANES;
-use super::state::{Busy, CardStanding, Doubtful, FITTING, ModelState, SCALES};
+use super::state::{Busy, CardStatus, Doubtful, FITTING, ModelState, SCALES};
 use crate::screens::keys::Command;
 use crate::screens::message::Action;
 use crate::screens::state::{Gravity, Overlay, State};
@@ -23,7 +23,7 @@ pub(crate) fn obey(state: &mut State, command: Command) -> Vec<Action> {
         Command::NameEffect => model.naming = Some(String::new()),
         Command::CompleteName => {
             if let Some(name) = &model.naming {
-                model.naming = Some(names::completed(model.standing.as_ref(), name));
+                model.naming = Some(names::completed(model.summary.as_ref(), name));
             }
         }
         Command::Details if model.card().is_some() => state.overlay = Some(Overlay::Candidate),
@@ -55,7 +55,7 @@ pub(crate) fn give_up(state: &mut State) -> bool {
 
 /// Points out the row beside the one that is, in the order of the worst; past either end none.
 fn point_beside(model: &mut ModelState, by: isize) {
-    let worst = model.standing.as_ref().map_or_else(Vec::new, |standing| standing.residuals.worst());
+    let worst = model.summary.as_ref().map_or_else(Vec::new, |summary| summary.residuals.worst());
     let here = model.pointed.and_then(|row| worst.iter().position(|other| *other == row));
     let there = match here {
         Some(place) => place.checked_add_signed(by),
@@ -76,12 +76,12 @@ pub(crate) fn point_at(state: &mut State, row: usize) -> Vec<Action> {
 /// Why an effect should not be added without a question: the lab has judged and not named it.
 fn doubts(model: &ModelState, effect: &str) -> Option<Doubtful> {
     let bare = |name: &str| name.split_whitespace().collect::<String>();
-    let cards = &model.standing.as_ref()?.cards;
+    let cards = &model.summary.as_ref()?.cards;
     let card = cards.iter().find(|card| bare(&card.key) == bare(effect))?;
     let reason = if card.reason.is_empty() { "the lab gives no reason" } else { card.reason.as_str() };
     let is_chosen = model.card().is_some_and(|chosen| chosen.key == card.key);
     let doubtful = Doubtful { effect: card.key.clone(), reason: reason.to_owned(), is_chosen };
-    (card.standing == CardStanding::Rejected).then_some(doubtful)
+    (card.status == CardStatus::Rejected).then_some(doubtful)
 }
 
 /// Gives the lab what a key asks for, unless it is at work or there is nothing to give.
@@ -96,7 +96,7 @@ fn ask(state: &mut State, command: Command) -> Vec<Action> {
     }
     let chosen = model.card().map(|card| card.key.clone());
     let doubtful = model.doubtful.take();
-    let is_added = model.card().is_some_and(|card| card.standing == CardStanding::InModel);
+    let is_added = model.card().is_some_and(|card| card.status == CardStatus::InModel);
     if is_added && matches!(command, Command::Add | Command::Preview) {
         state.say(Gravity::Calm, "That is in the model already; u takes what was added last away.");
         return Vec::new();
@@ -136,7 +136,7 @@ fn ask(state: &mut State, command: Command) -> Vec<Action> {
         LabRequest::Judge => JUDGING.to_owned(),
     };
     // Where nothing is fitted yet, that comes first.
-    model.busy = Some(match (&request, &model.standing) {
+    model.busy = Some(match (&request, &model.summary) {
         (LabRequest::Judge, None) => Busy::with(FITTING, now, false),
         _ => Busy::with(&doing, now, request == LabRequest::Judge),
     });
@@ -161,7 +161,7 @@ pub(crate) fn write(state: &mut State, key: KeyCode) {
 pub(crate) fn choose(state: &mut State, by: isize) -> Vec<Action> {
     let Some(model) = &mut state.model else { return Vec::new() };
     if by.abs() > 3 {
-        let plots = model.standing.as_ref().map_or(0, |standing| standing.residuals.series.len());
+        let plots = model.summary.as_ref().map_or(0, |summary| summary.residuals.series.len());
         model.plots_scrolled = model.plots_scrolled.saturating_add_signed(by.signum()).min(plots);
         return Vec::new();
     }
@@ -172,7 +172,7 @@ pub(crate) fn choose(state: &mut State, by: isize) -> Vec<Action> {
 /// Chooses the candidate at a place of the list, or the last.
 pub(crate) fn choose_at(state: &mut State, place: usize) -> Vec<Action> {
     let Some(model) = &mut state.model else { return Vec::new() };
-    let count = model.standing.as_ref().map_or(0, |standing| standing.cards.len());
+    let count = model.summary.as_ref().map_or(0, |summary| summary.cards.len());
     let chosen = place.min(count.saturating_sub(1));
     if chosen != model.chosen {
         model.chosen = chosen;
@@ -192,18 +192,18 @@ pub(crate) fn note_progress(state: &mut State, fraction: f64, doing: String) {
 pub(crate) fn take(state: &mut State, answer: LabAnswer) -> Vec<Action> {
     let Some(model) = &mut state.model else { return Vec::new() };
     match answer {
-        LabAnswer::Compared(standing) => {
-            model.take(*standing);
+        LabAnswer::Compared(summary) => {
+            model.take(*summary);
             model.busy = Some(Busy::with(JUDGING, state.now, true));
         }
-        LabAnswer::Examined(standing) => {
+        LabAnswer::Examined(summary) => {
             model.busy = None;
-            let outcome = format!("{}: {}", standing.verdict, standing.sentence);
-            let news = standing.warnings.iter().map(|warning| (LogLevel::Warning, warning.clone()));
+            let outcome = format!("{}: {}", summary.verdict, summary.sentence);
+            let news = summary.warnings.iter().map(|warning| (LogLevel::Warning, warning.clone()));
             for (level, line) in news.chain([(LogLevel::Info, outcome)]) {
                 state.log.note(level, "lab", line);
             }
-            model.take(*standing);
+            model.take(*summary);
         }
         LabAnswer::Doubted(doubtful) => {
             model.busy = None;
@@ -232,7 +232,7 @@ pub(crate) fn take(state: &mut State, answer: LabAnswer) -> Vec<Action> {
         }
         LabAnswer::GaveUp { judging } => {
             if model.busy.take_if(|busy| busy.only_judges == judging).is_some() {
-                let text = match (judging, &model.standing) {
+                let text = match (judging, &model.summary) {
                     (true, _) => "Judging was given up; j takes it up again.",
                     (false, Some(_)) => "Given up; the model is as it was.",
                     (false, None) => "Given up before anything was fitted; j starts over.",

@@ -9,7 +9,7 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 
 use super::names;
-use super::state::{ModelState, Standing};
+use super::state::{ModelState, ModelSummary};
 use super::{cards, plots, strip, waterfall};
 use crate::screens::pane::{self, wrapped};
 use crate::screens::state::State;
@@ -57,14 +57,14 @@ pub(crate) fn view(state: &State, frame: &mut Frame, area: Rect) {
 /// What the sentence at the foot says.
 fn sentence(model: &ModelState) -> String {
     if let Some(name) = &model.naming {
-        return naming(model.standing.as_ref(), name);
+        return naming(model.summary.as_ref(), name);
     }
     if let Some(busy) = &model.busy {
         let known = model
-            .standing
+            .summary
             .as_ref()
             .filter(|_| busy.only_judges)
-            .map_or("", |standing| standing.sentence.as_str());
+            .map_or("", |summary| summary.sentence.as_str());
         let so_far = match &busy.progress {
             Some((fraction, doing)) => {
                 format!(" {} {:.0} % ({doing})", pane::bar(*fraction, 12), 100.0 * fraction)
@@ -74,17 +74,17 @@ fn sentence(model: &ModelState) -> String {
         let doing = sentence_case(&busy.doing);
         return format!("{known} {doing} \u{2026}{so_far}").trim_start().to_owned();
     }
-    if let Some(text) = model.pointed.and_then(|row| pointed(model.standing.as_ref()?, row)) {
+    if let Some(text) = model.pointed.and_then(|row| pointed(model.summary.as_ref()?, row)) {
         return text;
     }
-    match (&model.preview, &model.standing) {
+    match (&model.preview, &model.summary) {
         (Some(preview), _) => format!(
             "Preview: with {} added, {:.4} {} RMS would be left. a adds it, Space goes back.",
             preview.candidate,
             preview.rms_mm,
             model.reading_unit()
         ),
-        (None, Some(standing)) => standing.sentence.clone(),
+        (None, Some(summary)) => summary.sentence.clone(),
         (None, None) => format!("Nothing is fitted to {}; j starts over.", model.files),
     }
 }
@@ -93,8 +93,8 @@ fn sentence(model: &ModelState) -> String {
 const NAMES_SHOWN: usize = 4;
 
 /// The name that is being written, and what it could become.
-fn naming(standing: Option<&Standing>, name: &str) -> String {
-    let found = names::matching(standing, name);
+fn naming(summary: Option<&ModelSummary>, name: &str) -> String {
+    let found = names::matching(summary, name);
     let shown: Vec<&str> = found.iter().take(NAMES_SHOWN).map(String::as_str).collect();
     let known = match (shown.is_empty(), found.len() > NAMES_SHOWN) {
         (true, _) => "no effect of the library is called so (`plumb model effects` lists them).".to_owned(),
@@ -107,15 +107,15 @@ fn naming(standing: Option<&Standing>, name: &str) -> String {
 }
 
 /// The row that is pointed out: its line, how far off it is, its pose.
-fn pointed(standing: &Standing, row: usize) -> Option<String> {
-    let worst = standing.residuals.worst();
-    let known = standing.residuals.rows.iter().find(|known| known.row == row)?;
+fn pointed(summary: &ModelSummary, row: usize) -> Option<String> {
+    let worst = summary.residuals.worst();
+    let known = summary.residuals.rows.iter().find(|known| known.row == row)?;
     let rank = worst.iter().position(|other| *other == row)?;
     let place = match rank {
         0 => "the worst".to_owned(),
         _ => format!("number {} from the worst", rank + 1),
     };
-    let joints = standing.joints.iter().zip(&known.joints);
+    let joints = summary.joints.iter().zip(&known.joints);
     let pose: Vec<String> =
         joints.map(|(joint, value)| format!("{} {value:.1} {}", joint.name, joint.unit)).collect();
     let held_out = if known.held_out { " Held out." } else { "" };
@@ -131,19 +131,19 @@ fn pointed(standing: &Standing, row: usize) -> Option<String> {
     };
     Some(format!(
         "{} {} ({place} of {}): off by {:.3} {}{along}{turned} at {}.{held_out}{weight}",
-        standing.row_name,
+        summary.row_name,
         known.line,
         worst.len(),
         known.size?,
-        standing.unit,
+        summary.unit,
         pose.join(", ")
     ))
 }
 
 fn foot_pane(state: &State, model: &ModelState, sentence: &str, frame: &mut Frame, area: Rect) {
     let theme = &state.theme;
-    let verdict = model.standing.as_ref().map_or("", |standing| standing.verdict.as_str());
-    let warnings = match model.standing.as_ref().map_or(0, |standing| standing.warnings.len()) {
+    let verdict = model.summary.as_ref().map_or("", |summary| summary.verdict.as_str());
+    let warnings = match model.summary.as_ref().map_or(0, |summary| summary.warnings.len()) {
         0 => String::new(),
         1 => " \u{b7} 1 warning: see Log".to_owned(),
         count => format!(" \u{b7} {count} warnings: see Log"),

@@ -9,7 +9,7 @@ use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 
-use super::state::{FallStep, ModelState, Standing};
+use super::state::{FallStep, ModelState, ModelSummary};
 use crate::screens::pane::{self, columns, fitted, wrapped};
 use crate::screens::theme::Theme;
 
@@ -41,12 +41,12 @@ impl Scale {
 /// Draws the fall.
 pub(crate) fn view(model: &ModelState, theme: &Theme, frame: &mut Frame, area: Rect) {
     let inner = pane::open(frame, area, theme, &format!("RMS of a point, {}", model.reading_unit()), false);
-    let Some(standing) = &model.standing else { return };
+    let Some(summary) = &model.summary else { return };
     let width = usize::from(inner.width);
-    let scale = scale(standing, width);
+    let scale = scale(summary, width);
     let mut lines = Vec::new();
     let mut hatched = false;
-    for step in &standing.fall {
+    for step in &summary.fall {
         hatched |= matches!(step.kind, StepKind::Correction | StepKind::ResidualMap);
         lines.extend(step_lines(step, hatched, &scale, theme));
     }
@@ -59,8 +59,8 @@ pub(crate) fn view(model: &ModelState, theme: &Theme, frame: &mut Frame, area: R
         };
         lines.extend(step_lines(&step, hatched, &scale, theme).map(|line| in_style(line, theme.preview)));
     }
-    let legend = legend(standing, hatched, (width, inner.height), theme);
-    let next = next_lines(standing, width, theme);
+    let legend = legend(summary, hatched, (width, inner.height), theme);
+    let next = next_lines(summary, width, theme);
     // The newest steps and the noise stay where room is short.
     let height = usize::from(inner.height);
     let next = if lines.len() + legend.len() + next.len() <= height { next } else { Vec::new() };
@@ -72,26 +72,25 @@ pub(crate) fn view(model: &ModelState, theme: &Theme, frame: &mut Frame, area: R
     frame.render_widget(Paragraph::new(shown), inner);
 }
 
-fn scale(standing: &Standing, width: usize) -> Scale {
-    let errors =
-        standing.fall.iter().flat_map(|step| [Some(step.fit_mm), step.cross_validation_mm]).flatten();
-    let lines = [standing.floor_of_a_point_mm, standing.not_predictable_mm];
+fn scale(summary: &ModelSummary, width: usize) -> Scale {
+    let errors = summary.fall.iter().flat_map(|step| [Some(step.fit_mm), step.cross_validation_mm]).flatten();
+    let lines = [summary.floor_of_a_point_mm, summary.not_predictable_mm];
     let all = errors.chain(lines.into_iter().flatten()).filter(|error| error.is_finite());
     Scale {
         greatest_mm: all.fold(0.0, f64::max),
         width,
-        noise_mm: standing.floor_of_a_point_mm,
-        bound_mm: standing.not_predictable_mm,
+        noise_mm: summary.floor_of_a_point_mm,
+        bound_mm: summary.not_predictable_mm,
     }
 }
 
 /// The poses to measure next, where the lab asks for some.
-fn next_lines(standing: &Standing, width: usize, theme: &Theme) -> Vec<Line<'static>> {
-    if standing.next.is_empty() {
+fn next_lines(summary: &ModelSummary, width: usize, theme: &Theme) -> Vec<Line<'static>> {
+    if summary.next.is_empty() {
         return Vec::new();
     }
     let heads = [Line::default(), Line::styled("measure next, deg", theme.heading)].into_iter();
-    let poses = standing.next.iter().map(|pose| Line::styled(fitted(pose, width), theme.text));
+    let poses = summary.next.iter().map(|pose| Line::styled(fitted(pose, width), theme.text));
     heads.chain(poses).collect()
 }
 
@@ -100,7 +99,7 @@ const ROOM_FOR_LEGEND: u16 = 18;
 
 /// What the signs mean, and the errors at which the lines are; in a small pane only the latter.
 fn legend(
-    standing: &Standing,
+    summary: &ModelSummary,
     hatched: bool,
     (width, height): (usize, u16),
     theme: &Theme,
@@ -110,25 +109,22 @@ fn legend(
     let mut say = |text: String, style: Style| {
         lines.extend(wrapped(&text, width).into_iter().map(|line| Line::styled(line, style)));
     };
-    match (standing.floor_of_a_point_mm, standing.floor_mm) {
+    match (summary.floor_of_a_point_mm, summary.floor_mm) {
         (Some(point), Some(reading)) if roomy => say(
-            format!(
-                "{NOISE} noise of a point {point:.4} ({reading:.4} a reading, {})",
-                standing.floor_source
-            ),
+            format!("{NOISE} noise of a point {point:.4} ({reading:.4} a reading, {})", summary.floor_source),
             theme.good,
         ),
         (Some(point), _) => say(format!("{NOISE} noise {point:.4}"), theme.good),
         _ => say("noise unknown: no repeats, none declared".to_owned(), theme.good),
     }
-    if let Some(bound) = standing.not_predictable_mm {
+    if let Some(bound) = summary.not_predictable_mm {
         say(format!("{BOUND} not predictable {bound:.4}"), theme.preview);
     }
     if !roomy {
         return lines;
     }
     let correction = if hatched { format!(", {HATCHED} with corrections") } else { String::new() };
-    let validated = match standing.fall.iter().any(|step| step.cross_validation_mm.is_some()) {
+    let validated = match summary.fall.iter().any(|step| step.cross_validation_mm.is_some()) {
         true => ", \u{2524} cross-validation",
         false => "",
     };

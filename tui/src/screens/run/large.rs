@@ -31,7 +31,7 @@ pub(crate) fn view(prompt: &OpenPrompt, theme: &Theme, hits: &Hits, frame: &mut 
     let [above, below] = Layout::vertical([Constraint::Fill(1), Constraint::Length(rows)]).areas(inner);
     let letters = usize::from(above.width) / LETTER.0;
     let question = question(prompt, usize::MAX).join(" ");
-    let text: Vec<String> = standing(prompt).into_iter().chain([question]).collect();
+    let text: Vec<String> = position_text(prompt).into_iter().chain([question]).collect();
     let lines: Vec<Line> =
         cut(pane::wrapped(&text.join("\n"), letters), usize::from(above.height) / LETTER.1, letters)
             .iter()
@@ -58,7 +58,7 @@ fn cut(mut lines: Vec<String>, room: usize, letters: usize) -> Vec<String> {
 }
 
 /// For a jog, the joint and where it stands, which is what one wants to read at the arm.
-fn standing(prompt: &OpenPrompt) -> Option<String> {
+fn position_text(prompt: &OpenPrompt) -> Option<String> {
     let PromptKind::JogTo { joints, .. } = &prompt.prompt.kind else { return None };
     joints.get(prompt.chosen).map(|joint| format!("{} {:.1} {}", joint.name, joint.value, joint.unit))
 }

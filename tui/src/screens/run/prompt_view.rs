@@ -270,13 +270,13 @@ fn acknowledge(label: &str, theme: &Theme, width: usize) -> Vec<Line<'static>> {
 
 /// In a simulated cell, what needs nobody's hands or eyes; nothing where a person is needed. Where room is short the footer names the key alone.
 fn simulated(prompt: &OpenPrompt, width: usize, shown: Labels) -> Vec<String> {
-    let told = match &prompt.prompt.kind {
+    let label = match &prompt.prompt.kind {
         _ if !prompt.prompt.simulated || shown == Labels::Shortest => return Vec::new(),
         PromptKind::JogTo { .. } => "Simulated: Enter drives it there where you do not jog it.",
         PromptKind::Number { .. } => "Simulated: read already, Enter takes it.",
         _ => "Simulated: done already, Enter goes on.",
     };
-    [told, "s leaves this and all like it to the program."]
+    [label, "s leaves this and all like it to the program."]
         .into_iter()
         .flat_map(|sentence| wrapped(sentence, width))
         .collect()

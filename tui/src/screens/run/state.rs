@@ -323,17 +323,17 @@ impl RunState {
     /// What steps have found, a sentence each: of scans and measurements, and what was worked out where nothing was corrected.
     pub(crate) fn results(&self) -> Vec<String> {
         let computed = if self.corrections.is_empty() { &["compute"][..] } else { &[] };
-        let tells = |step: &&Step| {
+        let has_result = |step: &&Step| {
             let kind = step.planned.kind.as_str();
             let passed = step.status == Status::Over(StepOutcome::Passed) && !step.message.is_empty();
             passed && (RESULTS.contains(&kind) || computed.contains(&kind))
         };
-        let told: Vec<String> = self
+        let lines: Vec<String> = self
             .leaves()
-            .filter(tells)
+            .filter(has_result)
             .map(|step| format!("{}: {}", step.planned.title, step.message))
             .collect();
-        told.iter().skip(told.len().saturating_sub(MOST_RESULTS)).cloned().collect()
+        lines.iter().skip(lines.len().saturating_sub(MOST_RESULTS)).cloned().collect()
     }
 
     /// Where keys are looked up on the Run screen, the narrowest place first.

@@ -1,6 +1,6 @@
 //! What keys do on the Run screen, and to a run from every other: answers, jogging, pausing, aborting.
 
-use plumb_cell::command::{Command as Tell, PauseWhen};
+use plumb_cell::command::{Command as RunCommand, PauseWhen};
 use plumb_cell::prompt::{Answer, Decision};
 use ratatui::crossterm::event::KeyCode;
 
@@ -79,16 +79,16 @@ pub(crate) fn obey(state: &mut State, command: Command) -> Vec<Action> {
         Command::Pause if paused => state.say(Gravity::Calm, "The run is paused already: r goes on."),
         Command::Pause => {
             state.say(Gravity::Calm, "Pausing before the next step; Esc stops at once.");
-            return vec![Action::Tell(Tell::Pause { when: PauseWhen::BeforeNextStep })];
+            return vec![Action::Send(RunCommand::Pause { when: PauseWhen::BeforeNextStep })];
         }
-        Command::Resume if paused => return vec![Action::Tell(Tell::Resume)],
+        Command::Resume if paused => return vec![Action::Send(RunCommand::Resume)],
         Command::Resume => state.say(Gravity::Calm, "The run is not paused."),
         Command::Abort => state.overlay = Some(Overlay::Abort),
         Command::AbortNow => {
             state.overlay = None;
-            return vec![Action::Tell(Tell::Abort)];
+            return vec![Action::Send(RunCommand::Abort)];
         }
-        Command::Finish => return vec![Action::Tell(Tell::Finish)],
+        Command::Finish => return vec![Action::Send(RunCommand::Finish)],
         Command::SwapViews => {
             if let Some(run) = &mut state.run {
                 run.views_swapped = !run.views_swapped;
@@ -124,7 +124,7 @@ fn answer(state: &mut State, make: impl Fn(&mut OpenPrompt) -> Result<Answer, St
         Ok(answer) => {
             prompt.answered = true;
             prompt.refused = None;
-            vec![Action::Tell(Tell::Answer { prompt: prompt.prompt.id, answer, by })]
+            vec![Action::Send(RunCommand::Answer { prompt: prompt.prompt.id, answer, by })]
         }
         Err(reason) => {
             prompt.refuse(&reason);
@@ -144,13 +144,13 @@ fn decided(prompt: &mut OpenPrompt, decision: Decision) -> Result<Answer, String
 fn jog(state: &mut State, sign: f64) -> Vec<Action> {
     let Some(prompt) = prompt(state) else { return Vec::new() };
     prompt.refused = None;
-    prompt.jog(sign).map(Action::Tell).into_iter().collect()
+    prompt.jog(sign).map(Action::Send).into_iter().collect()
 }
 
 fn hand_over(state: &mut State) -> Vec<Action> {
     let now = state.now;
     match prompt(state).map(|prompt| prompt.hand_over(now)) {
-        Some(Ok(command)) => vec![Action::Tell(command)],
+        Some(Ok(command)) => vec![Action::Send(command)],
         Some(Err(reason)) => {
             if let Some(prompt) = prompt(state) {
                 prompt.refuse(&reason);

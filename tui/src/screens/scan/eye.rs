@@ -8,7 +8,7 @@ pub(crate) struct Eye {
     /// The place in the middle of the view, mm.
     pub target: Point3<f64>,
     /// How it stands.
-    pub stand: Stand,
+    pub viewpoint: Viewpoint,
     /// Its opening across the view's shorter side, rad; 0 sees all rays parallel.
     pub opening: f64,
     /// What the shorter side shows at the target, mm.
@@ -17,7 +17,7 @@ pub(crate) struct Eye {
 
 /// How an eye stands.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Stand {
+pub(crate) enum Viewpoint {
     /// Anywhere around the cloud.
     Around {
         /// About the vertical, rad; at 0 it looks along y, with x to the right.
@@ -61,8 +61,10 @@ const SPANS: (f64, f64) = (1e-3, 1e6);
 impl Eye {
     /// One that sees all of these points, from before and above.
     pub(crate) fn around(places: impl Iterator<Item = Point3<f64>>) -> Self {
-        let stand = Stand::Around { yaw: -30.0_f64.to_radians(), pitch: 30.0_f64.to_radians(), roll: 0.0 };
-        let mut eye = Self { target: Point3::origin(), stand, opening: 30.0_f64.to_radians(), span: 100.0 };
+        let viewpoint =
+            Viewpoint::Around { yaw: -30.0_f64.to_radians(), pitch: 30.0_f64.to_radians(), roll: 0.0 };
+        let mut eye =
+            Self { target: Point3::origin(), viewpoint, opening: 30.0_f64.to_radians(), span: 100.0 };
         eye.see_all(places);
         eye
     }
@@ -99,20 +101,20 @@ impl Eye {
 
     /// To the right, up, and toward the eye.
     fn axes(&self) -> [Vector3<f64>; 3] {
-        match &self.stand {
-            Stand::Around { yaw, pitch, roll } => {
+        match &self.viewpoint {
+            Viewpoint::Around { yaw, pitch, roll } => {
                 let ((sy, cy), (sp, cp), (sr, cr)) = (yaw.sin_cos(), pitch.sin_cos(), roll.sin_cos());
                 let back = Vector3::new(cp * sy, -cp * cy, sp);
                 let level = Vector3::new(cy, sy, 0.0);
                 let up = back.cross(&level);
                 [level * cr + up * sr, up * cr - level * sr, back]
             }
-            Stand::EdgeOn { normal, along, .. } => [*along, *normal, along.cross(normal)],
+            Viewpoint::EdgeOn { normal, along, .. } => [*along, *normal, along.cross(normal)],
         }
     }
 
     fn stretch(&self) -> f64 {
-        if let Stand::EdgeOn { stretch, .. } = self.stand { stretch } else { 1.0 }
+        if let Viewpoint::EdgeOn { stretch, .. } = self.viewpoint { stretch } else { 1.0 }
     }
 
     /// Where a place lies in the view; none when it lies behind the eye.
@@ -121,7 +123,7 @@ impl Eye {
         let away = place - self.target;
         let (x, y, near) = (away.dot(&right), away.dot(&up) * self.stretch(), away.dot(&back));
         let half = self.span / 2.0;
-        let is_parallel = self.opening <= 0.0 || matches!(self.stand, Stand::EdgeOn { .. });
+        let is_parallel = self.opening <= 0.0 || matches!(self.viewpoint, Viewpoint::EdgeOn { .. });
         let scale = if is_parallel {
             1.0
         } else {
@@ -137,12 +139,12 @@ impl Eye {
 
     /// Turns by these angles, rad; over an edge the plane is turned, and its thickness drawn larger or smaller.
     pub(crate) fn turn(&mut self, to_right: f64, upward: f64) {
-        match &mut self.stand {
-            Stand::Around { yaw, pitch, .. } => {
+        match &mut self.viewpoint {
+            Viewpoint::Around { yaw, pitch, .. } => {
                 *yaw = (*yaw + to_right).rem_euclid(std::f64::consts::TAU);
                 *pitch = (*pitch + upward).clamp(-STEEPEST, STEEPEST);
             }
-            Stand::EdgeOn { normal, along, stretch } => {
+            Viewpoint::EdgeOn { normal, along, stretch } => {
                 let turned =
                     nalgebra::Rotation3::from_axis_angle(&nalgebra::Unit::new_normalize(*normal), to_right);
                 *along = turned * *along;
@@ -153,7 +155,7 @@ impl Eye {
 
     /// Rolls about the line of sight, rad.
     pub(crate) fn roll(&mut self, by: f64) {
-        if let Stand::Around { roll, .. } = &mut self.stand {
+        if let Viewpoint::Around { roll, .. } = &mut self.viewpoint {
             *roll =
                 (*roll + by + std::f64::consts::PI).rem_euclid(std::f64::consts::TAU) - std::f64::consts::PI;
         }
@@ -184,12 +186,12 @@ impl Eye {
     }
 
     /// What it is set to, in words.
-    pub(crate) fn told(&self) -> String {
+    pub(crate) fn describe(&self) -> String {
         let degrees = |angle: f64| angle.to_degrees().round() + 0.0;
         let [x, y, z] = self.target.coords.into();
         let place = format!("at [{x:.1}, {y:.1}, {z:.1}] mm, {:.4} mm high", Short(self.span));
-        match &self.stand {
-            Stand::Around { yaw, pitch, roll } => {
+        match &self.viewpoint {
+            Viewpoint::Around { yaw, pitch, roll } => {
                 let lens = if self.opening > 0.0 {
                     format!("{} deg", degrees(self.opening))
                 } else {
@@ -200,7 +202,7 @@ impl Eye {
                     if *roll == 0.0 { String::new() } else { format!(", roll {} deg", degrees(*roll)) };
                 format!("{around}{roll}, opening {lens}, {place}")
             }
-            Stand::EdgeOn { stretch, .. } => format!("edge-on, thickness x {:.0}, {place}", stretch),
+            Viewpoint::EdgeOn { stretch, .. } => format!("edge-on, thickness x {:.0}, {place}", stretch),
         }
     }
 }
@@ -228,7 +230,7 @@ mod tests {
     fn from_before() -> Eye {
         Eye {
             target: Point3::new(10.0, 20.0, 30.0),
-            stand: Stand::Around { yaw: 0.0, pitch: 0.0, roll: 0.0 },
+            viewpoint: Viewpoint::Around { yaw: 0.0, pitch: 0.0, roll: 0.0 },
             opening: 0.0,
             span: 100.0,
         }
@@ -249,7 +251,11 @@ mod tests {
         eye.turn(0.0, STEEPEST);
         assert_eq!(seen(&eye, 10.0, 70.0, 30.0), (0.0, 1.0, 0.0), "from above, y is up");
         eye.turn(0.0, 1.0);
-        assert_eq!(eye.stand, Stand::Around { yaw: 0.0, pitch: STEEPEST, roll: 0.0 }, "never over the top");
+        assert_eq!(
+            eye.viewpoint,
+            Viewpoint::Around { yaw: 0.0, pitch: STEEPEST, roll: 0.0 },
+            "never over the top"
+        );
     }
 
     #[test]
@@ -280,8 +286,8 @@ mod tests {
 
     #[test]
     fn edge_on_thickness_is_drawn_larger() {
-        let stand = Stand::EdgeOn { normal: Vector3::z(), along: Vector3::x(), stretch: 100.0 };
-        let mut eye = Eye { stand, ..from_before() };
+        let viewpoint = Viewpoint::EdgeOn { normal: Vector3::z(), along: Vector3::x(), stretch: 100.0 };
+        let mut eye = Eye { viewpoint, ..from_before() };
         assert_eq!(seen(&eye, 60.0, 20.0, 30.5), (1.0, 1.0, 0.0));
         eye.turn(STEEPEST, 0.0);
         assert_eq!(seen(&eye, 10.0, 70.0, 30.0).0.abs(), 1.0);

@@ -11,7 +11,7 @@ mod update;
 mod view;
 
 pub(crate) use command::ScanCommand;
-pub(crate) use eye::Stand;
+pub(crate) use eye::Viewpoint;
 pub(crate) use picture::{PictureSize, picture};
 pub(crate) use state::{Colouring, ScanState, Strokes};
 pub(crate) use update::{click, drag, grab, obey, scroll, take};

@@ -1,6 +1,6 @@
 //! A view as a picture.
 
-use super::eye::{Seen, Short, Stand};
+use super::eye::{Seen, Short, Viewpoint};
 use super::raster::{Ink, Raster};
 use super::scale::Scale;
 use super::state::{ScanState, Strokes};
@@ -107,7 +107,7 @@ fn draw(scan: &ScanState, raster: &mut Raster, size: PictureSize, left: usize) {
             raster.disc(here.0, here.1, 0.7, ink);
         }
     }
-    if let (Stand::EdgeOn { .. }, Some(band)) = (&scan.eye.stand, &scan.band) {
+    if let (Viewpoint::EdgeOn { .. }, Some(band)) = (&scan.eye.viewpoint, &scan.band) {
         for edge in [band.edges.0, band.edges.1] {
             if let Some(seen) = scan.eye.see(&(band.middle + band.normal * edge)) {
                 let (_, y) = on_paper(seen);
@@ -127,18 +127,18 @@ pub(super) fn joined(scan: &ScanState, place: usize, gap: f64) -> bool {
 
 /// What the view is, in words.
 fn words(scan: &ScanState) -> String {
-    match (&scan.eye.stand, &scan.band) {
-        (Stand::EdgeOn { .. }, Some(band)) => {
+    match (&scan.eye.viewpoint, &scan.band) {
+        (Viewpoint::EdgeOn { .. }, Some(band)) => {
             format!("edge-on: 95 % in {:.3} mm, rms {:.3} mm", band.thickness(), band.rms)
         }
-        _ => scan.eye.told(),
+        _ => scan.eye.describe(),
     }
 }
 
 /// Below the view: what colours say at the left, a scale at the right. `top` is where the view ends.
 fn legend(scan: &ScanState, raster: &mut Raster, size: PictureSize, top: usize) {
     let (low, high) = scan.values();
-    let (what, unit) = scan.colouring.told();
+    let (what, unit) = scan.colouring.title_and_unit();
     let bar = 120.min(size.width / 4);
     let middle = top as f64 + LEGEND as f64 / 2.0;
     for x in 0..bar {
@@ -153,10 +153,10 @@ fn legend(scan: &ScanState, raster: &mut Raster, size: PictureSize, top: usize) 
     for end in [right - length, right] {
         raster.line((end, middle - 6.0), (end, middle + 6.0), 2.0, LETTERS);
     }
-    let told = scale.told(&scan.eye);
+    let reported = scale.label(&scan.eye);
     let letters_top = top + (LEGEND - Raster::LETTER) / 2;
-    let scale_left = ((right - length) as usize).saturating_sub(told.len() * Raster::LETTER + MARGIN);
-    raster.text(scale_left, letters_top, &told, LETTERS);
+    let scale_left = ((right - length) as usize).saturating_sub(reported.len() * Raster::LETTER + MARGIN);
+    raster.text(scale_left, letters_top, &reported, LETTERS);
     let legend = format!("{what} {} to {} {unit}", Short(low), Short(high));
     let from = MARGIN + bar + MARGIN;
     let room = scale_left.saturating_sub(from + MARGIN) / Raster::LETTER;
@@ -167,9 +167,9 @@ fn legend(scan: &ScanState, raster: &mut Raster, size: PictureSize, top: usize) 
         for end in [low, low - length] {
             raster.line((right - 6.0, end), (right + 6.0, end), 2.0, LETTERS);
         }
-        let told = scale.told(&scan.eye);
-        let left = (right as usize).saturating_sub(told.len() * Raster::LETTER + MARGIN);
-        raster.text(left, (low - length / 2.0).max(0.0) as usize, &told, LETTERS);
+        let reported = scale.label(&scan.eye);
+        let left = (right as usize).saturating_sub(reported.len() * Raster::LETTER + MARGIN);
+        raster.text(left, (low - length / 2.0).max(0.0) as usize, &reported, LETTERS);
     }
 }
 

@@ -1,6 +1,6 @@
 //! A scale to hold against what is seen: a length that is good to read, and how long it is in the view.
 
-use super::eye::{Eye, Stand};
+use super::eye::{Eye, Viewpoint};
 
 /// A length in the view.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,9 +19,9 @@ impl Scale {
 
     /// Along the thickness of a plane that is looked along, which is drawn larger than the rest; none from elsewhere.
     pub(super) fn of_thickness(eye: &Eye, longest: f64) -> Option<Self> {
-        match eye.stand {
-            Stand::EdgeOn { stretch, .. } => Some(Self::of(eye.span / 2.0 / stretch, longest)),
-            Stand::Around { .. } => None,
+        match eye.viewpoint {
+            Viewpoint::EdgeOn { stretch, .. } => Some(Self::of(eye.span / 2.0 / stretch, longest)),
+            Viewpoint::Around { .. } => None,
         }
     }
 
@@ -31,8 +31,8 @@ impl Scale {
     }
 
     /// As it is written beside the bar.
-    pub(super) fn told(&self, eye: &Eye) -> String {
-        let is_lens = eye.opening > 0.0 && matches!(eye.stand, Stand::Around { .. });
+    pub(super) fn label(&self, eye: &Eye) -> String {
+        let is_lens = eye.opening > 0.0 && matches!(eye.viewpoint, Viewpoint::Around { .. });
         // Lengths are 1, 2 or 5 times a power of ten: they show no more digits than that.
         let digits = (-self.length_mm.log10().floor()).max(0.0) as usize;
         format!("{:.digits$} mm{}", self.length_mm, if is_lens { " in the middle" } else { "" })
@@ -56,15 +56,15 @@ mod tests {
     #[test]
     fn a_scale_is_a_good_length_no_longer_than_there_is_room_and_as_long_as_it_says() {
         assert_eq!([0.07, 1.0, 4.99, 5.0, 999.0].map(good_length), [0.05, 1.0, 2.0, 5.0, 500.0]);
-        let stand = Stand::EdgeOn { normal: Vector3::z(), along: Vector3::x(), stretch: 100.0 };
-        let eye = Eye { target: Point3::origin(), stand, opening: 0.0, span: 80.0 };
+        let viewpoint = Viewpoint::EdgeOn { normal: Vector3::z(), along: Vector3::x(), stretch: 100.0 };
+        let eye = Eye { target: Point3::origin(), viewpoint, opening: 0.0, span: 80.0 };
         let across = Scale::across(&eye, 0.6);
-        assert_eq!((across.length_mm, across.told(&eye).as_str()), (20.0, "20 mm"));
+        assert_eq!((across.length_mm, across.label(&eye).as_str()), (20.0, "20 mm"));
         // As long in the view as two points so far apart.
         let end = eye.see(&Point3::new(across.length_mm, 0.0, 0.0)).unwrap();
         assert!((end.x - across.in_view).abs() < 1e-12);
         let up = Scale::of_thickness(&eye, 0.6).unwrap();
-        assert_eq!(up.told(&eye), "0.2 mm");
+        assert_eq!(up.label(&eye), "0.2 mm");
         let end = eye.see(&Point3::new(0.0, 0.0, up.length_mm)).unwrap();
         assert!((end.y - up.in_view).abs() < 1e-12);
     }

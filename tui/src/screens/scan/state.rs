@@ -6,7 +6,7 @@ use plumb_cloud::{Cloud, CloudPoint};
 use plumb_plugin::StripePoint;
 
 use super::band::Band;
-use super::eye::{Eye, Stand};
+use super::eye::{Eye, Viewpoint};
 
 /// How points are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,7 +30,7 @@ pub(crate) enum Colouring {
 
 impl Colouring {
     /// What it colours by, in words, with its unit.
-    pub(crate) fn told(self) -> (&'static str, &'static str) {
+    pub(crate) fn title_and_unit(self) -> (&'static str, &'static str) {
         match self {
             Self::Height => ("height", "mm"),
             Self::Residual => ("from the plane", "mm"),
@@ -143,8 +143,8 @@ impl ScanState {
         let span = 1.8 * reach.fold(1.0, f64::max);
         // The band takes a quarter of the view's height.
         let stretch = (span / 4.0 / band.thickness().max(1e-4)).max(1.0);
-        let stand = Stand::EdgeOn { normal: band.normal, along: band.along, stretch };
-        let eye = Eye { target: band.middle, stand, opening: 0.0, span };
+        let viewpoint = Viewpoint::EdgeOn { normal: band.normal, along: band.along, stretch };
+        let eye = Eye { target: band.middle, viewpoint, opening: 0.0, span };
         self.before_edge = Some(std::mem::replace(&mut self.eye, eye));
         true
     }

@@ -3,7 +3,7 @@
 use plumb_cell::event::Event;
 
 use super::command::ScanCommand;
-use super::eye::Stand;
+use super::eye::Viewpoint;
 use super::picture::{PictureSize, picture};
 use super::state::{Colouring, ScanState, Strokes};
 use super::view::units;
@@ -142,16 +142,16 @@ fn picture_name(scan: &ScanState) -> String {
 
 fn next_side(scan: &mut ScanState) -> String {
     scan.before_edge = None;
-    let here = match &scan.eye.stand {
-        Stand::Around { yaw, pitch, .. } => SIDES.iter().position(|(turn, up, _)| {
+    let here = match &scan.eye.viewpoint {
+        Viewpoint::Around { yaw, pitch, .. } => SIDES.iter().position(|(turn, up, _)| {
             let off = (yaw - turn.to_radians()).rem_euclid(std::f64::consts::TAU);
             off.min(std::f64::consts::TAU - off) < 1e-6 && (pitch - up.to_radians()).abs() < 1e-6
         }),
-        Stand::EdgeOn { .. } => None,
+        Viewpoint::EdgeOn { .. } => None,
     };
     let next = here.map_or(0, |here| (here + 1) % SIDES.len());
     let (turn, up, name) = SIDES.get(next).copied().unwrap_or(SIDES[0]);
-    scan.eye.stand = Stand::Around { yaw: turn.to_radians(), pitch: up.to_radians(), roll: 0.0 };
+    scan.eye.viewpoint = Viewpoint::Around { yaw: turn.to_radians(), pitch: up.to_radians(), roll: 0.0 };
     if scan.eye.opening == 0.0 && next == 0 {
         scan.eye.opening = 30.0_f64.to_radians();
     }

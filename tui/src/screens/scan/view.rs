@@ -9,7 +9,7 @@ use ratatui::text::Line as TextLine;
 use ratatui::widgets::Paragraph;
 use ratatui::widgets::canvas::{Canvas, Context, Line, Points};
 
-use super::eye::{Short, Stand};
+use super::eye::{Short, Viewpoint};
 use super::picture::joined;
 use super::scale::Scale;
 use super::state::{ScanState, Strokes};
@@ -124,10 +124,10 @@ fn scale(context: &mut Context, scan: &ScanState, theme: &Theme, (width, height)
     // A letter is two dots wide.
     let columns = ((scale.in_view * unit / 2.0).round() as usize).max(2);
     let bar = "\u{2500}".repeat(columns - 2);
-    let mut text = format!("\u{251c}{bar}\u{2524} {}", scale.told(&scan.eye));
+    let mut text = format!("\u{251c}{bar}\u{2524} {}", scale.label(&scan.eye));
     if let Some(up) = Scale::of_thickness(&scan.eye, height / unit) {
         let rows = up.in_view * unit / 4.0;
-        text.push_str(&format!("; {rows:.1} rows up: {}", up.told(&scan.eye)));
+        text.push_str(&format!("; {rows:.1} rows up: {}", up.label(&scan.eye)));
     }
     let room = (width / 2.0) as usize;
     let (left, low) = (-width / 2.0 / unit, -height / 2.0 / unit);
@@ -149,7 +149,7 @@ fn marks(context: &mut Context, scan: &ScanState, theme: &Theme, unit: f64) {
         context.draw(&Line { x1: seen.x - arm, y1: seen.y, x2: seen.x + arm, y2: seen.y, color });
         context.draw(&Line { x1: seen.x, y1: seen.y - arm, x2: seen.x, y2: seen.y + arm, color });
     }
-    if let (Stand::EdgeOn { .. }, Some(band)) = (&scan.eye.stand, &scan.band) {
+    if let (Viewpoint::EdgeOn { .. }, Some(band)) = (&scan.eye.viewpoint, &scan.band) {
         let color = colour(theme.warning);
         for edge in [band.edges.0, band.edges.1] {
             if let Some(seen) = scan.eye.see(&(band.middle + band.normal * edge)) {
@@ -189,7 +189,7 @@ fn lines(scan: &ScanState, theme: &Theme, width: usize) -> Vec<TextLine<'static>
             theme.heading,
         );
     }
-    if let (Stand::EdgeOn { .. }, Some(band)) = (&scan.eye.stand, &scan.band) {
+    if let (Viewpoint::EdgeOn { .. }, Some(band)) = (&scan.eye.viewpoint, &scan.band) {
         say(
             format!(
                 "band {:.3} mm thick (95 % of {} points), rms {:.3} mm",
@@ -201,9 +201,9 @@ fn lines(scan: &ScanState, theme: &Theme, width: usize) -> Vec<TextLine<'static>
         );
     }
     let (low, high) = scan.values();
-    let (what, unit) = scan.colouring.told();
+    let (what, unit) = scan.colouring.title_and_unit();
     say(format!("colour: {what} {} to {} {unit}", Short(low), Short(high)).trim_end().to_owned(), theme.text);
-    say(scan.eye.told(), theme.faint);
+    say(scan.eye.describe(), theme.faint);
     lines
 }
 

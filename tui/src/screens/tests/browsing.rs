@@ -1,10 +1,10 @@
 //! What an operator does on the History screen, and with the mouse anywhere.
 
-use plumb_cell::command::Command as Tell;
+use plumb_cell::command::Command as RunCommand;
 use plumb_cell::prompt::{Answer, PromptId};
 use ratatui::crossterm::event::KeyCode;
 
-use super::fixtures::{asked_to_confirm, begun, choice_asked, examined, page, press, recorded, tell};
+use super::fixtures::{asked_to_confirm, begun, choice_asked, deliver, examined, page, press, recorded};
 use crate::screens::history::{ArchiveAnswer, ArchiveRequest};
 use crate::screens::message::{Action, Message};
 use crate::screens::screen::Screen;
@@ -142,25 +142,25 @@ fn a_click_chooses_a_run_and_a_candidate() {
 #[test]
 fn a_click_chooses_an_option_and_only_enter_or_the_button_answers() {
     let mut state = begun();
-    tell(&mut state, choice_asked());
+    deliver(&mut state, choice_asked());
     assert_eq!(click(&mut state, "another one", (80, 24)), []);
-    let answer = Tell::Answer {
+    let answer = RunCommand::Answer {
         prompt: PromptId(41),
         answer: Answer::Choice { key: "other".to_owned() },
         by: "ada".to_owned(),
     };
-    assert_eq!(press(&mut state, KeyCode::Enter), [Action::Tell(answer)]);
+    assert_eq!(press(&mut state, KeyCode::Enter), [Action::Send(answer)]);
 
     let mut state = begun();
-    tell(&mut state, asked_to_confirm());
-    let answer = Tell::Answer { prompt: PromptId(41), answer: Answer::Done, by: "ada".to_owned() };
-    assert_eq!(click(&mut state, "the target lies", (80, 24)), [Action::Tell(answer)]);
+    deliver(&mut state, asked_to_confirm());
+    let answer = RunCommand::Answer { prompt: PromptId(41), answer: Answer::Done, by: "ada".to_owned() };
+    assert_eq!(click(&mut state, "the target lies", (80, 24)), [Action::Send(answer)]);
 }
 
 #[test]
 fn what_lies_over_the_page_shields_it_from_clicks() {
     let mut state = begun();
-    tell(&mut state, asked_to_confirm());
+    deliver(&mut state, asked_to_confirm());
     page(&state, 80, 24);
     state.overlay = Some(Overlay::Abort);
     for row in 1..21 {

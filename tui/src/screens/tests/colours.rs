@@ -8,8 +8,8 @@ use ratatui::crossterm::event::KeyCode;
 use ratatui::style::Color;
 
 use super::fixtures::{
-    begun, decision_asked, drawn, examined, finished, jog_asked, passed, press, recorded, searching, started,
-    tell,
+    begun, decision_asked, deliver, drawn, examined, finished, jog_asked, passed, press, recorded, searching,
+    started,
 };
 use super::scanning::scanned;
 use crate::screens::screen::Screen;
@@ -26,13 +26,13 @@ fn on(screen: Screen, mut state: State) -> State {
 
 fn pages() -> Vec<(&'static str, State)> {
     let mut jogging = begun();
-    tell(&mut jogging, started("upright"));
-    tell(&mut jogging, jog_asked());
+    deliver(&mut jogging, started("upright"));
+    deliver(&mut jogging, jog_asked());
     let mut large = jogging.clone();
     press(&mut large, KeyCode::Char('z'));
     let mut failed = searching();
-    tell(&mut failed, finished("cycle[2].lower", StepOutcome::Failed, "eye stayed OFF"));
-    tell(&mut failed, decision_asked());
+    deliver(&mut failed, finished("cycle[2].lower", StepOutcome::Failed, "eye stayed OFF"));
+    deliver(&mut failed, decision_asked());
     let mut details = examined();
     press(&mut details, KeyCode::Enter);
     vec![

@@ -19,7 +19,7 @@ use crate::screens::cell::ArmShape;
 use crate::screens::history::ArchiveAnswer;
 use crate::screens::history::testing::{Trend, TrendPoint};
 use crate::screens::message::{Action, Message};
-use crate::screens::model::testing::{Card, CardStanding, FallStep, Residuals, Standing, StripLine};
+use crate::screens::model::testing::{Card, CardStatus, FallStep, ModelSummary, Residuals, StripLine};
 use crate::screens::model::{LabAnswer, ModelState};
 use crate::screens::state::State;
 use crate::screens::theme::Theme;
@@ -78,7 +78,7 @@ pub(super) fn joints(shoulder: f64, elbow: f64) -> Vec<NamedValue> {
     ]
 }
 
-pub(super) fn tell(state: &mut State, event: Event) -> Vec<Action> {
+pub(super) fn deliver(state: &mut State, event: Event) -> Vec<Action> {
     let stamped = StampedEvent { sequence: 1, time: "2026-11-21T06:00:07.250Z".to_owned(), event };
     update(state, Message::Engine(Box::new(stamped)))
 }
@@ -201,8 +201,8 @@ pub(super) fn begun() -> State {
         unattended: false,
         resumed_at: None,
     };
-    tell(&mut state, start);
-    tell(&mut state, Event::Planned { steps: plan(), estimate_s: 81.1 });
+    deliver(&mut state, start);
+    deliver(&mut state, Event::Planned { steps: plan(), estimate_s: 81.1 });
     for (device, plugin) in [("arm", "simulated"), ("eye", "ir-proximity")] {
         let event = Event::Device {
             device: device.to_owned(),
@@ -210,9 +210,9 @@ pub(super) fn begun() -> State {
             state: DeviceState::Active,
             message: None,
         };
-        tell(&mut state, event);
+        deliver(&mut state, event);
     }
-    tell(&mut state, posed(35.5, -84.2, false));
+    deliver(&mut state, posed(35.5, -84.2, false));
     state.cell.target = Some(plumb_cell::workcell::TTarget {
         line_a: 0.0,
         line_b_distance: 140.0,
@@ -257,13 +257,13 @@ pub(super) fn searching() -> State {
     let mut state = begun();
     state.now = Duration::from_secs(64);
     for step in ["grid", "upright", "lower_waist", "waist"] {
-        tell(&mut state, started(step));
-        tell(&mut state, finished(step, StepOutcome::Passed, "done"));
+        deliver(&mut state, started(step));
+        deliver(&mut state, finished(step, StepOutcome::Passed, "done"));
     }
     for (turn, shoulder, elbow) in [(1, 28.3142, -83.1187), (2, 28.0221, -83.4018), (3, 28.0312, -83.3931)] {
         for (id, joint) in [("lower", "shoulder"), ("reach", "elbow"), ("back", "")] {
             let step = format!("cycle[{turn}].{id}");
-            tell(&mut state, started(&step));
+            deliver(&mut state, started(&step));
             if turn == 3 && id == "reach" {
                 break;
             }
@@ -274,12 +274,12 @@ pub(super) fn searching() -> State {
                     joints: joints(shoulder, elbow),
                     half_width: value(joint, 0.0127, "deg"),
                 };
-                tell(&mut state, event);
+                deliver(&mut state, event);
             }
-            tell(&mut state, finished(&step, StepOutcome::Passed, "found"));
+            deliver(&mut state, finished(&step, StepOutcome::Passed, "found"));
         }
     }
-    tell(
+    deliver(
         &mut state,
         Event::Signal {
             device: "eye".to_owned(),
@@ -288,7 +288,7 @@ pub(super) fn searching() -> State {
             time_ns: 61_204_000_000,
         },
     );
-    tell(
+    deliver(
         &mut state,
         Event::Signal {
             device: "eye".to_owned(),
@@ -297,7 +297,7 @@ pub(super) fn searching() -> State {
             time_ns: 63_020_500_000,
         },
     );
-    tell(
+    deliver(
         &mut state,
         Event::StepProgress {
             step: path("cycle[3].reach"),
@@ -305,7 +305,7 @@ pub(super) fn searching() -> State {
             text: "slow approach, elbow at -81.40 deg".to_owned(),
         },
     );
-    tell(&mut state, posed(28.03, -81.4, true));
+    deliver(&mut state, posed(28.03, -81.4, true));
     state
 }
 
@@ -313,8 +313,8 @@ pub(super) fn searching() -> State {
 pub(super) fn passed() -> State {
     let mut state = searching();
     for step in ["cycle[3].reach", "cycle[3].back", "zeros", "apply"] {
-        tell(&mut state, started(step));
-        tell(&mut state, finished(step, StepOutcome::Passed, "done"));
+        deliver(&mut state, started(step));
+        deliver(&mut state, finished(step, StepOutcome::Passed, "done"));
     }
     for (joint, old, new) in [("waist", 0.0, -4.318), ("shoulder", 0.0, 1.274), ("elbow", 0.0, -0.861)] {
         let correction = Correction {
@@ -327,12 +327,12 @@ pub(super) fn passed() -> State {
             budget: None,
             unit: "deg".to_owned(),
         };
-        tell(&mut state, Event::CorrectionProposed { correction: correction.clone() });
-        tell(&mut state, Event::CorrectionApplied { correction, revision: 3 });
+        deliver(&mut state, Event::CorrectionProposed { correction: correction.clone() });
+        deliver(&mut state, Event::CorrectionApplied { correction, revision: 3 });
     }
     let message = "Three joint zeros are in force; the hand meets lines A and B within 0.03 mm.".to_owned();
-    tell(&mut state, posed(28.03, -83.39, false));
-    tell(&mut state, Event::RunEnded { run: 12, outcome: RunOutcome::Passed, message });
+    deliver(&mut state, posed(28.03, -83.39, false));
+    deliver(&mut state, Event::RunEnded { run: 12, outcome: RunOutcome::Passed, message });
     state
 }
 
@@ -340,12 +340,12 @@ pub(super) fn passed() -> State {
 pub(super) fn examined() -> State {
     let model = ModelState::new("ur5", "ur5.yaml, ur5-grid.csv (200 rows)");
     let mut state = State::of_model(model, Theme::coloured());
-    update(&mut state, Message::Lab(LabAnswer::Examined(Box::new(standing()))));
+    update(&mut state, Message::Lab(LabAnswer::Examined(Box::new(summary()))));
     state
 }
 
-fn standing() -> Standing {
-    let card = |key: &str, effect: &str, place: &str, standing: CardStanding| Card {
+fn summary() -> ModelSummary {
+    let card = |key: &str, effect: &str, place: &str, status: CardStatus| Card {
         key: key.to_owned(),
         effect: effect.to_owned(),
         place: place.to_owned(),
@@ -355,17 +355,17 @@ fn standing() -> Standing {
         holm_p: Some(3e-14),
         probability: Some(0.93),
         ties: Vec::new(),
-        standing,
+        status,
         reason: String::new(),
     };
     let mut cards = vec![
-        card("joint_compliance(shoulder)", "joint_compliance", "shoulder", CardStanding::Tied),
-        card("link_sag(upper_arm)", "link_sag", "upper arm", CardStanding::Tied),
-        card("joint_backlash(elbow)", "joint_backlash", "elbow", CardStanding::Rejected),
+        card("joint_compliance(shoulder)", "joint_compliance", "shoulder", CardStatus::Tied),
+        card("link_sag(upper_arm)", "link_sag", "upper arm", CardStatus::Tied),
+        card("joint_backlash(elbow)", "joint_backlash", "elbow", CardStatus::Rejected),
     ];
     cards[0].ties = vec!["link_sag(upper_arm)".to_owned()];
     cards[2].reason = "no gain where it was not fitted".to_owned();
-    Standing {
+    ModelSummary {
         verdict: "located".to_owned(),
         sentence: "The shoulder gives way under gravity; whether its joint or its link cannot be told from these poses."
             .to_owned(),

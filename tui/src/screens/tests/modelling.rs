@@ -5,7 +5,7 @@ use ratatui::crossterm::event::KeyCode;
 
 use super::fixtures::{examined, page, press};
 use crate::screens::message::{Action, Message};
-use crate::screens::model::testing::{CardStanding, Standing};
+use crate::screens::model::testing::{CardStatus, ModelSummary};
 use crate::screens::model::{Doubtful, LabAnswer, LabRequest};
 use crate::screens::screen::Screen;
 use crate::screens::state::{Overlay, State};
@@ -14,12 +14,12 @@ use crate::screens::update::update;
 /// The sizes the page is looked at in.
 const SIZES: [(u16, u16); 3] = [(80, 24), (120, 40), (200, 60)];
 
-fn standing(state: &State) -> Standing {
-    state.model.as_ref().and_then(|model| model.standing.clone()).expect("the model was examined")
+fn summary(state: &State) -> ModelSummary {
+    state.model.as_ref().and_then(|model| model.summary.clone()).expect("the model was examined")
 }
 
-fn take(state: &mut State, standing: Standing) {
-    update(state, Message::Lab(LabAnswer::Examined(Box::new(standing))));
+fn take(state: &mut State, summary: ModelSummary) {
+    update(state, Message::Lab(LabAnswer::Examined(Box::new(summary))));
 }
 
 /// The row and column of a text on the page.
@@ -153,15 +153,15 @@ fn a_name_that_was_written_and_would_not_be_named_is_added_only_after_a_question
 #[test]
 fn what_is_in_the_model_is_shown_first_at_the_floor_and_not_added_again() {
     let mut state = examined();
-    let mut standing = standing(&state);
-    standing.at_floor = true;
-    for card in &mut standing.cards {
-        card.standing = CardStanding::Rejected;
+    let mut summary = summary(&state);
+    summary.at_floor = true;
+    for card in &mut summary.cards {
+        card.status = CardStatus::Rejected;
     }
-    standing.cards.swap(0, 2);
-    standing.cards[2].standing = CardStanding::InModel;
-    standing.plots[0].added = true;
-    take(&mut state, standing);
+    summary.cards.swap(0, 2);
+    summary.cards[2].status = CardStatus::InModel;
+    summary.plots[0].added = true;
+    take(&mut state, summary);
     let shown = page(&state, 120, 40);
     assert!(shown.contains("in the model") && shown.contains("moment about"), "{shown}");
     for key in [KeyCode::Char('a'), KeyCode::Char(' ')] {
@@ -244,26 +244,26 @@ fn a_name_is_completed_by_tab_and_says_what_it_could_become() {
 #[test]
 fn numbers_that_are_none_and_rows_that_are_missing_break_no_plot() {
     let mut state = examined();
-    let mut standing = standing(&state);
-    for row in &mut standing.residuals.rows {
+    let mut summary = summary(&state);
+    for row in &mut summary.residuals.rows {
         row.vector_mm = [f64::NAN; 3];
         row.size = Some(f64::INFINITY);
         row.joints.clear();
     }
-    for series in &mut standing.residuals.series {
+    for series in &mut summary.residuals.series {
         series.points.iter_mut().for_each(|point| point.1 = f64::NAN);
     }
-    standing.plots[0].points.clear();
-    standing.plots[0].curve = vec![(f64::NAN, f64::INFINITY); 3];
-    take(&mut state, standing.clone());
+    summary.plots[0].points.clear();
+    summary.plots[0].curve = vec![(f64::NAN, f64::INFINITY); 3];
+    take(&mut state, summary.clone());
     for (width, height) in SIZES {
         page(&state, width, height);
     }
     press(&mut state, KeyCode::Char('w'));
     assert_eq!(state.model.as_ref().and_then(|model| model.pointed), None);
-    standing.residuals.rows.clear();
-    standing.residuals.series.clear();
-    take(&mut state, standing);
+    summary.residuals.rows.clear();
+    summary.residuals.series.clear();
+    take(&mut state, summary);
     press(&mut state, KeyCode::Enter);
     for (width, height) in SIZES {
         page(&state, width, height);
@@ -274,8 +274,8 @@ fn numbers_that_are_none_and_rows_that_are_missing_break_no_plot() {
 fn nothing_of_the_lines_over_the_page_is_cut_without_a_mark_in_a_small_terminal() {
     let mut state = examined();
     let long = "The shoulder gives way under gravity, and so does the elbow. ".repeat(12);
-    if let Some(standing) = state.model.as_mut().and_then(|model| model.standing.as_mut()) {
-        standing.sentence = long;
+    if let Some(summary) = state.model.as_mut().and_then(|model| model.summary.as_mut()) {
+        summary.sentence = long;
     }
     for (width, height) in [(80, 24), (72, 24), (60, 24), (44, 24)] {
         let page = page(&state, width, height);
@@ -294,7 +294,7 @@ fn nothing_of_the_lines_over_the_page_is_cut_without_a_mark_in_a_small_terminal(
 fn of_a_table_of_angles_alone_every_error_is_in_degrees() {
     for (width, height) in SIZES {
         let mut state = examined();
-        let mut angles = standing(&state);
+        let mut angles = summary(&state);
         angles.unit = ReadingUnit::Deg;
         for plot in &mut angles.plots {
             plot.up.unit = "deg".to_owned();

@@ -2,14 +2,14 @@
 
 use std::time::Duration;
 
-use plumb_cell::command::{Command as Tell, PauseWhen};
+use plumb_cell::command::{Command as RunCommand, PauseWhen};
 use plumb_cell::event::{Event, PlaneClearance, RunOutcome, StepOutcome};
 use plumb_cell::prompt::{Answer, Decision, PromptId, PromptKind};
 use ratatui::crossterm::event::KeyCode;
 
 use super::fixtures::{
-    begun, choice_asked, decision_asked, examined, finished, jog_asked, number_asked, page, passed, path,
-    posed, press, searching, tell,
+    begun, choice_asked, decision_asked, deliver, examined, finished, jog_asked, number_asked, page, passed,
+    path, posed, press, searching,
 };
 use crate::screens::keys::{BINDINGS, Context, command_for};
 use crate::screens::message::{Action, Message};
@@ -28,7 +28,7 @@ fn answers(actions: &[Action]) -> Vec<&Answer> {
     actions
         .iter()
         .filter_map(|action| match action {
-            Action::Tell(Tell::Answer { answer, .. }) => Some(answer),
+            Action::Send(RunCommand::Answer { answer, .. }) => Some(answer),
             _ => None,
         })
         .collect()
@@ -37,18 +37,21 @@ fn answers(actions: &[Action]) -> Vec<&Answer> {
 #[test]
 fn a_number_is_typed_over_the_one_offered_and_answered_with_who_gave_it() {
     let mut state = begun();
-    assert_eq!(tell(&mut state, number_asked()), [Action::Bell]);
+    assert_eq!(deliver(&mut state, number_asked()), [Action::Bell]);
     type_in(&mut state, "269,5");
     let actions = press(&mut state, KeyCode::Enter);
-    let answer =
-        Tell::Answer { prompt: PromptId(41), answer: Answer::Number { value: 269.5 }, by: "ada".to_owned() };
-    assert_eq!(actions, [Action::Tell(answer)]);
+    let answer = RunCommand::Answer {
+        prompt: PromptId(41),
+        answer: Answer::Number { value: 269.5 },
+        by: "ada".to_owned(),
+    };
+    assert_eq!(actions, [Action::Send(answer)]);
 }
 
 #[test]
 fn the_number_offered_is_taken_with_enter_alone() {
     let mut state = begun();
-    tell(&mut state, number_asked());
+    deliver(&mut state, number_asked());
     let actions = press(&mut state, KeyCode::Enter);
     assert_eq!(answers(&actions), [&Answer::Number { value: 270.0 }]);
 }
@@ -56,7 +59,7 @@ fn the_number_offered_is_taken_with_enter_alone() {
 #[test]
 fn a_number_out_of_bounds_never_reaches_the_engine() {
     let mut state = begun();
-    tell(&mut state, number_asked());
+    deliver(&mut state, number_asked());
     type_in(&mut state, "290");
     assert_eq!(press(&mut state, KeyCode::Enter), [Action::Bell]);
     assert!(page(&state, 80, 24).contains("290 deg is too large"));
@@ -65,10 +68,10 @@ fn a_number_out_of_bounds_never_reaches_the_engine() {
 #[test]
 fn an_answer_is_given_once_until_the_engine_refuses_it() {
     let mut state = begun();
-    tell(&mut state, number_asked());
+    deliver(&mut state, number_asked());
     assert_eq!(press(&mut state, KeyCode::Enter).len(), 1);
     assert_eq!(press(&mut state, KeyCode::Enter), []);
-    tell(&mut state, Event::AnswerRefused { prompt: PromptId(41), reason: "read it again".to_owned() });
+    deliver(&mut state, Event::AnswerRefused { prompt: PromptId(41), reason: "read it again".to_owned() });
     assert!(page(&state, 80, 24).contains("read it again"));
     assert_eq!(press(&mut state, KeyCode::Enter).len(), 1);
 }
@@ -76,7 +79,7 @@ fn an_answer_is_given_once_until_the_engine_refuses_it() {
 #[test]
 fn digits_go_into_a_number_and_switch_pages_elsewhere() {
     let mut state = begun();
-    tell(&mut state, number_asked());
+    deliver(&mut state, number_asked());
     type_in(&mut state, "1");
     assert_eq!(state.screen, Screen::Run);
     press(&mut state, KeyCode::Tab);
@@ -94,7 +97,7 @@ fn digits_go_into_a_number_and_switch_pages_elsewhere() {
 #[test]
 fn a_choice_is_made_with_the_arrows() {
     let mut state = begun();
-    tell(&mut state, choice_asked());
+    deliver(&mut state, choice_asked());
     press(&mut state, KeyCode::Down);
     press(&mut state, KeyCode::Down);
     let actions = press(&mut state, KeyCode::Enter);
@@ -105,15 +108,15 @@ fn a_choice_is_made_with_the_arrows() {
 fn a_jog_moves_the_chosen_joint_by_the_chosen_step_and_shows_where_it_stands() {
     let mut state = begun();
     // The joint that has to come somewhere is chosen already.
-    tell(&mut state, jog_asked());
+    deliver(&mut state, jog_asked());
     press(&mut state, KeyCode::Char(']'));
     let actions = press(&mut state, KeyCode::Left);
     assert_eq!(
         actions,
-        [Action::Tell(Tell::Jog { prompt: PromptId(41), joint: "elbow".to_owned(), by: -5.0 })]
+        [Action::Send(RunCommand::Jog { prompt: PromptId(41), joint: "elbow".to_owned(), by: -5.0 })]
     );
     assert!(page(&state, 120, 40).contains("\u{2717} elbow between -107.25 and -72.75 deg"));
-    tell(&mut state, posed(35.5, -80.0, false));
+    deliver(&mut state, posed(35.5, -80.0, false));
     assert!(page(&state, 120, 40).contains("\u{2713} elbow between -107.25 and -72.75 deg"));
     assert_eq!(answers(&press(&mut state, KeyCode::Enter)), [&Answer::Done]);
 }
@@ -123,34 +126,34 @@ fn the_height_over_the_table_is_shown_with_the_jog_and_says_in_words_when_it_is_
     let mut state = begun();
     let Event::PromptAsked { prompt } = jog_asked() else { panic!("a prompt") };
     let PromptKind::JogTo { device, .. } = prompt.kind.clone() else { panic!("a jog") };
-    tell(&mut state, Event::PromptAsked { prompt });
+    deliver(&mut state, Event::PromptAsked { prompt });
     let clearance = |clearance_mm: Option<f64>| Event::Clearance {
         device: device.clone(),
         planes: vec![PlaneClearance { plane: "the table".to_owned(), clearance_mm }],
     };
-    tell(&mut state, clearance(Some(33.46)));
+    deliver(&mut state, clearance(Some(33.46)));
     assert!(page(&state, 80, 24).contains("33.5 mm clear of the table"));
-    tell(&mut state, clearance(Some(-12.04)));
+    deliver(&mut state, clearance(Some(-12.04)));
     assert!(page(&state, 80, 24).contains("\u{2717} 12.0 mm BEYOND the table"));
-    tell(&mut state, clearance(None));
+    deliver(&mut state, clearance(None));
     assert!(page(&state, 80, 24).contains("? distance to the table unknown"));
 }
 
 #[test]
 fn a_pause_leaves_no_prompt_that_looks_live_and_the_one_asked_again_has_the_same_joint_chosen() {
     let mut state = begun();
-    tell(&mut state, jog_asked());
+    deliver(&mut state, jog_asked());
     press(&mut state, KeyCode::Up);
     let Event::PromptAsked { prompt } = jog_asked() else { panic!("a prompt") };
-    tell(&mut state, Event::PromptWithdrawn { prompt: prompt.id });
-    tell(&mut state, Event::Paused { step: None, reason: "stopped by the operator".to_owned() });
+    deliver(&mut state, Event::PromptWithdrawn { prompt: prompt.id });
+    deliver(&mut state, Event::Paused { step: None, reason: "stopped by the operator".to_owned() });
     assert!(!page(&state, 80, 24).contains("the arm is in position"));
     assert_eq!(press(&mut state, KeyCode::Left), []);
-    tell(&mut state, Event::Resumed);
-    tell(&mut state, jog_asked());
+    deliver(&mut state, Event::Resumed);
+    deliver(&mut state, jog_asked());
     let actions = press(&mut state, KeyCode::Left);
     assert!(
-        matches!(actions.as_slice(), [Action::Tell(Tell::Jog { joint, .. })] if joint == "shoulder"),
+        matches!(actions.as_slice(), [Action::Send(RunCommand::Jog { joint, .. })] if joint == "shoulder"),
         "{actions:?}"
     );
 }
@@ -159,18 +162,18 @@ fn a_pause_leaves_no_prompt_that_looks_live_and_the_one_asked_again_has_the_same
 fn an_arm_is_handed_to_its_pendant_only_when_that_was_said_twice() {
     let mut state = begun();
     let Event::PromptAsked { mut prompt } = jog_asked() else { panic!("a prompt") };
-    tell(&mut state, Event::PromptAsked { prompt: prompt.clone() });
+    deliver(&mut state, Event::PromptAsked { prompt: prompt.clone() });
     assert_eq!(press(&mut state, KeyCode::Char('h')), [Action::Bell]);
     assert!(page(&state, 120, 40).contains("this arm is not handed over here"));
     if let PromptKind::JogTo { hand_over, .. } = &mut prompt.kind {
         *hand_over = true;
     }
-    tell(&mut state, Event::PromptAsked { prompt });
+    deliver(&mut state, Event::PromptAsked { prompt });
     assert!(page(&state, 120, 40).contains("h hand it to its pendant, which alone stops it then"));
     assert_eq!(press(&mut state, KeyCode::Char('h')), [Action::Bell]);
     assert!(page(&state, 120, 40).contains("From then on nothing stops the arm but STOP on its pendant"));
     let actions = press(&mut state, KeyCode::Char('h'));
-    assert_eq!(actions, [Action::Tell(Tell::HandOver { prompt: PromptId(41) })]);
+    assert_eq!(actions, [Action::Send(RunCommand::HandOver { prompt: PromptId(41) })]);
 }
 
 #[test]
@@ -180,7 +183,7 @@ fn asking_once_for_the_pendant_is_forgotten_with_any_other_key_and_with_time() {
     if let PromptKind::JogTo { hand_over, .. } = &mut prompt.kind {
         *hand_over = true;
     }
-    tell(&mut state, Event::PromptAsked { prompt });
+    deliver(&mut state, Event::PromptAsked { prompt });
     let warning = "From then on nothing stops the arm but STOP on its pendant";
 
     assert_eq!(press(&mut state, KeyCode::Char('h')), [Action::Bell]);
@@ -194,14 +197,14 @@ fn asking_once_for_the_pendant_is_forgotten_with_any_other_key_and_with_time() {
     assert_eq!(press(&mut state, KeyCode::Char('h')), [Action::Bell], "it asks anew");
     assert_eq!(
         press(&mut state, KeyCode::Char('h')),
-        [Action::Tell(Tell::HandOver { prompt: PromptId(41) })]
+        [Action::Send(RunCommand::HandOver { prompt: PromptId(41) })]
     );
 }
 
 #[test]
 fn a_failed_step_is_tried_again_with_one_key() {
     let mut state = searching();
-    tell(&mut state, decision_asked());
+    deliver(&mut state, decision_asked());
     let actions = press(&mut state, KeyCode::Char('t'));
     assert_eq!(answers(&actions), [&Answer::Decision { decision: Decision::Retry }]);
 }
@@ -210,7 +213,7 @@ fn a_failed_step_is_tried_again_with_one_key() {
 fn a_failed_step_offers_to_move_the_arm_and_to_go_back_and_says_what_each_does() {
     for (key, wanted) in [('m', Decision::Move), ('b', Decision::Back)] {
         let mut state = searching();
-        tell(&mut state, decision_asked());
+        deliver(&mut state, decision_asked());
         let shown = page(&state, 120, 40);
         assert!(shown.contains("m  Move arm yourself, then do the step again"), "{shown}");
         assert!(shown.contains("b  Go back to \u{201c}Set the target\u{201d}"), "{shown}");
@@ -225,7 +228,7 @@ fn steps_that_are_done_again_wait_again_and_their_trigger_poses_are_gone() {
     let run = state.run.as_ref().expect("a run");
     assert_eq!(run.triggers.len(), 5);
     let (before, all) = run.count();
-    tell(&mut state, Event::WentBack { from: path("cycle[3].reach"), to: path("cycle[2].lower") });
+    deliver(&mut state, Event::WentBack { from: path("cycle[3].reach"), to: path("cycle[2].lower") });
     let run = state.run.as_ref().expect("a run");
     assert_eq!(run.triggers.len(), 2, "those of the first turn are left");
     assert_eq!(run.count(), (before - 4, all));
@@ -241,11 +244,11 @@ fn the_keys_of_a_run_do_the_same_on_every_page_and_no_page_has_another_use_for_t
             continue;
         }
         let paused = Event::Paused { step: None, reason: "stopped by the operator".to_owned() };
-        tell(&mut state, paused);
-        assert_eq!(press(&mut state, KeyCode::Char('r')), [Action::Tell(Tell::Resume)], "{screen:?}");
-        tell(&mut state, Event::Resumed);
-        let pause = Tell::Pause { when: PauseWhen::BeforeNextStep };
-        assert_eq!(press(&mut state, KeyCode::Char('p')), [Action::Tell(pause)], "{screen:?}");
+        deliver(&mut state, paused);
+        assert_eq!(press(&mut state, KeyCode::Char('r')), [Action::Send(RunCommand::Resume)], "{screen:?}");
+        deliver(&mut state, Event::Resumed);
+        let pause = RunCommand::Pause { when: PauseWhen::BeforeNextStep };
+        assert_eq!(press(&mut state, KeyCode::Char('p')), [Action::Send(pause)], "{screen:?}");
         press(&mut state, KeyCode::Char('a'));
         assert_eq!(state.overlay, Some(Overlay::Abort), "{screen:?}");
     }
@@ -273,7 +276,7 @@ fn a_resume_marks_the_joint_that_stands_elsewhere_with_the_difference() {
         recorded: vec![joint("waist", 9.3), joint("shoulder", 41.0)],
         reported: vec![joint("waist", 5.7), joint("shoulder", 41.0)],
     };
-    tell(&mut state, Event::PromptAsked { prompt });
+    deliver(&mut state, Event::PromptAsked { prompt });
     let shown = page(&state, 80, 24);
     let line = |name: &str| {
         let line = shown.lines().find(|line| line.contains(name) && line.matches("deg").count() > 0);
@@ -294,11 +297,11 @@ fn the_last_page_tells_what_scans_found_and_leaving_names_the_run_and_its_record
     let mut planned = state.run.as_ref().expect("a run").steps[0].planned.clone();
     planned.kind = "scan".to_owned();
     let step = planned.step.0.clone();
-    tell(&mut state, Event::Planned { steps: vec![planned], estimate_s: 1.0 });
-    tell(&mut state, finished(&step, StepOutcome::Passed, "apex at 60.0, 530.1, 71.2 mm, 0.043 mm rms"));
+    deliver(&mut state, Event::Planned { steps: vec![planned], estimate_s: 1.0 });
+    deliver(&mut state, finished(&step, StepOutcome::Passed, "apex at 60.0, 530.1, 71.2 mm, 0.043 mm rms"));
     let ended =
         Event::RunEnded { run: 12, outcome: RunOutcome::Passed, message: "all steps passed".to_owned() };
-    tell(&mut state, ended);
+    deliver(&mut state, ended);
     let shown = page(&state, 120, 40);
     assert!(shown.contains("apex at 60.0, 530.1, 71.2 mm, 0.043 mm"), "{shown}");
 }
@@ -306,8 +309,8 @@ fn the_last_page_tells_what_scans_found_and_leaving_names_the_run_and_its_record
 #[test]
 fn who_jogs_is_told_where_the_hand_is_over_the_target_and_shown_it_from_above() {
     let mut state = begun();
-    tell(&mut state, jog_asked());
-    tell(&mut state, posed(35.5, -84.2, false));
+    deliver(&mut state, jog_asked());
+    deliver(&mut state, posed(35.5, -84.2, false));
     let shown = page(&state, 80, 24);
     assert!(shown.contains("Arm from above") && shown.contains("Arm from the side"), "{shown}");
     assert!(shown.contains("beyond B") && shown.contains("over the table"), "{shown}");
@@ -315,7 +318,7 @@ fn who_jogs_is_told_where_the_hand_is_over_the_target_and_shown_it_from_above() 
     let shown = page(&state, 80, 24);
     assert!(shown.contains("Steps") && !shown.contains("Arm from above"), "{shown}");
     // Through the table, and in words too.
-    tell(&mut state, posed(-10.0, -84.2, false));
+    deliver(&mut state, posed(-10.0, -84.2, false));
     let shown = page(&state, 80, 24);
     assert!(shown.contains("BELOW the table"), "{shown}");
 }
@@ -323,29 +326,29 @@ fn who_jogs_is_told_where_the_hand_is_over_the_target_and_shown_it_from_above() 
 #[test]
 fn who_jogs_a_simulated_arm_to_a_level_sees_its_bubble() {
     let mut state = begun();
-    tell(&mut state, jog_asked());
+    deliver(&mut state, jog_asked());
     let Event::PromptAsked { prompt } = jog_asked() else { panic!("a prompt") };
     let read = |value: Option<f64>, step: &plumb_cell::event::StepPath| Event::InstrumentRead {
         step: step.clone(),
         value,
         unit: "deg".to_owned(),
     };
-    tell(&mut state, read(Some(1.0), &path("another")));
+    deliver(&mut state, read(Some(1.0), &path("another")));
     assert!(!page(&state, 80, 24).contains("level ["), "of another step");
-    tell(&mut state, read(Some(-1.0), &prompt.step));
+    deliver(&mut state, read(Some(-1.0), &prompt.step));
     let shown = page(&state, 80, 24);
     assert!(
         shown.contains("\u{25cf}\u{2500}\u{2500}\u{2500}\u{2500}|") && shown.contains("-1.00 deg"),
         "{shown}"
     );
-    tell(&mut state, read(None, &prompt.step));
+    deliver(&mut state, read(None, &prompt.step));
     assert!(page(&state, 80, 24).contains("the bubble is at an end"));
 }
 
 #[test]
 fn the_stop_key_works_in_prompts_overlays_and_on_every_page() {
     let mut prompted = begun();
-    tell(&mut prompted, number_asked());
+    deliver(&mut prompted, number_asked());
     let mut helped = searching();
     helped.overlay = Some(Overlay::Help { scrolled: 0 });
     let mut leaving = searching();
@@ -381,18 +384,18 @@ fn a_stop_closes_what_lies_over_the_page_and_says_what_to_watch() {
 #[test]
 fn nothing_moves_again_after_a_stop_until_resume_is_pressed() {
     let mut state = searching();
-    tell(&mut state, Event::Stopped { reason: "operator".to_owned() });
-    tell(&mut state, Event::Paused { step: None, reason: "stopped by the operator".to_owned() });
+    deliver(&mut state, Event::Stopped { reason: "operator".to_owned() });
+    deliver(&mut state, Event::Paused { step: None, reason: "stopped by the operator".to_owned() });
     for key in [KeyCode::Enter, KeyCode::Char('p'), KeyCode::Char('?'), KeyCode::Tab, KeyCode::Up] {
         let actions = press(&mut state, key);
         assert!(
-            !actions.iter().any(|action| matches!(action, Action::Tell(_))),
+            !actions.iter().any(|action| matches!(action, Action::Send(_))),
             "{key:?} told the engine {actions:?}"
         );
         state.screen = Screen::Run;
         state.overlay = None;
     }
-    assert_eq!(press(&mut state, KeyCode::Char('r')), [Action::Tell(Tell::Resume)]);
+    assert_eq!(press(&mut state, KeyCode::Char('r')), [Action::Send(RunCommand::Resume)]);
 }
 
 #[test]
@@ -400,13 +403,13 @@ fn pausing_waits_for_the_next_step_and_abort_asks_first() {
     let mut state = searching();
     assert_eq!(
         press(&mut state, KeyCode::Char('p')),
-        [Action::Tell(Tell::Pause { when: PauseWhen::BeforeNextStep })]
+        [Action::Send(RunCommand::Pause { when: PauseWhen::BeforeNextStep })]
     );
     assert_eq!(press(&mut state, KeyCode::Char('a')), []);
     assert_eq!(press(&mut state, KeyCode::Char('n')), []);
     assert_eq!(state.overlay, None);
     press(&mut state, KeyCode::Char('a'));
-    assert_eq!(press(&mut state, KeyCode::Char('y')), [Action::Tell(Tell::Abort)]);
+    assert_eq!(press(&mut state, KeyCode::Char('y')), [Action::Send(RunCommand::Abort)]);
 }
 
 #[test]
@@ -417,7 +420,7 @@ fn leaving_asks_while_a_run_is_open_and_not_afterwards() {
     assert_eq!(press(&mut state, KeyCode::Char('k')), [Action::Stop]);
     assert!(page(&state, 80, 24).contains("Leaving as soon as the robots are at rest."));
     let paused = Event::Paused { step: None, reason: "stopped".to_owned() };
-    assert!(tell(&mut state, paused).contains(&Action::Leave));
+    assert!(deliver(&mut state, paused).contains(&Action::Leave));
     assert_eq!(press(&mut passed(), KeyCode::Char('q')), [Action::Stop, Action::Leave]);
 }
 
@@ -425,12 +428,12 @@ fn leaving_asks_while_a_run_is_open_and_not_afterwards() {
 fn an_aborted_run_is_left_when_it_has_ended_and_a_stuck_one_all_the_same() {
     let mut state = searching();
     press(&mut state, KeyCode::Char('q'));
-    assert_eq!(press(&mut state, KeyCode::Char('a')), [Action::Stop, Action::Tell(Tell::Abort)]);
+    assert_eq!(press(&mut state, KeyCode::Char('a')), [Action::Stop, Action::Send(RunCommand::Abort)]);
     let now = state.now;
     assert_eq!(update(&mut state, Message::Tick(now + Duration::from_secs(1))), []);
     assert_eq!(update(&mut state, Message::Tick(now + Duration::from_secs(6))), [Action::Leave]);
     let ended = Event::RunEnded { run: 12, outcome: RunOutcome::Aborted, message: "Aborted.".to_owned() };
-    assert!(tell(&mut state, ended).contains(&Action::Leave));
+    assert!(deliver(&mut state, ended).contains(&Action::Leave));
 }
 
 #[test]
@@ -457,7 +460,7 @@ fn a_click_on_a_hint_a_tab_or_the_stop_bar_does_what_its_key_does() {
     };
     assert_eq!(
         update(&mut state, place("pause")),
-        [Action::Tell(Tell::Pause { when: PauseWhen::BeforeNextStep })]
+        [Action::Send(RunCommand::Pause { when: PauseWhen::BeforeNextStep })]
     );
     assert_eq!(update(&mut state, place("1 Cell")), []);
     assert_eq!(state.screen, Screen::Cell);
@@ -467,8 +470,8 @@ fn a_click_on_a_hint_a_tab_or_the_stop_bar_does_what_its_key_does() {
 #[test]
 fn an_answer_to_a_prompt_that_was_withdrawn_is_not_given() {
     let mut state = begun();
-    tell(&mut state, number_asked());
-    tell(&mut state, Event::PromptWithdrawn { prompt: PromptId(41) });
+    deliver(&mut state, number_asked());
+    deliver(&mut state, Event::PromptWithdrawn { prompt: PromptId(41) });
     assert_eq!(press(&mut state, KeyCode::Enter), []);
 }
 
@@ -476,7 +479,7 @@ fn an_answer_to_a_prompt_that_was_withdrawn_is_not_given() {
 fn a_run_that_ended_says_how_and_takes_no_more_commands() {
     let mut state = searching();
     let message = "Host of arm ended: signal 11.".to_owned();
-    tell(&mut state, Event::RunEnded { run: 12, outcome: RunOutcome::Error, message });
+    deliver(&mut state, Event::RunEnded { run: 12, outcome: RunOutcome::Error, message });
     assert!(page(&state, 80, 24).contains("Host of arm ended: signal 11."));
     for key in ['p', 'r', 'a'] {
         assert_eq!(press(&mut state, KeyCode::Char(key)), []);
@@ -517,13 +520,13 @@ fn an_effect_is_added_by_its_name_and_no_letter_of_it_does_anything_else() {
 fn the_scale_of_the_plots_follows_the_model_until_the_operator_steps_it() {
     let mut state = examined();
     let half = |state: &State| state.model.as_ref().map_or(0.0, |model| model.half_height_mm());
-    let mut standing =
-        state.model.as_ref().and_then(|model| model.standing.clone()).expect("the model was examined");
+    let mut summary =
+        state.model.as_ref().and_then(|model| model.summary.clone()).expect("the model was examined");
     let mut fall = |state: &mut State| {
-        for row in &mut standing.residuals.rows {
+        for row in &mut summary.residuals.rows {
             row.size = row.size.map(|size| 0.4 * size);
         }
-        update(state, Message::Lab(LabAnswer::Examined(Box::new(standing.clone()))));
+        update(state, Message::Lab(LabAnswer::Examined(Box::new(summary.clone()))));
     };
     let before = half(&state);
     fall(&mut state);
@@ -560,9 +563,9 @@ fn long_work_of_the_lab_says_how_far_it_is_and_can_be_given_up() {
 #[test]
 fn judging_that_was_given_up_is_taken_up_again_when_asked_for() {
     let mut state = examined();
-    let mut standing = state.model.as_ref().and_then(|model| model.standing.clone()).expect("examined");
-    standing.verdict.clear();
-    update(&mut state, Message::Lab(LabAnswer::Compared(Box::new(standing))));
+    let mut summary = state.model.as_ref().and_then(|model| model.summary.clone()).expect("examined");
+    summary.verdict.clear();
+    update(&mut state, Message::Lab(LabAnswer::Compared(Box::new(summary))));
     assert_eq!(press(&mut state, KeyCode::Char('j')), [], "it is being judged");
     press(&mut state, KeyCode::Char('c'));
     update(&mut state, Message::Lab(LabAnswer::GaveUp { judging: true }));

@@ -9,8 +9,8 @@ use crate::screens::message::Message;
 use crate::screens::update::update;
 
 use super::fixtures::{
-    begun, choice_asked, decision_asked, drawn, examined, finished, jog_asked, number_asked, page, passed,
-    press, recorded, searching, started, tell,
+    begun, choice_asked, decision_asked, deliver, drawn, examined, finished, jog_asked, number_asked, page,
+    passed, press, recorded, searching, started,
 };
 use crate::screens::screen::Screen;
 use crate::screens::state::{Overlay, State};
@@ -35,16 +35,16 @@ fn the_cell_page_shows_devices_joints_signals_and_the_arm() {
 #[test]
 fn the_run_page_asks_for_a_number_with_its_unit_and_bounds() {
     let mut state = begun();
-    tell(&mut state, started("upright"));
-    tell(&mut state, number_asked());
+    deliver(&mut state, started("upright"));
+    deliver(&mut state, number_asked());
     snapshots("run-number", &state);
 }
 
 #[test]
 fn the_run_page_says_why_a_number_was_not_taken() {
     let mut state = begun();
-    tell(&mut state, started("upright"));
-    tell(&mut state, number_asked());
+    deliver(&mut state, started("upright"));
+    deliver(&mut state, number_asked());
     for key in "290".chars() {
         press(&mut state, KeyCode::Char(key));
     }
@@ -67,13 +67,13 @@ fn a_correction_that_was_not_accepted_is_shown_as_discarded_and_one_proposed_ane
     let mut state = searching();
     let correction = camera_aim();
     let proposed = || Event::CorrectionProposed { correction: correction.clone() };
-    tell(&mut state, proposed());
+    deliver(&mut state, proposed());
     assert!(page(&state, 120, 40).contains("camera aim x") && page(&state, 120, 40).contains("proposed"));
-    tell(&mut state, finished("apply", StepOutcome::Passed, "discarded"));
+    deliver(&mut state, finished("apply", StepOutcome::Passed, "discarded"));
     assert!(page(&state, 120, 40).contains("discarded"), "{}", page(&state, 120, 40));
-    tell(&mut state, Event::CorrectionApplied { correction: correction.clone(), revision: 1 });
+    deliver(&mut state, Event::CorrectionApplied { correction: correction.clone(), revision: 1 });
     assert!(page(&state, 120, 40).contains("deg in force"));
-    tell(&mut state, proposed());
+    deliver(&mut state, proposed());
     assert!(!page(&state, 120, 40).contains("deg in force"));
 }
 
@@ -94,8 +94,8 @@ fn camera_aim() -> Correction {
 fn a_choice_a_jog_and_a_decision_show_what_can_be_done() {
     for (name, event) in [("choice", choice_asked()), ("jog", jog_asked()), ("decision", decision_asked())] {
         let mut state = begun();
-        tell(&mut state, started("upright"));
-        tell(&mut state, event);
+        deliver(&mut state, started("upright"));
+        deliver(&mut state, event);
         snapshots(&format!("run-{name}"), &state);
     }
 }
@@ -103,7 +103,7 @@ fn a_choice_a_jog_and_a_decision_show_what_can_be_done() {
 #[test]
 fn a_prompt_can_be_read_from_the_arm() {
     let mut state = begun();
-    tell(&mut state, jog_asked());
+    deliver(&mut state, jog_asked());
     press(&mut state, KeyCode::Char('z'));
     snapshots("run-large", &state);
 }
@@ -154,7 +154,7 @@ fn every_page_survives_every_small_size() {
     let mut states = vec![begun(), searching(), passed(), examined(), recorded()];
     for event in [number_asked(), choice_asked(), jog_asked(), decision_asked()] {
         let mut state = begun();
-        tell(&mut state, event);
+        deliver(&mut state, event);
         states.push(state.clone());
         press(&mut state, KeyCode::Char('z'));
         states.push(state);
@@ -194,11 +194,11 @@ fn every_page_of_a_cell_says_which_key_stops_and_that_it_is_no_emergency_stop() 
 fn without_colour_words_and_signs_still_tell_passed_from_failed() {
     let mut state = begun();
     state.theme = Theme::plain();
-    tell(&mut state, started("grid"));
-    tell(&mut state, finished("grid", StepOutcome::Passed, "done"));
-    tell(&mut state, started("upright"));
-    tell(&mut state, finished("upright", StepOutcome::Failed, "not upright"));
-    tell(
+    deliver(&mut state, started("grid"));
+    deliver(&mut state, finished("grid", StepOutcome::Passed, "done"));
+    deliver(&mut state, started("upright"));
+    deliver(&mut state, finished("upright", StepOutcome::Failed, "not upright"));
+    deliver(
         &mut state,
         Event::RunEnded { run: 12, outcome: RunOutcome::Failed, message: "Not upright.".to_owned() },
     );

@@ -5,9 +5,9 @@ use plumb_cloud::Cloud;
 use ratatui::crossterm::event::KeyCode;
 use ratatui::style::Color;
 
-use super::fixtures::{begun, drawn, page, path, press, started, tell};
+use super::fixtures::{begun, deliver, drawn, page, path, press, started};
 use crate::screens::message::{Action, Message};
-use crate::screens::scan::{ScanState, Stand, picture};
+use crate::screens::scan::{ScanState, Viewpoint, picture};
 use crate::screens::screen::Screen;
 use crate::screens::state::State;
 use crate::screens::theme::Theme;
@@ -30,19 +30,19 @@ fn stripe(number: u32) -> Event {
 
 pub(super) fn scanned() -> State {
     let mut state = begun();
-    tell(&mut state, started("scan"));
+    deliver(&mut state, started("scan"));
     for number in 0..8 {
-        tell(&mut state, stripe(number));
+        deliver(&mut state, stripe(number));
     }
     press(&mut state, KeyCode::Char('6'));
     state
 }
 
 /// How the eye stands, deg.
-fn stand(state: &State) -> (f64, f64) {
-    match &state.scan.as_ref().unwrap().eye.stand {
-        Stand::Around { yaw, pitch, .. } => (yaw.to_degrees().round(), pitch.to_degrees().round()),
-        Stand::EdgeOn { .. } => panic!("edge-on"),
+fn viewpoint(state: &State) -> (f64, f64) {
+    match &state.scan.as_ref().unwrap().eye.viewpoint {
+        Viewpoint::Around { yaw, pitch, .. } => (yaw.to_degrees().round(), pitch.to_degrees().round()),
+        Viewpoint::EdgeOn { .. } => panic!("edge-on"),
     }
 }
 
@@ -56,11 +56,11 @@ fn stripes_show_as_they_are_taken_and_a_new_scan_begins_anew() {
     assert_eq!(state.screen, Screen::Scan);
     assert!(page(&state, 120, 40).contains("scan \u{b7} 328 points, 8 stripes"));
     press(&mut state, KeyCode::Left);
-    let eye = stand(&state);
-    tell(&mut state, stripe(8));
+    let eye = viewpoint(&state);
+    deliver(&mut state, stripe(8));
     assert!(page(&state, 120, 40).contains("369 points, 9 stripes"));
-    assert_eq!(stand(&state), eye, "the eye stays where the operator set it");
-    tell(&mut state, stripe(0));
+    assert_eq!(viewpoint(&state), eye, "the eye stays where the operator set it");
+    deliver(&mut state, stripe(0));
     assert!(page(&state, 120, 40).contains("41 points, 1 stripes"));
 }
 
@@ -79,11 +79,11 @@ fn the_mouse_turns_moves_zooms_and_points() {
     let mut state = scanned();
     state.size = (120, 40);
     page(&state, 120, 40);
-    let before = stand(&state);
+    let before = viewpoint(&state);
     update(&mut state, Message::Click { column: 40, row: 20 });
     assert!(state.scan.as_ref().unwrap().cursor.is_some(), "a click points at something");
     update(&mut state, Message::Drag { column: 50, row: 18, moves: false });
-    assert_eq!(stand(&state), ((before.0 - 20.0 + 360.0) % 360.0, before.1 - 8.0));
+    assert_eq!(viewpoint(&state), ((before.0 - 20.0 + 360.0) % 360.0, before.1 - 8.0));
     let target = state.scan.as_ref().unwrap().eye.target;
     update(&mut state, Message::Grab { column: 40, row: 20 });
     update(&mut state, Message::Drag { column: 42, row: 20, moves: true });

@@ -76,8 +76,8 @@ fn commands(at: &str) -> String {
     )
 }
 
-fn world(fault: &Fault, seed: u64, lot: &mut Random) -> Result<(String, Truth), TrialError> {
-    let of_arm = arm_faults::draw(fault, lot)?;
+fn world(fault: &Fault, seed: u64, rng: &mut Random) -> Result<(String, Truth), TrialError> {
+    let of_arm = arm_faults::draw(fault, rng)?;
     let (kind, effect) = match fault.name.as_str() {
         "lens" => (study_world::Hidden::Lens, Some("lens_distortion")),
         "delay" => (study_world::Hidden::Delay, Some("clock_skew")),

@@ -83,8 +83,8 @@ fn commands(at: &str) -> String {
     )
 }
 
-fn world(fault: &Fault, seed: u64, lot: &mut Random) -> Result<(String, Truth), TrialError> {
-    let drawn = arm_faults::draw(fault, lot)?;
+fn world(fault: &Fault, seed: u64, rng: &mut Random) -> Result<(String, Truth), TrialError> {
+    let drawn = arm_faults::draw(fault, rng)?;
     let imperfections =
         drawn.as_ref().map_or_else(String::new, |(line, _)| format!("    imperfections: [{{{line}}}]"));
     let lines = OPEN_WORLD.lines().map(|line| match line.trim_start() {

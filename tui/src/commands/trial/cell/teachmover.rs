@@ -114,11 +114,11 @@ fn commands(at: &str) -> String {
     )
 }
 
-fn world(fault: &Fault, seed: u64, lot: &mut Random) -> Result<(String, Truth), TrialError> {
+fn world(fault: &Fault, seed: u64, rng: &mut Random) -> Result<(String, Truth), TrialError> {
     // Drawn first, so that the same seed is the same arm whatever is hidden in it.
-    let [waist, shoulder, elbow, pitch] = [1.5, 1.5, 1.0, 0.5].map(|most| lot.between(-most, most));
-    let [x, y, turn] = [0.3, 0.3, 0.1].map(|most| lot.between(-most, most));
-    let change = change(fault, lot)?;
+    let [waist, shoulder, elbow, pitch] = [1.5, 1.5, 1.0, 0.5].map(|most| rng.between(-most, most));
+    let [x, y, turn] = [0.3, 0.3, 0.1].map(|most| rng.between(-most, most));
+    let change = change(fault, rng)?;
     let zeros = "zero_error: {waist_deg: 1.2, shoulder_deg: -1.4, elbow_deg: 0.8, wrist_pitch_deg: 0.4}";
     let arm = if change.arm.is_empty() { String::new() } else { format!("\n    {}", change.arm) };
     let drawn = format!(
@@ -145,10 +145,10 @@ fn world(fault: &Fault, seed: u64, lot: &mut Random) -> Result<(String, Truth), 
     Ok((text, truth(seed, NOISE_MM, change.hidden)))
 }
 
-fn change(fault: &Fault, lot: &mut Random) -> Result<Change, TrialError> {
-    let drawn = lot.below(12);
-    let share = lot.between(0.0, 1.0);
-    let sign = if lot.chance(0.5) { 1.0 } else { -1.0 };
+fn change(fault: &Fault, rng: &mut Random) -> Result<Change, TrialError> {
+    let drawn = rng.below(12);
+    let share = rng.between(0.0, 1.0);
+    let sign = if rng.chance(0.5) { 1.0 } else { -1.0 };
     let size = |(low, high): (f64, f64)| {
         let value: f64 = low + (high - low) * share;
         (value * 1e4).round() / 1e4

@@ -34,7 +34,7 @@ pub(super) fn rehearse(bench: &Bench, floor_mm: f64) -> Result<End, TrialError> 
         verdict,
         added: if found { first.to_owned() } else { String::new() },
         right: score.right,
-        told_not_shown: false,
+        reported_not_shown: false,
         sentence,
         before_mm,
         after_mm,

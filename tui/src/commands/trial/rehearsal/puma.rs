@@ -55,7 +55,7 @@ pub(super) fn rehearse(bench: &Bench, floor_mm: f64) -> Result<End, TrialError> 
         verdict,
         added,
         right: score.right,
-        told_not_shown: score.told_not_shown,
+        reported_not_shown: score.reported_not_shown,
         sentence,
         before_mm,
         after_mm,

@@ -31,10 +31,10 @@ pub(super) fn table(done: &[Trial]) -> String {
 }
 
 fn line(one: &Rehearsal) -> String {
-    let told = if one.told_not_shown { "(said not to show)" } else { one.added.as_str() };
+    let text = if one.reported_not_shown { "(said not to show)" } else { one.added.as_str() };
     let wrong = if one.right { "" } else { "  WRONG" };
     format!(
-        "{:<20} {told:<34} {:>6.2} {:>6.2} {:>6.2} {:>7.2}{wrong}",
+        "{:<20} {text:<34} {:>6.2} {:>6.2} {:>6.2} {:>7.2}{wrong}",
         one.verdicts(),
         one.lost_again_mm.unwrap_or(one.before_mm),
         one.anew_mm.unwrap_or(one.after_mm),
@@ -62,7 +62,7 @@ impl Count {
                 self.trials += 1;
                 self.right += usize::from(scored.right);
                 self.named += usize::from(scored.right && scored.verdict == "named");
-                self.not_shown += usize::from(scored.told_not_shown);
+                self.not_shown += usize::from(scored.reported_not_shown);
                 self.near += usize::from(scored.over_floor() <= NEAR);
             }
             End::NotScored(_) => self.not_scored += 1,
