@@ -83,7 +83,7 @@ static inline const char *plumb_config_find(plumb_bytes config, const char *key,
     }
 }
 
-/* 1 and the number; 0, and *number as it was, where the key is not there. -1 where something else stands there. */
+/* 1 and the number; 0, and *number as it was, where the key is not there. -1 where something else is there. */
 static inline int plumb_config_number(plumb_bytes config, const char *key, double *number) {
     const char *end, *value = plumb_config_find(config, key, &end);
     char digits[64], *read;
@@ -119,7 +119,7 @@ static inline int plumb_config_flag(plumb_bytes config, const char *key, int *fl
     return 1;
 }
 
-/* 1 and the text, UTF-8 with a final zero; 0, and words as they were, where the key is not there. -1 where something else stands there, where `room` bytes do
+/* 1 and the text, UTF-8 with a final zero; 0, and words as they were, where the key is not there. -1 where something else is there, where `room` bytes do
  * not hold it, and of \u escapes, which plumb writes for control characters alone. */
 static inline int plumb_config_text(plumb_bytes config, const char *key, char *words, size_t room) {
     static const char escaped[] = "\"\\/bfnrt", meant[] = "\"\\/\b\f\n\r\t";

@@ -42,7 +42,7 @@ enum {
     PLUMB_REFUSED = 2,       /* the configuration or an argument cannot be used; say what would be right */
     PLUMB_OUT_OF_RANGE = 3,  /* a move would leave the robot's range; nothing moved */
     PLUMB_UNSUPPORTED = 4,   /* the device cannot do this at all */
-    PLUMB_STOPPED = 5,       /* a stop ended the call; the robot stands */
+    PLUMB_STOPPED = 5,       /* a stop ended the call; the robot is at rest */
     PLUMB_NOT_READY = 6,     /* the device is not in a state that allows it */
     PLUMB_DISCONNECTED = 7,  /* the device does not answer */
     PLUMB_TIMED_OUT = 8,     /* it took longer than it may */
@@ -134,7 +134,7 @@ typedef struct plumb_host_functions {
     void (*fail)(void *context, plumb_bytes text);
 
     /* The time of the cell's clock, ns, with which everything in the cell is dated: CLOCK_MONOTONIC, except in a cell with a simulated world that runs
-     * faster than the wall, where it is that world's time and stands still while nothing moves. Do not measure time limits with it. */
+     * faster than the wall, where it is that world's time and is stopped while nothing moves. Do not measure time limits with it. */
     uint64_t (*now_ns)(void *context);
 
     /* 1 when a stop has been asked for, else 0. A call that takes long looks at least every 50 ms, brings the device to rest and returns
@@ -157,7 +157,7 @@ typedef struct plumb_host_functions {
      * message longer than capacity. */
     plumb_status (*receive)(void *context, plumb_bytes input, uint8_t *message, size_t capacity, size_t *length);
 
-    /* Tells how far a long call has come: fraction from 0 to 1, and what it does now. */
+    /* Reports how far a long call has come: fraction from 0 to 1, and what it does now. */
     void (*progress)(void *context, double fraction, plumb_bytes text);
 } plumb_host_functions;
 
@@ -206,7 +206,7 @@ typedef struct plumb_entry {
  * Every time_ns is taken from now_ns (or the simulated world's clock) when the value was measured; it is never 0 and never the time of day.
  * The joints a move returns are where the robot is, at rest: whoever asked compares them with the target.
  *
- * NULL stands for a function the robot does not have; describe, read_joints, move_joints and stop must be there. */
+ * NULL means a function the robot does not have; describe, read_joints, move_joints and stop must be there. */
 typedef struct plumb_robot_functions {
     uint32_t size; /* sizeof(plumb_robot_functions) */
     uint32_t reserved;
@@ -237,16 +237,16 @@ typedef struct plumb_robot_functions {
     /* Sets the output lines: bit n is the level of line n. */
     plumb_status (*write_outputs)(plumb_instance *instance, uint64_t levels);
 
-    /* Hands the robot to its pendant (1) or takes it back (0), and tells where it is. Called again and again while the operator drives. */
+    /* Hands the robot to its pendant (1) or takes it back (0), and reports where it is. Called again and again while the operator drives. */
     plumb_status (*jog)(plumb_instance *instance, uint32_t on, plumb_jog_state *state);
 
-    /* Declares that the joints stand at `joints` now. Nothing moves. */
+    /* Declares that the joints are at `joints` now. Nothing moves. */
     plumb_status (*set_zero)(plumb_instance *instance, const plumb_joint_vector *joints);
 } plumb_robot_functions;
 
 /* ---- A sensor: extension "plumb.sensor/1" ------------------------------------------------------------------------------------------- */
 
-/* NULL stands for a function the sensor does not have; describe and read must be there. */
+/* NULL means a function the sensor does not have; describe and read must be there. */
 typedef struct plumb_sensor_functions {
     uint32_t size; /* sizeof(plumb_sensor_functions) */
     uint32_t reserved;

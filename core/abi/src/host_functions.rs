@@ -42,6 +42,6 @@ pub struct HostFunctions {
         capacity: usize,
         length: *mut usize,
     ) -> Status,
-    /// Tells how far a long call has come, from 0 to 1, and what it does now.
+    /// Reports how far a long call has come, from 0 to 1, and what it does now.
     pub progress: unsafe extern "C" fn(context: *mut c_void, fraction: f64, text: Bytes),
 }

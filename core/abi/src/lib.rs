@@ -1,7 +1,7 @@
 //! The C contract between plumb and a plugin. `include/plumb_plugin.h` says the same in C, with who may call what on which thread.
 //!
 //! A plugin is a shared library with one data symbol: an [`Entry`] named `plumb_plugin_` and the library's own name (see [`entry_symbol`]).
-//! The entry begins with a magic number and the version of the contract, so that a library of another version is told apart before anything
+//! The entry begins with a magic number and the version of the contract, so that a library of another version is distinguished before anything
 //! in it is called. What a device can do beyond being created and destroyed is asked for by name ([`ROBOT_EXTENSION`], [`SENSOR_EXTENSION`]):
 //! the contract grows by new names, and tables only ever grow at their end.
 //!

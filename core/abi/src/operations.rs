@@ -71,9 +71,9 @@ macro_rules! device_operations {
                 optional read_inputs() fills inputs: DigitalInputs, asked 7 ReadInputs "read inputs" -> DigitalInputs within SHORT direct;
                 /// Sets the output lines: bit n is the level of line n.
                 optional write_outputs(levels: u64), asked 8 WriteOutputs "write outputs" -> () within SHORT direct;
-                /// Hands the robot to its pendant (1) or takes it back (0), and tells where it is. Called again and again while the operator drives.
+                /// Hands the robot to its pendant (1) or takes it back (0), and reports where it is. Called again and again while the operator drives.
                 optional jog(on: bool) fills state: JogState, asked 9 Jog "jog" -> JogState within SHORT checked;
-                /// Declares that the joints stand at `joints` now. Nothing moves.
+                /// Declares that the joints are at `joints` now. Nothing moves.
                 optional set_zero(joints: JointVector), asked 10 SetZero "set zero" -> () within CALIBRATION checked;
             }
             sensor {

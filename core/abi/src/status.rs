@@ -16,7 +16,7 @@ impl Status {
     pub const OUT_OF_RANGE: Self = Self(3);
     /// The device cannot do this at all.
     pub const UNSUPPORTED: Self = Self(4);
-    /// A stop ended the call; the robot stands.
+    /// A stop ended the call; the robot is at rest.
     pub const STOPPED: Self = Self(5);
     /// The device is not in a state that allows it.
     pub const NOT_READY: Self = Self(6);

@@ -3,7 +3,7 @@
  *     cc -shared -fPIC -I ../../include -o libcounting_arm.so counting_arm.c -lm
  *
  * It moves in steps of 10 ms at up to 1 rad/s, looks at should_stop before each, and has one input line that is high while the first joint
- * stands above 0.5 rad.
+ * is above 0.5 rad.
  */
 #define _POSIX_C_SOURCE 199309L
 
@@ -152,7 +152,7 @@ static plumb_status move_joints(plumb_instance *arm, const plumb_motion *motion,
 }
 
 static plumb_status stop(plumb_instance *arm) {
-    (void)arm; /* it stands whenever it is not in move_joints */
+    (void)arm; /* it is at rest whenever it is not in move_joints */
     return PLUMB_OK;
 }
 
