@@ -21,7 +21,7 @@ struct Registered(Listener);
 
 impl AsRawFd for Registered {
     fn as_raw_fd(&self) -> RawFd {
-        // SAFETY: tokio keeps the number no longer than the listener, and neither closes nor replaces what it stands for.
+        // SAFETY: tokio keeps the number no longer than the listener, and neither closes nor replaces what it represents.
         unsafe { self.0.port().file_descriptor().native_handle() }
     }
 }

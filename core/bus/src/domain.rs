@@ -214,7 +214,7 @@ mod tests {
     }
 
     #[test]
-    fn files_tell_the_number_of_their_cell() {
+    fn files_give_the_number_of_their_cell() {
         assert_eq!(number_of("plumb-cell-0123456789abcdef.lock"), Some("0123456789abcdef"));
         assert_eq!(number_of("plumb_0123456789abcdef_x.data"), Some("0123456789abcdef"));
         assert_eq!(number_of("plumb-cell-0123456789abcdef0"), None, "a longer number is another's");

@@ -135,7 +135,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn too_little_of_anything_is_told_with_both_numbers() {
+    fn too_little_of_anything_is_reported_with_both_numbers() {
         assert_eq!(
             too_few_files(20).unwrap_err(),
             "too many open files: raise `ulimit -n` (20 now, 256 needed)"

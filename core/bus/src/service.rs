@@ -23,7 +23,7 @@ mod tests {
     use super::LAYER_VERSION;
 
     #[test]
-    fn the_version_that_is_told_is_the_one_that_is_built_in() {
+    fn the_version_that_is_reported_is_the_one_that_is_built_in() {
         let lock = include_str!("../../../Cargo.lock");
         let found = lock.lines().skip_while(|line| *line != "name = \"iceoryx2\"").nth(1).unwrap();
         assert_eq!(found, format!("version = \"{LAYER_VERSION}\""));

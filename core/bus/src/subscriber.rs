@@ -18,7 +18,7 @@ use crate::{OpenError, ReceiveError, StreamShape};
 /// A receiving end of a stream. Messages come in order; a gap in their numbers is an error, reported once. A device that is started again goes on
 /// on the same stream.
 ///
-/// A receiver that opens after the sender gets the last message sent before, so that it knows how things stand.
+/// A receiver that opens after the sender gets the last message sent before, so that it knows how things are.
 pub struct Subscriber {
     stream: String,
     port: IceoryxSubscriber<Service, [u64], ()>,

@@ -125,7 +125,7 @@ fn a_receiver_that_comes_late_gets_the_last_message() {
 }
 
 #[test]
-fn lost_messages_are_counted_and_told_once() {
+fn lost_messages_are_counted_and_reported_once() {
     let place = place();
     let bus = Bus::open(&place.domain, "test").unwrap();
     let stream = StreamDescription { depth: Some(4), ..joints() };
