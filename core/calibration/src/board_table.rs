@@ -37,7 +37,7 @@ pub enum BoardTableError {
         line: u64,
         /// The column.
         column: &'static str,
-        /// What stands there.
+        /// What is there.
         cell: String,
         /// What belongs there.
         what: &'static str,
@@ -282,7 +282,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_go_together_is_told_with_file_line_and_picture() {
+    fn what_does_not_go_together_is_reported_with_file_line_and_picture() {
         let text = format!("picture,corner,u_px,v_px\n{}", corners("a.png"));
         for (poses, corners, part) in [
             ("q1_deg\n10\n", text.as_str(), "poses.csv: there is no column `picture`"),

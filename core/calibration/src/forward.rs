@@ -1,4 +1,4 @@
-//! The arm a model file describes, its effects and all: where its flange stands.
+//! The arm a model file describes, its effects and all: where its flange is.
 
 use nalgebra::{IsometryMatrix3, Rotation3, Translation3, Vector3};
 use plumb_kinematics::{Deviation, Knob, Motion, Posture, Weights};
@@ -77,7 +77,7 @@ pub fn flange<'a>(
     IsometryMatrix3::from_parts(Translation3::from(at + done.shift + done.turn.cross(&at)), turned)
 }
 
-/// What the effects do when the arm stands so.
+/// What the effects do when the arm is so.
 fn done(
     model: &Model,
     effects: &[(&dyn Effect, &[f64])],
@@ -122,7 +122,7 @@ fn done(
     done
 }
 
-/// What an effect moves that does the same in every pose: looked at where all joints stand at zero.
+/// What an effect moves that does the same in every pose: looked at where all joints are at zero.
 pub(crate) fn constant_drives(model: &Model, effect: &dyn Effect) -> Vec<Drive> {
     let q = vec![0.0; model.chain.len()];
     let posture = Posture::of(&model.chain, &q, &[]);
@@ -191,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn a_shoulder_that_gives_way_lets_the_flange_down_and_play_tells_the_sides_apart() {
+    fn a_shoulder_that_gives_way_lets_the_flange_down_and_play_distinguishes_the_sides() {
         let q = [0.3, -0.2, 1.4, 0.0, 0.3, 0.0];
         let stiff = arm("effects: []").flange(&q, &[]);
         let soft =

@@ -87,7 +87,7 @@ pub fn bodies(
         })?,
     };
     let target = model.targets.get(place).ok_or(PredictionError::NoTarget)?;
-    // The fit's own model predicts: what a cell is told is what was fitted.
+    // The fit's own model predicts: what a cell is given is what was fitted.
     let joints = model.chain.len();
     let mut table =
         Table { source: "pose".to_owned(), joints, approach: Some(Vec::new()), ..Table::default() };

@@ -167,7 +167,7 @@ mod tests {
             let [x, z] = columns.xz[0];
             assert!((x.hypot(z - 150.0) - 20.0).abs() < 1e-4, "{x} {z}");
         }
-        // Each stands in the middle of its fifth.
+        // Each is in the middle of its fifth.
         for (columns, middle) in table.profiles.iter().zip([-8.0, -4.0, 0.0, 4.0, 8.0]) {
             assert!((columns.xz[0][0] - middle).abs() < 0.1, "{:?}", columns.xz[0]);
         }
@@ -175,7 +175,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_go_together_is_told_with_file_line_and_profile() {
+    fn what_does_not_go_together_is_reported_with_file_line_and_profile() {
         for (poses, points, part) in [
             ("q1_deg\n1\n", "profile,x_mm,z_mm\na,1,2\n", "poses.csv: there is no column `profile`"),
             ("q1_deg,profile\n1,a\n", "profile,x_mm\na,1\n", "there is no column `z_mm`"),

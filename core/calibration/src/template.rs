@@ -205,7 +205,7 @@ fn urdf_model(name: &str, path: &str, arm: &UrdfArm) -> String {
     let (roll, pitch, yaw) = arm.root_from_base.rotation.euler_angles();
     let rpy = triple(Vector3::new(roll, pitch, yaw).map(f64::to_degrees));
     let xyz = triple(arm.root_from_base.translation.vector);
-    // In the frame of the first row, which may stand on its head in the file's root link.
+    // In the frame of the first row, which may be on its head in the file's root link.
     let gravity = triple(arm.root_from_base.rotation.inverse() * -Vector3::z());
     let point = triple(arm.flange_from_tip.translation.vector);
     text.push_str(&format!(
@@ -236,7 +236,7 @@ targets: {p1: {xyz_mm: [0, 0, 0], free: true}}     # the measured point, from th
 free: [\"joint_zero(*)\"]                           # always refitted; later also link_length(*), or geometry(*)
 effects: []                                        # what `plumb model add` and `grow` put in
 measured_from: instrument                          # or world: a level frame, gravity along -z
-# noise: {p1_mm: 0.05}                             # 1 sigma an axis, if it is known; returns to some poses tell it better
+# noise: {p1_mm: 0.05}                             # 1 sigma an axis, if it is known; returns to some poses determine it better
 # gravity: [0, 0, -1]                              # what is down, in the frame of the first row; for an arm that hangs or leans
 # links: [{after: j2, mass_kg: 5, centre_mm: [-200, 0, 0]}]     # for effects of gravity
 ",

@@ -55,7 +55,7 @@ fn by_the_drawing_itself_nothing_changes() {
 }
 
 #[test]
-fn what_is_out_of_reach_or_of_another_arm_is_told_with_its_line() {
+fn what_is_out_of_reach_or_of_another_arm_is_reported_with_its_line() {
     let (drawing, calibrated) = models();
     let refused = |table: &Table| compensated_targets(&drawing, &calibrated, table).unwrap_err().to_string();
     let beyond = refused(&poses("10,-80,70,-60,80,20\n10,-80,-149.95,-60,80,20\n"));

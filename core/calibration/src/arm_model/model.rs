@@ -50,7 +50,7 @@ pub struct Board {
     pub free: bool,
 }
 
-/// Where the arm's base stands in the frame of the measurements.
+/// Where the arm's base is in the frame of the measurements.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Base {
     /// Pose of the base in the measurements' frame, mm.
@@ -76,7 +76,7 @@ impl Base {
 /// In whose frame positions were measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MeasuredFrom {
-    /// An instrument standing anywhere; the base pose absorbs it.
+    /// An instrument placed anywhere; the base pose absorbs it.
     Instrument,
     /// A level frame with gravity along -z.
     World,
@@ -109,7 +109,7 @@ pub enum Frame {
 pub struct Level {
     /// As the table's column `level` names it; none for the one of a model that has one only.
     pub name: Option<String>,
-    /// What the level stands on.
+    /// What the level is on.
     pub frame: Frame,
     /// How it is turned there.
     pub rotation: Rotation3<f64>,
@@ -199,7 +199,7 @@ pub struct AddedEffect {
 pub struct Correction {
     /// The effect, one of those added.
     pub id: EffectId,
-    /// The mechanisms it may stand for, as people write them.
+    /// The mechanisms it may mean, as people write them.
     pub may_be: Vec<String>,
 }
 
@@ -229,7 +229,7 @@ pub struct Model {
     pub chain: Chain,
     /// Masses of its links.
     pub masses: Vec<Mass>,
-    /// Where its base stands.
+    /// Where its base is.
     pub base: Base,
     /// Points measured on it.
     pub targets: Vec<Target>,
@@ -279,7 +279,7 @@ pub struct Model {
 
 impl Model {
     /// Direction of gravity in the base's frame, unit length, for a base with this orientation in the measurements'
-    /// frame. An instrument's frame says nothing of gravity: the arm is then taken to stand upright on its base.
+    /// frame. An instrument's frame says nothing of gravity: the arm is then taken to be upright on its base.
     pub fn down(&self, base: &Rotation3<f64>) -> Vector3<f64> {
         match (self.gravity, self.measured_from) {
             (Some(given), _) => given,

@@ -57,7 +57,7 @@ fn direction_and_length(offset: Vector3<f64>) -> (Vector3<f64>, f64) {
 
 /// The horizontal normal of an edge, to its left seen from above; `up` is upwards.
 fn left_of(direction: &Vector3<f64>, up: &Vector3<f64>) -> Vector3<f64> {
-    // An edge that stands upright has no left: any direction square to it will do.
+    // An edge that is upright has no left: any direction square to it will do.
     up.cross(direction).try_normalize(NO_DIRECTION).unwrap_or_else(|| square_to(direction).0)
 }
 

@@ -169,7 +169,7 @@ fn a_residual_map_is_waves_of_the_pose_and_cosines_over_ranges() {
 }
 
 #[test]
-fn columns_of_a_map_stand_in_the_order_of_its_weights() {
+fn columns_of_a_map_are_in_the_order_of_its_weights() {
     let (region, mut map) = (region(), map());
     let columns = map.columns(&region, &[0.0, 12.5], &[-1, 1]);
     let carriers: Vec<MapCarrier> = columns.iter().map(|(carrier, _)| *carrier).collect();
@@ -201,7 +201,7 @@ fn a_joint_that_turned_half_a_turn_is_seen_by_sine_and_cosine() {
     let inputs = from.inputs(&[0.3, 25.0]);
     assert!((inputs[0] - 0.3_f64.sin()).abs() < 1e-12 && (inputs[1] - 0.3_f64.cos()).abs() < 1e-12);
     assert!(inputs.len() == 3 && inputs[2].abs() < 1e-12);
-    // A joint that stood still says nothing.
+    // A joint that was at rest says nothing.
     let still = MeasuredRegion::of(&chain, &[vec![0.2, 0.0], vec![0.2, 50.0]]).unwrap();
     assert_eq!(still.inputs(&[0.2, 50.0]), [1.0]);
 }
@@ -312,7 +312,7 @@ fn a_pose_is_scaled_over_the_ranges_wherever_they_begin() {
 }
 
 #[test]
-fn the_weights_of_a_side_stand_before_it_and_before_its_cosines() {
+fn the_weights_of_a_side_are_before_it_and_before_its_cosines() {
     // A sixth of the turn's range, the joint came from above: -1, and minus cos(30 deg).
     let columns = map().columns(&region(), &[std::f64::consts::FRAC_PI_2 / 6.0, 25.0], &[-1, 1]);
     let sides: Vec<f64> = columns.iter().rev().take(2).map(|(_, value)| *value).collect();

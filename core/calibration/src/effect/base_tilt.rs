@@ -44,7 +44,7 @@ impl Effect for BaseTilt {
 fn first_joint_is_heading(model: &Model) -> bool {
     let turns = model.chain.joints.first().is_some_and(|joint| joint.motion == Motion::Turns);
     let posture = Posture::of(&model.chain, &[], &[]);
-    // A thousandth of a radian: a first axis that leans by more has a heading that can be told from its zero.
+    // A thousandth of a radian: a first axis that leans by more has a heading that can be distinguished from its zero.
     turns && posture.joints.first().is_some_and(|joint| joint.axis.cross(&Vector3::z()).norm() < 1e-3)
 }
 

@@ -52,7 +52,7 @@ pub(super) const KIND: Kind = Kind {
         Ok(Box::new(Drift { parameters }))
     },
     candidates: |survey| match survey.passport.time_span {
-        // Without a span of time a creep is a base that stands elsewhere.
+        // Without a span of time a creep is a base that is elsewhere.
         Some(span) if span > 0.0 => vec![EffectId::at("drift", Spot::Base)],
         _ => Vec::new(),
     },

@@ -89,14 +89,14 @@ impl Effect for EpochSteps {
         for epoch in 0..values.len() / width.max(1) {
             // How the length changes with each value: the change against the epoch before.
             let own = values.get(epoch * width..).unwrap_or(&[]);
-            // The first epoch has no values: all others are told against it, and it is zero.
+            // The first epoch has no values: all others are given relative to it, and it is zero.
             let zeros = vec![0.0; width];
             let before =
                 epoch.checked_sub(1).and_then(|before| values.get(before * width..)).unwrap_or(&zeros);
             let change: Vec<f64> =
                 own.iter().zip(before).take(self.counted).map(|(now, before)| now - before).collect();
             let length = change.iter().map(|part| part * part).sum::<f64>().sqrt();
-            // Of equal changes the last is told; a change of no length still has an error.
+            // Of equal changes the last is reported; a change of no length still has an error.
             if length < greatest.0 {
                 continue;
             }

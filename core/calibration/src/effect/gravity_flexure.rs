@@ -91,7 +91,7 @@ pub(super) const KIND: Kind = Kind {
     },
     candidates: |survey| match !survey.has_weight() && survey.passport.measures_points {
         true => survey.every_turning_joint("gravity_flexure"),
-        // With masses one compliance says it all; triggers and heights alone cannot tell so many terms from what a sensor does.
+        // With masses one compliance says it all; triggers and heights alone cannot distinguish so many terms from what a sensor does.
         // One number for each of up to nine terms.
         false => Vec::new(),
     },

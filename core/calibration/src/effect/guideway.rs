@@ -150,7 +150,7 @@ measured_from: world
     fn a_row_that_counts_against_its_axis_travels_the_other_way() {
         let against =
             AXIS.replace("slides: true, limits_mm: [0, 900]", "slides: true, sign: -1, limits_mm: [-900, 0]");
-        // At -800 of a joint of sign -1 it stands at the same place, and the travel as it counts points to -x: from zero to there it went backwards.
+        // At -800 of a joint of sign -1 it is at the same place, and the travel as it counts points to -x: from zero to there it went backwards.
         let turn = 0.016_f64.to_radians();
         assert_moved(
             moved(&against, "axis_pitch", "pitch_deg_per_m", 0.02),

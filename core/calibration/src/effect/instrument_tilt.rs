@@ -1,4 +1,4 @@
-//! The instrument that should stand level does not.
+//! The instrument that should be level does not.
 
 use nalgebra::{DMatrix, Vector3};
 
@@ -63,7 +63,7 @@ pub(super) const KIND: Kind = Kind {
         Ok(Box::new(InstrumentTilt { parameters }))
     },
     candidates: |survey| match survey.model.measured_from {
-        // An instrument that may stand anywhere has no level to be out of: its tilt is the base's.
+        // An instrument that may be anywhere has no level to be out of: its tilt is the base's.
         MeasuredFrom::World if survey.passport.measures_points => {
             vec![EffectId::at("instrument_tilt", Spot::Instrument)]
         }

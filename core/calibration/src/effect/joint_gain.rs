@@ -1,4 +1,4 @@
-//! A joint turns a little more or less than it is told: a wrong gear ratio, a slipping drive, a stretched scale.
+//! A joint turns a little more or less than commanded: a wrong gear ratio, a slipping drive, a stretched scale.
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
 use super::{Drive, Effect, Parameter, Situation, Unit};

@@ -82,7 +82,7 @@ pub enum DrivenBy {
     Coordinate,
     /// The same, in waves of so many periods a turn.
     Waves,
-    /// Where within a turn of its screw the joint it acts on stands, in waves: over the whole travel they would have more periods than a plot
+    /// Where within a turn of its screw the joint it acts on is, in waves: over the whole travel they would have more periods than a plot
     /// has columns.
     ScrewTurn,
     /// The moment of gravity about the joint it acts on.

@@ -80,7 +80,7 @@ pub fn build(id: &EffectId, model: &Model) -> Result<Box<dyn Effect>, EffectName
     if let Some(definition) = model.definition(&id.name) {
         return Ok(Box::new(Defined::new(definition)));
     }
-    // It stands in no list: nobody may write it.
+    // It is in no list: nobody may write it.
     if id.name == POSE_ERROR && !model.pose_errors.is_empty() {
         return Ok(Box::new(PoseError::new(model)));
     }
@@ -110,7 +110,7 @@ pub fn parse(text: &str, model: &Model) -> Result<EffectId, EffectNameError> {
     }
 }
 
-/// Reads one effect, a wildcard (`joint_zero(*)`) or a group (`geometry(*)`), and lists what it stands for.
+/// Reads one effect, a wildcard (`joint_zero(*)`) or a group (`geometry(*)`), and lists what it means.
 ///
 /// # Errors
 /// Unknown names or the wrong number of arguments.
@@ -129,7 +129,7 @@ pub fn expand(text: &str, model: &Model) -> Result<Vec<EffectId>, EffectNameErro
     Sites::new(kind, text, model).at(&written.arguments)
 }
 
-/// A defined effect stands at one place: naming it is allowed, not needed.
+/// A defined effect is at one place: naming it is allowed, not needed.
 fn defined_at(
     definition: &Definition,
     text: &str,

@@ -88,7 +88,7 @@ pub(super) const KIND: Kind = Kind {
         if !survey.has_weight() {
             return Vec::new();
         }
-        // What is the same as a joint's compliance goes by that name, and is told with it (`Effect::twin`).
+        // What is the same as a joint's compliance goes by that name, and is reported with it (`Effect::twin`).
         let chain = &survey.model.chain;
         let own = |link: usize| !lies_along(chain, link, link) && !lies_along(chain, link, link + 1);
         let mut ids = survey.every_joint("link_torsion");

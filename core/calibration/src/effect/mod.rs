@@ -103,7 +103,7 @@ pub enum Handle {
     ReadingScale(Channel),
     /// The distance over a surface at which the arm's own sensor triggers, mm.
     Trigger,
-    /// How far left of an edge (seen along its direction, from above) the arm's own sensor stands when it triggers, mm.
+    /// How far left of an edge (seen along its direction, from above) the arm's own sensor is when it triggers, mm.
     Edge,
     /// A number of the rig of the arm's light stripe.
     Rig(RigNumber),
@@ -224,7 +224,7 @@ pub struct Size {
     pub error: f64,
 }
 
-/// The standard error of a number of this variance. A variance of exactly zero is that of a number which the rows cannot tell and which is held:
+/// The standard error of a number of this variance. A variance of exactly zero is that of a number which the rows cannot determine and which is held:
 /// nothing is known of it.
 pub(crate) fn standard_error(variance: f64) -> f64 {
     if variance > 0.0 { variance.sqrt() } else { f64::INFINITY }

@@ -110,7 +110,7 @@ impl Passport {
             triggers: triggered.iter().any(|row| table.on.name(*row).is_some()),
             stripes: table.is_of_stripes(),
             moves: table.speed.iter().flatten().any(|speed| *speed != 0.0),
-            // Pictures stand in the order of their scans, each from another side: undated, what depends on the pose would look like a step.
+            // Pictures are in the order of their scans, each from another side: undated, what depends on the pose would look like a step.
             clocks: if table.is_of_stripes() && table.time.is_none() { Vec::new() } else { clocks(table) },
             greatest_moments: greatest_moments(model, table),
             ranges: (0..table.joints).map(|joint| span(coordinates(table, joint))).collect(),

@@ -1,4 +1,4 @@
-//! Each of a few poses has an error of its own, whatever its reason. It is never a candidate and never kept: it stands beside what is asked about conditions where poses are
+//! Each of a few poses has an error of its own, whatever its reason. It is never a candidate and never kept: it is beside what is asked about conditions where poses are
 //! few and were measured often, so that what goes with the pose alone is not held against them.
 
 use super::{Drive, Effect, Handle, Parameter, Situation, Unit};
@@ -39,7 +39,7 @@ impl Effect for PoseError {
             .map(|pose| pose.iter().zip(situation.q).map(|(pose, q)| (pose - q).powi(2)).sum::<f64>());
         let nearest = apart.enumerate().min_by(|one, other| one.1.total_cmp(&other.1));
         let Some((pose, _)) = nearest else { return };
-        // A shift of the whole: what else is wrong in one pose cannot be told from it there.
+        // A shift of the whole: what else is wrong in one pose cannot be distinguished from it there.
         drives.extend((0..3).map(|axis| Drive {
             parameter: 3 * pose + axis,
             handle: Handle::BaseShift(axis),

@@ -6,7 +6,7 @@ use super::sampling::Sampling;
 use super::{positioning_error, screw_wave};
 use crate::arm_model::Model;
 
-/// Runs of positions that tell a wave: so many to its period, over so many periods.
+/// Runs of positions that determine a wave: so many to its period, over so many periods.
 const TO_A_PERIOD: f64 = 4.0;
 const PERIODS: f64 = 2.0;
 

@@ -1,4 +1,4 @@
-//! Whether a wave of a known period can be told from slower ones at the places where it was measured.
+//! Whether a wave of a known period can be distinguished from slower ones at the places where it was measured.
 //!
 //! The spectral window of the places (Deeming 1975, Astrophysics and Space Science 36, 137), `W(f) = |sum exp(2 pi i f x)| / n`, says how alike two waves look
 //! whose
@@ -10,7 +10,7 @@ use std::f64::consts::TAU;
 /// Places closer than this are one, mm: returns to one target.
 const SAME: f64 = 1e-3;
 
-/// Fewest places at which a wave can be told: it has two numbers, and a zero, a gain and one more place to check them go with it.
+/// Fewest places at which a wave can be determined: it has two numbers, and a zero, a gain and one more place to check them go with it.
 const FEWEST: usize = 5;
 
 /// Two waves are taken for one where the window is above this: less than a fifth of the wave's squares (1 - 0.9^2) is then its own.
@@ -28,7 +28,7 @@ const MOST_FREQUENCIES: f64 = 20_000.0;
 /// What places of measurement say of a wave.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Sampling {
-    /// It can be told apart from slower ones.
+    /// It can be distinguished from slower ones.
     Separable,
     /// There are too few places.
     TooFew {
@@ -60,7 +60,7 @@ fn window(places: &[f64], frequency: f64) -> f64 {
     f64::hypot(sine, cosine) / places.len().max(1) as f64
 }
 
-/// Whether a wave of this period (mm) can be told from any of twice the period and more at these places (mm, each once, in order).
+/// Whether a wave of this period (mm) can be distinguished from any of twice the period and more at these places (mm, each once, in order).
 pub(super) fn sampling(places: &[f64], period: f64) -> Sampling {
     if places.len() < FEWEST {
         return Sampling::TooFew { places: places.len(), fewest: FEWEST };
@@ -76,7 +76,7 @@ pub(super) fn sampling(places: &[f64], period: f64) -> Sampling {
     if highest < ALIKE {
         return Sampling::Separable;
     }
-    // Of waves that look as much like it, the slowest is told: places at whole pitches show a constant, and a wave of twice the pitch too.
+    // Of waves that look as much like it, the slowest is reported: places at whole pitches show a constant, and a wave of twice the pitch too.
     let as_alike = all.iter().filter(|(window, _)| *window >= highest - AS_ALIKE);
     let apart = as_alike.map(|(_, apart)| *apart).fold(f64::INFINITY, f64::min);
     let period = if apart * extent < 0.5 { f64::INFINITY } else { 1.0 / apart };
@@ -107,7 +107,7 @@ mod tests {
     }
 
     #[test]
-    fn places_close_together_or_of_no_rhythm_tell_it() {
+    fn places_close_together_or_of_no_rhythm_determine_it() {
         assert_eq!(sampling(&grid(1.25, 17), 5.0), Sampling::Separable);
         let uneven: Vec<f64> =
             (0..20).map(|index| 20.0 * index as f64 + (index as f64 * 2.3).sin() * 4.0).collect();
@@ -115,7 +115,7 @@ mod tests {
     }
 
     #[test]
-    fn few_places_or_less_than_half_a_pitch_tell_nothing() {
+    fn few_places_or_less_than_half_a_pitch_determine_nothing() {
         assert_eq!(sampling(&grid(1.3, 4), 5.0), Sampling::TooFew { places: 4, fewest: 5 });
         assert!(matches!(sampling(&grid(0.1, 10), 5.0), Sampling::LooksLike { .. }));
         assert_eq!(distinct(vec![3.0, 1.0, 3.000_1, f64::NAN, 1.0]), [1.0, 3.0], "returns are one place");

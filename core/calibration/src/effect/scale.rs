@@ -40,7 +40,7 @@ pub(super) const KIND: Kind = Kind {
     how_to_see: "Points far apart along that axis, or a bar of known length.",
     sketch: ["  reads ├──┼──┼──┤", "  true  ├───┼───┼───┤", "  the ruler is short"],
     build: |setting: &Setting<'_>| match setting.id.spot {
-        // 2 %: a wrong unit is further off, and told when the table is read.
+        // 2 %: a wrong unit is further off, and reported when the table is read.
         Spot::Axis(axis) if axis < 3 => {
             Ok(Box::new(Scale { axis, parameters: [Parameter::new("excess", Unit::RATIO, (-0.02, 0.02))] }))
         }

@@ -29,7 +29,7 @@ impl Effect for ScrewWave {
     }
 
     fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
-        // Counted from the coordinate's zero, wherever the screw stands there: the phase is found.
+        // Counted from the coordinate's zero, wherever the screw is there: the phase is found.
         let (sine, cosine) = (self.rate * situation.coordinate(self.joint)).sin_cos();
         drives.push(situation.drive_joint(self.joint, 0, sine));
         drives.push(situation.drive_joint(self.joint, 1, cosine));
@@ -67,7 +67,7 @@ pub(super) fn period_of(model: &Model, id: &EffectId) -> Option<f64> {
     (id.name == KIND.name).then(|| period(&Setting { id, model }).ok()).flatten()
 }
 
-/// Whether the places where an effect's joint was measured can tell it; nothing of any other effect.
+/// Whether the places where an effect's joint was measured can determine it; nothing of any other effect.
 pub(super) fn sampling_of(survey: &Survey<'_>, id: &EffectId) -> Option<Sampling> {
     let period = period_of(survey.model, id)?;
     Some(sampling(survey.passport.places.get(id.joint()?)?, period))
@@ -97,7 +97,7 @@ pub(super) const KIND: Kind = Kind {
     candidates: |survey| {
         let joints = survey.model.chain.joints.iter().enumerate();
         let screws = joints.filter(|(_, joint)| joint.screw_pitch.is_some()).map(|(index, _)| index);
-        // A wave that the positions cannot tell from a slower one is no candidate: it would be named for whatever is slow.
+        // A wave that the positions cannot distinguish from a slower one is no candidate: it would be named for whatever is slow.
         let waves = screws.flat_map(|joint| {
             WAVES.map(|waves| EffectId {
                 order: Some(waves),
@@ -155,7 +155,7 @@ targets: {p1: {}}
     }
 
     #[test]
-    fn it_is_a_candidate_where_the_positions_can_tell_it() {
+    fn it_is_a_candidate_where_the_positions_can_determine_it() {
         let offered = |spacing: f64| -> Vec<f64> {
             let rows = (0..12).map(|row| format!("{},0,{0},0,0\n", spacing * f64::from(row)));
             let text = format!("q1_mm,q2_deg,p1_x_mm,p1_y_mm,p1_z_mm\n{}", rows.collect::<String>());

@@ -19,7 +19,7 @@ impl<'a> Sites<'a> {
         Self { kind, text, model }
     }
 
-    /// The effects that these arguments stand for; `*` and none stand for all.
+    /// The effects that these arguments mean; `*` and none mean all.
     pub(super) fn at(&self, arguments: &[&str]) -> Found {
         let model = self.model;
         match (self.kind.places, arguments) {

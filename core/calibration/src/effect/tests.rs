@@ -80,7 +80,7 @@ fn table(columns: &str, cells: &str) -> String {
     format!("q1_deg,q2_deg,p1_x_mm,p1_y_mm,p1_z_mm{comma}{columns}\n25,40,0,0,0{comma}{cells}\n")
 }
 
-/// How far the tip moves when the shoulder and the elbow stand off by so much, rad.
+/// How far the tip moves when the shoulder and the elbow are off by so much, rad.
 fn displaced(shoulder: f64, elbow: f64) -> Vector3<f64> {
     let [one, other] = pose();
     tip(LINKS, one + shoulder, other + elbow) - tip(LINKS, one, other)
@@ -151,7 +151,7 @@ fn without_a_logged_side_play_goes_by_the_way_from_the_row_before() {
     for row in [0, 3] {
         assert_close(&found(row), &[0.0; 3], 1e-9, "no row before it, and no move but scatter");
     }
-    // The shoulder moved one way only: nothing tells play from a zero there.
+    // The shoulder moved one way only: nothing distinguishes play from a zero there.
     let model = Model::parse("arm.yaml", PLANAR).unwrap();
     let passport = Passport::of(&model, &Table::parse("table.csv", &table).unwrap());
     assert_eq!([0, 1].map(|joint| passport.came_both_ways(joint)), [false, true]);
@@ -555,7 +555,7 @@ fn sizes_are_shown_in_their_own_units_with_their_errors() {
     assert!((wave.error - error.to_degrees()).abs() < 1e-9, "{wave:?}");
     let shift = size("base_position", None, &[3.0, 0.0, -4.0], &[0.01; 3]);
     assert!((shift.value - 5.0).abs() < 1e-9 && (shift.error - 0.1).abs() < 1e-9 && shift.unit == "mm");
-    // What the rows cannot tell is not known to be zero: an unseen part may be as large as those that are seen.
+    // What the rows cannot determine is not known to be zero: an unseen part may be as large as those that are seen.
     assert_eq!(size("joint_zero(elbow)", None, &[0.0], &[0.0]).error, f64::INFINITY);
     assert_eq!(size("base_position", None, &[0.0; 3], &[0.0; 3]).error, f64::INFINITY);
     let partly = size("base_position", None, &[3.0, 0.0, -4.0], &[0.01, 0.0, 0.01]);
@@ -567,7 +567,7 @@ fn sizes_are_shown_in_their_own_units_with_their_errors() {
 }
 
 #[test]
-fn sizes_no_real_machine_has_are_told_from_those_it_may_have() {
+fn sizes_no_real_machine_has_are_distinguished_from_those_it_may_have() {
     let model = Model::parse("arm.yaml", PLANAR).unwrap();
     let plausible =
         |text: &str, values: &[f64]| build(&parse(text, &model).unwrap(), &model).unwrap().plausible(values);

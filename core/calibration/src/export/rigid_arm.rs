@@ -64,7 +64,7 @@ pub struct RigidArm {
     pub(super) deviations: Vec<Deviation>,
     /// Effects that rigid links cannot hold, as people write them.
     pub left_out: Vec<String>,
-    /// Effects that are no part of the robot: they tell where the base stood before the instrument, or what the instrument read.
+    /// Effects that are no part of the robot: they say where the base was before the instrument, or what the instrument read.
     pub not_the_robot: Vec<String>,
 }
 
@@ -178,7 +178,7 @@ impl Constants {
                     let place = self.targets.get_mut(target).and_then(|(_, place)| place.get_mut(axis));
                     place.into_iter().for_each(|place| *place += amount);
                 }
-                // Base and instrument: where the arm stands is no part of it.
+                // Base and instrument: where the arm is is no part of it.
                 _ => {
                     if !self.not_the_robot.contains(&label) {
                         self.not_the_robot.push(label.clone());

@@ -48,7 +48,7 @@ impl Checker<'_> {
         }
     }
 
-    /// Where the base stands, and whether every session has one of its own.
+    /// Where the base is, and whether every session has one of its own.
     pub(super) fn base(&self, raw: &RawModel) -> Base {
         let base = Base::new(raw.base.xyz_mm, raw.base.rpy_deg.map(f64::to_radians), raw.base.free);
         Base { per_session: self.base_per_session(raw), ..base }

@@ -127,7 +127,7 @@ fn names_that_yaml_would_take_for_something_else_are_quoted() {
 }
 
 #[test]
-fn each_mistake_is_told_with_its_line_and_what_would_be_right() {
+fn each_mistake_is_reported_with_its_line_and_what_would_be_right() {
     let cases = [
         (
             "limits_deg: [-90, 90], less",
@@ -193,12 +193,12 @@ fn each_mistake_is_told_with_its_line_and_what_would_be_right() {
         let said = Model::parse("model.yaml", &WHOLE.replacen(from, to, 1)).unwrap_err().to_string();
         assert!(said.contains(message) && said.contains(help), "{to}: {said}");
         let line = WHOLE.lines().position(|line| line.contains(from)).unwrap() + 1;
-        assert!(said.contains(&format!("model.yaml:{line}:")), "{to} stands in line {line}: {said}");
+        assert!(said.contains(&format!("model.yaml:{line}:")), "{to} is in line {line}: {said}");
     }
 }
 
 #[test]
-fn all_mistakes_of_a_file_are_told_at_once() {
+fn all_mistakes_of_a_file_are_reported_at_once() {
     let text = WHOLE
         .replace("sign: -1", "sign: 2")
         .replace("mass_kg: 2.5", "mass_kg: -1")
@@ -224,7 +224,7 @@ fn distances_that_cannot_all_be_true_are_refused() {
 }
 
 #[test]
-fn an_empty_file_and_a_table_are_told_from_a_model() {
+fn an_empty_file_and_a_table_are_distinguished_from_a_model() {
     let said = |text: &str| Model::parse("model.yaml", text).unwrap_err().to_string();
     assert!(said(" \n").contains("the file is empty") && said("").contains("plumb model template"));
     assert!(said("q1_deg,p1_x_mm\n1,2\n").contains("this is a table of measurements, no model"));

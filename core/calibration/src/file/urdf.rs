@@ -1,4 +1,4 @@
-//! A model file whose arm stands in a URDF file: the file's joints become distal rows, and the model file says the rest.
+//! A model file whose arm is described in a URDF file: the file's joints become distal rows, and the model file says the rest.
 
 use std::path::Path;
 

@@ -5,12 +5,12 @@ use plumb_kinematics::urdf::UrdfArm;
 
 use crate::arm_model::{Base, MeasuredFrom, Model, Target};
 
-/// The base is the file's root link, wherever that stands.
+/// The base is the file's root link, wherever that is.
 pub(super) fn on_root(base: Base, arm: &UrdfArm) -> Base {
     Base { pose: base.pose * arm.root_from_base, ..base }
 }
 
-/// Direction of gravity in the frame of the first row, which may stand on its head in the file's root link: as given for the root link, and along its -z
+/// Direction of gravity in the frame of the first row, which may be on its head in the file's root link: as given for the root link, and along its -z
 /// where nothing else says what is down.
 pub(super) fn gravity(model: &Model, arm: &UrdfArm) -> Option<Vector3<f64>> {
     let in_root = match (model.gravity, model.measured_from) {

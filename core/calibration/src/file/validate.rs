@@ -303,7 +303,7 @@ impl Checker<'_> {
         raw.links.iter().filter_map(|link| self.mass(link, chain).ok()).collect()
     }
 
-    /// The mass of one link. Both of its mistakes are told, not the first alone.
+    /// The mass of one link. Both of its mistakes are reported, not the first alone.
     fn mass(&self, link: &RawLink, chain: &Chain) -> Checked<Mass> {
         let kg = link.mass_kg.value;
         let heavy = match kg < 0.0 {

@@ -30,7 +30,7 @@ fn write_into(out: &mut String, model: &Model) -> std::fmt::Result {
         Convention::Proximal => "proximal",
     };
     writeln!(out, "convention: {convention}")?;
-    // Rows of the arm before what stands on them: effects name joints, and people read from the top.
+    // Rows of the arm before what is on them: effects name joints, and people read from the top.
     joints(out, model)?;
     // Always in degrees and mm, whatever the file that was read used.
     let rpy = rpy_deg(&model.base.pose.rotation);

@@ -1,4 +1,4 @@
-//! A first guess of where the base stands and where the targets sit: closed forms that need no good start.
+//! A first guess of where the base is and where the targets sit: closed forms that need no good start.
 
 use nalgebra::{
     DMatrix, DVector, IsometryMatrix3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3,
@@ -26,7 +26,7 @@ const CLEARLY: f64 = 2.0;
 /// Steps of the descent in which base and targets alone are free.
 const STEPS: usize = 30;
 
-/// A whole measured point of a target (frame of the measurements), and where the flange stood (base frame), mm.
+/// A whole measured point of a target (frame of the measurements), and where the flange was (base frame), mm.
 pub struct Sight {
     /// The target, by its index in the model.
     pub target: usize,
@@ -70,7 +70,7 @@ fn base_of(sights: &[Sight], targets: &[Vector3<f64>]) -> Option<IsometryMatrix3
 
 /// Base and targets at once, from no start at all. Seen from the arm, `turn' * measured - origin' = flange * target` is
 /// linear in the nine numbers of the base's inverse turn, in its origin and in the targets; what the sights cannot settle
-/// stays as it is. `free` tells which targets may move.
+/// stays as it is. `free` says which targets may move.
 pub fn base_and_targets(
     sights: &[Sight],
     base: &IsometryMatrix3<f64>,

@@ -59,7 +59,7 @@ impl Changes {
 
     /// Adds what a residual map does, for a base that is turned so.
     pub(super) fn add_map(&mut self, mapped: &MapEffect, chain: &Chain, base: &Rotation3<f64>) {
-        // The map was made in the frame of the base, in which the arm is the same wherever it stands.
+        // The map was made in the frame of the base, in which the arm is the same wherever it is.
         self.base_shift += base * mapped.shift;
         for (deviation, (joint, amount)) in
             self.deviations.iter_mut().zip(chain.joints.iter().zip(&mapped.joints))

@@ -79,7 +79,7 @@ impl ResidualModel<'_> {
         let pose = self.in_row(state, row).pose;
         let flange = pose.flange();
         let targets = state.targets.iter().map(|target| (flange * Point3::from(*target)).coords);
-        // The first joint's axis stands in the base, which stands where it stands.
+        // The first joint's axis is in the base, which is where it is.
         let joints = pose.posture.joints.iter().skip(1).map(|joint| joint.axis_point);
         let mut points = joints.chain([flange.translation.vector]).chain(targets);
         points.all(|point| keep_out.iter().all(|plane| plane.allows(point.into())))

@@ -1,4 +1,4 @@
-//! Fits that ran away: told, and not taken for results.
+//! Fits that ran away: reported, and not taken for results.
 
 use std::fmt;
 

@@ -11,7 +11,7 @@ use plumb_estimation::RankRevealingCholesky;
 pub struct Gauge {
     /// The number that was left where it was.
     pub held: String,
-    /// What it cannot be told from, the strongest first; empty if it changes nothing at all.
+    /// What it cannot be distinguished from, the strongest first; empty if it changes nothing at all.
     pub same_as: Vec<String>,
 }
 

@@ -28,7 +28,7 @@ pub struct TwoRotations {
     pub body: Rotation3<f64>,
 }
 
-/// Poses that can tell two rotations at least: two turns about different axes.
+/// Poses that can determine two rotations at least: two turns about different axes.
 const FEWEST: usize = 3;
 
 /// The second singular value, as a share of the first, from which the poses all turn about one axis: the rotations are then not determined. With the axes of
@@ -85,7 +85,7 @@ pub fn base_rotation(poses: &[SeenPose], body: &Rotation3<f64>) -> Option<Rotati
 }
 
 /// Where the base's origin is seen and where the body's origin sits on the flange, from what the nearest already known, by linear equations; what the poses
-/// cannot tell stays as it is. `free` says whether base and body may move.
+/// cannot determine stays as it is. `free` says whether base and body may move.
 pub fn places(
     poses: &[SeenPose],
     base: &Rotation3<f64>,
@@ -202,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn poses_that_turn_about_one_axis_tell_no_two_rotations_and_the_axis_is_known() {
+    fn poses_that_turn_about_one_axis_determine_no_two_rotations_and_the_axis_is_known() {
         let (poses, ..) = poses(true);
         assert_eq!(two_rotations(&poses), None);
         let (axis, across) = turning(&poses).unwrap();

@@ -98,7 +98,7 @@ pub enum FitError {
     /// Numbers left the finite.
     #[error("the fit left the finite numbers; check units and the starting values of base and targets")]
     Diverged,
-    /// It was told to end.
+    /// It was asked to end.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
 }
@@ -118,7 +118,7 @@ pub(super) fn fit(
     progress: &Progress,
 ) -> Result<Fit, FitError> {
     let used = mask.iter().enumerate().filter(|(_, used)| **used).map(|(row, _)| row);
-    // A row in which nothing was measured tells nothing, and would count as a pose.
+    // A row in which nothing was measured says nothing, and would count as a pose.
     let rows: Vec<usize> = used.filter(|row| !machine.observations.range(*row).is_empty()).collect();
     check(machine, &rows)?;
     let start = align(machine, start, &rows, progress)?;
@@ -160,7 +160,7 @@ pub(super) fn refit(
     let mut start = Start::at(machine, start.clone(), (rows, &weights));
     let factor = start.factor();
     let start_scale = Distances::of(machine, &machine.residuals(&start.state)).scale(rows, factor.rank());
-    // What the rows cannot tell at all stays where the model file has it, as ever.
+    // What the rows cannot determine at all stays where the model file has it, as ever.
     let mut prior = Prior { variance: start_scale * start_scale, spared: factor.dependent.clone() };
     let mut far = undetermined(machine, &factor, start_scale);
     if !far.is_empty() {
@@ -235,7 +235,7 @@ fn descend_robustly(
     (options, prior): (FitOptions, Option<&Prior>),
     progress: &Progress,
 ) -> Result<Fit, FitError> {
-    // What cannot be told from the rest stays where it is from the first step on. Let go, it would drift, and where it drifts
+    // What cannot be distinguished from the rest stays where it is from the first step on. Let go, it would drift, and where it drifts
     // to other numbers look alike.
     let mut first = start.normal.clone();
     if let Some(prior) = prior {

@@ -34,7 +34,7 @@ impl ResidualModel<'_> {
         for columns in &self.table.orientations {
             match columns.body {
                 Body::Board => seen.extend(self.boards_seen().into_iter().map(SeenBody::Board)),
-                // The flange's pose stands for joints: it was commanded, not measured.
+                // The flange's pose replaces joints: it was commanded, not measured.
                 Body::Flange => {}
                 body @ Body::Target(_) => {
                     seen.extend(self.model.target_position(&body.name()).map(SeenBody::Target));

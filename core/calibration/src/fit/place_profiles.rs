@@ -195,7 +195,7 @@ pub(super) fn place_profiles(
         put_surfaces(machine, &mut guess, &some, sensor);
         tried.push(settle(&guess, FIRST_STEPS)?);
     }
-    // A few steps from every rotation tell the hopeless from the others; only the best are worth a whole fit.
+    // A few steps from every rotation distinguish the hopeless from the others; only the best are worth a whole fit.
     tried.sort_by(|one, other| one.0.total_cmp(&other.0));
     let mut best = (machine.squares(state, &some, &ones), state.clone());
     for (_, guess) in tried.iter().take(GO_ON) {
@@ -302,7 +302,7 @@ measured_from: world
         });
     }
 
-    /// Whether profiles of a wall are far off that come back from so much too far, mm. The flange stands at 100, 100 and 160 mm of the lift: root mean
+    /// Whether profiles of a wall are far off that come back from so much too far, mm. The flange is at 100, 100 and 160 mm of the lift: root mean
     /// square 28.28 mm from the middle, and a fiftieth of that is 0.566 mm.
     fn is_far_off(off: f64) -> bool {
         let rows =

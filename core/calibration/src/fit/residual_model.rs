@@ -180,7 +180,7 @@ impl<'a> ResidualModel<'a> {
 
     /// Upwards in the measurements' frame.
     fn up(&self, state: &State) -> Vector3<f64> {
-        // Against gravity, whichever frame it is told in.
+        // Against gravity, whichever frame it is given in.
         -(state.base.rotation * self.down(state))
     }
 
@@ -327,7 +327,7 @@ impl<'a> ResidualModel<'a> {
             let prediction = equation.measurand.kind.predict(equation.measurand, &context);
             let channel = equation.measurand.kind.channel(equation.measurand);
             let (zero, stretch) = scratch.pose.reading(channel);
-            // In declared sigmas, so that mm and rad may stand beside each other.
+            // In declared sigmas, so that mm and rad may be beside each other.
             let scale = weight / equation.sigma;
             block.residuals.push((equation.measured - prediction.value * (1.0 + stretch) - zero) * scale);
             if column < block.jacobian.ncols() {

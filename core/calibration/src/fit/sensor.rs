@@ -1,4 +1,4 @@
-//! What a row's instruments add: circumstances of a row as effects are told them, the arm's own sensor, the instrument.
+//! What a row's instruments add: circumstances of a row as effects are given them, the arm's own sensor, the instrument.
 
 use nalgebra::{Matrix3, Vector3};
 use plumb_kinematics::{Posture, Weights};
@@ -20,7 +20,7 @@ fn cell(column: &Option<Vec<f64>>, row: usize) -> Option<f64> {
 }
 
 impl ResidualModel<'_> {
-    /// What effects are told of a row, with its point where that is known.
+    /// What effects are given of a row, with its point where that is known.
     pub(super) fn situation<'s>(
         &'s self,
         state: &State,
@@ -33,7 +33,7 @@ impl ResidualModel<'_> {
         let time = cell(&self.table.time, row);
         let approach =
             self.table.approach.as_deref().and_then(|sides| sides.get(row * joints..(row + 1) * joints));
-        // Effects that look at conditions alone are asked before the arm stands: they are told no hand.
+        // Effects that look at conditions alone are asked before the arm is: they are given no hand.
         let hand = point.map_or_else(Matrix3::identity, |_| {
             state.base.rotation.matrix() * posture.flange.rotation.matrix()
         });

@@ -182,7 +182,7 @@ impl ResidualModel<'_> {
             let handle = match *slot {
                 Slot::BaseShift(axis) => Handle::BaseShift(axis),
                 Slot::BaseTurn(axis) => {
-                    // What effects turn the base by comes on top of where it is believed to stand.
+                    // What effects turn the base by comes on top of where it is believed to be.
                     let about = frames.pose.base_turned.column(axis.min(2)).into();
                     let index = motion.extend(1);
                     motion.add(index, frames.with_base_turned_about(about), 1.0);

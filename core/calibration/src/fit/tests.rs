@@ -170,10 +170,10 @@ fn rows_that_are_held_out_do_not_move_the_fit() {
     let fit = machine.fit(&machine.start(), &mask, plain, &Progress::default()).unwrap();
     assert!((fit.state.effects[1][0] - TRUTH[1]).abs() < 1e-6, "{:?}", fit.state.effects);
     assert_eq!(fit.rows.len(), 19);
-    assert!(fit.residuals[9].abs() > 10.0, "its residual is told all the same");
+    assert!(fit.residuals[9].abs() > 10.0, "its residual is reported all the same");
 }
 
-/// Poses of the planar arm in which the elbow hardly moves: its length cannot be told from the first link's.
+/// Poses of the planar arm in which the elbow hardly moves: its length cannot be distinguished from the first link's.
 fn narrow(zero_deg: f64, sigma: f64, seed: u64) -> Table {
     let mut random = Random::seeded(seed);
     let mut text = "q1_deg,q2_deg,p1_x_mm,p1_y_mm,p1_z_mm\n".to_owned();
@@ -188,7 +188,7 @@ fn narrow(zero_deg: f64, sigma: f64, seed: u64) -> Table {
 }
 
 #[test]
-fn numbers_that_the_rows_hardly_determine_stay_in_their_ranges_and_are_told() {
+fn numbers_that_the_rows_hardly_determine_stay_in_their_ranges_and_are_reported() {
     let effects = ["joint_zero(elbow)", "link_length(shoulder)", "link_length(elbow)"];
     for seed in 0..10 {
         let fit = fitted(&narrow(0.0, 1.0, seed), "", &effects).unwrap();
@@ -203,7 +203,7 @@ fn numbers_that_the_rows_hardly_determine_stay_in_their_ranges_and_are_told() {
             said[0].contains("plausible ranges were used as prior knowledge; measure more poses"),
             "{said:?}"
         );
-        // What the rows do tell is as good as ever.
+        // What the rows do determine is as good as ever.
         assert!(fit.scale < 1.3, "{}", fit.scale);
     }
 }
@@ -215,7 +215,7 @@ fn a_sound_fit_knows_nothing_of_ranges() {
 }
 
 #[test]
-fn a_number_that_no_machine_has_is_told_where_the_rows_determine_it() {
+fn a_number_that_no_machine_has_is_reported_where_the_rows_determine_it() {
     let mut table = measured(30, 0.05, 11);
     // The elbow's zero is 40 deg off: the model file's row is wrong.
     for row in table.q.chunks_mut(2) {

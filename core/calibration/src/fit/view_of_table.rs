@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use super::state::State;
 use crate::arm_model::SurfaceShape;
 
-/// Direction cosine with the table's normal (15 degrees below the horizon) that stands for any flatter view: what hardly
+/// Direction cosine with the table's normal (15 degrees below the horizon) that represents any flatter view: what hardly
 /// goes down does not see the table.
 const FLATTEST_VIEW: f64 = -0.26;
 

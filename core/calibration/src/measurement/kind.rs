@@ -1,4 +1,4 @@
-//! What a kind of measurement has to say of itself, and what it is told.
+//! What a kind of measurement has to say of itself, and what it is given.
 
 use std::fmt;
 

@@ -1,4 +1,4 @@
-//! The list of measurement kinds. A row's equations stand in this order.
+//! The list of measurement kinds. A row's equations are in this order.
 
 use super::kind::MeasurementKind;
 
@@ -18,7 +18,7 @@ static KINDS: &[&dyn MeasurementKind] = &[
     &super::profile::Profile,
 ];
 
-/// All kinds of measurement, in the order in which a row's equations stand.
+/// All kinds of measurement, in the order in which a row's equations are.
 pub fn kinds() -> &'static [&'static dyn MeasurementKind] {
     KINDS
 }

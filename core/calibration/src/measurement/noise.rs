@@ -46,7 +46,7 @@ pub(crate) struct NoiseGroup {
 
 impl Observations {
     /// The equations by the noise their readings have, in the order of first appearance. Rows that declare a sigma of their
-    /// own stand apart from those that do not.
+    /// own are apart from those that do not.
     pub(crate) fn noise_groups(&self, model: &Model) -> Vec<NoiseGroup> {
         let mut groups: Vec<NoiseGroup> = Vec::new();
         for (index, equation) in self.equations.iter().enumerate() {
@@ -73,7 +73,7 @@ impl Observations {
 
     fn noise_of(&self, model: &Model, group: &NoiseGroup) -> ReadingNoise {
         let sigmas = group.equations.iter().filter_map(|index| self.equations.get(*index));
-        // Rows may declare sigmas of their own: their root mean square is told.
+        // Rows may declare sigmas of their own: their root mean square is reported.
         let squares: f64 = sigmas.map(|equation| equation.sigma.powi(2)).sum();
         let sigma = (squares / group.equations.len().max(1) as f64).sqrt();
         let source = match (group.is_declared, model.noise.estimated_of(&group.key)) {

@@ -93,7 +93,7 @@ impl Observations {
         self.starts.len().saturating_sub(1)
     }
 
-    /// Where a row's equations stand in the list.
+    /// Where a row's equations are in the list.
     pub fn range(&self, row: usize) -> std::ops::Range<usize> {
         let start = self.starts.get(row).map_or(0, |start| *start as usize);
         let end = self.starts.get(row + 1).map_or(0, |end| *end as usize);

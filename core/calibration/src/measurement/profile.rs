@@ -22,7 +22,7 @@ use crate::table::scalar::HEIGHT;
 #[derive(Debug)]
 pub(super) struct Profile;
 
-/// Points that a row can hold: what tells them apart is a byte, and an edge takes two of its numbers for a point.
+/// Points that a row can hold: what distinguishes them is a byte, and an edge takes two of its numbers for a point.
 const MOST_POINTS: usize = 120;
 
 /// Equations of one point: an edge has two, a plane or a ball the first of them.

@@ -2,7 +2,7 @@
 //!
 //! Equation, of a stretch of `n` points on one surface: `0 = sum_i w_i d(B F(q) s(u_i, v_i))`. `s` is the point of the sheet that a pixel shows, in the flange's
 //! frame (Agin 1985, section 4: the collineation K, here by what camera and sheet are), `d` the distance from the surface, and `w` the mean, the slope or the bend
-//! along the stretch ([`Stretch::weights`]): a stripe has many points, which tell three things at most, for an effect of the arm moves it as one piece.
+//! along the stretch ([`Stretch::weights`]): a stripe has many points, which determine three things at most, for an effect of the arm moves it as one piece.
 //!
 //! Gradients: with the normals `n_i` at the points `p_i`, `sum w_i n_i` by the mean point `m` that moves with the flange, `sum w_i (p_i - m) x n_i` by a turn about
 //! it, `sum w_i n_i . dp_i` by a number of the rig that moves each point by `dp_i`, and those of each surface by its own numbers.

@@ -74,8 +74,8 @@ pub struct Covariate {
 pub enum CovariateValues {
     /// Numbers; not a number where empty.
     Numeric(Vec<f64>),
-    /// Words: which level each row has, nothing where empty. Levels stand in the order of first appearance; beyond
-    /// [`MOST_LEVELS`] one more stands for all the rest.
+    /// Words: which level each row has, nothing where empty. Levels are in the order of first appearance; beyond
+    /// [`MOST_LEVELS`] one more means all the rest.
     Categorical {
         /// The words.
         levels: Vec<String>,
@@ -282,9 +282,9 @@ impl Table {
         self.repeat.push("");
     }
 
-    /// The stretches of a row, by their places; they stand in the order of their rows.
+    /// The stretches of a row, by their places; they are in the order of their rows.
     pub fn stretches_of(&self, row: usize) -> std::ops::Range<usize> {
-        // They stand in order: two halvings find them, however many there are.
+        // They are in order: two halvings find them, however many there are.
         let first = self.stretches.partition_point(|stretch| stretch.row < row);
         let end = self.stretches.partition_point(|stretch| stretch.row <= row);
         first..end
@@ -347,7 +347,7 @@ impl Table {
                 group.push(row);
             }
         }
-        // A single visit tells nothing of how well the arm comes back.
+        // A single visit says nothing of how well the arm comes back.
         groups.retain(|group| group.len() > 1);
         groups
     }

@@ -1,4 +1,4 @@
-//! Headers that are written otherwise: the model's own names of its joints, names that are said to stand for others, and what may have been meant
+//! Headers that are written otherwise: the model's own names of its joints, names that are said to mean others, and what may have been meant
 //! by a header that is none of these.
 
 use std::str::FromStr;
@@ -6,13 +6,13 @@ use std::str::FromStr;
 /// How the headers of a table are to be read.
 #[derive(Debug, Clone, Default)]
 pub struct Naming {
-    /// The model's joints in their order: `shoulder_deg` stands for `q2_deg` where the second is called so.
+    /// The model's joints in their order: `shoulder_deg` means `q2_deg` where the second is called so.
     pub joints: Vec<String>,
-    /// Headers that stand for others.
+    /// Headers that mean others.
     pub renamed: Vec<Rename>,
 }
 
-/// A header that stands for another, written `OLD=NEW`; a column without a new name is left aside.
+/// A header that means another, written `OLD=NEW`; a column without a new name is left aside.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Rename {
     /// As the file has it.
@@ -85,7 +85,7 @@ pub(super) fn refused_orientation(header: &str) -> Option<String> {
     });
     let (body, what) = numbered.unwrap_or(("p1", place));
     let is_angle = unit.is_none_or(|unit| unit == "deg" || unit == "rad");
-    // What is read, or lacks its unit, is told by whoever reads headers.
+    // What is read, or lacks its unit, is reported by whoever reads headers.
     let is_read = header == lower && numbered.is_some() && READ.contains(&what);
     if !is_angle || !ORIENTATIONS.contains(&what) || is_read {
         return None;
@@ -111,7 +111,7 @@ pub(super) fn refused_orientation(header: &str) -> Option<String> {
 /// The ends of headers by which orientations are read.
 const READ: [&str; 7] = ["qw", "qx", "qy", "qz", "rx", "ry", "rz"];
 
-/// A header without what stands for its unit: `x [mm]`, `q1 (deg)`, `x.mm`, `x_mm`.
+/// A header without what means its unit: `x [mm]`, `q1 (deg)`, `x.mm`, `x_mm`.
 fn split_unit(header: &str) -> (&str, Option<&str>) {
     let trimmed = header.trim().trim_end_matches([']', ')']);
     match trimmed.rsplit_once(['[', '(', '_', '.', ' ']) {
@@ -206,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn orientations_under_other_names_are_told_what_they_are_called() {
+    fn orientations_under_other_names_are_refused_with_their_right_names() {
         for (header, read_as) in [
             ("qx", "--columns qx=p1_qx;"),
             ("p2_quat_w", "--columns p2_quat_w=p2_qw;"),

@@ -1,6 +1,6 @@
 //! Numbers as people and spreadsheets write them.
 
-/// Whether a comma inside a number stands for the decimal point.
+/// Whether a comma inside a number means the decimal point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum DecimalMark {
     Point,

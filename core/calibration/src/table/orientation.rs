@@ -134,7 +134,7 @@ impl OrientationColumns {
     }
 }
 
-/// The rotation that some numbers stand for.
+/// The rotation that some numbers mean.
 fn turn(form: OrientationForm, [first, second, third, fourth]: [f64; 4]) -> Result<Rotation3<f64>, String> {
     match form {
         OrientationForm::Quaternion => {
@@ -228,7 +228,7 @@ mod tests {
 
     #[test]
     fn a_quaternion_and_its_rotation_vector_are_the_same_orientation() {
-        // 90 degrees about z: x of the body stands along y.
+        // 90 degrees about z: x of the body is along y.
         let quaternion = read("q1_deg,p1_qw,p1_qx,p1_qy,p1_qz\n1,0.7071068,0,0,0.7071068\n");
         let vector = read("q1_deg,p1_rx_deg,p1_ry_deg,p1_rz_deg\n1,0,0,90\n");
         let radians = read("q1_deg,rvec_x_rad,rvec_y_rad,rvec_z_rad\n1,0,0,1.5707963\n");

@@ -22,7 +22,7 @@ const COMMENT: char = '#';
 struct Column {
     /// As the file has it.
     name: String,
-    /// As it is read: the file's own, or what it stands for.
+    /// As it is read: the file's own, or what it means.
     read_as: String,
     meaning: Meaning,
 }
@@ -75,7 +75,7 @@ impl Table {
             .into_iter()
             .max_by_key(|mark| (header.matches(*mark).count(), *mark == ','))
             .unwrap_or(',');
-        // Where commas part the columns, they cannot stand for decimal points as well.
+        // Where commas part the columns, they cannot mean decimal points as well.
         let mark = if separator == ',' { DecimalMark::Point } else { DecimalMark::Comma };
         let mut reader = csv::ReaderBuilder::new()
             .delimiter(separator as u8)
@@ -140,7 +140,7 @@ fn columns(path: &str, headers: &StringRecord, naming: &Naming) -> Result<Vec<Co
         return Err(TableError::Malformed { path: path.to_owned(), reason });
     }
     let mut columns: Vec<Column> = Vec::with_capacity(headers.len());
-    // All that is wrong is told at once: a table of seven joints without units is one message.
+    // All that is wrong is reported at once: a table of seven joints without units is one message.
     let mut problems: Vec<HeaderProblem> = Vec::new();
     for (index, name) in headers.iter().enumerate() {
         match column(name, naming, &columns) {
@@ -161,7 +161,7 @@ fn columns(path: &str, headers: &StringRecord, naming: &Naming) -> Result<Vec<Co
 
 /// One column, beside those before it; or what is wrong with its header.
 fn column(name: &str, naming: &Naming, before: &[Column]) -> Result<Column, String> {
-    // First what a header stands for, then what that means: a rename may lead to any column.
+    // First what a header means, then what that means: a rename may lead to any column.
     let read_as = naming.canonical(name);
     if let Some(refused) = naming::refused_orientation(&read_as) {
         return Err(refused);
@@ -211,7 +211,7 @@ fn joint_count(path: &str, columns: &[Column]) -> Result<usize, TableError> {
         let reason = without_joints(columns);
         return Err(TableError::Empty { path: path.to_owned(), reason });
     }
-    // A gap is a column that was lost on the way, not a joint that stands still.
+    // A gap is a column that was lost on the way, not a joint that is at rest.
     if let Some(missing) = (0..count).find(|joint| !joints.contains(joint)) {
         let reason = format!("joint columns go up to q{count} but q{} is missing", missing + 1);
         return Err(TableError::Empty { path: path.to_owned(), reason });
@@ -325,7 +325,7 @@ fn turn_parts(columns: &[Column]) -> Vec<TurnPart> {
     parts.collect()
 }
 
-/// Ends a row's orientations; what is wrong with one is told at its first column.
+/// Ends a row's orientations; what is wrong with one is reported at its first column.
 fn end_orientations(table: &mut Table, columns: &[Column], line: u64) -> Result<(), TableError> {
     let row = table.len();
     for index in 0..table.orientations.len() {

@@ -84,7 +84,7 @@ mod tests {
     }
 
     #[test]
-    fn a_short_stretch_tells_less() {
+    fn a_short_stretch_determines_less() {
         assert_eq!([2, 3, 4, 5, 8, 9, 40].map(|points| stretch(points).readings()), [0, 1, 1, 2, 2, 3, 3]);
     }
 }

@@ -93,7 +93,7 @@ fn positions(table: &Table) -> Vec<Column<'_>> {
         if let Some(std) = &table.std {
             columns.push(Column::new(format!("std_{name}_mm"), move |row| number(part(std, row, axis))));
         }
-        // A level tells no heading: of tilts there are two.
+        // A level gives no heading: of tilts there are two.
         if let Some(tilt) = table.tilt.as_ref().filter(|_| axis < 2) {
             let header = format!("tilt_{name}_deg");
             columns.push(Column::new(header, move |row| number(part(tilt, row, axis).to_degrees())));

@@ -39,7 +39,7 @@ pub struct Addend {
     pub(crate) formula: Formula,
     /// Internal unit per unit of the formula.
     pub(crate) scale: f64,
-    /// Where it stands in the model file.
+    /// Where it is in the model file.
     pub(crate) at: FilePlace,
 }
 
@@ -135,7 +135,7 @@ impl Definition {
             .flat_map(|addend| addend.formula.variables())
             .any(|variable| variable.looks_at() == LooksAt::Gravity);
         let reads = addends.iter().any(|addend| matches!(addend.place, Place::Reading(_)));
-        // What an instrument reads is worked out last, when the arm stands and its moments are known.
+        // What an instrument reads is worked out last, when the arm is and its moments are known.
         let looks_at = if reads {
             LooksAt::Point
         } else if pulls {

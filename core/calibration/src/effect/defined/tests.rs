@@ -268,7 +268,7 @@ fn definitions_are_the_same_where_all_they_say_is() {
 }
 
 #[test]
-fn a_formula_without_a_value_somewhere_is_told_with_the_line_and_the_numbers() {
+fn a_formula_without_a_value_somewhere_is_reported_with_the_line_and_the_numbers() {
     let said = |formula: &str| {
         let model = defining(&format!("joint: arm, deg: \"{formula}\""), "deg").unwrap();
         let rows = "q1_deg,q2_deg,q3_mm,p1_x_mm\n0,0,1,5\n0,0,0,6\n";

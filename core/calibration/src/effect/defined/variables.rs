@@ -54,7 +54,7 @@ impl Variable {
         names
     }
 
-    /// What must be known before it can be told.
+    /// What must be known before it can be determined.
     pub(super) fn looks_at(self) -> LooksAt {
         match self {
             Self::Moment(_) => LooksAt::Gravity,

@@ -50,7 +50,7 @@ fn refused(model: &Model, text: &str) -> String {
 }
 
 #[test]
-fn what_is_written_stands_for_these_effects() {
+fn what_is_written_means_these_effects() {
     for (text, expected) in [
         ("joint_zero(*)", &["joint_zero(waist)", "joint_zero(lift)", "joint_zero(elbow)"][..]),
         ("joint_zero", &["joint_zero(waist)", "joint_zero(lift)", "joint_zero(elbow)"]),
@@ -411,7 +411,7 @@ fn what_is_searched_for_is_tried_at_these_places() {
 }
 
 #[test]
-fn a_search_costs_as_much_as_the_parameters_it_stands_for() {
+fn a_search_costs_as_much_as_the_parameters_it_replaces() {
     let equations = 100.0_f64;
     assert_eq!(Search::Nothing.cost(equations), 0.0);
     // ln(100) = 4.605 by Schwarz; a jump counts twice.
@@ -432,7 +432,7 @@ fn free_numbers_and_frames_leave_no_room_for_some_effects() {
         offered(&free, "base_tilt", POINTS).is_empty() && offered(&free, "base_position", POINTS).is_empty()
     );
     let anywhere = without(&["measured_from:"]);
-    assert!(offered(&anywhere, "instrument_tilt", POINTS).is_empty(), "an instrument that stands anywhere");
+    assert!(offered(&anywhere, "instrument_tilt", POINTS).is_empty(), "an instrument that may be anywhere");
     let heights = "q1_deg,q2_mm,q3_deg,height_mm,on\n0,1,0,5,table\n9,2,9,6,table\n";
     assert!(
         offered(&fixed, "instrument_tilt", heights).is_empty()

@@ -99,7 +99,7 @@ fn a_joint_without_limits_has_no_table_and_a_measured_region_narrows_it() {
 }
 
 #[test]
-fn a_map_of_a_lone_slide_is_taken_along_the_axis_and_told_across_it() {
+fn a_map_of_a_lone_slide_is_taken_along_the_axis_and_given_across_it() {
     let mut model = axis("");
     model.measured_region = MeasuredRegion::of(&model.chain, &[vec![0.0], vec![50.0], vec![100.0]]);
     // A wave of no rate is the same everywhere: cos 0 times its shift, whose part along z is the slide's.
@@ -230,7 +230,7 @@ fn targets_of_another_arm_in_another_unit_or_beyond_a_limit_are_refused() {
 }
 
 #[test]
-fn a_flange_that_lies_off_the_last_axis_is_told_with_how_far() {
+fn a_flange_that_lies_off_the_last_axis_is_reported_with_how_far() {
     let arm = |more: &str| {
         let text =
             format!("arm: one\nconvention: distal\njoints: [{{name: turn{more}}}]\ntargets: {{p1: {{}}}}\n");
@@ -254,7 +254,7 @@ fn a_target_that_sits_elsewhere_is_written_where_it_sits() {
 }
 
 #[test]
-fn what_is_curved_between_the_lines_is_told_by_its_greatest_part() {
+fn what_is_curved_between_the_lines_is_given_by_its_greatest_part() {
     // A wave of 10 mm and lines 10 mm apart would be refused; lines 1 mm apart leave the sagitta of a tenth of a wave.
     let more = "effects: [{effect: screw_wave, where: x, n: 1, values: {sine_mm: 0.1, cosine_mm: 0}}]\n";
     let table = compensation(&axis(more), 0, 101).unwrap();

@@ -28,7 +28,7 @@ fn changed(from: &str, to: &str) -> String {
         .map_or_else(|error| error.to_string(), |_| String::new())
 }
 
-/// Whether a message holds each part; what would be right stands apart from what is wrong.
+/// Whether a message holds each part; what would be right is apart from what is wrong.
 fn says(message: &str, parts: &str) -> bool {
     parts.split("; ").all(|part| message.contains(part))
 }

@@ -129,7 +129,7 @@ targets: {p1: {xyz_mm: [50, 0, 0], free: false}}
 measured_from: world
 ";
 
-/// Shows a machine of the planar arm, which stands 1 m along x, stretched out level and then with its elbow up.
+/// Shows a machine of the planar arm, which is 1 m along x, stretched out level and then with its elbow up.
 fn planar(effects: &[(&str, f64)], look: impl FnOnce(&ResidualModel<'_>, &State)) {
     let model = Model::parse("m.yaml", PLANAR).unwrap();
     let table = Table::parse("t.csv", "q1_deg,q2_deg,p1_x_mm\n0,0,5\n0,90,5\n").unwrap();
@@ -373,7 +373,7 @@ fn whole_points_are_seen_and_points_of_which_an_axis_is_missing_are_not() {
 }
 
 #[test]
-fn a_base_that_stands_far_from_where_the_model_has_it_is_found_from_no_start() {
+fn a_base_that_is_far_from_where_the_model_has_it_is_found_from_no_start() {
     let model =
         Model::parse("m.yaml", &super::PLANAR.replace("free: false}\ntargets", "free: true}\ntargets"))
             .unwrap();

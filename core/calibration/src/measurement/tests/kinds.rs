@@ -129,7 +129,7 @@ fn readings_of_one_key_have_one_noise_in_its_own_unit() {
         assert_eq!(source, NoiseSource::Declared, "{key}");
     }
     assert!(noise("", table).iter().all(|(.., source)| *source == NoiseSource::Unknown));
-    // A row's own sigma stands apart from rows that have none; the root of the mean square is shown.
+    // A row's own sigma is apart from rows that have none; the root of the mean square is shown.
     let own = "q1_deg,q2_deg,p1_x_mm,std_x_mm\n0,0,1,0.3\n0,5,1,0.4\n0,9,1,\n";
     let found = noise("", own);
     assert_eq!((found.len(), found[0].3, found[1].3), (2, NoiseSource::Declared, NoiseSource::Unknown));

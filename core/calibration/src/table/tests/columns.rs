@@ -215,7 +215,7 @@ fn values_from_both_sides_of_what_can_be() {
 }
 
 #[test]
-fn all_headers_that_cannot_be_read_are_told_at_once() {
+fn all_headers_that_cannot_be_read_are_reported_at_once() {
     let said = refused("q1,p1_x,time\n1,2,3\n");
     assert!(said.contains("3 columns of line 1 cannot be read"), "{said}");
     for part in ["column 1 (`q1`)", "column 2 (`p1_x`)", "column 3 (`time`)"] {
@@ -224,7 +224,7 @@ fn all_headers_that_cannot_be_read_are_told_at_once() {
 }
 
 #[test]
-fn rows_of_a_wrong_length_are_told_what_may_have_gone_wrong() {
+fn of_rows_of_a_wrong_length_it_is_said_what_may_have_gone_wrong() {
     let longer = refused("q1_deg,p1_x_mm\n1,2,x\n");
     assert!(longer.contains("give every row one cell a column"), "words are no decimals: {longer}");
     let shorter = refused("q1_deg,p1_x_mm\n1\n");
