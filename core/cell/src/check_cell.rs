@@ -29,7 +29,7 @@ pub fn check_cell(
     }
     for procedure in &cell.procedures {
         for problems in check_procedure(procedure, &names).err().into_iter().flatten() {
-            // A procedure that two others call is told of once.
+            // A procedure that two others call is reported once.
             if !wrong.iter().any(|earlier| earlier.to_string() == problems.to_string()) {
                 wrong.push(problems);
             }

@@ -20,7 +20,7 @@ pub struct CheckedFile {
 /// What kind of file this is.
 ///
 /// # Errors
-/// When it cannot be read, or has none of the keys by which kinds are told.
+/// When it cannot be read, or has none of the keys by which kinds are recognised.
 pub fn kind_of_file(file: &Path) -> Result<DocumentKind, FileProblems> {
     kind_of(file, &read_document(file, FileKind::WORLD)?)
 }

@@ -1,10 +1,10 @@
-//! What a person (or a program) tells a running engine.
+//! What a person (or a program) sends a running engine.
 
 use serde::{Deserialize, Serialize};
 
 use crate::prompt::{Answer, PromptId};
 
-/// A wish; the events tell what became of it.
+/// A wish; the events report what became of it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "command", rename_all = "snake_case")]
 pub enum Command {
@@ -44,7 +44,7 @@ pub enum Command {
     Stop,
     /// Ends the run early in good order, as passed with what it has (Bluesky's `stop`).
     Finish,
-    /// Leaves the run as it stands, to be resumed later: everything is brought to rest and the devices are put away.
+    /// Leaves the run as it is, to be resumed later: everything is brought to rest and the devices are put away.
     Keep,
     /// Ends the run because a signal asks the program to end: as [`Self::Abort`] does, or with `keep` as [`Self::Keep`] does. Nobody's wish, and
     /// recorded as what it is.

@@ -80,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn an_arm_that_stands_in_one_point_is_drawn_without_harm() {
+    fn an_arm_that_is_in_one_point_is_drawn_without_harm() {
         assert!(two_views(&[[0.0; 3]; 4]).contains('@'));
         assert!(two_views(&[]).contains("from the side"));
     }

@@ -1,4 +1,4 @@
-//! What the engine tells whoever watches a run: a terminal, a file of JSON lines, a test.
+//! What the engine reports to whoever watches a run: a terminal, a file of JSON lines, a test.
 //!
 //! Every event was committed to the record before it is sent, so what a watcher has seen is never lost by a crash.
 //! Values at this edge are in degrees and millimetres, each with its unit beside it; inside they are mm and rad.
@@ -56,7 +56,7 @@ pub enum Event {
         /// 1 at first, more after a retry.
         attempt: u32,
     },
-    /// A step tells how far it is; at most a few times a second.
+    /// A step reports how far it is; at most a few times a second.
     StepProgress {
         /// Which.
         step: StepPath,
@@ -146,7 +146,7 @@ pub enum Event {
         /// For each plane how far the nearest end of a link is on its free side, by the zeros now believed.
         planes: Vec<PlaneClearance>,
     },
-    /// What the instrument shows that stands on the arm (a spirit level, deg) or beside it (a ruler: height over the table, mm), while the arm of a
+    /// What the instrument shows that is on the arm (a spirit level, deg) or beside it (a ruler: height over the table, mm), while the arm of a
     /// simulated cell is jogged: where the world is real, the operator looks.
     InstrumentRead {
         /// The step that asks for the arm to be jogged.
@@ -156,7 +156,7 @@ pub enum Event {
         /// Unit of the value.
         unit: String,
     },
-    /// A robot's zeros no longer hold: its drive reads elsewhere than the record left it. Until a run has found them again its joints stand somewhere
+    /// A robot's zeros no longer hold: its drive reads elsewhere than the record left it. Until a run has found them again its joints are somewhere
     /// else than its numbers say, and its keep-out planes are not watched.
     ZerosLost {
         /// Name in the cell file.
@@ -177,7 +177,7 @@ pub enum Event {
         /// Clock of the cell at the moment of the change, nanoseconds.
         time_ns: u64,
     },
-    /// A search found what it looked for, and the arm stands there again.
+    /// A search found what it looked for, and the arm is there again.
     TriggerFound {
         /// Which search.
         step: StepPath,
@@ -223,7 +223,7 @@ pub enum Event {
     },
     /// The run goes on.
     Resumed,
-    /// Every robot was told to stop.
+    /// Every robot was commanded to stop.
     Stopped {
         /// Who or what stopped it.
         reason: String,
@@ -259,7 +259,7 @@ pub struct PlannedStep {
     pub title: String,
     /// What kind of step: `prompt`, `move`, `search`, ...
     pub kind: String,
-    /// How many repetitions and calls it stands inside of; 0 at the top.
+    /// How many repetitions and calls it is inside of; 0 at the top.
     pub depth: u32,
     /// Robots it may move.
     pub moves: Vec<String>,

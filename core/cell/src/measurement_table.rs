@@ -8,7 +8,7 @@ use serde_json::Value;
 use crate::step::CIRCUMSTANCES;
 use crate::workcell::{ModelFile, RobotSetting};
 
-/// Which zeros the joints of the table stand on. All rows stand on the same, although a run may put new ones in force on its way.
+/// Which zeros the joints of the table are based on. All rows are on the same, although a run may put new ones in force on its way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Zeros {
     /// Those in force when the run began: a model shows what the run found wrong.
@@ -233,12 +233,12 @@ impl Maker<'_> {
         self.robot.joints.iter().map(|joint| side(joint).map_or(0, |side| side.signum() as i8)).collect()
     }
 
-    /// Where a step stands among all that were begun: at its last attempt.
+    /// Where a step is among all that were begun: at its last attempt.
     fn position_of(&self, step: &str) -> usize {
         self.recorded.steps.iter().rposition(|known| known.step == step).unwrap_or(0)
     }
 
-    /// The model's joints, deg, or mm of one that slides, on the zeros that are asked for. `position` is where the step that read them stands.
+    /// The model's joints, deg, or mm of one that slides, on the zeros that are asked for. `position` is where the step that read them is.
     fn model_joints(&self, joints: &Value, position: usize) -> Result<Vec<f64>, TableError> {
         let mut drive = Vec::new();
         for (joint, unit) in &self.robot.joints {
@@ -268,7 +268,7 @@ impl Maker<'_> {
         }
     }
 
-    /// What a joint's reading lacks because its controller was told another zero in the run: after the reading, or before it.
+    /// What a joint's reading lacks because its controller was given another zero in the run: after the reading, or before it.
     fn declared_since(&self, joint: &str, position: usize) -> f64 {
         let declared = self.in_force(joint).filter(|known| known.key.quantity == CONTROLLER_ZERO);
         declared

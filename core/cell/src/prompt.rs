@@ -77,7 +77,7 @@ pub enum PromptKind {
         device: String,
         /// Bounds the pose has to be within before it is accepted; joints not named are free.
         goals: Vec<JogGoal>,
-        /// Joints a jog command may name, with where they stand now.
+        /// Joints a jog command may name, with where they are now.
         joints: Vec<NamedValue>,
         /// Whether [`Command::HandOver`](crate::command::Command::HandOver) hands the arm to its pendant, which alone stops it and gives it
         /// back then.
@@ -86,11 +86,11 @@ pub enum PromptKind {
         /// The joint to offer first, where `goals` name none.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         joint: Option<String>,
-        /// A sensor that is read while the arm is moved: its [`Event::Signal`](crate::event::Event::Signal) tells whether it has fired.
+        /// A sensor that is read while the arm is moved: its [`Event::Signal`](crate::event::Event::Signal) says whether it has fired.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         sensor: Option<String>,
     },
-    /// A run goes on after an interruption: does the arm stand where it was left?
+    /// A run goes on after an interruption: is the arm where it was left?
     ConfirmPose {
         /// The robot.
         device: String,
@@ -152,7 +152,7 @@ pub struct JogGoal {
 pub enum Decision {
     /// Begin the step again (a lost device is started again first); a check again with what it judges, so that an answer can be given anew.
     Retry,
-    /// Move the arm by hand, in a jog prompt, then do as for `Retry`, from where the arm stands then.
+    /// Move the arm by hand, in a jog prompt, then do as for `Retry`, from where the arm is then.
     Move,
     /// Go back to the step before that placed the arm, or asked something, and go on from there.
     Back,
@@ -213,7 +213,7 @@ pub enum Answer {
         /// Joints by name, each with its unit.
         joints: Vec<NamedValue>,
     },
-    /// To a pose confirmation: the arm stands there, go on.
+    /// To a pose confirmation: the arm is there, go on.
     Confirmed,
     /// To a decision.
     Decision {

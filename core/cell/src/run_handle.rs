@@ -51,7 +51,7 @@ impl RunHandle {
     }
 
     /// Passes a command on. Commands that end motion stop the robots here and now, before the engine reads them. Returns false when the
-    /// run is over and nobody reads commands any more (the robots were told to stop all the same).
+    /// run is over and nobody reads commands any more (the robots were commanded to stop all the same).
     pub fn send(&self, command: Command) -> bool {
         let ends_motion = matches!(
             command,

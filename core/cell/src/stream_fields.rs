@@ -9,7 +9,7 @@ use crate::engine::scope::result_name;
 use crate::stream_names::{DeviceStreams, FieldName, StreamNames};
 use crate::workcell::{DeviceSetting, RobotSetting};
 
-/// The most input lines a message can tell of: the bits of its levels.
+/// The most input lines a message can report: the bits of its levels.
 const MOST_LINES: u32 = u64::BITS;
 
 /// The streams of a device, its host's own among them.
@@ -30,7 +30,7 @@ pub(crate) fn streams_of(
     DeviceStreams { device: device.name.clone(), streams }
 }
 
-/// The robot whose joints a device's messages tell of: itself, or the one whose stream it takes in.
+/// The robot whose joints a device's messages report: itself, or the one whose stream it takes in.
 pub(crate) fn robot_of<'r>(device: &DeviceSetting, robots: &'r [RobotSetting]) -> Option<&'r RobotSetting> {
     let wired = device.inputs.iter().map(|wire| &wire.device);
     [&device.name].into_iter().chain(wired).find_map(|name| robots.iter().find(|robot| robot.device == *name))

@@ -1,6 +1,6 @@
 //! Bad files, each with the message it gives beside it: `bad/NAME.yaml` and `bad/NAME.txt`.
 //!
-//! A case is named after what it stands in for: `cell-...`, `procedure-...`, `answers-...`; the other files are those of `bad/good`.
+//! A case is named after what it replaces: `cell-...`, `procedure-...`, `answers-...`; the other files are those of `bad/good`.
 //! To accept new messages, run with `ACCEPT=1` and read what changed.
 
 #![expect(clippy::expect_used, reason = "a failed expectation is how a test fails")]
@@ -15,7 +15,7 @@ fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/bad")
 }
 
-/// What checking says of the cell in which `case` stands in for one file.
+/// What checking says of the cell in which `case` replaces one file.
 fn message_of(case: &Path) -> String {
     let place = tempfile::tempdir().expect("a directory");
     for good in fs::read_dir(folder().join("good")).expect("the good files") {
@@ -63,7 +63,7 @@ fn every_bad_file_gives_the_message_beside_it() {
 }
 
 #[test]
-fn the_files_the_cases_stand_among_are_good() {
+fn the_files_beside_the_cases_are_good() {
     assert_eq!(message_of(&folder().join("good/answers.yaml")), "cell `example` is in order\n");
 }
 

@@ -129,7 +129,7 @@ fn an_unattended_run_without_an_answer_it_needs_does_not_start() {
 }
 
 #[test]
-fn a_robot_lost_in_mid_move_stops_the_run_keeps_all_and_a_retry_goes_on_from_where_the_arm_stands() {
+fn a_robot_lost_in_mid_move_stops_the_run_keeps_all_and_a_retry_goes_on_from_where_the_arm_is() {
     for lost_at in [1, 12, 40, 90, 140] {
         let (cell, record) = (workcell("cell.yaml"), tempfile::tempdir().expect("a directory"));
         let world = World::new(ZERO_ERROR_DEG);

@@ -94,7 +94,7 @@ steps:
       compute:
         script: let twice = 2 * gauge.value;
         values: {twice_mm: twice, half: gauge.value / 2, is_light: 'paper.choice == \"light\"'}
-  - {id: told, do: {check: {that: 'sums.is_light && sums.twice_mm > 17', otherwise: never}}}
+  - {id: expected, do: {check: {that: 'sums.is_light && sums.twice_mm > 17', otherwise: never}}}
 ";
     let mut texts = Vec::new();
     let (outcome, events, place, _) = run_attended(steps, |event, handle| {
@@ -116,7 +116,7 @@ steps:
 }
 
 #[test]
-fn a_repetition_ends_when_it_is_told_and_says_which_turns_were_not_needed() {
+fn a_repetition_ends_when_its_condition_holds_and_says_which_turns_were_not_needed() {
     let steps = "
 steps:
   - id: again
@@ -395,7 +395,7 @@ fn a_rejected_correction_stays_a_proposal() {
     let steps = "
 steps:
   - {id: shift, do: {apply: {robot: arm, joint_zero: {waist: {shift_deg: 4, uncertainty_deg: 0.1}}}}}
-  - {id: told, do: {check: {that: '!shift.applied', otherwise: never}}}
+  - {id: expected, do: {check: {that: '!shift.applied', otherwise: never}}}
 ";
     let (outcome, _, place, _) = run_attended(steps, |event, handle| {
         if let Event::PromptAsked { prompt } = event {
@@ -449,7 +449,7 @@ steps:
 }
 
 #[test]
-fn a_resumed_run_asks_a_person_whether_the_arm_stands_where_it_was_left() {
+fn a_resumed_run_asks_a_person_whether_the_arm_is_where_it_was_left() {
     let place = place();
     let (_cell, world, mut again) = lost_at_its_second_move(&place);
     again.unattended = false;
@@ -547,7 +547,7 @@ fn a_declaration_that_is_not_plausible_or_not_taken_over_is_an_error() {
 }
 
 #[test]
-fn a_drawing_of_the_arm_stands_under_a_prompt_that_asks_for_one() {
+fn a_drawing_of_the_arm_is_under_a_prompt_that_asks_for_one() {
     let steps = "
 steps:
   - {id: look, do: {prompt: {text: Look at the arm., draw: arm}}}

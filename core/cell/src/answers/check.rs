@@ -71,10 +71,10 @@ pub fn missing_answers(answers: Option<&Answers>, procedure: &Procedure) -> Vec<
         .collect()
 }
 
-/// A mistake: where it stands, what it is, and what would be right.
+/// A mistake: where it is, what it is, and what would be right.
 type Mistake = (Span, String, String);
 
-/// What is wrong with the answers to one prompt, each where it stands.
+/// What is wrong with the answers to one prompt, each where it is.
 fn mistakes(entry: &AnswerEntry, asked: &Asked<'_>, robots: &[RobotSetting]) -> Vec<Mistake> {
     let given: &[WrittenAnswer] = match &entry.given {
         Given::Always(answer) => std::slice::from_ref(answer),

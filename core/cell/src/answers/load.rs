@@ -72,7 +72,7 @@ fn read_entry(step: &Key, node: &Node, problems: &Problems) -> Option<AnswerEntr
     Some(AnswerEntry { step: step.name.clone(), place: step.span, given, places })
 }
 
-/// An answer and where it stands. Of a pose, what could not be read has been told of and is left out.
+/// An answer and where it is. Of a pose, what could not be read has been reported and is left out.
 fn read_answer(node: &Node, problems: &Problems) -> Option<(WrittenAnswer, AnswerPlace)> {
     let mut place = AnswerPlace { whole: node.span, joints: Vec::new() };
     let answer = match &node.value {

@@ -11,7 +11,7 @@
 //!   reading: [8.1, 8.0, 8.2]                      # asked in every turn of a repetition: one answer each
 //!   waist.ready: done                             # a prompt of a procedure called by the step `waist`
 //! on_error: {lower: retry}                        # for steps that would ask what to do
-//! confirm_pose: true                              # the arm may be taken to stand where a resumed run left it
+//! confirm_pose: true                              # the arm may be taken to be where a resumed run left it
 //! ```
 
 mod check;
@@ -39,7 +39,7 @@ pub struct Answers {
     pub entries: Vec<AnswerEntry>,
     /// What to do about steps that fail and would ask.
     pub on_error: Vec<(String, Decision, Span)>,
-    /// The arm may be taken to stand where a resumed run left it.
+    /// The arm may be taken to be where a resumed run left it.
     pub confirm_pose: bool,
 }
 
@@ -48,15 +48,15 @@ pub struct Answers {
 pub struct AnswerEntry {
     /// The step; inside a called procedure with the call's id before it, turns of repetitions left out.
     pub step: String,
-    /// Where it stands.
+    /// Where it is.
     pub place: Span,
     /// One answer for all, or one for each time it is asked.
     pub given: Given,
-    /// Where each of these answers stands.
+    /// Where each of these answers is.
     pub places: Vec<AnswerPlace>,
 }
 
-/// Where an answer stands.
+/// Where an answer is.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct AnswerPlace {
     /// The whole of it.

@@ -128,7 +128,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_place_tells_who_runs_the_cell_and_what_was_left_and_is_empty_after_a_removal() {
+    fn a_folder_shows_who_runs_the_cell_and_what_was_left_and_is_empty_after_a_removal() {
         let directory = tempfile::tempdir().expect("a directory");
         let file = directory.path().join("cell.yaml");
         let place = CellPlace::of_cell(&file).expect("a place");

@@ -1,4 +1,4 @@
-//! What a plugin is told, held against the schema in its manifest. The part of JSON Schema that manifests use: `type`, `properties`, `required`,
+//! What a plugin is given, held against the schema in its manifest. The part of JSON Schema that manifests use: `type`, `properties`, `required`,
 //! `additionalProperties: false`, `enum`, `minimum`, `maximum`, `minLength`, `maxLength`, `items`, and `oneOf` over
 //! keys; the plugin itself has the last word.
 
@@ -78,7 +78,7 @@ fn check(value: &Value, schema: &Value, name: &str, given: &[&str], found: &mut 
     }
 }
 
-/// Of keys that stand for each other exactly one is given.
+/// Of keys that mean each other exactly one is given.
 fn check_alternatives(entries: &Map<String, Value>, schema: &Value, name: &str, found: &mut Vec<Mistake>) {
     let alternatives = schema.get("oneOf").and_then(Value::as_array).into_iter().flatten();
     let keys: Vec<&str> =
@@ -205,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn of_keys_that_stand_for_each_other_one_is_given() {
+    fn of_keys_that_mean_the_same_one_is_given() {
         let schema = json!({"type": "object", "oneOf": [{"required": ["bit"]}, {"required": ["gpio"]}]});
         let first =
             |config: Value| mistakes(&config, &schema, &[]).into_iter().next().map(|(message, _)| message);
@@ -218,13 +218,13 @@ mod tests {
     }
 
     #[test]
-    fn a_plugin_that_takes_nothing_is_told_nothing() {
+    fn a_plugin_that_takes_nothing_is_given_nothing() {
         assert_eq!(mistakes(&Value::Null, &Value::Null, &[]), []);
         assert_eq!(mistakes(&json!({"a": 1}), &Value::Null, &[]).len(), 1);
     }
 
     #[test]
-    fn every_type_is_told_in_words() {
+    fn every_type_is_reported_in_words() {
         let kinds = [
             ("object", json!(1), "`config.it` is 1; it is a map"),
             ("array", json!({}), "`config.it` is a map; it is a list"),

@@ -52,7 +52,7 @@ pub trait World: Send {
     /// A sentence that says why there is none, and what would be right.
     fn emulate(&mut self, device: &str, controller: &str) -> Result<PathBuf, String>;
 
-    /// Does there what an operator would do in a real cell, and tells what an instrument reads.
+    /// Does there what an operator would do in a real cell, and reports what an instrument reads.
     ///
     /// # Errors
     /// A sentence that says why it cannot be done, and what would be right.
@@ -91,7 +91,7 @@ struct Watch {
 }
 
 impl Watch {
-    /// A process has ended. When nobody asked for that, every robot is told to stop at once: whatever moves then moves by what a sensor or another
+    /// A process has ended. When nobody asked for that, every robot is commanded to stop at once: whatever moves then moves by what a sensor or another
     /// robot no longer sees.
     fn note_end(&mut self, device: &str, reason: &ExitReason) {
         if !self.serving.remove(device) {
@@ -152,7 +152,7 @@ impl HostedDevices {
         }
     }
 
-    /// What a device's host is told, and how it is started.
+    /// What a device's host is given, and how it is started.
     fn order(
         &mut self,
         device: &DeviceSetting,

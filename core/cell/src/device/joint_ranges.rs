@@ -11,7 +11,7 @@ use crate::deg_or_mm::DegOrMm;
 use crate::joint_range::JointRange;
 use crate::workcell::{DeviceSetting, RobotSetting, Workcell};
 
-/// The joints of a cell's robots whose ranges are known: those of `told`, which holds more than a manifest knows, and those of manifests and settings.
+/// The joints of a cell's robots whose ranges are known: those of `reported`, which holds more than a manifest knows, and those of manifests and settings.
 pub fn joint_ranges(cell: &Workcell, catalogue: &Catalogue, reported: &[JointRange]) -> Vec<JointRange> {
     let of_manifest = |device: &DeviceSetting| {
         let plugin = catalogue.find(&device.plugin).ok();
@@ -35,7 +35,7 @@ fn ranges_of(device: &DeviceSetting, manifest: &Manifest) -> Vec<JointRange> {
 fn listed_joints(device: &DeviceSetting, manifest: &Manifest) -> Vec<ManifestJoint> {
     let settings = device.config.as_object().into_iter().flatten();
     let marked = settings.filter(|(key, _)| manifest.config["properties"][key]["are_joints"] == true);
-    // A joint that cannot be read is told of where the settings are checked.
+    // A joint that cannot be read is reported where the settings are checked.
     let joint = |item: &Value| {
         let end = |key: &str| item.get(key).and_then(Value::as_f64);
         Some(ManifestJoint {

@@ -1,4 +1,4 @@
-//! Devices as the engine uses them. Behind these traits stand host processes; in tests, an arm in memory.
+//! Devices as the engine uses them. Behind these traits are host processes; in tests, an arm in memory.
 
 mod cell_place;
 pub(crate) mod configuration;
@@ -60,12 +60,12 @@ pub trait RobotLink: Send {
     /// # Errors
     /// [`DeviceError`]; one for which [`DeviceError::is_stop`] holds when a stop ended the move, with the robot at rest.
     fn move_joints(&mut self, motion: &Motion, limit: Duration) -> Result<JointState, DeviceError>;
-    /// Hands it to its pendant or takes it back, and tells where it is.
+    /// Hands it to its pendant or takes it back, and reports where it is.
     ///
     /// # Errors
     /// [`DeviceError`]
     fn jog(&mut self, on: bool) -> Result<JogState, DeviceError>;
-    /// Has its controller take where it stands for these joint values from now on.
+    /// Has its controller take where it is for these joint values from now on.
     ///
     /// # Errors
     /// [`DeviceError`]
@@ -75,7 +75,7 @@ pub trait RobotLink: Send {
     }
     /// Stops it at once, from any thread, although a call is in progress.
     fn stop_action(&self) -> StopAction;
-    /// Tells the listener where it is while it moves, as long as this link lives. A link that cannot tells nothing.
+    /// Informs the listener where it is while it moves, as long as this link lives. A link that cannot says nothing.
     fn watch(&mut self, _listener: PoseListener) {}
 }
 
@@ -160,7 +160,7 @@ pub struct Act {
 /// Starts the devices of a cell, and starts them again.
 pub trait DeviceLinks: Send {
     /// Begins to start several devices at once, each with its check of moves as in [`DeviceLinks::connect`], which is asked for each of them afterwards
-    /// and tells how that went.
+    /// and reports how that went.
     fn prepare(&mut self, _devices: &[(&DeviceSetting, Value)]) {}
 
     /// Starts a device, or starts it again, in place of what was there under its name. It does not move. `guard` is what its host makes a
@@ -170,7 +170,7 @@ pub trait DeviceLinks: Send {
     /// [`DeviceError::Start`]
     fn connect(&mut self, device: &DeviceSetting, guard: Value) -> Result<Link, DeviceError>;
 
-    /// A device whose process ended unasked; each is told once. Every robot has been told to stop when that happened.
+    /// A device whose process ended unasked; each is reported once. Every robot has been commanded to stop when that happened.
     fn lost(&mut self) -> Option<LostDevice> {
         None
     }
@@ -180,7 +180,7 @@ pub trait DeviceLinks: Send {
         Vec::new()
     }
 
-    /// Does in a simulated world what an operator would do in a real one, and tells what an instrument reads, for an act that reads one.
+    /// Does in a simulated world what an operator would do in a real one, and reports what an instrument reads, for an act that reads one.
     /// Nothing in a cell that is not simulated: there people do it.
     ///
     /// # Errors
@@ -202,7 +202,7 @@ pub trait DeviceLinks: Send {
         None
     }
 
-    /// Whether the robots stand in a simulated world that was started for this run: where a world of before left them says nothing, and each new one
+    /// Whether the robots are in a simulated world that was started for this run: where a world of before left them says nothing, and each new one
     /// counts from the same place.
     fn is_new_world(&self) -> bool {
         false

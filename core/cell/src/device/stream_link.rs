@@ -10,7 +10,7 @@ use plumb_plugin::cell_clock::{CellTime, ClockReader};
 use plumb_plugin::message::Layout;
 use plumb_plugin::{PluginError, StreamDescription};
 
-/// A stream of a device from the moment it was opened. The last message from before may still come with the first one sent after it: its date tells, held
+/// A stream of a device from the moment it was opened. The last message from before may still come with the first one sent after it: its date reports, held
 /// against [`StreamLink::began_ns`].
 pub trait StreamLink: Send {
     /// How its messages are laid out; none where only their plugin knows.
@@ -50,7 +50,7 @@ impl HostedStream {
         let began_ns = cell_time_ns(clock);
         let mut subscriber = bus.subscriber(device, stream).map_err(|error| failed(&error))?;
         // The last message sent before is given to every new receiver: at once where the sender knows it already, else with the next message. It says how things
-        // stood, not how they are.
+        // was, not how they are.
         while subscriber.receive_with(|_| ()).map_err(|error| failed(&error))?.is_some() {}
         Ok(Self { device: device.to_owned(), layout: Layout::of(stream), began_ns, signal, subscriber })
     }
@@ -104,7 +104,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_stream_gives_what_is_sent_after_it_was_opened_and_dates_tell_what_is_from_before() {
+    fn a_stream_gives_what_is_sent_after_it_was_opened_and_dates_show_what_is_from_before() {
         let directory = tempfile::tempdir().unwrap();
         let domain = Domain::of_cell(&directory.path().join("cell.yaml")).unwrap();
         let bus = Bus::open(&domain, "test").unwrap();
@@ -129,7 +129,7 @@ mod tests {
         while let Some(message) = opened.next(Duration::from_millis(200)).unwrap() {
             dates.push(bytemuck::pod_read_unaligned::<JointState>(&message).time_ns);
         }
-        // The one from before comes with the first that is sent after it, and is told by its date.
+        // The one from before comes with the first that is sent after it, and is recognised by its date.
         assert_eq!(dates, [1, began + 1, began + 2]);
         assert_eq!(opened.next(Duration::ZERO).unwrap(), None);
         drop((opened, sender, bus));

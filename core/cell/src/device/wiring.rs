@@ -111,7 +111,7 @@ fn check_corrections(cell: &Workcell, device: &DeviceSetting, plugin: &Plugin, p
     }
 }
 
-/// The wired inputs of a device, as its host is told.
+/// The wired inputs of a device, as its host is given them.
 ///
 /// # Errors
 /// A sentence that says what does not fit.

@@ -25,7 +25,7 @@ use super::manual_motion::ManualMotion;
 pub(crate) type Zeros = Arc<Mutex<Vec<f64>>>;
 
 /// A connected robot. Inside, joints are in the drive's order, rad or mm. What the drive says plus the zero in force is where a joint is
-/// taken to stand.
+/// taken to be.
 pub(crate) struct Arm {
     pub(crate) name: String,
     pub(crate) plugin: String,
@@ -42,7 +42,7 @@ pub(crate) struct Arm {
     sides: Vec<i8>,
     /// What was seen of the joints since somebody else may move them; nothing while only this program does.
     manual: Option<ManualMotion>,
-    /// The latest time it told, ns of the cell's clock.
+    /// The latest time it reported, ns of the cell's clock.
     reported_ns: u64,
 }
 
@@ -190,7 +190,7 @@ impl Arm {
         Ok(flange_of(model, &self.in_listed_order(&self.corrected(drive)), &sides))
     }
 
-    /// What the drive has to be told to bring the flange there from where it says it stands. The whole model is undone, with its effects: play by the
+    /// What the drive has to be commanded to bring the flange there from where it says it is. The whole model is undone, with its effects: play by the
     /// side the joints will arrive from.
     ///
     /// # Errors
@@ -242,13 +242,13 @@ impl Arm {
         Value::Object(self.joints().zip(&self.sides).map(entry).collect())
     }
 
-    /// From here on somebody else may move the joints, which stand at `here`.
+    /// From here on somebody else may move the joints, which are at `here`.
     pub(crate) fn begin_manual(&mut self, here: &JointVector) {
         self.manual = Some(ManualMotion::from(here));
     }
 
-    /// Somebody else may have moved the joints to `here`. From which side a joint has arrived that stands elsewhere now, nobody knows; one that
-    /// stands where it stood is taken to have stayed.
+    /// Somebody else may have moved the joints to `here`. From which side a joint has arrived that is elsewhere now, nobody knows; one that
+    /// is where it was is taken to have stayed.
     pub(crate) fn saw_manual(&mut self, here: &JointVector) {
         let Some(manual) = &mut self.manual else {
             self.sides.fill(0);
@@ -263,7 +263,7 @@ impl Arm {
     }
 
     /// Nobody else moves the joints any more. Each joint of `arrivals` (with 1 for from below or -1 for from above) was to be driven to
-    /// where it stands from that side.
+    /// where it is from that side.
     ///
     /// # Errors
     /// The first joint that was never seen on that side, so that it cannot have come from there.
@@ -363,7 +363,7 @@ impl Arm {
         }
     }
 
-    /// The points its links run between where the drive stands so, from its base to its flange, mm in its base frame; none without a model.
+    /// The points its links run between where the drive is so, from its base to its flange, mm in its base frame; none without a model.
     pub(crate) fn outline(&self, drive: &JointVector) -> Option<Vec<[f64; 3]>> {
         let model = self.setting.model.as_ref()?;
         let joints = self.in_listed_order(&self.corrected(drive));
@@ -434,7 +434,7 @@ impl Arm {
         self.keep_out.as_ref().filter(|_| !self.watches_planes)?.check(from, target).err()
     }
 
-    /// Where an answer that names a pose sends the drive from where it stands; none for another answer.
+    /// Where an answer that names a pose sends the drive from where it is; none for another answer.
     ///
     /// # Errors
     /// A sentence: the robot has no such joint, or its position is not known.
@@ -452,7 +452,7 @@ impl Arm {
         Ok(Some(target))
     }
 
-    /// Where one step of a jog, in the unit people write, sends the drive from where it stands.
+    /// Where one step of a jog, in the unit people write, sends the drive from where it is.
     ///
     /// # Errors
     /// A sentence: the robot has no such joint, or does not say where it is.
@@ -476,7 +476,7 @@ impl Arm {
         Source { device: &self.name, plugin: &self.plugin }
     }
 
-    /// Looks at a state it told. `between_ns` is when it was asked for and when it had come, where the cell's clock can be read.
+    /// Looks at a state it reported. `between_ns` is when it was asked for and when it had come, where the cell's clock can be read.
     ///
     /// # Errors
     /// A sentence: it cannot be.
@@ -507,7 +507,7 @@ impl Arm {
         Ok(())
     }
 
-    /// Whether it stands within its own limits.
+    /// Whether it is within its own limits.
     ///
     /// # Errors
     /// A sentence: it does not.
@@ -535,7 +535,7 @@ impl Arm {
         Duration::from_secs_f64(slowest.fold(0.0, f64::max).clamp(0.0, 3600.0))
     }
 
-    /// Moves the joints in which `target` differs from where the drive stands.
+    /// Moves the joints in which `target` differs from where the drive is.
     pub(crate) fn move_to(
         &mut self,
         from: &JointVector,

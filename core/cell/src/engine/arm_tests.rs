@@ -300,7 +300,7 @@ fn a_hand_moved_by_somebody_else_has_come_from_nobody_knows_where() {
     assert_eq!(arm.sides(), [0, 0, 0, 0]);
 }
 
-/// A link that keeps who is to be told where the arm is.
+/// A link that keeps who is to be informed where the arm is.
 struct Watched {
     still: Box<dyn RobotLink>,
     listener: Arc<Mutex<Option<PoseListener>>>,

@@ -16,7 +16,7 @@ use crate::deg_or_mm::DegOrMm;
 const STEPS_OFF_TARGET: f64 = 2.0;
 
 /// How far a turning joint of a servo may come to rest from its target beside that, rad (0.05 deg): the in-position windows of industrial
-/// controllers are 0.01 to 0.05 deg. What is recorded is where the joint says it stands, so that this is no error of a table.
+/// controllers are 0.01 to 0.05 deg. What is recorded is where the joint says it is, so that this is no error of a table.
 const SETTLES_WITHIN_RAD: f64 = 0.05 * std::f64::consts::PI / 180.0;
 
 /// The same for a sliding joint, mm.
@@ -54,7 +54,7 @@ impl Source<'_> {
 /// What is known of the time at which a device was asked, ns of the cell's clock.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct RequestTimes {
-    /// The last time its device told before.
+    /// The last time its device reported before.
     pub(crate) reported_before_ns: u64,
     /// When it was asked, and when its answer had come; none in a cell whose clock this program cannot read.
     pub(crate) between_ns: Option<(u64, u64)>,
@@ -107,7 +107,7 @@ pub(crate) fn check_state(
     check_time(source, state.time_ns, asked, OLDEST_STATE)
 }
 
-/// Whether a robot stands within its own limits, so that it may be measured with.
+/// Whether a robot is within its own limits, so that it may be measured with.
 pub(crate) fn check_limits(
     source: Source<'_>,
     robot: &RobotDescription,
@@ -342,7 +342,7 @@ mod tests {
     }
 
     #[test]
-    fn a_joint_that_cannot_be_is_told_with_what_it_says_of_itself() {
+    fn a_joint_that_cannot_be_is_reported_with_what_it_says_of_itself() {
         assert_eq!(check_description(ARM, &robot()), Ok(()));
         let with = |change: fn(&mut JointDescription)| {
             let mut robot = robot();
@@ -532,7 +532,7 @@ mod tests {
     }
 
     #[test]
-    fn a_robot_may_stand_at_its_limits_and_a_tolerance_beyond() {
+    fn a_robot_may_be_at_its_limits_and_a_tolerance_beyond() {
         let robot = robot();
         let [turn, slide] = robot.joints.as_slice() else { panic!("two joints") };
         let is_allowed = |values: [f64; 2]| check_limits(ARM, &robot, &vector(values)).is_ok();
@@ -572,7 +572,7 @@ mod tests {
         assert!(dated(95 * second, 0) && !dated(95 * second - 1, 0));
         let ahead = answered + nanoseconds(AHEAD);
         assert!(dated(ahead, 0) && !dated(ahead + 1, 0));
-        assert!(dated(begun, begun) && !dated(begun - 1, begun), "never before what it told already");
+        assert!(dated(begun, begun) && !dated(begun - 1, begun), "never before what it reported already");
         let unknown = RequestTimes { reported_before_ns: 7, between_ns: None };
         assert!(check_time(ARM, 7, unknown, Duration::ZERO).is_ok(), "nobody knows what the time is");
         assert!(check_time(ARM, 6, unknown, Duration::ZERO).is_err());

@@ -102,7 +102,7 @@ impl Engine {
         known && !self.finds_zeros.iter().any(|name| name == robot)
     }
 
-    /// Starts the lost devices again. A robot stays where it stands until it is told to move.
+    /// Starts the lost devices again. A robot stays where it is until it is commanded to move.
     pub(crate) fn reconnect_lost(&mut self) -> Result<(), StepError> {
         let cell = Arc::clone(&self.cell);
         for name in self.lost.clone() {

@@ -30,8 +30,8 @@ pub struct DryRun {
     /// About how long it would take, prompts left out, seconds. Robots are not started: the speeds of a simulated world are taken, or typical ones of the
     /// plugin.
     pub estimate_s: f64,
-    /// The least it would take, seconds, where it has a repetition that ends when something is so, nobody knows in which turn: `estimate_s` reckons with all
-    /// turns, this with the first alone and without the steps of which only the run will tell whether they are needed.
+    /// The least it would take, seconds, where it has a repetition that ends when something is so, nobody knows in which turn: `estimate_s` counts all
+    /// turns, this with the first alone and without the steps of which only the run will show whether they are needed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub least_s: Option<f64>,
     /// The repetitions between these two times, with what a turn of each takes.
@@ -80,7 +80,7 @@ pub struct DryStep {
 /// Works out what a run would do.
 ///
 /// # Errors
-/// [`StartError`] as for a run, but for one that would need an operator: that is told in the plan.
+/// [`StartError`] as for a run, but for one that would need an operator: that is reported in the plan.
 pub fn dry_run(request: &RunRequest) -> Result<DryRun, StartError> {
     let calculator = Calculator::new();
     let parameters = parameters_of(request)?;

@@ -22,7 +22,7 @@ pub(crate) struct Estimator<'a> {
     pub(crate) facts: Vec<RobotFacts>,
 }
 
-/// What is assumed of a condition that only the run will tell.
+/// What is assumed of a condition that only the run will show.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Unknown {
     /// A step's condition holds, and a repetition goes on: the longest way through the plan.
@@ -106,7 +106,7 @@ impl Estimator<'_> {
         self.plan.entries.iter().filter_map(open).collect()
     }
 
-    /// Goes through the plan as a run would, and tells of each step that is shown.
+    /// Goes through the plan as a run would, and reports each step that is shown.
     pub(crate) fn foresee(&self, unknown: Unknown, mut visit: impl FnMut(&ForeseenStep<'_>)) {
         let known = |setting| self.known_robot(setting);
         let mut robots: Vec<KnownRobot<'_>> = self.cell.robots.iter().map(known).collect();

@@ -32,7 +32,7 @@ impl Engine {
     }
 }
 
-/// The flange's attitude, angles in rad: tilted so that it stands in the direction of the azimuth and looks back at the place.
+/// The flange's attitude, angles in rad: tilted so that it is in the direction of the azimuth and looks back at the place.
 pub(crate) fn attitude_of(tilt: f64, azimuth: f64, turn: f64) -> Rotation3<f64> {
     let about_z = |angle: f64| Rotation3::from_axis_angle(&Vector3::z_axis(), angle);
     let down = Rotation3::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
@@ -64,7 +64,7 @@ mod tests {
         let straight = attitude_of(0.0, 1.0, 0.0);
         assert_near(straight * Vector3::z(), [0.0, 0.0, -1.0]);
         assert_near(straight * Vector3::x(), [1.0, 0.0, 0.0]);
-        // Tilted by 30 degrees towards y it stands on that side and looks back; x, about which it is tilted, stays.
+        // Tilted by 30 degrees towards y it is on that side and looks back; x, about which it is tilted, stays.
         let (sine, cosine) = 30.0_f64.to_radians().sin_cos();
         let tilted = attitude_of(30.0_f64.to_radians(), FRAC_PI_2, 0.0);
         assert_near(tilted * Vector3::z(), [0.0, -sine, -cosine]);

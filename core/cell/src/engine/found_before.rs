@@ -1,4 +1,4 @@
-//! What a run that is resumed had found before it was interrupted, told again with the steps that are done: who looks at the last page sees the run as a whole.
+//! What a run that is resumed had found before it was interrupted, reported again with the steps that are done: the last page shows the whole run.
 
 use plumb_record::{Record, RecordError, RunId, StoredCorrection, StoredTrigger};
 
@@ -22,7 +22,7 @@ impl FoundBefore {
         Ok(Self { triggers, corrections })
     }
 
-    /// What a step found in its last attempt, in the order in which it told of it.
+    /// What a step found in its last attempt, in the order in which it reported it.
     pub(crate) fn events(&self, step: &StepPath) -> Vec<Event> {
         let trigger = self.triggers.iter().rev().find(|trigger| trigger.step == step.0);
         let corrections = self.corrections.iter().filter(|one| one.step == step.0);

@@ -18,7 +18,7 @@ pub(crate) enum Interrupt {
     Abort,
     /// End early, in good order.
     Finish,
-    /// Leave the run as it stands, to be resumed.
+    /// Leave the run as it is, to be resumed.
     Keep,
     /// A signal asks the program to end.
     Signal {

@@ -100,7 +100,7 @@ impl Journal {
         Ok(())
     }
 
-    /// Notes that what was done of a step no longer counts, nor where it was to end: an attempt that nobody sees, as [`Event::WentBack`] tells of it.
+    /// Notes that what was done of a step no longer counts, nor where it was to end: an attempt that nobody sees, as [`Event::WentBack`] reports it.
     pub(crate) fn take_back(&mut self, step: &StepPath, why: &str) -> Written {
         let (row, _) = self.record.start_step(self.run, &step.0)?;
         self.record.note_intent(row, &Value::Null)?;

@@ -4,7 +4,7 @@ use plumb_plugin::JointVector;
 
 use super::joint_index::JointIndex;
 
-/// Two readings of a joint that stands still differ by no more than this, rad or mm, where its drive has no steps.
+/// Two readings of a joint that is at rest differ by no more than this, rad or mm, where its drive has no steps.
 const STILL: f64 = 1e-9;
 
 /// The readings of the joints since a person was given the robot, in the drive's order and its numbers, rad or mm.
@@ -16,12 +16,12 @@ pub(crate) struct ManualMotion {
 }
 
 impl ManualMotion {
-    /// A person is given a robot that stands at `here`.
+    /// A person is given a robot that is at `here`.
     pub(crate) fn from(here: &JointVector) -> Self {
         Self { last: *here, least: *here, most: *here }
     }
 
-    /// Whether a joint stands elsewhere than it was seen last. `step` is the smallest of its drive.
+    /// Whether a joint is elsewhere than it was seen last. `step` is the smallest of its drive.
     /// One that is not reported has left, for all anybody knows.
     pub(crate) fn has_left(&self, joint: JointIndex, here: &JointVector, step: f64) -> bool {
         match (joint.value(&self.last), joint.value(here)) {
@@ -30,7 +30,7 @@ impl ManualMotion {
         }
     }
 
-    /// Takes in where the joints stand now.
+    /// Takes in where the joints are now.
     pub(crate) fn saw(&mut self, here: &JointVector) {
         let bounds = self.least.as_mut_slice().iter_mut().zip(self.most.as_mut_slice());
         for ((least, most), now) in bounds.zip(here.as_slice()) {
@@ -40,7 +40,7 @@ impl ManualMotion {
         self.last = *here;
     }
 
-    /// Whether a joint that stands at `here` was seen below it (`side` 1) or above it (-1), by more than half a step.
+    /// Whether a joint that is at `here` was seen below it (`side` 1) or above it (-1), by more than half a step.
     pub(crate) fn was_beyond(&self, joint: JointIndex, here: &JointVector, side: i8, step: f64) -> bool {
         let Ok(now) = joint.value(here) else { return false };
         let beyond = if side > 0 {

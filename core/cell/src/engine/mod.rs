@@ -88,7 +88,7 @@ pub(crate) struct Engine {
     pub(crate) stops: StopActions,
     pub(crate) arms: Vec<Arm>,
     pub(crate) sensors: Vec<Sensor>,
-    /// What `configure` steps told sensors in this run, by sensor.
+    /// What `configure` steps set on sensors in this run, by sensor.
     pub(crate) settings: BTreeMap<String, Map<String, Value>>,
     /// Devices whose process was lost.
     pub(crate) lost: Vec<String>,
@@ -96,9 +96,9 @@ pub(crate) struct Engine {
     pub(crate) finds_zeros: Vec<String>,
     /// Robots that moved since their place was last written down, and where they came to rest.
     pub(crate) moved: BTreeMap<String, JointVector>,
-    /// Where robots were last seen to stand, as long as nothing but this run can have moved them.
+    /// Where robots were last seen to be, as long as nothing but this run can have moved them.
     pub(crate) pose_cache: PoseCache,
-    /// When the last motion ended, ns of the cell's clock: a reading of before does not belong to where the robots stand. 0 before any.
+    /// When the last motion ended, ns of the cell's clock: a reading of before does not belong to where the robots are. 0 before any.
     pub(crate) rest_ns: u64,
     /// The clock of the cell, as the step in hand has seen it go.
     pub(crate) clock: Arc<StepClock>,
@@ -173,7 +173,7 @@ impl Engine {
         StepError::from(error)
     }
 
-    /// The values expressions see in a scope. Where the robots stand is read only when an expression asks for it.
+    /// The values expressions see in a scope. Where the robots are is read only when an expression asks for it.
     pub(crate) fn values(
         &mut self,
         scope: usize,
@@ -207,17 +207,17 @@ impl Engine {
         Ok(expression.number(&self.calculator, &values)?)
     }
 
-    /// Where a robot stands, read now and shown; or as it was seen to stand a moment ago, where nothing can have moved it since.
+    /// Where a robot is, read now and shown; or as it was seen to be a moment ago, where nothing can have moved it since.
     ///
     /// # Errors
-    /// Also when it says what cannot be, or that it stands beyond its own limits.
+    /// Also when it says what cannot be, or that it is beyond its own limits.
     pub(crate) fn read_pose(&mut self, name: &str) -> Result<JointState, StepError> {
         let state = self.read_pose_anywhere(name)?;
         self.arm(name)?.check_own_limits(&state.joints).map_err(StepError::Error)?;
         Ok(state)
     }
 
-    /// As [`Engine::read_pose`] of a robot that may stand beyond its own limits, because it is about to be brought back.
+    /// As [`Engine::read_pose`] of a robot that may be beyond its own limits, because it is about to be brought back.
     pub(crate) fn read_pose_anywhere(&mut self, name: &str) -> Result<JointState, StepError> {
         let known = self.pose_cache.fresh(name);
         let asked = self.links.clock_ns();
@@ -297,7 +297,7 @@ impl Engine {
         Ok(())
     }
 
-    /// Reads where every robot stands and writes it down.
+    /// Reads where every robot is and writes it down.
     pub(crate) fn read_and_note_poses(&mut self) -> Result<(), StepError> {
         for index in 0..self.arms.len() {
             let Some(name) = self.arms.get(index).map(|arm| arm.name.clone()) else { continue };

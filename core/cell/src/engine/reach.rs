@@ -36,7 +36,7 @@ struct Reach<'a> {
     model: &'a ModelFile,
     point: &'a WantedPoint<'a>,
     wanted: DVector<f64>,
-    /// Where the arm stands: it decides from which side the joints arrive.
+    /// Where the arm is: it decides from which side the joints arrive.
     from: &'a JointVector,
     by: &'a [JointIndex],
     /// Radians, or millimetres, of one scaled coordinate, for each joint of `by`.
@@ -55,7 +55,7 @@ struct Ended {
 }
 
 impl Arm {
-    /// What the drive has to be told so that a point of the model comes to where it is wanted by its joints, the rest going from `from` to where
+    /// What the drive has to be commanded so that a point of the model comes to where it is wanted by its joints, the rest going from `from` to where
     /// `others` has them: by the whole model, with everything that was found and added to it, the side from which each joint will arrive and the load with
     /// it. Of several ways the one nearest to `others` is taken; none leaves a joint's limits.
     ///
@@ -166,7 +166,7 @@ impl Reach<'_> {
         Ok(None)
     }
 
-    /// The step of least squares; a joint that stands at its limit and would go further stays.
+    /// The step of least squares; a joint that is at its limit and would go further stays.
     fn step(
         &self,
         target: &JointVector,
@@ -372,7 +372,7 @@ mod tests {
             let moved: f64 = place.iter().zip(inside).map(|(there, wanted)| (there - wanted).powi(2)).sum();
             assert!(
                 moved.sqrt() > 0.05,
-                "the drive is told otherwise than by the plain geometry: {commanded:?}"
+                "the drive is commanded otherwise than by the plain geometry: {commanded:?}"
             );
             let refused = sent(point([35.0, 45.0, 140.0, 0.0])).unwrap_err();
             assert!(

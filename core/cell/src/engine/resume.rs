@@ -19,7 +19,7 @@ use crate::step::MovedJoints;
 /// Joints that differ by no more are where they were, deg or mm: what a number loses on its way through the record.
 const SAME: f64 = 1e-6;
 
-/// Differences that are too small to be told to a person, deg or mm: half of the last digit that is shown.
+/// Differences that are too small to be shown to a person, deg or mm: half of the last digit that is shown.
 const SHOWN: f64 = 5e-4;
 
 /// Where a resumed run goes on.
@@ -144,7 +144,7 @@ impl Engine {
         Ok(attempts)
     }
 
-    /// Makes sure that every robot stands where the run left it: a person looks, or the record and the robot agree.
+    /// Makes sure that every robot is where the run left it: a person looks, or the record and the robot agree.
     pub(crate) fn confirm_poses(&mut self, position: usize) -> Result<(), StepError> {
         let poses = self.journal.record.poses(self.journal.run)?;
         if self.links.is_new_world() {
@@ -233,8 +233,8 @@ impl Engine {
         step.map_or(MovedJoints::None, |step| step.action.moved_joints(robot))
     }
 
-    /// Without a person, the robot has to say it stands where the record left it; only the joints that the interrupted step was moving may
-    /// stand elsewhere.
+    /// Without a person, the robot has to say it is where the record left it; only the joints that the interrupted step was moving may
+    /// be elsewhere.
     fn confirm_unattended(
         &mut self,
         robot: &str,
@@ -247,7 +247,7 @@ impl Engine {
         }
         let moved_by_step = self.joints_moved_at(position, robot);
         for (before, now) in drive_numbers(recorded).into_iter().zip(drive_numbers(reported)) {
-            // What the record or the robot does not tell is no number, and not the same either.
+            // What the record or the robot does not say is no number, and not the same either.
             let is_same = (before.1 - now.1).abs() <= SAME;
             if !is_same && !moved_by_step.contains(&before.0) {
                 if self.links.is_new_world() {
@@ -268,7 +268,7 @@ impl Engine {
     }
 }
 
-/// Which joints stand elsewhere than they were recorded last, and why that may be.
+/// Which joints are elsewhere than they were recorded last, and why that may be.
 fn differences_in_words(recorded: &Value, reported: &Value, moved_by_step: &MovedJoints) -> String {
     let now = named(reported);
     let differences: Vec<String> = named(recorded)
@@ -328,7 +328,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_person_is_told_which_joint_stands_elsewhere_and_whether_the_run_moved_it() {
+    fn a_person_is_shown_which_joint_is_elsewhere_and_whether_the_run_moved_it() {
         let joints = |waist: f64| json!([{"name": "waist", "value": waist, "unit": "deg"}, {"name": "elbow", "value": -80.0, "unit": "deg"}]);
         let message_for = |moved: &MovedJoints| differences_in_words(&joints(9.3), &joints(5.7), moved);
         let waist = MovedJoints::Named(vec!["waist".to_owned()]);

@@ -123,6 +123,6 @@ mod tests {
         };
         assert_eq!([0, 1, 2, 4].map(|stripe| scan(5).fraction(stripe)), [0.0, 0.25, 0.5, 1.0]);
         assert_eq!([0, 1].map(|stripe| scan(2).fraction(stripe)), [0.0, 1.0]);
-        assert_eq!(scan(1).fraction(0), 0.0, "a single stripe stands where the scan begins");
+        assert_eq!(scan(1).fraction(0), 0.0, "a single stripe is where the scan begins");
     }
 }

@@ -389,7 +389,7 @@ impl Engine {
             Ok(outcome) => outcome,
             Err(error) => {
                 tracing::error!(error = describe(&error), "the run cannot be written down");
-                // The one event that nothing in the record stands behind: without it nobody would learn why the run ended.
+                // The one event that nothing in the record is behind: without it nobody would learn why the run ended.
                 let message = format!("{} (then go on with: {go_on})", describe(&error));
                 events.send(Event::RunEnded { run: run.0, outcome: RunOutcome::Error, message });
                 RunOutcome::Error

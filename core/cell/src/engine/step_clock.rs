@@ -3,10 +3,10 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
-/// The clock of the cell as one step has seen it go: the times robots told with their states.
+/// The clock of the cell as one step has seen it go: the times robots reported with their states.
 #[derive(Debug, Default)]
 pub(crate) struct StepClock {
-    /// The first time told in the step, 0 before any was, ns.
+    /// The first time reported in the step, 0 before any was, ns.
     first: AtomicU64,
     /// The latest, ns.
     latest: AtomicU64,
@@ -19,7 +19,7 @@ impl StepClock {
         self.latest.store(0, Ordering::Relaxed);
     }
 
-    /// Takes in a time a robot told.
+    /// Takes in a time a robot reported.
     pub(crate) fn saw(&self, time_ns: u64) {
         // Only the engine's thread writes.
         if self.first.load(Ordering::Relaxed) == 0 {
@@ -28,7 +28,7 @@ impl StepClock {
         self.latest.fetch_max(time_ns, Ordering::Relaxed);
     }
 
-    /// How long the step has taken, as far as robots told.
+    /// How long the step has taken, as far as robots reported.
     pub(crate) fn elapsed(&self) -> Duration {
         let (first, latest) = (self.first.load(Ordering::Relaxed), self.latest.load(Ordering::Relaxed));
         Duration::from_nanos(latest.saturating_sub(first))

@@ -1,4 +1,4 @@
-//! Ways out of a step that failed, besides trying it again as things stand, leaving it out and ending the run: the arm is moved by hand, an answer is given
+//! Ways out of a step that failed, besides trying it again as things are, leaving it out and ending the run: the arm is moved by hand, an answer is given
 //! again, or the run goes back to the step that placed the arm.
 
 use plumb_document::Span;
@@ -63,7 +63,7 @@ impl Engine {
         })
     }
 
-    /// The steps before the entry `before` that were carried out and that `entry` sees: those of its own procedure and turn, and of what they stand
+    /// The steps before the entry `before` that were carried out and that `entry` sees: those of its own procedure and turn, and of what they are
     /// in. The nearest first.
     fn before<'a>(&'a self, entry: &'a Entry, before: usize) -> impl Iterator<Item = &'a Entry> {
         let earlier = self.plan.entries.get(..before).unwrap_or_default().iter().rev();
@@ -120,7 +120,7 @@ impl Engine {
         offered.into_iter().unzip()
     }
 
-    /// Lets the operator move the robot. The failed step no longer returns to where it began: it begins where the robot stands then.
+    /// Lets the operator move the robot. The failed step no longer returns to where it began: it begins where the robot is then.
     pub(crate) fn move_by_hand(&mut self, ways_out: &WaysOut, at: &StepContext) -> Result<(), StepError> {
         let Some(robot) = ways_out.robot.clone() else {
             return Err(StepError::error("no robot can be moved here"));
@@ -210,7 +210,7 @@ impl WaysOut {
     }
 }
 
-/// Whether the step of this path stands inside the step or turn `outside`.
+/// Whether the step of this path is inside the step or turn `outside`.
 fn is_inside(path: &str, outside: &str) -> bool {
     path.strip_prefix(outside).is_some_and(|rest| rest.starts_with('.'))
 }
@@ -240,7 +240,7 @@ mod tests {
     }
 
     #[test]
-    fn a_step_stands_inside_its_turn_and_its_call_only() {
+    fn a_step_is_inside_its_turn_and_its_call_only() {
         assert!(is_inside("call.cycle[2].edge", "call.cycle[2]") && is_inside("call.cycle[2].edge", "call"));
         assert!(!is_inside("call.cycle[2].edge", "call.cycle[1]") && !is_inside("caller.edge", "call"));
     }

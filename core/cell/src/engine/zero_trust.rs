@@ -187,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn counters_that_begin_anew_where_the_arm_was_left_cannot_be_told_apart() {
+    fn counters_that_begin_anew_where_the_arm_was_left_cannot_be_distinguished() {
         let home = joint("waist", 0.0, 0.0, MayBe::There);
         assert_eq!(judge(evidence(&[home])), Verdict::Unmoved);
     }

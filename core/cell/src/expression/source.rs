@@ -1,4 +1,4 @@
-//! Expressions as they stand in files.
+//! Expressions as they are in files.
 
 use rhai::AST;
 use serde_json::{Map, Value};
@@ -43,12 +43,12 @@ impl Expression {
         }
     }
 
-    /// The text as it stands in the file.
+    /// The text as it is in the file.
     pub fn text(&self) -> &str {
         &self.text
     }
 
-    /// Where it stands.
+    /// Where it is.
     pub fn place(&self) -> Span {
         self.place
     }
@@ -197,7 +197,7 @@ fn syntax_problem(error: &rhai::ParseError, text: &str, place: Span, file: &str)
     Problem { span: Some(place), message: format!("this expression cannot be read: {reason}"), help: None }
 }
 
-/// Where `line` and `column` (from 0) of an expression stand in the file. The expression may be plain, quoted, or a block of lines; where it
+/// Where `line` and `column` (from 0) of an expression are in the file. The expression may be plain, quoted, or a block of lines; where it
 /// cannot be found the beginning is shown.
 fn place_inside(text: &str, place: Span, line: usize, column: usize, length: usize, file: &str) -> Span {
     let Some(wanted) = text.lines().nth(line) else { return place };

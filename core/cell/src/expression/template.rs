@@ -7,7 +7,7 @@ use super::names::Names;
 use super::source::Expression;
 use plumb_document::{Node, NodeValue, Problems};
 
-/// A text out of a file in which `{expression}` stands for a value, `{expression:.2}` for one with two digits after the point, and `{{` for
+/// A text out of a file in which `{expression}` means a value, `{expression:.2}` for one with two digits after the point, and `{{` for
 /// a brace.
 #[derive(Debug, Clone)]
 pub struct Template(Vec<Piece>);

@@ -121,7 +121,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_are_told_from_numbers_strings_and_comments() {
+    fn names_are_distinguished_from_numbers_strings_and_comments() {
         let names: Vec<&str> = tokens("a.b_deg*1e-3 + \"no \\\" c\" // d\n + sin(e) - 2.5 /* f */ + g2")
             .iter()
             .filter_map(|token| match token.kind {

@@ -45,7 +45,7 @@ pub struct Procedure {
 pub struct Parameter {
     /// Its name; the end is its unit: `K_mm`.
     pub name: String,
-    /// Where the name stands.
+    /// Where the name is written.
     pub place: Span,
     /// Value when nobody sets another.
     pub default: f64,

@@ -1,4 +1,4 @@
-//! JSON Schemas of the files people write, for editors: ours, with what each installed plugin may be told; and of the events a run writes.
+//! JSON Schemas of the files people write, for editors: ours, with what each installed plugin may be given; and of the events a run writes.
 //!
 //! The readers of the files say more, and better: this is for completion while one types. Tests hold the two together.
 
@@ -40,7 +40,7 @@ pub fn events_schema() -> Result<Value, serde_json::Error> {
     serde_json::from_str(include_str!("events.json"))
 }
 
-/// Which kinds of step there are, and what each is told.
+/// Which kinds of step there are, and what each is given.
 fn add_step_kinds(schema: &mut Value) -> Result<(), serde_json::Error> {
     let Some(kinds) = schema.pointer_mut("/definitions/do/properties").and_then(Value::as_object_mut) else {
         return Ok(());
@@ -55,7 +55,7 @@ fn add_step_kinds(schema: &mut Value) -> Result<(), serde_json::Error> {
     Ok(())
 }
 
-/// Which plugins there are, and what each may be told and wired to.
+/// Which plugins there are, and what each may be given and wired to.
 fn add_plugins(device: &mut Map<String, Value>, plugins: &[Manifest]) {
     if plugins.is_empty() {
         return;

@@ -28,7 +28,7 @@ mod unusual;
 pub(crate) struct ApplyStep {
     /// Which robot.
     pub(crate) robot: String,
-    /// Where its name stands.
+    /// Where its name is written.
     pub(crate) robot_place: Span,
     /// The joints whose zeros shift.
     pub(crate) shifts: Vec<ZeroShift>,
@@ -41,11 +41,11 @@ pub(crate) struct ApplyStep {
 pub(crate) struct ZeroShift {
     /// The joint.
     pub(crate) joint: String,
-    /// Where it stands.
+    /// Where it is.
     pub(crate) place: Span,
     /// How its numbers are written.
     pub(crate) unit: DegOrMm,
-    /// Where the joint truly stood, less where it was thought to stand.
+    /// Where the joint truly was, less where it was thought to be.
     pub(crate) shift: Expression,
     /// How far off the shift may be.
     pub(crate) uncertainty: ShiftUncertainty,

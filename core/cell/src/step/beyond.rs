@@ -1,4 +1,4 @@
-//! Places that a robot cannot take because a joint would stand beyond its limits, as far as a plan knows them.
+//! Places that a robot cannot take because a joint would be beyond its limits, as far as a plan knows them.
 
 use super::known_robot::KnownRobot;
 use super::limits::{beyond_limits, outside};
@@ -17,7 +17,7 @@ pub(super) fn limits_passed(
     of_cell.or_else(own)
 }
 
-/// The limits that every place between two bounds (rad or mm) lies beyond, in words: a joint that is to stand there cannot.
+/// The limits that every place between two bounds (rad or mm) lies beyond, in words: a joint that is to be there cannot.
 pub(super) fn limits_between(
     (robot, joint): (&str, &str),
     (least, most): (f64, f64),
@@ -30,7 +30,7 @@ pub(super) fn limits_between(
     limits_passed((robot, joint), out, unit, context)
 }
 
-/// Which joint of a robot that stands at these places (rad or mm, in the order of the cell's list) is beyond its limits, in words; none where all are within, or
+/// Which joint of a robot that is at these places (rad or mm, in the order of the cell's list) is beyond its limits, in words; none where all are within, or
 /// none are known.
 pub(super) fn place_beyond(
     robot: &KnownRobot<'_>,

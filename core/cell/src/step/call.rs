@@ -18,7 +18,7 @@ use crate::read_context::ReadContext;
 pub(crate) struct CallStep {
     /// The procedure's file, relative to the file that calls it.
     pub(crate) file: String,
-    /// Where it stands.
+    /// Where it is.
     pub(crate) place: Span,
     /// Parameters other than their defaults; worked out from this procedure's own parameters before the run.
     pub(crate) with: Vec<(Key, Expression)>,

@@ -19,7 +19,7 @@ use crate::read_context::ReadContext;
 pub(crate) struct ConfigureStep {
     /// Which sensor.
     pub(crate) sensor: String,
-    /// Where its name stands.
+    /// Where its name is written.
     pub(crate) sensor_place: Span,
     /// The keys that change, as the sensor's plugin knows them.
     pub(crate) settings: serde_json::Value,
@@ -71,7 +71,7 @@ impl StepKind for ConfigureStep {
         engine.execute_configure(self)
     }
 
-    /// A sensor whose process is started anew is told its settings again.
+    /// A sensor whose process is started anew is given its settings again.
     fn take_over(&self, engine: &mut Engine) {
         engine.remember_settings(&self.sensor, &self.settings);
     }

@@ -26,7 +26,7 @@ use crate::read_context::ReadContext;
 pub(crate) struct CorrectStep {
     /// Which sensor.
     pub(crate) sensor: String,
-    /// Where its name stands.
+    /// Where its name is written.
     pub(crate) sensor_place: Span,
     /// The parameters that change.
     pub(crate) parameters: Vec<ParameterCorrection>,

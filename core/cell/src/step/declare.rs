@@ -1,4 +1,4 @@
-//! `declare`: a robot's controller takes where the arm stands for a stated pose from now on.
+//! `declare`: a robot's controller takes where the arm is for a stated pose from now on.
 
 use plumb_document::{MapReader, Node, Span};
 use plumb_plugin::JointVector;
@@ -27,7 +27,7 @@ use crate::read_context::ReadContext;
 pub(crate) struct DeclareStep {
     /// Which robot.
     pub(crate) robot: String,
-    /// Where its name stands.
+    /// Where its name is written.
     pub(crate) robot_place: Span,
     /// What the joints shall read from now on; joints not named read what they read.
     pub(crate) joints: JointTargets,
@@ -238,7 +238,7 @@ impl Engine {
         Ok(self.ask(question, at)? == Answer::Choice { key: "accept".to_owned() })
     }
 
-    /// A controller that does not read what it was told has not taken it over.
+    /// A controller that does not read what it was given has not taken it over.
     fn require_declared(
         &mut self,
         step: &DeclareStep,

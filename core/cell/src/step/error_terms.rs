@@ -22,7 +22,7 @@ const UNITS: [&str; 4] = ["mm", "deg", "px", "percent"];
 pub(crate) struct ErrorTerm {
     /// As the step's equations call it; its unit is the end of the name.
     pub(crate) name: String,
-    /// Where the name stands.
+    /// Where the name is written.
     pub(crate) place: Span,
     /// For people: `line B off its distance`.
     pub(crate) about: String,

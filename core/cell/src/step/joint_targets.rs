@@ -12,7 +12,7 @@ use plumb_document::{MapReader, Span};
 pub(crate) struct JointTarget {
     /// The joint.
     pub(crate) joint: String,
-    /// Where it stands.
+    /// Where it is.
     pub(crate) place: Span,
     /// In which unit the number is written.
     pub(crate) unit: DegOrMm,

@@ -1,4 +1,4 @@
-//! What is known of a robot before a run: how fast its joints go, and where they are when a step begins, as far as the steps before it tell.
+//! What is known of a robot before a run: how fast its joints go, and where they are when a step begins, as far as the steps before it show.
 
 use nalgebra::{IsometryMatrix3, Vector3};
 use plumb_kinematics::inverse;
@@ -8,7 +8,7 @@ use super::known_point::{WantedTip, joints_for_tip};
 use crate::deg_or_mm::DegOrMm;
 use crate::joint_range::JointRange;
 
-/// How long a robot takes to be told a move and to answer, where nobody knows, s.
+/// How long a robot takes to receive a move and to answer, where nobody knows, s.
 const TYPICAL_COMMAND_S: f64 = 0.02;
 
 /// Full speed of a joint that turns and that nobody knows, rad/s: 17 deg/s, a slow arm.
@@ -47,7 +47,7 @@ pub struct RobotFacts {
     pub turning_speed: Option<f64>,
     /// Full speed of joints that slide and are not listed, mm/s.
     pub sliding_speed: Option<f64>,
-    /// How long it takes to be told a move and to answer that it has ended, beside the motion itself, s.
+    /// How long it takes to receive a move and to answer that it has ended, beside the motion itself, s.
     pub command_s: Option<f64>,
 }
 
@@ -82,7 +82,7 @@ impl<'a> KnownRobot<'a> {
         self.name
     }
 
-    /// How long it takes to be told a move and to answer, s.
+    /// How long it takes to receive a move and to answer, s.
     pub(crate) fn command_s(&self) -> f64 {
         self.facts.command_s.unwrap_or(TYPICAL_COMMAND_S)
     }
@@ -129,7 +129,7 @@ impl<'a> KnownRobot<'a> {
         there
     }
 
-    /// How long joints take to these places at full speed, all starting and ending together, s. `None` stands for a place that is not known.
+    /// How long joints take to these places at full speed, all starting and ending together, s. `None` means a place that is not known.
     pub(crate) fn way_s<'j>(&self, goals: impl IntoIterator<Item = (&'j str, Option<f64>)>) -> f64 {
         let times = goals.into_iter().map(|(joint, goal)| {
             let way = self.place(joint).zip(goal);

@@ -72,7 +72,7 @@ mod tests {
     }
 
     #[test]
-    fn a_name_that_is_no_kinds_is_told_the_nearest_or_all_there_are() {
+    fn a_name_that_is_no_kinds_is_answered_with_the_nearest_or_all_there_are() {
         assert_eq!(meant("serach"), "did you mean `search`?");
         let all = meant("pirouette");
         assert!(KINDS.iter().all(|kind| all.contains(&format!("`{}`", kind.name))), "{all}");

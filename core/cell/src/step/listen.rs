@@ -35,7 +35,7 @@ pub(crate) struct ListenStep {
     pub(crate) device: String,
     /// As its manifest calls it.
     pub(crate) stream: String,
-    /// Where both stand.
+    /// Where both are.
     pub(crate) place: Span,
     pub(crate) end: End,
     /// It fails when no message came for so long, s.

@@ -22,7 +22,7 @@ use crate::read_context::ReadContext;
 pub(crate) struct MeasureStep {
     /// Which sensor.
     pub(crate) sensor: String,
-    /// Where its name stands.
+    /// Where its name is written.
     pub(crate) sensor_place: Span,
     /// A sensor that is read first and whose stream feeds the other: a camera.
     pub(crate) trigger: Option<(String, Span)>,
@@ -99,7 +99,7 @@ impl Engine {
         for quantity in &reading.quantities {
             let unit = self.unit_of_quantity(&step.sensor, &quantity.name)?;
             let name = result_name(&quantity.name, &unit);
-            // 0 stands for one that the sensor does not know: then there is none.
+            // 0 means one that the sensor does not know: then there is none.
             if quantity.standard_uncertainty > 0.0 {
                 result.insert(standard(&name), json!(quantity.standard_uncertainty));
             }

@@ -31,11 +31,11 @@ use crate::read_context::ReadContext;
 pub(crate) struct MoveStep {
     /// Which robot.
     pub(crate) robot: String,
-    /// Where its name stands.
+    /// Where its name is written.
     pub(crate) robot_place: Span,
     /// The joints that move; the others stay.
     pub(crate) targets: JointTargets,
-    /// The targets are added to where the joints stand.
+    /// The targets are added to where the joints are.
     pub(crate) relative: bool,
     /// Where the model's point goes, by which joints; nothing for a move that names all its targets.
     pub(crate) point: Option<PointTarget>,
@@ -50,11 +50,11 @@ pub(crate) struct MoveStep {
 pub(crate) struct PointTarget {
     /// Its coordinates in the model's frame of measurements, mm.
     pub(crate) xyz: [Expression; 3],
-    /// Which of the model's targets, and where its name stands; the first where none is named.
+    /// Which of the model's targets, and where its name is written; the first where none is named.
     pub(crate) target: Option<(String, Span)>,
     /// What the hand carries, kg; nothing where it is not said.
     pub(crate) payload: Option<Expression>,
-    /// The joints, and where their names stand.
+    /// The joints, and where their names are written.
     pub(crate) by: Vec<(String, Span)>,
 }
 
@@ -67,7 +67,7 @@ pub(crate) struct HandTarget {
     pub(crate) aim_mm: [f64; 3],
     /// How far the flange's axis is tilted from straight down, deg.
     pub(crate) tilt: Option<Expression>,
-    /// The direction, about the vertical from the base's x, in which the flange then stands, deg.
+    /// The direction, about the vertical from the base's x, in which the flange then is, deg.
     pub(crate) azimuth: Option<Expression>,
     /// How far the flange is turned about its own axis, deg.
     pub(crate) turn: Option<Expression>,
@@ -210,14 +210,14 @@ impl MoveStep {
         limits_passed((&self.robot, &target.joint), place, target.unit, context)
     }
 
-    /// Which joint would stand beyond its limits where the hand is brought to its place; none where nobody knows from where it starts.
+    /// Which joint would be beyond its limits where the hand is brought to its place; none where nobody knows from where it starts.
     fn hand_beyond(&self, hand: &HandTarget, context: &MotionContext<'_>) -> Option<String> {
         let robot = context.time.robot(&self.robot).filter(|robot| robot.is_placed())?;
         let places = robot.joints_for(&hand.flange(context.time)?)?;
         place_beyond(robot, &places, context)
     }
 
-    /// Which joint would stand beyond its limits where the point is brought to its place, whichever way; none where one way keeps them, as the run looks for
+    /// Which joint would be beyond its limits where the point is brought to its place, whichever way; none where one way keeps them, as the run looks for
     /// it, or nobody knows.
     fn point_beyond(&self, point: &PointTarget, context: &MotionContext<'_>) -> Option<String> {
         let robot = context.time.robot(&self.robot)?;
@@ -463,7 +463,7 @@ impl Engine {
         Ok(target)
     }
 
-    /// Where the drive has to go for the model's point to come where it is wanted, the other joints going where they are told. The way there
+    /// Where the drive has to go for the model's point to come where it is wanted, the other joints going where they are sent. The way there
     /// decides from which side each joint arrives.
     fn point_target(
         &mut self,

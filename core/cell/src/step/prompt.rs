@@ -38,7 +38,7 @@ pub(crate) struct PromptStep {
     pub(crate) text: Template,
     /// More, for who wants to know.
     pub(crate) help: Option<Template>,
-    /// The robot that is drawn under the text as it stands, and where its name stands.
+    /// The robot that is drawn under the text as it is, and where its name is written.
     pub(crate) draw: Option<(String, Span)>,
     /// What counts as an answer.
     pub(crate) question: PromptQuestion,
@@ -57,7 +57,7 @@ pub(crate) struct SimulatedAct {
     pub(crate) words: Vec<(String, String)>,
 }
 
-/// What an act is told in words; all else are numbers.
+/// What an act is given in words; all else are numbers.
 const WORDS: [&str; 7] = ["at", "joint", "axis", "turned", "from", "laser", "filter"];
 
 fn read(node: &Node, context: &ReadContext<'_>) -> Option<PromptStep> {
@@ -288,7 +288,7 @@ impl Engine {
         answered(answer, &step.question)
     }
 
-    /// In a simulated cell, does what the operator does there, and tells what an instrument reads.
+    /// In a simulated cell, does what the operator does there, and reports what an instrument reads.
     pub(crate) fn simulate(
         &mut self,
         simulated: Option<&SimulatedAct>,
@@ -308,7 +308,7 @@ impl Engine {
         read.map_err(StepError::Error)
     }
 
-    /// The robot the prompt is about, as it stands now; none without a model of it.
+    /// The robot the prompt is about, as it is now; none without a model of it.
     fn drawing(&mut self, step: &PromptStep) -> Result<Option<String>, StepError> {
         let Some((robot, _)) = &step.draw else { return Ok(None) };
         let here = self.read_pose(robot)?.joints;

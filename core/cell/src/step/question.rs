@@ -53,7 +53,7 @@ pub(crate) enum PromptQuestion {
     JogTo {
         /// Which robot.
         robot: String,
-        /// Where its name stands.
+        /// Where its name is written.
         place: Span,
         /// Bounds that have to be kept.
         goals: Vec<Goal>,
@@ -67,7 +67,7 @@ pub(crate) enum PromptQuestion {
 pub(crate) struct Arrival {
     /// The joint.
     pub(crate) joint: String,
-    /// Where its name stands.
+    /// Where its name is written.
     pub(crate) place: Span,
     /// The side.
     pub(crate) from: ArrivalSide,
@@ -105,7 +105,7 @@ impl ArrivalSide {
 pub(crate) struct Goal {
     /// The joint.
     pub(crate) joint: String,
-    /// Where it stands.
+    /// Where it is.
     pub(crate) place: Span,
     /// How its numbers are written.
     pub(crate) unit: DegOrMm,

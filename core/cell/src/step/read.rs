@@ -77,7 +77,7 @@ fn read_action(node: &Node, context: &ReadContext<'_>) -> Option<(&'static str, 
     (context.read_action)(kind, body, context)
 }
 
-/// Characters of a name: it stands in a column of a screen of 80, and in the names of files in shared memory.
+/// Characters of a name: it is in a column of a screen of 80, and in the names of files in shared memory.
 pub(crate) const LONGEST_NAME: usize = 64;
 
 /// Names that expressions use are words of letters, digits and underscores.

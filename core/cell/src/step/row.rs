@@ -19,14 +19,14 @@ use crate::expression::{Expression, Shape};
 use crate::in_words::with_decimals;
 use crate::read_context::ReadContext;
 
-/// A declared row: where the arm stood, and what was measured there.
+/// A declared row: where the arm was, and what was measured there.
 #[derive(Debug, Clone)]
 pub(crate) struct RowStep {
     /// Which robot.
     pub(crate) robot: String,
-    /// Where its name stands.
+    /// Where its name is written.
     pub(crate) robot_place: Span,
-    /// Joints that were read elsewhere than the arm stands when the row is written.
+    /// Joints that were read elsewhere than the arm is when the row is written.
     pub(crate) joints: JointTargets,
     /// What was measured, by the model lab's columns.
     pub(crate) numbers: Vec<(String, Expression)>,

@@ -31,7 +31,7 @@ const TYPICAL_LENGTH_MM: f64 = 100.0;
 /// From stripe to stripe where that is not known before the run, mm.
 const TYPICAL_PITCH_MM: f64 = 10.0;
 
-/// How far a hand is from the joints that carry it along a line, mm, where no model tells.
+/// How far a hand is from the joints that carry it along a line, mm, where no model says.
 const TYPICAL_REACH_MM: f64 = 500.0;
 
 /// A declared scan.
@@ -39,11 +39,11 @@ const TYPICAL_REACH_MM: f64 = 500.0;
 pub(crate) struct ScanStep {
     /// Which robot.
     pub(crate) robot: String,
-    /// Where its name stands.
+    /// Where its name is written.
     pub(crate) robot_place: Span,
     /// The light stripe sensor.
     pub(crate) sensor: String,
-    /// Where its name stands.
+    /// Where its name is written.
     pub(crate) sensor_place: Span,
     /// The camera that is asked for each picture; none for one that takes them by itself.
     pub(crate) trigger: Option<(String, Span)>,
@@ -57,7 +57,7 @@ pub(crate) struct ScanStep {
     pub(crate) aim_mm: [f64; 3],
     /// How far the flange's axis is tilted from straight down, deg.
     pub(crate) tilt: Option<Expression>,
-    /// The direction, about the vertical from the base's x, in which the flange then stands, deg.
+    /// The direction, about the vertical from the base's x, in which the flange then is, deg.
     pub(crate) azimuth: Option<Expression>,
     /// How far the flange is turned about its own axis, deg.
     pub(crate) turn: Option<Expression>,

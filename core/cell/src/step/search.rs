@@ -31,11 +31,11 @@ const MOVES_BETWEEN: f64 = 6.0;
 pub(crate) struct SearchStep {
     /// Which robot.
     pub(crate) robot: String,
-    /// Where its name stands.
+    /// Where its name is written.
     pub(crate) robot_place: Span,
     /// The joint that moves.
     pub(crate) joint: String,
-    /// Where its name stands.
+    /// Where its name is written.
     pub(crate) joint_place: Span,
     /// How the search's lengths are written.
     pub(crate) unit: DegOrMm,
@@ -43,7 +43,7 @@ pub(crate) struct SearchStep {
     pub(crate) travel: Expression,
     /// The sensor that is watched.
     pub(crate) sensor: String,
-    /// Where its name stands.
+    /// Where its name is written.
     pub(crate) sensor_place: Span,
     /// The search ends where the sensor comes on, or where it goes off.
     pub(crate) until_on: bool,
@@ -66,7 +66,7 @@ pub(crate) struct SearchStep {
 pub(crate) struct Finds {
     /// The surface or line, as the robot's model file calls it.
     pub(crate) surface: String,
-    /// Where its name stands.
+    /// Where its name is written.
     pub(crate) place: Span,
     /// How high over it the hand is then, mm.
     pub(crate) height_mm: Option<Expression>,

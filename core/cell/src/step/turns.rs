@@ -56,7 +56,7 @@ mod tests {
     use super::Rows;
 
     #[test]
-    fn a_table_is_read_by_its_names_and_a_slip_is_told_with_its_line() {
+    fn a_table_is_read_by_its_names_and_a_slip_is_reported_with_its_line() {
         let read = Rows::parse("q1_deg, load_kg\n10,0\n\n-20.5, 1.5\n").expect("a table");
         assert_eq!(read.columns, ["q1_deg", "load_kg"]);
         assert_eq!(read.rows, [[10.0, 0.0], [-20.5, 1.5]]);

@@ -181,7 +181,7 @@ impl BoundKeepOut {
         self.check.zeros = self.check.joints.iter().map(|joint| zero_of(joint)).collect();
     }
 
-    /// Looks along the straight way in joint space. A robot that stands beyond a plane may leave it.
+    /// Looks along the straight way in joint space. A robot that is beyond a plane may leave it.
     pub(crate) fn check(&self, from: &JointVector, to: &JointVector) -> Result<(), Trespass> {
         let furthest =
             from.as_slice().iter().zip(to.as_slice()).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
@@ -382,7 +382,7 @@ mod tests {
     }
 
     #[test]
-    fn the_nearest_part_of_the_arm_tells_how_far_it_is_clear_of_a_plane() {
+    fn the_nearest_part_of_the_arm_says_how_far_it_is_clear_of_a_plane() {
         let bound = check().bind(&robot()).unwrap();
         let clearance = |pose: JointVector| bound.clearances(pose.as_slice())[0].clearance_mm.unwrap();
         assert!((clearance(pose(0.0, 0.0)) - 150.0).abs() < 1e-9);
@@ -410,7 +410,7 @@ mod tests {
     }
 
     #[test]
-    fn a_check_that_cannot_be_read_is_told() {
+    fn a_check_that_cannot_be_read_is_reported() {
         let refused = guard(&serde_json::json!({"planes": 3}), &robot()).err().unwrap();
         assert!(refused.contains("cannot be read"), "{refused}");
     }

@@ -21,7 +21,7 @@ use plumb_document::{
     DocumentKind, FileKind, FileProblems, Problem, Problems, Span, did_you_mean, parse_as, read_document,
 };
 
-/// Reads a workcell with everything it names: models, procedures and those they call. What only the devices themselves can tell is checked
+/// Reads a workcell with everything it names: models, procedures and those they call. What only the devices themselves can say is checked
 /// when they are connected, before anything moves.
 ///
 /// # Errors
@@ -112,7 +112,7 @@ impl Loader<'_> {
     /// The path of a file named here; its absence is reported.
     fn existing(&self, (name, place): &(String, Span)) -> Option<PathBuf> {
         let path = self.folder.join(name);
-        // What is there and no file is told by who reads it.
+        // What is there and no file is reported by who reads it.
         if path.exists() {
             return Some(path);
         }

@@ -41,7 +41,7 @@ pub struct Workcell {
     pub name: String,
     /// For people.
     pub title: String,
-    /// The simulated world it stands in, for a simulated cell.
+    /// The simulated world it is in, for a simulated cell.
     pub world: Option<WorldSetting>,
     /// Directories with plugins of its own, beside those that are known.
     pub plugins: Vec<PathBuf>,
@@ -57,7 +57,7 @@ pub struct Workcell {
     pub instruments: Vec<Instrument>,
     /// What is known of the cell's parts, and how well: sizes of errors that procedures refer to. The unit is the end of the name.
     pub tolerances: Vec<(String, f64)>,
-    /// What it can run; the first is what it runs unless told otherwise.
+    /// What it can run; the first is what it runs unless specified otherwise.
     pub procedures: Vec<Arc<Procedure>>,
     /// Answers for unattended runs.
     pub answers: Option<PathBuf>,
@@ -96,13 +96,13 @@ impl Pace {
 pub struct DeviceSetting {
     /// Its name in the cell.
     pub name: String,
-    /// Where the name stands in the file.
+    /// Where the name is written in the file.
     pub place: Span,
     /// The plugin that serves it.
     pub plugin: String,
-    /// What the plugin is told.
+    /// What the plugin is given.
     pub config: Value,
-    /// The controller that stands in for a real one, over the arm of the simulated world: the device's port leads to it.
+    /// The controller that replaces a real one, over the arm of the simulated world: the device's port leads to it.
     pub emulate: Option<String>,
     /// The most memory its process may take, MB; the host's own limit when none.
     pub memory_limit_mb: Option<u64>,
@@ -119,7 +119,7 @@ pub struct Wire {
     pub device: String,
     /// The stream.
     pub stream: String,
-    /// Where it stands in the file.
+    /// Where it is in the file.
     pub place: Span,
 }
 

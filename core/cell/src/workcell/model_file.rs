@@ -35,7 +35,7 @@ pub struct ModelFile {
     /// The model's joints from the drive's: coefficients, one row a model joint, one column a joint of the cell's list, then the constant
     /// (rad, or mm for a model joint that slides).
     pub from_drive: Vec<Vec<f64>>,
-    /// Where the flange stands, with every effect of the file.
+    /// Where the flange is, with every effect of the file.
     pub forward: Arc<ForwardModel>,
 }
 
@@ -262,7 +262,7 @@ mod tests {
       <joint name="reach" type="prismatic"><parent link="post"/><child link="hand"/><axis xyz="1 0 0"/>
         <limit lower="0" upper="0.5" velocity="1" effort="0"/></joint></robot>"#;
 
-    /// What is read of a model whose arm stands in a URDF file, with these keys besides.
+    /// What is read of a model whose arm is described in a URDF file, with these keys besides.
     fn read(keys: &str) -> Result<ModelRows, FileProblems> {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("two.urdf"), URDF).unwrap();

@@ -11,7 +11,7 @@ const HEAD_MM: (f64, f64) = (25.0, 120.0);
 const BODY: (f64, f64) = (210.0, 12.0);
 const MARGIN_MM: f64 = 20.0;
 
-/// No target is larger, mm: arms that stand on tables do not reach so far.
+/// No target is larger, mm: arms that are on tables do not reach so far.
 const LARGEST_MM: f64 = 2000.0;
 
 /// A T target: a black head whose outer edge is line B, and a black body, a sector about the waist's axis, one side of which is line A.

@@ -76,7 +76,7 @@ fn an_accepted_correction_is_taken_by_the_sensor_and_a_second_one_builds_on_it()
         [("scale".to_owned(), 1.25, String::new()), ("tilt".to_owned(), 0.5, "deg".to_owned()),]
     );
     let taken = json!({"corrections": {"tilt_deg": 0.5, "scale": 1.25}});
-    assert_eq!(*world.configured.lock().expect("told"), std::slice::from_ref(&taken));
+    assert_eq!(*world.configured.lock().expect("not poisoned"), std::slice::from_ref(&taken));
     let message = message_of_step(&first.events, "set");
     assert!(message.starts_with("applied: tilt ") && message.contains("(revision 1)"), "{message}");
 
@@ -84,18 +84,21 @@ fn an_accepted_correction_is_taken_by_the_sensor_and_a_second_one_builds_on_it()
     let second = run_in(&place, &world, &steps, "accept");
     assert_eq!(second.outcome, RunOutcome::Passed);
     let again = json!({"corrections": {"tilt_deg": 1.0, "scale": 1.5625}});
-    assert_eq!(*world.configured.lock().expect("told"), [taken.clone(), taken, again]);
+    assert_eq!(*world.configured.lock().expect("not poisoned"), [taken.clone(), taken, again]);
 }
 
 #[test]
 fn a_discarded_correction_changes_nothing_and_the_run_goes_on() {
     let (place, world) = (place(), World::new([0.0; 3]));
     let steps = correcting(SHIFT, "")
-        + "  - {id: told, do: {check: {that: 'set.applied == false && set.revision == 0', otherwise: never}}}\n";
+        + "  - {id: expected, do: {check: {that: 'set.applied == false && set.revision == 0', otherwise: never}}}\n";
     let run = run_in(&place, &world, &steps, "reject");
     assert_eq!((run.outcome, message_of(&run.events)), (RunOutcome::Passed, "all steps passed"));
     assert_eq!(message_of_step(&run.events, "set"), "discarded: eye works with the values it had");
-    assert!(world.configured.lock().expect("told").is_empty() && in_force(&place, "teachmover").is_empty());
+    assert!(
+        world.configured.lock().expect("not poisoned").is_empty()
+            && in_force(&place, "teachmover").is_empty()
+    );
     let found = Record::open(place.path()).expect("the record").corrections_of_run(RunId(1)).expect("read");
     assert_eq!(found.len(), 1, "what was found stays in the record");
 }
@@ -104,10 +107,10 @@ fn a_discarded_correction_changes_nothing_and_the_run_goes_on() {
 fn a_correction_that_need_not_be_asked_about_is_applied_at_once() {
     let (place, world) = (place(), World::new([0.0; 3]));
     let steps = correcting(SHIFT, ", ask: false")
-        + "  - {id: told, do: {check: {that: 'set.applied && set.revision == 1', otherwise: never}}}\n";
+        + "  - {id: expected, do: {check: {that: 'set.applied && set.revision == 1', otherwise: never}}}\n";
     let run = run_in(&place, &world, &steps, "reject");
     assert_eq!((run.outcome, run.texts.len()), (RunOutcome::Passed, 0), "{}", message_of(&run.events));
-    assert_eq!(world.configured.lock().expect("told").len(), 1);
+    assert_eq!(world.configured.lock().expect("not poisoned").len(), 1);
 }
 
 #[test]

@@ -81,7 +81,7 @@ free: [joint_zero(*)]
 measured_from: world
 ";
 
-/// What a move of that arm would do, which stands with its arm straight out and its slide 30 mm down, by the limits of the cell file and its own.
+/// What a move of that arm would do, which is with its arm straight out and its slide 30 mm down, by the limits of the cell file and its own.
 fn moving(how: &str, more: &str) -> (DryRun, Vec<(String, String, Option<String>)>) {
     let place = place();
     let write = |name: &str, text: &str| std::fs::write(place.path().join(name), text).expect("written");
@@ -138,7 +138,7 @@ fn beyond(how: &str) -> Option<String> {
 }
 
 #[test]
-fn each_joint_of_a_move_is_told_with_its_limits_and_whether_it_goes_beyond() {
+fn each_joint_of_a_move_is_reported_with_its_limits_and_whether_it_goes_beyond() {
     let (plan, moves) = moving("to_deg: {shoulder: 60, elbow: 145}, to_mm: {quill: 50}", "");
     let reported: Vec<_> = moves.iter().map(|(how, limits, _)| (how.as_str(), limits.as_str())).collect();
     assert_eq!(
@@ -158,7 +158,7 @@ fn each_joint_of_a_move_is_told_with_its_limits_and_whether_it_goes_beyond() {
 }
 
 #[test]
-fn a_hand_that_is_brought_somewhere_is_told_with_the_joint_that_would_stand_beyond() {
+fn a_hand_that_is_brought_somewhere_is_reported_with_the_joint_that_would_be_beyond() {
     let hand = |x: f64, y: f64| beyond(&format!("to_hand: {{at_mm: [{x}, {y}, 250], aim_mm: [0, 0, 0]}}"));
     // 300 mm out: the elbow is bent by about 83 degrees, the shoulder stays within -90 to 60 degrees.
     assert_eq!(hand(300.0, 0.0), None);
@@ -170,7 +170,7 @@ fn a_hand_that_is_brought_somewhere_is_told_with_the_joint_that_would_stand_beyo
 }
 
 #[test]
-fn a_point_is_told_beyond_only_where_no_way_keeps_the_limits() {
+fn a_point_is_reported_beyond_only_where_no_way_keeps_the_limits() {
     let point = |x: f64, y: f64, z: f64| {
         beyond(&format!("to_point: {{x_mm: {x}, y_mm: {y}, z_mm: {z}, by: [shoulder, elbow, quill]}}"))
     };
@@ -185,7 +185,7 @@ fn a_point_is_told_beyond_only_where_no_way_keeps_the_limits() {
 }
 
 #[test]
-fn what_watches_over_the_ways_is_told_with_the_planes_of_the_robot() {
+fn what_watches_over_the_ways_is_given_the_planes_of_the_robot() {
     let plane = "keep_out:\n  - {name: the table, robot: arm, plane: {normal: [0, 0, 1], offset_mm: 20}}\n";
     let (plan, _) = moving("by_deg: {elbow: 1}", plane);
     assert_eq!(

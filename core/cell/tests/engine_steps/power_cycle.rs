@@ -90,7 +90,7 @@ fn a_drive_that_was_switched_off_loses_its_zeros_until_a_run_finds_them_again() 
 fn a_run_that_finds_the_zeros_begins_without_them_and_ends_with_new_ones() {
     let record = place();
     let before = initialized(&record);
-    // Its counters begin anew and the arm stands over the white paper as on the first day.
+    // Its counters begin anew and the arm is over the white paper as on the first day.
     let world = World::new([2.0, -1.0, 0.5]);
     world.is_new.store(false, Ordering::SeqCst);
     drop(before);
@@ -148,7 +148,7 @@ fn an_arm_moved_with_its_pendant_asks_whoever_is_there_whether_its_power_stayed_
 }
 
 #[test]
-fn an_arm_that_died_in_mid_move_stands_on_its_way_and_keeps_its_zeros() {
+fn an_arm_that_died_in_mid_move_is_on_its_way_and_keeps_its_zeros() {
     let (record, steps) = (place(), place());
     let world = initialized(&record);
     let cell = cell_with_steps(

@@ -15,7 +15,7 @@ use super::{place, readings};
 /// What the sensor was asked for, in order.
 type Asked = Arc<Mutex<Vec<String>>>;
 
-/// A sensor that tells a width of 1.5 px, and takes `{gain: 0 to 9}`; a gain of 9 breaks it.
+/// A sensor that reports a width of 1.5 px, and takes `{gain: 0 to 9}`; a gain of 9 breaks it.
 struct Gauge {
     description: SensorDescription,
     asked: Asked,
@@ -96,7 +96,7 @@ fn run(steps: &str) -> (RunOutcome, String, Vec<(String, f64)>, Vec<String>) {
 }
 
 #[test]
-fn a_measurement_is_recorded_and_may_be_reckoned_with_under_its_unit() {
+fn a_measurement_is_recorded_and_may_be_used_in_expressions_under_its_unit() {
     let (outcome, message, readings, asked) = run("
 steps:
   - {id: gauge, do: {measure: {sensor: eye, trigger: eye}}}
@@ -108,7 +108,7 @@ steps:
 }
 
 #[test]
-fn how_sure_a_reading_is_may_be_reckoned_with_and_is_never_0() {
+fn how_sure_a_reading_is_may_be_used_in_expressions_and_is_never_0() {
     let (outcome, message, readings, _) = run("
 steps:
   - {id: gauge, do: {measure: {sensor: eye}}}
@@ -133,7 +133,7 @@ steps:
 }
 
 #[test]
-fn a_camera_that_does_not_answer_is_told_in_its_own_words() {
+fn a_camera_that_does_not_answer_is_reported_in_its_own_words() {
     let (outcome, message, readings, _) = run("
 steps:
   - {id: broken, do: {configure: {sensor: eye, settings: {gain: 9}}}}

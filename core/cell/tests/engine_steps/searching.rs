@@ -118,7 +118,7 @@ fn message_of_step(place: &TempDir, step: &str) -> String {
 }
 
 #[test]
-fn what_a_search_found_and_what_it_did_not_is_told_in_corrected_numbers() {
+fn what_a_search_found_and_what_it_did_not_is_reported_in_corrected_numbers() {
     let place = place_with_zero();
     let steps = format!(
         "\nsteps:\n  - {{id: up, {}}}\n  - {{id: lower, {}}}\n",
@@ -218,7 +218,7 @@ fn a_slow_approach_goes_as_far_as_the_fast_one_may_have_overshot_and_no_further(
 }
 
 #[test]
-fn how_far_a_search_has_come_is_told_as_a_share_of_its_way_with_where_the_joint_is() {
+fn how_far_a_search_has_come_is_reported_as_a_share_of_its_way_with_where_the_joint_is() {
     let place = place_with_zero();
     let steps = format!(
         "\nsteps:\n  - {{id: lower, {}}}\n",

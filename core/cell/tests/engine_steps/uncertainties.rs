@@ -125,7 +125,7 @@ steps:
     assert!(message.contains("the uncertainty by `x_mm` (0.500 mm) cannot be worked out"), "{message}");
 }
 
-/// A shift far beyond those that runs found before, or most of what is plausible, is told before it is accepted.
+/// A shift far beyond those that runs found before, or most of what is plausible, is reported before it is accepted.
 #[test]
 fn an_unusual_correction_is_pointed_out_before_it_is_accepted() {
     let place = place();

@@ -51,7 +51,7 @@ fn a_search_that_may_find_nothing_says_so_and_the_run_goes_on() {
 steps:
   - {id: up, do: {search: {robot: arm, joint: shoulder, travel_deg: 2, until: {sensor: eye, is: on}, nothing_found: go_on}}}
   - {id: down, do: {search: {robot: arm, joint: shoulder, travel_deg: -40, until: {sensor: eye, is: on}, nothing_found: go_on}}}
-  - {id: told, do: {check: {that: 'up.found == false && down.found && up.joints.shoulder_deg > 43', otherwise: never}}}
+  - {id: expected, do: {check: {that: 'up.found == false && down.found && up.joints.shoulder_deg > 43', otherwise: never}}}
 ";
     let place = place();
     let cell = cell_with_steps(&place, steps);

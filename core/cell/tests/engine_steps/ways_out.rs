@@ -135,7 +135,7 @@ steps:
 ";
 
 #[test]
-fn an_arm_that_is_too_low_is_raised_by_hand_and_the_search_begins_where_it_stands_then() {
+fn an_arm_that_is_too_low_is_raised_by_hand_and_the_search_begins_where_it_is_then() {
     let operator = vec![Reply::Decide(Decision::Move), Reply::Jog("shoulder", 5.0)];
     let (outcome, events, asked, ..) = run(TOO_LOW, operator);
     assert!(asked[0].text.contains("eye is already ON at the start of the search"), "{}", asked[0].text);
@@ -264,7 +264,7 @@ fn nothing_is_moved_by_hand_while_a_device_is_lost_and_that_answer_is_refused() 
     assert_eq!(refused, ["`move` is not to be chosen here"]);
 }
 
-/// What is found is how far the waist reads beyond 11 deg, where it truly stands; the search then looks where there is nothing.
+/// What is found is how far the waist reads beyond 11 deg, where it truly is; the search then looks where there is nothing.
 const CORRECTED: &str = "
 steps:
   - {id: place, title: Over the white, do: {prompt: {text: There, jog_to: {robot: arm}}}}

@@ -1,5 +1,5 @@
 //! A cell in memory for tests of the engine: an arm of the TeachMover's kind over a T target, and its sensor. Exact, instant, and it breaks
-//! when told to.
+//! when asked to.
 
 #![allow(dead_code, unreachable_pub, reason = "each test file uses its part")]
 
@@ -23,10 +23,10 @@ const LINK_MM: f64 = 177.8;
 const SHOULDER_MM: f64 = 195.0;
 const HAND_MM: f64 = 109.0;
 
-/// Told of each move at its beginning.
+/// Informed of each move at its beginning.
 pub type OnMove = Box<dyn Fn(usize) + Send>;
 
-/// What outlives hosts: where the arm stands, and what breaks next.
+/// What outlives hosts: where the arm is, and what breaks next.
 pub struct World {
     joints: Mutex<[f64; 6]>,
     edges: Mutex<Vec<ProximityEdge>>,
@@ -40,7 +40,7 @@ pub struct World {
     pub lose_arm_at_move: AtomicUsize,
     /// The operator stops everything in the middle of this move.
     pub stop_at_move: AtomicUsize,
-    /// Its controller does not take over what it is told of its zeros.
+    /// Its controller does not take over what it is given of its zeros.
     pub keeps_its_zeros: AtomicBool,
     stopped: AtomicBool,
     pub connections: AtomicUsize,
@@ -48,7 +48,7 @@ pub struct World {
     pub connects_at_most: AtomicUsize,
     /// The heights (mm) at which the sensor fires, one after the other; then 8.
     pub fires_at: Mutex<Vec<f64>>,
-    /// What the simulated operator was told to do.
+    /// What the simulated operator was asked to do.
     pub acts: Mutex<Vec<Act>>,
     /// Called at the beginning of each move with its number.
     pub on_move: Mutex<Option<OnMove>>,
@@ -56,7 +56,7 @@ pub struct World {
     pub only_pendant_ends_jog: AtomicBool,
     /// What that pendant has.
     pub pendant: Mutex<PendantHas>,
-    /// The robots stand in a simulated world started for this run.
+    /// The robots are in a simulated world started for this run.
     pub is_new: AtomicBool,
     /// What the arm says after a move, in place of what is so.
     pub lie_after_move: Mutex<Option<Lie>>,
@@ -64,7 +64,7 @@ pub struct World {
     pub reads_at_ns: AtomicUsize,
     /// The speed the arm describes for its waist, rad/s.
     pub waist_speed: Mutex<f64>,
-    /// What the sensor was told to change, in order.
+    /// What the sensor was asked to change, in order.
     pub configured: Mutex<Vec<serde_json::Value>>,
     /// The sensor refuses every change.
     pub refuses_changes: AtomicBool,
@@ -205,7 +205,7 @@ impl World {
         self.light(&joints).0
     }
 
-    /// The drive was switched off and on: its counters begin anew, and the arm stands where it stood. Gives the arm in a world of its own.
+    /// The drive was switched off and on: its counters begin anew, and the arm is where it was. Gives the arm in a world of its own.
     pub fn switched_off_and_on(&self) -> Arc<Self> {
         let joints = *lock(&self.joints);
         let truth: Vec<f64> = (0..3).map(|index| joints[index] + self.zero_error[index]).collect();

@@ -87,7 +87,7 @@ fn given(devices: &mut HostedDevices, emulate: Option<&str>) -> Result<Value, St
 }
 
 #[test]
-fn a_plugin_that_asks_for_them_is_told_the_cells_folder_its_world_and_an_emulated_port() {
+fn a_plugin_that_asks_for_them_is_given_the_cells_folder_its_world_and_an_emulated_port() {
     let (place, mut devices, _) = devices_in_world();
     let folder = place.path().display().to_string();
     assert_eq!(
@@ -112,7 +112,7 @@ fn a_plugin_that_asks_for_them_is_told_the_cells_folder_its_world_and_an_emulate
 }
 
 #[test]
-fn a_host_is_told_its_limits_its_clock_and_the_hash_its_library_had() {
+fn a_host_is_given_its_limits_its_clock_and_the_hash_its_library_had() {
     let robots = "arm: {joints: {waist: deg, lift: mm}, initialize: [waist], limits_deg: {waist: [-20, 30]}, limits_mm: {lift: [5, 40]}}";
     let text = CELL.replace("arm: {joints: {waist: deg, lift: mm}}", robots);
     let world = Nowhere { ended: Arc::default(), is_new: false };
@@ -192,7 +192,7 @@ fn ended(code: Option<i32>, killed_because: Option<&str>) -> ExitReason {
 }
 
 #[test]
-fn only_a_device_that_serves_can_be_lost_and_is_told_once() {
+fn only_a_device_that_serves_can_be_lost_and_is_reported_once() {
     let (_place, mut devices) = devices_without_world();
     let note = |devices: &HostedDevices, device: &str| {
         locked(&devices.watch).note_end(device, &ended(Some(3), None));

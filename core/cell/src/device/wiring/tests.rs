@@ -43,7 +43,7 @@ fn a_cell_that_fits_its_plugins_is_in_order() {
 }
 
 #[test]
-fn a_plugin_that_is_not_there_is_told_with_those_that_are() {
+fn a_plugin_that_is_not_there_is_reported_with_those_that_are() {
     let said = said("plugin: test-sensor", "plugin: test-sensr");
     assert_eq!(said.len(), 1, "{said:?}");
     assert!(said[0].contains("test-sensr") && said[0].contains("test-sensor"), "{said:?}");
@@ -91,7 +91,7 @@ fn an_input_that_is_needed_has_to_be_wired_and_an_optional_one_has_not() {
 }
 
 #[test]
-fn a_setting_that_stands_for_an_input_needs_it_wired() {
+fn a_setting_that_means_an_input_needs_it_wired() {
     assert_said(
         "bit: 1}",
         "bit: 1, chip: /dev/gpiochip0}",
@@ -133,7 +133,7 @@ fn settings_are_held_against_the_plugins_schema() {
 }
 
 #[test]
-fn wired_inputs_are_told_with_the_stream_they_come_from() {
+fn wired_inputs_are_reported_with_the_stream_they_come_from() {
     let (place, catalogue) = plugins();
     let cell = cell_in(&place, CELL);
     let wired = wired_inputs(&cell, &cell.devices[1], &catalogue).unwrap();

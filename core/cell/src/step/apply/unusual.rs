@@ -5,11 +5,11 @@ use plumb_record::{NewCorrection, RecordError, StoredCorrection};
 use super::ApplyStep;
 use crate::engine::Engine;
 
-/// A shift larger than this share of what is plausible is told: an arm that struck something, or lost steps, is off like that; one that
+/// A shift larger than this share of what is plausible is reported: an arm that struck something, or lost steps, is off like that; one that
 /// was switched on in its place is not.
 const LARGE_SHARE: f64 = 0.5;
 
-/// A value further than so many standard deviations from those found before is told. Of sound findings that are normally distributed one
+/// A value further than so many standard deviations from those found before is reported. Of sound findings that are normally distributed one
 /// in two million is.
 const FAR: f64 = 5.0;
 
@@ -103,17 +103,17 @@ mod tests {
     }
 
     #[test]
-    fn a_shift_of_most_of_what_is_plausible_is_told() {
+    fn a_shift_of_most_of_what_is_plausible_is_reported() {
         assert_eq!(large(&correction(0.0, 10.0), 20.0), None);
-        let warning = large(&correction(0.0, -17.084), 20.0).expect("told");
+        let warning = large(&correction(0.0, -17.084), 20.0).expect("a warning");
         assert!(warning.contains("shifts by -17.084 deg, most of the 20 deg"), "{warning}");
     }
 
     #[test]
-    fn a_value_far_from_those_before_is_told_and_one_among_them_is_not() {
+    fn a_value_far_from_those_before_is_reported_and_one_among_them_is_not() {
         let before = earlier(&[1.70, 1.72, 1.69, 1.71]);
         assert_eq!(far_from(&correction(1.7, 1.74), &before), None);
-        let warning = far_from(&correction(1.7, 2.1), &before).expect("told");
+        let warning = far_from(&correction(1.7, 2.1), &before).expect("a warning");
         assert!(warning.contains("4 earlier runs found 1.705 deg"), "{warning}");
         assert_eq!(far_from(&correction(1.7, 2.1), &before[..2]), None, "two values are no history");
     }
@@ -133,7 +133,7 @@ mod tests {
         assert_eq!(far_from(&undetermined(7.0), &before), None, "five deviations away");
         assert_eq!(far_from(&undetermined(-3.0), &before), None);
         for new in [7.01, -3.01] {
-            let warning = far_from(&undetermined(new), &before).expect("told");
+            let warning = far_from(&undetermined(new), &before).expect("a warning");
             assert!(
                 warning.contains("3 earlier runs found 2.000 deg with a scatter of 1.000 deg"),
                 "{warning}"

@@ -26,7 +26,7 @@ const SHOW: Duration = Duration::from_millis(500);
 /// The longest time of listening, s: a day.
 const LONGEST_S: f64 = 86_400.0;
 
-/// What the step was told, in numbers.
+/// What the step was given, in numbers.
 struct Wanted<'s> {
     /// How long it listens, or waits at most.
     within: Duration,
@@ -66,7 +66,7 @@ impl Engine {
                 step.stream_name()
             )));
         };
-        // What was sent before is drained when the stream is opened; what is under way then is told by its date.
+        // What was sent before is drained when the stream is opened; what is under way then is recognised by its date.
         let not_before_ns = link.began_ns().unwrap_or_default().max(self.rest_ns);
         let mut values = match wanted.until {
             Some(until) => self.values(at.scope, &[until.text()])?,

@@ -11,7 +11,7 @@ use crate::stream_fields::{joint_unit, line_name, name_with_unit};
 /// The bit of `levels` that is the highest line.
 const HIGHEST_LINE: u32 = u64::BITS - 1;
 
-/// The numbers of a message. What is no number is null. `arm` is the robot whose joints it tells of: they are what its drive says plus the zeros in
+/// The numbers of a message. What is no number is null. `arm` is the robot whose joints it reports: they are what its drive says plus the zeros in
 /// force, as everywhere in a procedure.
 ///
 /// # Errors

@@ -1,7 +1,7 @@
 //! The operator brings the arm somewhere: with its pendant, or joint by joint from here.
 //!
 //! A jog moves the arm at once or not at all. At most one step is in flight; whatever comes meanwhile is dropped, an answer with words. So the arm
-//! stands still at most one step after the key is let go.
+//! is at rest at most one step after the key is let go.
 
 use plumb_plugin::{JointVector, Reading};
 use serde_json::{Value, json};
@@ -42,7 +42,7 @@ struct Jogging<'a> {
     /// The prompt on the screens; none once it is answered or withdrawn.
     open: Option<Prompt>,
     pendant: Pendant,
-    /// Where the robot stood when it was asked.
+    /// Where the robot was when it was asked.
     before: JointVector,
     /// The operator was warned that the arm seems to pass a keep-out plane, and went on.
     may_pass_planes: bool,
@@ -59,7 +59,7 @@ fn level_reading(simulated: Option<&SimulatedAct>) -> Option<Act> {
     Some(Act { name: "read_level".to_owned(), numbers: Vec::new(), words })
 }
 
-/// The reading of a ruler that stands beside the arm where it is driven anywhere else.
+/// The reading of a ruler that is beside the arm where it is driven anywhere else.
 fn ruler_reading() -> Act {
     Act { name: RULER.to_owned(), numbers: Vec::new(), words: Vec::new() }
 }
@@ -69,14 +69,14 @@ const RULER: &str = "read_ruler";
 
 /// What came of a jog.
 enum Jogged {
-    /// The arm moved, or the operator was told why it did not.
+    /// The arm moved, or the operator was shown why it did not.
     Over,
     /// By the zeros now believed it would pass a plane: nothing moved.
     Trespass(Trespass),
 }
 
 impl Engine {
-    /// Waits until the operator says that the arm stands where it should.
+    /// Waits until the operator says that the arm is where it should.
     pub(crate) fn jog_to(
         &mut self,
         declared: &PromptQuestion,
@@ -230,7 +230,7 @@ impl Engine {
         done.map(drop)
     }
 
-    /// Shows whether the sensor has fired where the arm stands now. One that cannot be read is not asked again: the step that needs it will say why.
+    /// Shows whether the sensor has fired where the arm is now. One that cannot be read is not asked again: the step that needs it will say why.
     fn look_while_jogging(&mut self, jogging: &mut Jogging<'_>) -> Result<(), StepError> {
         let Some(sensor) = jogging.sensor.clone() else { return Ok(()) };
         let looked = self
@@ -246,13 +246,13 @@ impl Engine {
         Ok(())
     }
 
-    /// Shows what the instrument of a simulated cell shows where the arm stands now. No world, no simulated instrument.
+    /// Shows what the instrument of a simulated cell shows where the arm is now. No world, no simulated instrument.
     fn read_while_jogging(&mut self, jogging: &mut Jogging<'_>) {
         let Some(act) = &jogging.instrument else { return };
         let is_ruler = act.name == RULER;
         let value = match self.links.simulate(act) {
             Ok(Some(value)) => Some(value),
-            // A level refuses to be read where its bubble stands at an end. A ruler can be read anywhere, or not at all.
+            // A level refuses to be read where its bubble is at an end. A ruler can be read anywhere, or not at all.
             Err(_) if !is_ruler => None,
             Ok(None) | Err(_) => return jogging.instrument = None,
         };
@@ -287,7 +287,7 @@ impl Engine {
             Some(trespass) => Ok(Jogged::Trespass(trespass)),
             None => {
                 self.move_arm(robot, &here, &target, JOG_SPEED, jogging.at)?;
-                // Where it stands now is known to the record even if this program is killed before the prompt is answered.
+                // Where it is now is known to the record even if this program is killed before the prompt is answered.
                 self.note_poses()?;
                 Ok(Jogged::Over)
             }

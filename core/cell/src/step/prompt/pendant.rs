@@ -59,7 +59,7 @@ impl Engine {
         Ok(())
     }
 
-    /// Takes the robot back from its pendant, so that it may be moved from here, and shows where it stands.
+    /// Takes the robot back from its pendant, so that it may be moved from here, and shows where it is.
     pub(crate) fn take_back(&mut self, robot: &str, pendant: &mut Pendant) -> Result<(), StepError> {
         match pendant {
             Pendant::None | Pendant::OnRequest { handed_over: false } => {
@@ -76,7 +76,7 @@ impl Engine {
         Ok(())
     }
 
-    /// Lets the pendant have its part while nothing else is asked for, and shows where the robot stands.
+    /// Lets the pendant have its part while nothing else is asked for, and shows where the robot is.
     pub(crate) fn look_on(
         &mut self,
         robot: &str,

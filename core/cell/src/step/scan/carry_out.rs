@@ -81,7 +81,7 @@ impl Engine {
         self.fetch_stripe(step, at, made)
     }
 
-    /// Fits, saves and tells what a scan has made.
+    /// Fits, saves and reports what a scan has made.
     fn describe_scan(
         &mut self,
         step: &ScanStep,
@@ -158,7 +158,7 @@ impl Engine {
         self.move_arm(&step.robot, &here, &target, step.speed, at)
     }
 
-    /// Where the drive stands, and what it has to be told to bring the aim to a share of the way.
+    /// Where the drive is, and what it has to be commanded to bring the aim to a share of the way.
     pub(crate) fn stripe_target(
         &mut self,
         step: &ScanStep,
@@ -179,7 +179,7 @@ impl Engine {
         Ok((here, target))
     }
 
-    /// Takes a picture where the arm stands. It may go on as soon as the camera has it; a sensor that has no camera to be asked is waited for.
+    /// Takes a picture where the arm is. It may go on as soon as the camera has it; a sensor that has no camera to be asked is waited for.
     fn expose(&mut self, step: &ScanStep, stripe: usize, joints: &JointVector) -> Result<Exposed, StepError> {
         self.look_for_interrupt()?;
         let rest_ns = picture_not_before(self.rest_ns);
@@ -215,7 +215,7 @@ impl Engine {
         Ok(())
     }
 
-    /// What the sensor has told since it was last asked.
+    /// What the sensor has reported since it was last asked.
     pub(crate) fn stripes_of(&mut self, step: &ScanStep) -> Result<Vec<Stripe>, StepError> {
         let taken = self.sensor(&step.sensor)?.link.stripes();
         taken.map_err(|error| self.device_error(error))

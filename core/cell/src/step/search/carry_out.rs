@@ -55,7 +55,7 @@ impl Engine {
         self.search_done(&search, at, &fine, &fast)
     }
 
-    /// Where the search begins: where the arm stands, or where an interrupted attempt began.
+    /// Where the search begins: where the arm is, or where an interrupted attempt began.
     fn begin_search(&mut self, step: &SearchStep, at: &StepContext) -> Result<JointVector, StepError> {
         let here = self.read_pose(&step.robot)?.joints;
         let earlier = at.intent.as_ref().and_then(|intent| joint_vector(intent.get("start")?));
@@ -133,7 +133,7 @@ impl Engine {
         Ok(reading)
     }
 
-    /// Makes sure the sensor is not yet as wanted. Exactly at a threshold it may say so without meaning it: a small piece of the way tells.
+    /// Makes sure the sensor is not yet as wanted. Exactly at a threshold it may say so without meaning it: a small piece of the way shows it.
     fn clear_start(
         &mut self,
         search: &Search<'_>,
@@ -313,7 +313,7 @@ impl Engine {
             here = self.step_to(search, at, &here, before, step.fast.speed)?;
         }
         let resolution = self.arm(&step.robot)?.resolution(search.joint);
-        // The middle of a half-step is no place to stand at, and which way a driver rounds it is its own affair: the far end is where the sensor
+        // The middle of a half-step is no place to be at, and which way a driver rounds it is its own affair: the far end is where the sensor
         // was seen to have changed.
         let half_width = search.joint.value(&edge.joints_half_width)?;
         let seen = trigger + search.direction * half_width.min(resolution / 2.0);
