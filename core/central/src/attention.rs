@@ -1,4 +1,4 @@
-//! What of a fleet somebody may have to be told of, beside what its page shows.
+//! What of a fleet somebody may have to be informed of, beside what its page shows.
 
 use sqlx::postgres::PgRow;
 use sqlx::{FromRow, Row as _};

@@ -19,7 +19,7 @@ const MIGRATIONS: [&str; 4] = [
 /// The version this program knows.
 pub(crate) const KNOWN: i32 = MIGRATIONS.len() as i32;
 
-/// How long the server may take to answer a connection: long enough for a slow line, short enough to be told the same minute.
+/// How long the server may take to answer a connection: long enough for a slow line, short enough to be reported the same minute.
 const CONNECT_WITHIN: Duration = Duration::from_secs(10);
 
 /// What the server does with a connection whose other end has gone without a word, as when the network is cut: it lets go of it within a quarter of a
@@ -46,7 +46,7 @@ pub struct Central {
 
 impl Central {
     /// Connects to `address`, `postgres://USER:PASSWORD@HOST:PORT/DATABASE`, and makes or updates the tables. A password may
-    /// stand in `PGPASSWORD` or `~/.pgpass` instead. To another machine the connection is protected by TLS.
+    /// are in `PGPASSWORD` or `~/.pgpass` instead. To another machine the connection is protected by TLS.
     ///
     /// # Errors
     /// [`CentralError::Address`], [`CentralError::Unprotected`], [`CentralError::TooNew`]; or the server does not answer.
@@ -182,14 +182,14 @@ mod tests {
     }
 
     #[test]
-    fn what_nobody_checks_of_another_machine_is_told() {
+    fn what_nobody_checks_of_another_machine_is_reported() {
         let unchecked = |address: &str| Central::unchecked(address).expect("an address");
         for (mode, expected) in [
             ("", "whether it is the right server"),
             ("?sslmode=require", "whether it is the right server"),
             ("?sslmode=verify-ca", "whether its certificate is of that name"),
         ] {
-            let text = unchecked(&format!("postgres://u@lab.example/plumb{mode}")).expect("told");
+            let text = unchecked(&format!("postgres://u@lab.example/plumb{mode}")).expect("a warning");
             assert!(text.contains(expected) && text.contains("lab.example"), "{mode}: {text}");
         }
         assert_eq!(unchecked("postgres://u@lab.example/plumb?sslmode=verify-full"), None);

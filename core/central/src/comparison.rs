@@ -112,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn a_machine_that_is_off_is_told_in_spreads_within_machines() {
+    fn a_machine_that_is_off_is_reported_in_spreads_within_machines() {
         let cells = [cell("a", &[1.0, 1.2, 0.8]), cell("b", &[1.1, 0.9, 1.0]), cell("c", &[3.0, 3.2, 2.8])];
         let found = compare(&cells);
         // By hand: squares 0.08, 0.02, 0.08 over six degrees of freedom.

@@ -8,7 +8,7 @@ use crate::error::During as _;
 use crate::sql::{from_row, utc};
 use crate::{Central, CentralError};
 
-/// A cell as its record last told. Times are UTC, RFC 3339.
+/// A cell as its record last reported. Times are UTC, RFC 3339.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CellState {
     /// Identity of its record.

@@ -8,7 +8,7 @@ use serde_json::{Map, Value};
 pub(crate) struct EffectValue {
     /// Kind of effect: `joint_compliance`.
     pub effect: String,
-    /// Where it acts: joint, link or target, with whatever else tells it apart (`shoulder, 20`). Empty where it has no place.
+    /// Where it acts: joint, link or target, with whatever else distinguishes it (`shoulder, 20`). Empty where it has no place.
     pub place: String,
     /// Which of its numbers.
     pub parameter: String,
