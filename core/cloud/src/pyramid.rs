@@ -112,7 +112,7 @@ fn from_turn(raised: &[Point3<f64>], turn: f64) -> Option<PyramidFit> {
     last.filter(apart)
 }
 
-/// A plane with its normal upward; one that stands upright belongs to no pyramid.
+/// A plane with its normal upward; one that is upright belongs to no pyramid.
 fn outward((normal, offset): (Vector3<f64>, f64)) -> Option<(Vector3<f64>, f64)> {
     (normal.z.abs() > 0.1).then(|| if normal.z < 0.0 { (-normal, -offset) } else { (normal, offset) })
 }

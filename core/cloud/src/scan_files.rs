@@ -85,7 +85,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn how_fast_the_joints_went_stands_in_the_table_of_a_scan_in_motion_alone() {
+    fn how_fast_the_joints_went_is_in_the_table_of_a_scan_in_motion_alone() {
         let mut cloud =
             Cloud { poses: vec![vec![0.5; 2]], approaches: vec![vec![1, -1]], ..Cloud::default() };
         cloud.speeds = vec![vec![0.0; 2]];
