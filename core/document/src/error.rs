@@ -117,7 +117,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sizes_are_told_in_the_unit_people_use_and_never_below_what_they_are() {
+    fn sizes_are_reported_in_the_unit_people_use_and_never_below_what_they_are() {
         assert_eq!(size(17), "17 bytes");
         assert_eq!(size(1 << 20), "1 MiB");
         assert_eq!(size((1 << 20) + 1), "1.1 MiB");

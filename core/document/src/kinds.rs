@@ -175,7 +175,7 @@ mod tests {
     }
 
     #[test]
-    fn each_kind_is_told_by_its_key_also_beside_those_of_others() {
+    fn each_kind_is_recognised_by_its_key_also_beside_those_of_others() {
         for (text, right) in [
             ("world: w\narm: {}\n", DocumentKind::World),
             ("cell: c\nworld: {file: w}\nanswers: a\n", DocumentKind::Cell),

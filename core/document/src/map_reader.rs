@@ -48,7 +48,7 @@ impl<'n> MapReader<'n> {
         found
     }
 
-    /// The entries of a map under a key that may be left out; None when what is there cannot be read, or stands under a misspelled key, so
+    /// The entries of a map under a key that may be left out; None when what is there cannot be read, or is under a misspelled key, so
     /// that nothing is known of it.
     pub fn known_entries(&mut self, key: &'static str) -> Option<&'n [(Key, Node)]> {
         match self.optional(key) {

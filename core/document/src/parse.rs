@@ -17,7 +17,7 @@ const LONGEST_KEY: usize = 200;
 const MOST_DEPTH: usize = 40;
 /// Keys given twice in one file that are reported.
 const MOST_DUPLICATES: usize = 50;
-/// Stands in the text in place of a key that was given twice: no key that a person types begins with it.
+/// Is in the text in place of a key that was given twice: no key that a person types begins with it.
 const MASK: char = '\u{e000}';
 
 /// Reads a YAML text into a tree. Keys given twice are put among `problems` and reading goes on; text that is no YAML, or beyond the
@@ -142,7 +142,7 @@ fn written(span: Span, lines: &[&str]) -> Option<Box<str>> {
     let line = lines.get(span.line.checked_sub(1)?)?;
     let typed: String = line.chars().skip(span.column.checked_sub(1)?).take(span.length).collect();
     let typed = typed.trim();
-    // An alias stands for a value that was typed elsewhere.
+    // An alias refers to a value that was typed elsewhere.
     (!typed.is_empty() && !typed.starts_with(['*', '&', '!'])).then(|| typed.into())
 }
 

@@ -147,7 +147,7 @@ impl FileProblems {
     }
 }
 
-/// Longer messages quote something that is no name; what they say of it stands at their end.
+/// Longer messages quote something that is no name; what they say of it is at their end.
 const SHOWN_MESSAGE: usize = 600;
 
 /// A message of a length people read: its beginning and its end.

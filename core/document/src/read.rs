@@ -40,7 +40,7 @@ impl Read for LimitedReader {
         if into.is_empty() {
             return Ok(0);
         }
-        // One byte past the limit is asked for, to tell a file that ends there from one that does not.
+        // One byte past the limit is asked for, to distinguish a file that ends there from one that does not.
         let most = usize::try_from(self.left.saturating_add(1)).unwrap_or(usize::MAX).min(into.len());
         let read = self.file.read(into.get_mut(..most).unwrap_or_default())?;
         let Some(left) = self.left.checked_sub(read as u64) else {
@@ -61,7 +61,7 @@ pub fn open(path: &Path, kind: FileKind) -> Result<LimitedReader, ReadError> {
     regular(&known)?;
     let flags = OFlag::O_NONBLOCK | OFlag::O_NOCTTY | OFlag::O_CLOEXEC;
     let file = OpenOptions::new().read(true).custom_flags(flags.bits()).open(path)?;
-    // And again, since another may stand there by now.
+    // And again, since another may be there by now.
     let known = file.metadata()?;
     regular(&known)?;
     let system = fstatfs(&file).map_err(io::Error::from)?.filesystem_type();
@@ -223,7 +223,7 @@ mod tests {
     }
 
     #[test]
-    fn a_byte_order_mark_is_left_out_and_bytes_that_are_no_text_are_told_with_their_line() {
+    fn a_byte_order_mark_is_left_out_and_bytes_that_are_no_text_are_reported_with_their_line() {
         assert_eq!(text_of("\u{feff}a".into()).expect("text"), "a");
         assert_eq!(
             text_of(b"a\nb\xff".to_vec()).expect_err("no text").to_string(),

@@ -25,7 +25,7 @@ use reading::{Reading, Refusal, SPANNED};
 pub use schema::schema_of;
 pub use schema_words::with_words;
 
-/// Readings of one tree; each after the first stands for one mistake, and nobody mends more at once.
+/// Readings of one tree; each after the first counts as one mistake, and nobody mends more at once.
 const MOST_READINGS: usize = 200;
 
 /// Reads a tree into a type, in which keys that it does not know are mistakes; see [`typed_with`].

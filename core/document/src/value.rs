@@ -2,7 +2,7 @@
 
 use crate::{Key, Node, NodeValue, Problems};
 
-/// Units that stand at the end of a key.
+/// Units that are at the end of a key.
 pub(crate) const UNITS: &[&str] = &[
     "mm", "m", "in", "deg", "rad", "s", "ms", "min", "h", "kg", "g", "n", "hz", "c", "percent", "micron",
     "um",

@@ -407,7 +407,7 @@ impl<'de> SeqAccess<'de> for Items<'_> {
     }
 }
 
-/// The keys of a map; of a struct, those it does not know are reported and left out, and those an earlier reading missed are stood in for.
+/// The keys of a map; of a struct, those it does not know are reported and left out, and those an earlier reading missed are replaced.
 pub(super) struct Entries<'a> {
     map: Reader<'a>,
     entries: Iter<'a, (Key, Node)>,

@@ -30,7 +30,7 @@ pub(super) struct Reading {
     pub(super) missing: RefCell<Vec<(Span, &'static str)>>,
     /// Values that their type refuses.
     pub(super) broken: RefCell<Vec<Span>>,
-    /// How many values were refused or stood in for, those of earlier readings again among them.
+    /// How many values were refused or replaced, those of earlier readings again among them.
     pub(super) refused: Cell<usize>,
 }
 

@@ -150,7 +150,7 @@ fn every_value_of_the_wrong_kind_is_reported_and_the_rest_is_read() {
 #[test]
 fn what_a_type_refuses_in_its_own_words_is_shown_where_it_is_and_reading_goes_on() {
     let (arm, problems) = read(&format!("{GOOD}word: a1\nsolid: maybe\n"));
-    assert!(arm.is_some(), "an empty option stands in");
+    assert!(arm.is_some(), "an empty option is its stand-in");
     assert_eq!(
         problems,
         [
@@ -209,11 +209,7 @@ fn the_schema_of_a_type_knows_its_keys_its_variants_and_what_may_be_left_out() {
     // An enum's words, and its variants that hold something.
     let optics = of("/properties/optics").to_string();
     assert!(optics.contains("\"enum\":[\"none\"]") && optics.contains("\"maxProperties\":1"), "{optics}");
-    let message =
-        with_words(schema, "An arm", &[("joints.deg", "Where it stands."), ("joints.dge", "Nowhere.")]);
+    let message = with_words(schema, "An arm", &[("joints.deg", "Where it is."), ("joints.dge", "Nowhere.")]);
     assert_eq!(message["title"], "An arm");
-    assert_eq!(
-        message["properties"]["joints"]["items"]["properties"]["deg"]["description"],
-        "Where it stands."
-    );
+    assert_eq!(message["properties"]["joints"]["items"]["properties"]["deg"]["description"], "Where it is.");
 }

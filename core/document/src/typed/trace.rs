@@ -40,7 +40,7 @@ pub(super) struct Trace {
     pub(super) words: RefCell<BTreeMap<String, &'static str>>,
 }
 
-/// Stands for a value at one place: gives every type what it asks for, and remembers it.
+/// Represents a value at one place: gives every type what it asks for, and remembers it.
 #[derive(Clone)]
 pub(super) struct Tracer<'a> {
     pub(super) trace: &'a Trace,
