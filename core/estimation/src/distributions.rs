@@ -1,7 +1,7 @@
 //! Tails and quantiles of the normal, chi squared and F distributions.
 //!
 //! The numbers come from `cdflib`, a port of Brown, Lovato & Russell's CDFLIB (algorithms 708 and 654 of the ACM's
-//! Transactions on Mathematical Software, by DiDonato & Morris). Here stands what the lab needs beyond it: an answer for
+//! Transactions on Mathematical Software, by DiDonato & Morris). Here is what the lab needs beyond it: an answer for
 //! arguments that no distribution has. Such an argument is no evidence, so that its tail is 1.
 
 use cdflib::traits::{Continuous, ContinuousCdf};

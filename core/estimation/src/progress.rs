@@ -17,7 +17,7 @@ struct Shared {
     doing: Mutex<String>,
 }
 
-/// The computation was told to end.
+/// The computation was asked to end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("cancelled")]
 pub struct Cancelled;
@@ -28,12 +28,12 @@ impl Progress {
         Self::default()
     }
 
-    /// Tells the computation to end at its next step.
+    /// Asks the computation to end at its next step.
     pub fn cancel(&self) {
         self.shared.cancelled.store(true, Ordering::Relaxed);
     }
 
-    /// Whether it was told to end.
+    /// Whether it was asked to end.
     pub fn is_cancelled(&self) -> bool {
         self.shared.cancelled.load(Ordering::Relaxed)
     }
@@ -41,7 +41,7 @@ impl Progress {
     /// Notes how far the computation is (0 to 1) and what it does.
     ///
     /// # Errors
-    /// It was told to end.
+    /// It was asked to end.
     pub fn report(&self, fraction: f64, doing: &str) -> Result<(), Cancelled> {
         self.shared.permille.store((fraction.clamp(0.0, 1.0) * 1000.0) as u32, Ordering::Relaxed);
         let mut text = self.shared.doing.lock().unwrap_or_else(PoisonError::into_inner);
@@ -51,10 +51,10 @@ impl Progress {
         self.check()
     }
 
-    /// Goes on unless told to end.
+    /// Goes on unless asked to end.
     ///
     /// # Errors
-    /// It was told to end.
+    /// It was asked to end.
     pub fn check(&self) -> Result<(), Cancelled> {
         if self.is_cancelled() { Err(Cancelled) } else { Ok(()) }
     }

@@ -5,7 +5,7 @@
 pub struct Random(u64);
 
 impl Random {
-    /// A generator that will always tell the same story.
+    /// A generator that will always give the same sequence.
     pub fn seeded(seed: u64) -> Self {
         Self(seed ^ 0x9e37_79b9_7f4a_7c15)
     }
@@ -55,7 +55,7 @@ mod tests {
     }
 
     #[test]
-    fn the_same_seed_tells_the_same_and_another_something_else() {
+    fn the_same_seed_gives_the_same_and_another_something_else() {
         let [first, again, other] = [5, 5, 6].map(|seed| Random::seeded(seed).bits());
         assert_eq!(first, again);
         assert_ne!(first, other);

@@ -199,7 +199,7 @@ mod tests {
         // Each left-out column makes room for the next, so that the kept ones need not be the first.
         assert!((6..12).contains(&large.rank()), "rank {}", large.rank());
         assert!(large.independent.starts_with(&[0, 1, 2, 3, 4]), "{:?}", large.independent);
-        // What is left out is told by the others: the equations hold all the same.
+        // What is left out is determined by the others: the equations hold all the same.
         let right = hilbert(12) * DVector::from_element(12, 1.0);
         let solution = large.solve(&right);
         assert!((hilbert(12) * &solution - &right).norm() < 1e-4 * right.norm());
