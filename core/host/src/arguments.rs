@@ -1,4 +1,4 @@
-//! What a host is told when it is started.
+//! What a host is given when it is started.
 
 use std::path::PathBuf;
 
@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::time_limits::WATCHDOG_GRACE;
 
-/// What a host is told when it is started: one line of JSON on its first descriptor.
+/// What a host is given when it is started: one line of JSON on its first descriptor.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct HostArguments {

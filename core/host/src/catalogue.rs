@@ -365,7 +365,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_everybody_may_change_is_told() {
+    fn what_everybody_may_change_is_reported() {
         let place = tempfile::tempdir().unwrap();
         let file = place.path().join("libarm.so");
         fs::write(&file, "").unwrap();
@@ -402,7 +402,7 @@ mod tests {
     }
 
     #[test]
-    fn a_plugin_that_cannot_be_used_is_told_by_the_name_of_its_manifest_or_its_folder() {
+    fn a_plugin_that_cannot_be_used_is_reported_by_the_name_of_its_manifest_or_its_folder() {
         let place = tempfile::tempdir().unwrap();
         plugin_in(&place.path().join("some"), false);
         let broken = place.path().join("leg");

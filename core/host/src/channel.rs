@@ -3,7 +3,7 @@
 use plumb_plugin::{Description, LogLevel, Manifest};
 use serde::{Deserialize, Serialize};
 
-/// What the orchestrator tells a host after its arguments. The end of the connection means that the orchestrator is gone.
+/// What the orchestrator sends a host after its arguments. The end of the connection means that the orchestrator is gone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum ToHost {
@@ -13,13 +13,13 @@ pub(crate) enum ToHost {
     Finish,
 }
 
-/// What a host tells the orchestrator.
+/// What a host reports to the orchestrator.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum FromHost {
     /// The host runs: said again and again while it has nothing else to say.
     Alive,
-    /// The device stands ready, inactive.
+    /// The device is ready, inactive.
     Ready {
         /// The manifest that was found.
         manifest: Box<Manifest>,

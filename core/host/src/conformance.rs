@@ -52,7 +52,7 @@ pub fn check_sensor(bus: &Bus, arguments: &HostArguments, command: impl Fn() -> 
     report
 }
 
-/// Checks a plugin of any language from its manifest to its last check. A robot is moved only when it `may_move`. `told` hears of each check as it
+/// Checks a plugin of any language from its manifest to its last check. A robot is moved only when it `may_move`. `on_outcome` hears of each check as it
 /// is done.
 pub fn check_plugin(
     bus: &Bus,

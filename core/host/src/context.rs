@@ -153,7 +153,7 @@ impl Context {
         locked(&self.failure).take()
     }
 
-    /// Why the time (ns) of something the device tells is none of the cell's clock.
+    /// Why the time (ns) of something the device reports is none of the cell's clock.
     ///
     /// # Errors
     /// A sentence that names both clocks.

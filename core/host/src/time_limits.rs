@@ -1,11 +1,11 @@
-//! Every time limit of a host and of what is asked of it, in one place. The table in `core/README.md` tells users the same numbers.
+//! Every time limit of a host and of what is asked of it, in one place. The table in `core/README.md` gives users the same numbers.
 
 use std::time::Duration;
 
 /// A host's start: the process, its library, its streams, and `create` of its plugin.
 pub(crate) const READY_WITHIN: Duration = Duration::from_secs(15);
 
-/// How often orchestrator and host tell each other that they run.
+/// How often orchestrator and host signal each other that they run.
 pub(crate) const BEAT: Duration = Duration::from_millis(250);
 
 /// How long a host may be silent before it is taken as frozen and killed. A machine with ten times more work than processors delays a thread by

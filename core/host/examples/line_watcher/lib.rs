@@ -1,4 +1,4 @@
-//! A sensor that tells when a line of another device changed: the smallest plugin that takes another device's stream in.
+//! A sensor that reports when a line of another device changed: the smallest plugin that takes another device's stream in.
 
 use plumb_plugin::{
     DigitalInputs, Host, PluginError, ProximityEdge, Reading, Sensor, SensorDescription, Value,

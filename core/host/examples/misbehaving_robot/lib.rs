@@ -18,7 +18,7 @@ const STEP: Duration = Duration::from_millis(2);
 /// The fastest a joint goes: rad/s, mm/s.
 const MAX_SPEED: f64 = 1.0;
 
-/// The line is high while the waist stands above this: rad.
+/// The line is high while the waist is above this: rad.
 const THRESHOLD: f64 = 0.5;
 
 struct MisbehavingRobot {

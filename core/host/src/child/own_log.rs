@@ -47,7 +47,7 @@ impl Subscriber for OwnLog {
         let mut text = Text(format!("{}: ", metadata.target()));
         event.record(&mut text);
         let level = match *metadata.level() {
-            // What a library below warns of is for authors; an operator is told what plumb makes of it.
+            // What a library below warns of is for authors; an operator is shown what plumb makes of it.
             _ if !is_ours(metadata.target()) => LogLevel::Debug,
             Level::ERROR => LogLevel::Error,
             Level::WARN => LogLevel::Warn,

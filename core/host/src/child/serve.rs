@@ -147,7 +147,7 @@ impl Host {
         Ok(Self { service, server, inputs, stopped, context, ending })
     }
 
-    /// Serves until told to end; the exit code.
+    /// Serves until asked to end; the exit code.
     fn run(mut self) -> u8 {
         loop {
             if let Err(error) = self.serve_once() {
@@ -221,7 +221,7 @@ impl Host {
     }
 }
 
-/// What `create` is told: the device's configuration. The bridge is told beside it whose driver to run.
+/// What `create` is given: the device's configuration. The bridge is given beside it whose driver to run.
 fn creation_config(plugin: &Plugin, config: &Value) -> Value {
     if plugin.manifest.driver.is_empty() {
         return config.clone();

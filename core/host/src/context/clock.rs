@@ -86,7 +86,7 @@ mod tests {
     }
 
     #[test]
-    fn both_clocks_and_how_far_they_are_apart_are_told() {
+    fn both_clocks_and_how_far_they_are_apart_are_reported() {
         let message = mismatch("camera", "`frames`", SECOND, RUNS, 90_001 * SECOND).unwrap();
         assert!(
             message.starts_with("the clock of camera is 90000.0 s behind the clock of the cell"),

@@ -107,7 +107,7 @@ fn a_message_of_another_clock_is_refused_and_the_next_call_fails_with_the_first_
     }
     let why = bench.context.take_misdated().unwrap();
     assert!(why.contains("is 5.0 s ahead of the clock of the cell"), "{why}");
-    assert_eq!(bench.context.take_misdated(), None, "it is told once");
+    assert_eq!(bench.context.take_misdated(), None, "it is reported once");
     assert_eq!(bench.context.last_emitted::<JointState>("joints"), None);
     assert_eq!(bench.context.check_time("its state", bench.context.clock.now_ns()), Ok(()));
     assert!(bench.context.check_time("its state", 1).unwrap_err().contains("its state"));

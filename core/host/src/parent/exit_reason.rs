@@ -94,7 +94,7 @@ mod tests {
     }
 
     #[test]
-    fn every_end_is_told_in_words() {
+    fn every_end_is_reported_in_words() {
         let said = |code: u8| ended(Some(code.into()), None, &[]).to_string();
         assert_eq!(said(0), "ended in good order");
         assert_eq!(said(exit_code::WATCHDOG), "ended itself: its plugin hung in a call");
@@ -112,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn the_last_it_wrote_is_told_unless_it_ended_well_and_refused_memory_above_all() {
+    fn the_last_it_wrote_is_reported_unless_it_ended_well_and_refused_memory_above_all() {
         assert_eq!(ended(Some(0), None, &["bye"]).to_string(), "ended in good order");
         assert_eq!(
             ended(Some(9), None, &["a", "oops"]).to_string(),

@@ -38,7 +38,7 @@ impl HostCommand {
     /// This program again, with the argument `host`.
     ///
     /// # Errors
-    /// When the system does not tell where this program lies.
+    /// When the system does not say where this program lies.
     pub fn this_program() -> io::Result<Self> {
         Ok(Self::new(std::env::current_exe()?, ["host"]))
     }
@@ -142,7 +142,7 @@ impl HostProcess {
         let lines = connection.try_clone().map_err(failed)?;
         let (lines_shared, minds_silence) = (shared.clone(), !arguments.under_debugger);
         let reader = thread::spawn(move || read_lines(lines, &lines_shared, &started, minds_silence));
-        // A host that has ended already does not read this: its end tells more than the broken pipe.
+        // A host that has ended already does not read this: its end says more than the broken pipe.
         let _ = send_line(&mut connection, arguments);
         let connection = Arc::new(Mutex::new(connection));
         let (beats_shared, beats_connection) = (shared.clone(), Arc::clone(&connection));

@@ -130,13 +130,13 @@ fn messages_a_sensor_was_too_slow_for_are_an_error_of_its_next_reading() {
             }
         }
     });
-    // Told once; what comes after is seen.
+    // Reported once; what comes after is seen.
     robot.read_joints().unwrap();
     until("a reading", || sensor.read(0, LONG).ok());
 }
 
 #[test]
-fn a_refusal_is_told_in_the_plugins_words() {
+fn a_refusal_is_reported_in_the_plugins_words() {
     let place = Place::new();
     let host = place.robot_with("refuse", "activate");
     let error = host.robot().unwrap().activate().unwrap_err();

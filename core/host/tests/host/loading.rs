@@ -88,7 +88,7 @@ fn a_library_older_than_its_manifest_is_refused() {
 }
 
 #[test]
-fn a_library_of_another_minor_contract_than_its_manifest_is_told_of_the_contract() {
+fn a_library_of_another_minor_contract_than_its_manifest_is_refused_with_the_contract() {
     let place = Place::new();
     let plugin = changed(&place, "libmisbehaving_robot.so", |text| text.replace("[1, 0]", "[1, 9]"));
     let message = verify(&plugin).unwrap_err().to_string();
@@ -115,7 +115,7 @@ fn a_panic_in_create_is_one_line() {
 }
 
 #[test]
-fn a_refused_configuration_is_told_in_the_plugins_words() {
+fn a_refused_configuration_is_reported_in_the_plugins_words() {
     let place = Place::new();
     let config = serde_json::json!({"fault": "refuse", "in": "create"});
     let message = place.refusal(&place.arguments("arm", "misbehaving_robot", config));

@@ -35,7 +35,7 @@ impl Place {
         self.bus.as_ref().unwrap()
     }
 
-    /// What a host of an example's plugin is told.
+    /// What a host of an example's plugin is given.
     pub(crate) fn arguments(&self, device: &str, example: &str, config: Value) -> HostArguments {
         HostArguments { config, ..HostArguments::new(device, &self.domain, &plugin(example)) }
     }
