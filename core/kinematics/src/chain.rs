@@ -149,7 +149,7 @@ impl Chain {
         self.joints.is_empty()
     }
 
-    /// Where a joint stands in the chain, by name.
+    /// Where a joint is in the chain, by name.
     pub fn position_of(&self, name: &str) -> Option<usize> {
         self.joints.iter().position(|joint| joint.name == name)
     }

@@ -87,7 +87,7 @@ impl Weights<'_> {
     }
 
     /// Where the link after a joint begins and ends, base frame, mm: from the joint's axis to the next, or to the flange. Where the two axes are parallel,
-    /// where along them a row's origin stands says nothing of the metal: the link then runs straight across, at the height of its own mass, or, without one,
+    /// where along them a row's origin is says nothing of the metal: the link then runs straight across, at the height of its own mass, or, without one,
     /// where its row arrives.
     pub fn link(&self, posture: &Posture, joint: usize) -> Option<(Vector3<f64>, Vector3<f64>)> {
         let here = posture.joints.get(joint)?;

@@ -23,7 +23,7 @@ const THERE: f64 = 1e-6;
 /// Steps at most.
 const MOST_STEPS: usize = 200;
 
-/// The joints nearest to `start` for which `flange_of` gives `wanted`, by damped least squares. Whatever model stands behind `flange_of` is
+/// The joints nearest to `start` for which `flange_of` gives `wanted`, by damped least squares. Whatever model is behind `flange_of` is
 /// undone as it is: a fitted one as well as the one on paper. Limits are the caller's.
 ///
 /// # Errors

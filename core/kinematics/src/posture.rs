@@ -1,4 +1,4 @@
-//! Where every joint's axis and every link's end stand for given coordinates, and how the tip moves with each error.
+//! Where every joint's axis and every link's end are for given coordinates, and how the tip moves with each error.
 
 use nalgebra::{IsometryMatrix3, Matrix3, Rotation3, Translation3, Vector3};
 

@@ -36,7 +36,7 @@ fn apart(left: f64, right: f64) -> f64 {
 
 proptest! {
     #[test]
-    fn the_puma_comes_back_to_the_joints_it_stood_at(q in prop::array::uniform6(-3.1..3.1f64)) {
+    fn the_puma_comes_back_to_the_joints_it_was_at(q in prop::array::uniform6(-3.1..3.1f64)) {
         let flange = Posture::of(&puma(), &q, &[]).flange;
         let joints = ARM.inverse(&flange, ARM.configuration(&q), q[3]).unwrap();
         // Where the arm is stretched or the wrist straight, two solutions meet and the angles are only as good as the root of the rounding.
@@ -130,7 +130,7 @@ fn over_the_first_axis_both_arms_say_so() {
 }
 
 #[test]
-fn agins_two_poses_are_told_apart_as_left_and_right() {
+fn agins_two_poses_are_distinguished_as_left_and_right() {
     // Section 3.3 of the paper: the same hand attitude and wrist height by two postures of the arm.
     let first = [90.0, 0.0, -180.0, 90.0, 0.0, 45.0_f64].map(f64::to_radians);
     let second = [-51.656, -180.0, 0.0, -51.656, 0.0, 45.0_f64].map(f64::to_radians);

@@ -276,7 +276,7 @@ fn scara(drawn: [f64; 3]) -> (Chain, f64, Vec<Mass>) {
 }
 
 #[test]
-fn how_a_link_bends_does_not_depend_on_where_along_parallel_axes_the_rows_stand() {
+fn how_a_link_bends_does_not_depend_on_where_along_parallel_axes_the_rows_are() {
     let bent = |drawn: [f64; 3], place: Vector3<f64>| {
         let (chain, base, masses) = scara(drawn);
         let weights = Weights { masses: &masses, payload: 0.0, down: -Vector3::z() };

@@ -123,7 +123,7 @@ fn missing_limits_say_what_to_write() {
 }
 
 #[test]
-fn millimetres_and_degrees_are_told() {
+fn millimetres_and_degrees_are_reported() {
     let said = refused(r#"xyz="0.425 0 0.02""#, r#"xyz="425 0 20""#);
     assert!(said.contains("joint `bend`") && said.contains("looks like millimetres"), "{said}");
     let said = refused(r#"rpy="0.2 -0.4 0.7""#, r#"rpy="0 90 0""#);
@@ -133,7 +133,7 @@ fn millimetres_and_degrees_are_told() {
 }
 
 #[test]
-fn what_is_no_number_no_axis_and_no_arm_is_told() {
+fn what_is_no_number_no_axis_and_no_arm_is_reported() {
     let said = refused(r#"xyz="0.425 0 0.02""#, r#"xyz="0,425 0 0,02""#);
     assert!(said.contains("joint `bend`") && said.contains("three numbers between blanks"), "{said}");
     let said = refused(r#"<axis xyz="0 0 1"/>"#, r#"<axis xyz="0 0 0"/>"#);

@@ -15,7 +15,7 @@ pub enum NoSolution {
         /// By how much the arm is too short, or too long, mm.
         away_mm: f64,
     },
-    /// The place is on, or too near to, the axis of the first joint: it cannot be told which way the joint is to turn.
+    /// The place is on, or too near to, the axis of the first joint: it cannot be determined which way the joint is to turn.
     #[error(
         "{radius_mm:.3} mm from the first joint's axis, where its angle is not determined: go round the axis at some distance"
     )]

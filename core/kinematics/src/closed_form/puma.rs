@@ -99,7 +99,7 @@ impl PumaGeometry {
         if in_plane < 0.0 {
             return Err(NoSolution::OnFirstAxis { radius_mm: outward });
         }
-        // The left arm stands left of the plane it reaches in: its wrist is ahead. The right one's is behind, the waist turned half round.
+        // The left arm is left of the plane it reaches in: its wrist is ahead. The right one's is behind, the waist turned half round.
         let ahead = match configuration.shoulder {
             Shoulder::Lefty => in_plane.sqrt(),
             Shoulder::Righty => -in_plane.sqrt(),
@@ -140,7 +140,7 @@ impl PumaGeometry {
         Ok((down.atan2(ahead) - aside.atan2(along), elbow))
     }
 
-    /// In which configuration joints (rad) stand.
+    /// In which configuration joints (rad) are.
     pub fn configuration(&self, joints: &[f64; 6]) -> PumaConfiguration {
         let [_, shoulder, elbow, _, bend, _] = *joints;
         let lower = shoulder + elbow;

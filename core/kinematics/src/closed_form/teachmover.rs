@@ -17,7 +17,7 @@ pub struct TeachMoverGeometry {
     pub hand: f64,
 }
 
-/// Where its point is to be, and how the hand is to stand.
+/// Where its point is to be, and how the hand is to be.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TeachMoverPose {
     /// The point, base frame, mm.
@@ -42,7 +42,7 @@ pub enum Side {
 pub struct TeachMoverConfiguration {
     /// To which side it reaches.
     pub side: Side,
-    /// The elbow stands above the line from shoulder to wrist, seen with the arm reaching to the right.
+    /// The elbow is above the line from shoulder to wrist, seen with the arm reaching to the right.
     pub elbow_above: bool,
 }
 

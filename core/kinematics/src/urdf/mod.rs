@@ -18,9 +18,9 @@ use crate::gravity::Mass;
 pub struct UrdfArm {
     /// The robot's name.
     pub name: String,
-    /// The link the arm stands on, and the one at its end.
+    /// The link the arm is on, and the one at its end.
     pub ends: (String, String),
-    /// Distal rows, one a moving joint; at coordinates zero the arm stands as the file has it at zero.
+    /// Distal rows, one a moving joint; at coordinates zero the arm is as the file has it at zero.
     pub chain: Chain,
     /// Pose of the first row's base in the root link's frame, mm.
     pub root_from_base: IsometryMatrix3<f64>,

@@ -36,7 +36,7 @@ pub(super) struct UrdfJoint {
     pub(super) axis: Vector3<f64>,
     pub(super) limits: Option<(f64, f64)>,
     pub(super) mimics: Option<String>,
-    /// What is wrong with it: told only if the joint is part of the arm.
+    /// What is wrong with it: reported only if the joint is part of the arm.
     pub(super) fault: Option<UrdfError>,
 }
 
@@ -136,7 +136,7 @@ fn joint(node: &Node<'_, '_>, links: &[UrdfLink]) -> Result<UrdfJoint, UrdfError
     Ok(read)
 }
 
-/// How a joint moves, and where it stands.
+/// How a joint moves, and where it is.
 fn motion(node: &Node<'_, '_>, element: &str, joint: &mut UrdfJoint) -> Result<(), UrdfError> {
     let child_of = |tag: &str| node.children().find(|child| child.has_tag_name(tag));
     joint.does = match node.attribute("type") {

@@ -1,6 +1,6 @@
 //! The closed-form recursion of Yang & Siegel's shoulder and elbow initialization (1987, section 4).
 //!
-//! A hand with a proximity sensor is lowered by the shoulder until it stands at a known height over the table, then
+//! A hand with a proximity sensor is lowered by the shoulder until it is at a known height over the table, then
 //! drawn inward by the elbow until the sensor crosses the line B at a known distance from the waist. The elbow is then
 //! turned back by a fixed angle and the cycle repeated. Angles are absolute, from the horizontal: moving the shoulder
 //! leaves the forearm's attitude as it was.
@@ -30,7 +30,7 @@ pub struct Initialization {
     pub back_rotation: f64,
 }
 
-/// Where the arm stands at the end of one cycle.
+/// Where the arm is at the end of one cycle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cycle {
     /// Upper arm's angle `A`, rad.

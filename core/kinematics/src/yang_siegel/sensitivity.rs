@@ -1,6 +1,6 @@
 //! What the paper's sections 4 and 6 say the method is sensitive to, apart from the recursion itself.
 
-/// How far the waist's zero spreads (rad) when the target stands `offset` mm off the waist's axis and the hand starts between
+/// How far the waist's zero spreads (rad) when the target is `offset` mm off the waist's axis and the hand starts between
 /// `near` and `far` mm from it: `acos(e / R2) - acos(e / R1)` (figure 5).
 ///
 /// `None` where the offset is larger than a distance.
