@@ -1,7 +1,7 @@
 //! The one clock of a cell, as its hosts and a simulated world share it.
 //!
 //! Everything in a cell is dated by one clock. Usually that is `CLOCK_MONOTONIC`. A simulated world that runs faster than the wall has a time of its own;
-//! it keeps that time in a small file, from which the hosts of the cell's devices read what [`Host::now_ns`](crate::Host::now_ns) tells. So a driver of
+//! it keeps that time in a small file, from which the hosts of the cell's devices read what [`Host::now_ns`](crate::Host::now_ns) says. So a driver of
 //! a real controller, an emulated controller behind it and a simulated sensor agree, whatever the pace.
 
 use std::fs::File;
@@ -9,7 +9,7 @@ use std::io;
 use std::os::unix::fs::FileExt as _;
 use std::path::Path;
 
-/// How the cell's clock stands to `CLOCK_MONOTONIC`.
+/// The relation of the cell's clock to `CLOCK_MONOTONIC`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CellTime {
     /// It runs with `CLOCK_MONOTONIC`, ahead of it by so many ns.
@@ -17,7 +17,7 @@ pub enum CellTime {
         /// ns; below 0 where it is behind.
         ahead_ns: i64,
     },
-    /// It stands there until something in the world moves.
+    /// It is there until something in the world moves.
     Stopped {
         /// ns.
         at_ns: u64,
@@ -46,7 +46,7 @@ impl CellTime {
 
 /// First word of a file whose clock runs, `plumbrun`.
 const RUNS: u64 = u64::from_le_bytes(*b"plumbrun");
-/// First word of a file whose clock stands, `plumbat:`.
+/// First word of a file whose clock is stopped, `plumbat:`.
 const STOPPED: u64 = u64::from_le_bytes(*b"plumbat:");
 
 /// Two words and a third one by which a reader notices a text that is being written.
@@ -72,7 +72,7 @@ impl ClockWriter {
         Ok(writer)
     }
 
-    /// Says how the clock stands from now on.
+    /// Says the state of the clock from now on.
     ///
     /// # Errors
     /// What the system says.
@@ -103,7 +103,7 @@ impl ClockReader {
         Ok(reader)
     }
 
-    /// How the clock stands now.
+    /// The state of the clock now.
     ///
     /// # Errors
     /// What the system says, or that the file is none of a clock.
@@ -134,7 +134,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_clock_that_runs_and_one_that_stands_are_read_as_they_were_written() {
+    fn a_clock_that_runs_and_one_that_is_stopped_are_read_as_they_were_written() {
         let place = tempfile::tempdir().unwrap();
         let path = place.path().join("clock");
         let writer = ClockWriter::create(&path, CellTime::MONOTONIC).unwrap();

@@ -39,7 +39,7 @@ pub struct JointDescription {
     pub resolution: f64,
     /// The fastest it may go, per second.
     pub max_speed: f64,
-    /// Where it stands after the robot's own start-up.
+    /// Where it is after the robot's own start-up.
     pub home: f64,
 }
 
@@ -80,7 +80,7 @@ pub struct LineDescription {
 pub struct RobotCapabilities {
     /// Whether a move under way can be ended early. Without it a stop waits for the end of the move, and the pendant is the only stop.
     pub interruptible: bool,
-    /// How long the robot takes from a stop to standing still, at most: ms.
+    /// How long the robot takes from a stop to rest, at most: ms.
     pub stop_time_ms: u32,
     /// Whether an operator can jog it from a pendant through [`Robot::jog`](crate::Robot::jog).
     #[serde(default)]

@@ -14,7 +14,7 @@ pub enum PluginError {
     /// The device cannot do this at all.
     #[error("{0}")]
     Unsupported(String),
-    /// A stop ended it. The robot stands.
+    /// A stop ended it. The robot is at rest.
     #[error("{0}")]
     Stopped(String),
     /// The device is not in a state that allows it.

@@ -29,7 +29,7 @@ pub struct Host {
     interface: Arc<dyn HostInterface>,
 }
 
-/// What stands behind a [`Host`]: the C contract in a loaded plugin, a [`recording::RecordingHost`](crate::recording::RecordingHost) in a
+/// What is behind a [`Host`]: the C contract in a loaded plugin, a [`recording::RecordingHost`](crate::recording::RecordingHost) in a
 /// plugin's own tests.
 pub trait HostInterface: Send + Sync {
     /// See [`Host::log`].
@@ -63,7 +63,7 @@ pub trait HostInterface: Send + Sync {
 }
 
 impl Host {
-    /// A handle on what stands behind it.
+    /// A handle on what is behind it.
     pub fn new(interface: Arc<dyn HostInterface>) -> Self {
         Self { interface }
     }
@@ -74,7 +74,7 @@ impl Host {
     }
 
     /// The time of the cell's clock, ns, with which everything in the cell is dated. It is `CLOCK_MONOTONIC`, except in a cell with a simulated world that
-    /// runs faster than the wall: there it is that world's time, which stands still while nothing moves. So it dates, but does not measure how long a
+    /// runs faster than the wall: there it is that world's time, which is stopped while nothing moves. So it dates, but does not measure how long a
     /// call takes: for that use [`Instant`].
     pub fn now_ns(&self) -> u64 {
         self.interface.now_ns()
@@ -160,7 +160,7 @@ impl Host {
         self.interface.receive(input, message)
     }
 
-    /// Tells how far a long call has come: a fraction from 0 to 1, and what it does now.
+    /// Reports how far a long call has come: a fraction from 0 to 1, and what it does now.
     pub fn progress(&self, fraction: f64, text: &str) {
         self.interface.progress(fraction, text);
     }

@@ -60,7 +60,7 @@ pub struct Manifest {
     /// How far a robot's joints go, so that a place beyond is found before anything is started. Left out, that is known only from its description.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub joints: Option<Vec<ManifestJoint>>,
-    /// How fast a robot is, for the time of a run that is only planned. Left out, a slow arm is reckoned with.
+    /// How fast a robot is, for the time of a run that is only planned. Left out, a slow arm is assumed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub typical: Option<TypicalPace>,
     /// A JSON Schema of what a cell file may give under `config:`; null when it takes none.
@@ -284,7 +284,7 @@ impl Manifest {
         }
     }
 
-    /// Either a library or a driver. One that was given and could not be read has been told of.
+    /// Either a library or a driver. One that was given and could not be read has been reported.
     fn check_code(&self, root: &Node, problems: &Problems) {
         let (library, driver) = (root.get("library"), root.get("driver"));
         if library.is_none() && driver.is_none() {
@@ -345,7 +345,7 @@ impl Manifest {
         }
         let TypicalPace { deg_per_s, mm_per_s, command_s } = typical;
         for (key, number) in [("deg_per_s", deg_per_s), ("mm_per_s", mm_per_s), ("command_s", command_s)] {
-            // What is no number at all has been reported already, and stands as one that is not a number.
+            // What is no number at all has been reported already, and counts as one that is not a number.
             let wrong = number.filter(|number| *number <= 0.0 || number.is_infinite());
             if let Some(number) = wrong {
                 let place = root.span_at(&["typical", key]);
@@ -493,7 +493,7 @@ config:
     }
 
     #[test]
-    fn mistakes_are_told_once_and_in_words_of_the_file() {
+    fn mistakes_are_reported_once_and_in_words_of_the_file() {
         for (text, expected) in [
             (GOOD.replace("version: 0.1.0", "version: 0.1.0\nid: again"), "the key `id` "),
             (format!("{GOOD}---\nid: second\n"), "a second document begins here"),
@@ -524,7 +524,7 @@ config:
     }
 
     #[test]
-    fn every_mistake_is_told_at_once() {
+    fn every_mistake_is_reported_at_once() {
         let text = GOOD.replace("id: ir", "id: IR").replace("kind: sensor", "kind: sensro");
         let text = text.replace("name: edges", "name: health").replace("version: 0.1.0\n", "");
         let message = Manifest::parse(&text, "plugin.yaml").unwrap_err().to_string();

@@ -25,7 +25,7 @@ pub struct Reading {
 pub(crate) const PICTURE_QUANTITIES: [&str; 3] = ["mean", "brightest", "waiting"];
 
 impl Reading {
-    /// What a camera tells of a picture: its mean and its brightest grey value, and how many pictures wait behind it.
+    /// What a camera reports of a picture: its mean and its brightest grey value, and how many pictures wait behind it.
     pub fn of_picture(time_ns: u64, pixels: &[u8], waiting: u64) -> Self {
         let sum: u64 = pixels.iter().map(|pixel| u64::from(*pixel)).sum();
         let mean = sum as f64 / pixels.len().max(1) as f64;

@@ -56,7 +56,7 @@ pub trait Robot: Sized + Send {
     /// Brings the robot to rest, now. Called after a move was interrupted, and when none was under way.
     ///
     /// # Errors
-    /// When the device does not confirm that it stands.
+    /// When the device does not confirm that it is at rest.
     fn stop(&mut self) -> Result<(), PluginError>;
 
     /// The levels of the input lines now.
@@ -75,7 +75,7 @@ pub trait Robot: Sized + Send {
         Err(PluginError::unsupported("set output lines"))
     }
 
-    /// Hands the robot to its teach pendant (`on`) or takes it back, and tells where it is. Called again and again while the operator drives.
+    /// Hands the robot to its teach pendant (`on`) or takes it back, and reports where it is. Called again and again while the operator drives.
     ///
     /// # Errors
     /// [`PluginError::Unsupported`] without a pendant.
@@ -83,10 +83,10 @@ pub trait Robot: Sized + Send {
         Err(PluginError::unsupported("be jogged from a pendant"))
     }
 
-    /// Declares that the joints stand at `joints` now, so that the controller counts from there. Nothing moves.
+    /// Declares that the joints are at `joints` now, so that the controller counts from there. Nothing moves.
     ///
     /// # Errors
-    /// [`PluginError::Unsupported`] where the controller cannot be told.
+    /// [`PluginError::Unsupported`] where the controller cannot be informed.
     fn set_zero(&mut self, _joints: &JointVector) -> Result<(), PluginError> {
         Err(PluginError::unsupported("set its zero"))
     }

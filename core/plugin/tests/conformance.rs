@@ -76,7 +76,7 @@ struct TestRobot {
     reads: u64,
     /// Moves that ended because of a stop.
     stopped: u32,
-    /// How often it was told to stop, in all robots of a report.
+    /// How often it was commanded to stop, in all robots of a report.
     stops: Arc<AtomicU32>,
 }
 
@@ -561,7 +561,7 @@ fn each_flaw_of_a_gauge_fails_the_check_that_names_it() {
             if check.is_empty() { failed.is_empty() } else { failed.contains(&check) },
             "{flaw:?}:\n{report}"
         );
-        assert!(report.to_string().contains(words), "{flaw:?} is not told with '{words}':\n{report}");
+        assert!(report.to_string().contains(words), "{flaw:?} is not reported with '{words}':\n{report}");
     }
 }
 

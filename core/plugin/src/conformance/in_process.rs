@@ -128,7 +128,7 @@ fn caught_in_create<T>(create: impl FnOnce() -> Result<T, PluginError>) -> Resul
 
 /// What a device may emit, and what it emitted beside that.
 struct Streams {
-    /// None without a manifest to hold it against, of which another check tells.
+    /// None without a manifest to hold it against, of which another check says.
     declared: Option<Vec<StreamDescription>>,
     wrong: Option<String>,
 }

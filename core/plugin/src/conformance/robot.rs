@@ -70,7 +70,7 @@ pub struct Interruption {
     pub after: Option<Duration>,
 }
 
-/// A check of a robot: a statement, and the function that tells whether it holds.
+/// A check of a robot: a statement, and the function that says whether it holds.
 pub type RobotCheck = (&'static str, fn(&mut dyn RobotBench) -> Result<CheckOutcome, PluginError>);
 
 /// What every robot must do.
@@ -118,7 +118,7 @@ pub fn run_robot_check(check: RobotCheck, bench: &mut dyn RobotBench) -> (CheckO
     }
 }
 
-/// What stands in the report for the checks after one that left a robot that could not be stopped.
+/// What is in the report for the checks after one that left a robot that could not be stopped.
 pub fn not_run() -> CheckOutcome {
     CheckOutcome::Skipped("not run: the robot could not be stopped".to_owned())
 }

@@ -46,7 +46,7 @@ pub trait SensorBench {
     fn lose_messages(&mut self) -> bool;
 }
 
-/// A check of a sensor: a statement, and the function that tells whether it holds.
+/// A check of a sensor: a statement, and the function that says whether it holds.
 pub type SensorCheck = (&'static str, fn(&mut dyn SensorBench) -> Result<CheckOutcome, PluginError>);
 
 /// What every sensor must do.

@@ -108,7 +108,7 @@ pub(super) fn check_config_schema(node: &Node, problems: &Problems) {
     }
 }
 
-/// Whether a key is the rest of a text that was cut at a comma because it stands in braces without quotes: YAML takes it for a key without a value.
+/// Whether a key is the rest of a text that was cut at a comma because it is in braces without quotes: YAML takes it for a key without a value.
 fn is_cut_at_a_comma(key: &Key, value: &Node, problems: &Problems) -> bool {
     let is_cut = value.value == NodeValue::Null && key.name.contains(char::is_whitespace);
     if is_cut {

@@ -34,7 +34,7 @@ impl ManifestJoint {
     }
 }
 
-/// Checks listed joints, each with where it stands. What could not be read is empty or no number, and not looked at.
+/// Checks listed joints, each with where it is. What could not be read is empty or no number, and not looked at.
 pub(super) fn check_joints(joints: &[ManifestJoint], nodes: &[Node], problems: &Problems) {
     for (place, (joint, node)) in joints.iter().zip(nodes).enumerate() {
         let name = &joint.name;

@@ -4,7 +4,7 @@ use bytemuck::{Pod, Zeroable};
 
 use super::{Message, MessageError};
 
-/// What stands before the pixels of a camera's picture. A message of `frame/1` is this, then `width * height` bytes of grey, a row after the
+/// What is before the pixels of a camera's picture. A message of `frame/1` is this, then `width * height` bytes of grey, a row after the
 /// other from the top, then zeros up to a multiple of 8.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]

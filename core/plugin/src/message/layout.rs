@@ -9,7 +9,7 @@ use super::{
 };
 use crate::description::{FieldDescription, NumberType, StreamDescription};
 
-/// What stands in a field.
+/// What is in a field.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FieldType {
     /// A whole number of 4 bytes.
@@ -64,7 +64,7 @@ pub struct Field {
     pub name: String,
     /// Where it begins, bytes from the beginning of the message.
     pub offset: usize,
-    /// What stands in it.
+    /// What is in it.
     pub of: FieldType,
     /// The unit of a number; empty for one without, and for joints, each of which has its own.
     pub unit: String,

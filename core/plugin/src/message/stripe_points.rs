@@ -4,7 +4,7 @@ use bytemuck::{Pod, Zeroable};
 
 use super::{JointVector, Message, MessageError};
 
-/// What stands before the points of a light stripe. A message of `stripe-points/2` is this, then `count` times [`StripePoint`].
+/// What is before the points of a light stripe. A message of `stripe-points/2` is this, then `count` times [`StripePoint`].
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct StripeHeader {
