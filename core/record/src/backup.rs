@@ -27,7 +27,7 @@ impl Record {
             Backup::new(&self.connection, &mut copy)?.run_to_completion(PAGES, Duration::from_millis(5), None)
         });
         copied.map_err(|cause| {
-            // What stands there is no copy.
+            // What is there is no copy.
             let _removed = std::fs::remove_file(to);
             RecordError::Backup { path: to.to_owned(), cause }
         })

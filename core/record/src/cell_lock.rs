@@ -118,7 +118,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_cell_is_run_by_one_program_at_a_time_and_others_are_told_which() {
+    fn a_cell_is_run_by_one_program_at_a_time_and_others_learn_which() {
         let directory = tempfile::tempdir().expect("a directory");
         let held = CellLock::take(directory.path(), "teachmover").expect("free");
         let error = CellLock::take(directory.path(), "teachmover").expect_err("held").to_string();

@@ -23,7 +23,7 @@ pub enum Interruption {
     AbortAsked,
     /// Someone asked to finish it early.
     FinishAsked,
-    /// Someone left it as it stood, to be resumed later.
+    /// Someone left it as it was, to be resumed later.
     Left,
     /// A device's process was lost.
     DeviceLost,

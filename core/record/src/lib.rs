@@ -1,7 +1,7 @@
 //! What happened: runs, steps, answers, trigger poses, corrections and model revisions.
 //!
 //! One SQLite file, `plumb.sqlite3`, in a directory of its own. Every write is with the system before it returns (write-ahead log), so that
-//! a program killed at any moment loses nothing it was told; answers, corrections and the end of a run are on the disk as well. Nothing is overwritten that was found by a
+//! a program killed at any moment loses nothing it was given; answers, corrections and the end of a run are on the disk as well. Nothing is overwritten that was found by a
 //! run: a correction that is put in force, or taken back, is a new revision.
 //!
 //! ```

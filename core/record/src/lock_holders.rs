@@ -1,4 +1,4 @@
-//! Who has a file open, as the system tells it.
+//! Who has a file open, as the system reports it.
 
 use std::fs;
 use std::path::Path;

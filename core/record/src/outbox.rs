@@ -52,7 +52,7 @@ impl OutboxRow {
 }
 
 impl Record {
-    /// What tells this record from every other one: 32 hexadecimal digits, drawn when it was made.
+    /// What distinguishes this record from every other one: 32 hexadecimal digits, drawn when it was made.
     ///
     /// # Errors
     /// When the record cannot be read.
@@ -127,7 +127,7 @@ impl Record {
     }
 
     /// Takes rows off the outbox that were sent, number `sent` the last, and are older than so many days; how many. The last that was
-    /// sent stays, by which a copied record is told. The rows themselves stay in their tables.
+    /// sent stays, by which a copied record is recognised. The rows themselves stay in their tables.
     ///
     /// # Errors
     /// When the record cannot be written.
@@ -272,7 +272,7 @@ mod tests {
     }
 
     #[test]
-    fn a_digest_tells_rows_apart_by_everything_they_say() {
+    fn a_digest_distinguishes_rows_by_everything_they_say() {
         let row = OutboxRow {
             sequence: 4,
             kind: "runs".into(),

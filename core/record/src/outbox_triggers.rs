@@ -14,8 +14,8 @@ pub(crate) fn sent_tables(connection: &Connection) -> rusqlite::Result<Vec<Strin
     Ok(names.into_iter().filter(|name| !NOT_SENT.contains(&name.as_str())).collect())
 }
 
-/// The JSON object of a row of `table`, as SQL; `row` stands for it. Bytes are left out: JSON has none, and the files that the
-/// record keeps as bytes are told apart by the hash beside them.
+/// The JSON object of a row of `table`, as SQL; `row` names it. Bytes are left out: JSON has none, and the files that the
+/// record keeps as bytes are distinguished by the hash beside them.
 fn row_as_json(connection: &Connection, table: &str, row: &str) -> rusqlite::Result<String> {
     let mut statement = connection.prepare("SELECT name, type FROM pragma_table_info(?1)")?;
     let columns: Vec<(String, String)> =

@@ -140,7 +140,7 @@ impl Record {
     /// Moves an entry that waits.
     ///
     /// # Errors
-    /// [`RecordError::NotWaiting`] for it or for the one it is to stand beside; or the record cannot be written.
+    /// [`RecordError::NotWaiting`] for it or for the one it is to be beside; or the record cannot be written.
     pub fn move_in_queue(&mut self, id: i64, to: QueuePlace) -> Result<(), RecordError> {
         self.queue_entry(id)?;
         self.on_the_disk(|record| {

@@ -51,7 +51,7 @@ impl Record {
         let began = Instant::now();
         loop {
             match Self::open_once(directory, &path, longest_wait) {
-                // Some locks are told at once, however long one is willing to wait.
+                // Some locks are reported at once, however long one is willing to wait.
                 Err(error) if error.is_locked() && began.elapsed() < longest_wait => {
                     std::thread::sleep(BETWEEN_TRIES);
                 }
@@ -165,7 +165,7 @@ mod tests {
         const WITH_THE_SYSTEM: i64 = 1;
         const ON_THE_DISK: i64 = 2;
         let synchronous = |record: &Record| -> i64 {
-            record.connection.pragma_query_value(None, "synchronous", |row| row.get(0)).expect("told")
+            record.connection.pragma_query_value(None, "synchronous", |row| row.get(0)).expect("answered")
         };
         let directory = tempfile::tempdir().expect("a directory");
         let mut record = Record::open(directory.path()).expect("a new record");
@@ -176,11 +176,11 @@ mod tests {
     }
 
     #[test]
-    fn a_record_that_another_program_keeps_locked_is_waited_for_and_then_told_with_who_holds_it() {
+    fn a_record_that_another_program_keeps_locked_is_waited_for_and_then_reported_with_who_holds_it() {
         let directory = tempfile::tempdir().expect("a directory");
         drop(Record::open(directory.path()).expect("a new record"));
         let other = Connection::open(directory.path().join("plumb.sqlite3")).expect("opened");
-        other.pragma_update(None, "locking_mode", "EXCLUSIVE").expect("told");
+        other.pragma_update(None, "locking_mode", "EXCLUSIVE").expect("answered");
         other
             .execute_batch(
                 "BEGIN EXCLUSIVE; INSERT INTO revisions (cell, device, made, reason) VALUES ('', '', '', '')",

@@ -115,7 +115,7 @@ impl Record {
     }
 
     /// Brings back what was in force at an earlier revision, as a new revision. Corrections that first came into force after it go back
-    /// to the value they replaced. Revision 0 is what was before the first. What the controller keeps is left as it is, and told.
+    /// to the value they replaced. Revision 0 is what was before the first. What the controller keeps is left as it is, and reported.
     ///
     /// # Errors
     /// [`RecordError::NoSuchRevision`], [`RecordError::NothingToBringBack`], or when the record cannot be read or written.

@@ -18,7 +18,7 @@ pub struct PlannedRow {
     pub title: String,
     /// `move`, `search`, ...
     pub kind: String,
-    /// How many repetitions it stands in.
+    /// How many repetitions it is in.
     pub depth: u32,
     /// Estimated time, seconds.
     pub estimate_s: Option<f64>,

@@ -1,4 +1,4 @@
-//! Trigger poses: where the arm stood at the moment a sensor fired.
+//! Trigger poses: where the arm was at the moment a sensor fired.
 
 use rusqlite::params;
 use serde::Serialize;
@@ -33,7 +33,7 @@ pub struct Trigger<'a> {
     pub direction: i8,
     /// Which way each joint last went, by name: 1, -1, or 0 for one that has not moved.
     pub sides: &'a Value,
-    /// What the sensor stood over, as the robot's model file calls it, where the procedure says.
+    /// What the sensor was over, as the robot's model file calls it, where the procedure says.
     pub surface: Option<&'a str>,
     /// How high over it, mm.
     pub height_mm: Option<f64>,
@@ -66,7 +66,7 @@ pub struct StoredTrigger {
     pub direction: Option<i8>,
     /// Which way each joint last went, by name: 1, -1, or 0 for one that has not moved; null of runs of older programs.
     pub sides: Value,
-    /// What the sensor stood over, as the robot's model file calls it.
+    /// What the sensor was over, as the robot's model file calls it.
     pub surface: Option<String>,
     /// How high over it, mm.
     pub height_mm: Option<f64>,

@@ -169,7 +169,7 @@ fn of_what_was_found_for_a_joint_only_the_newest_is_in_force() {
 }
 
 #[test]
-fn a_step_that_was_skipped_is_told_with_its_run_unless_it_was_done_later() {
+fn a_step_that_was_skipped_is_reported_with_its_run_unless_it_was_done_later() {
     let (_directory, mut record, run) = record();
     for (step, outcomes) in [("lower", vec!["error", "skipped"]), ("find", vec!["skipped", "passed"])] {
         for outcome in outcomes {

@@ -181,7 +181,7 @@ fn a_record_of_an_older_program_is_brought_up_to_date_and_keeps_everything() {
     let directory = tempfile::tempdir().expect("a directory");
     let older = rusqlite::Connection::open(directory.path().join("plumb.sqlite3")).expect("a file");
     // A dump fills its tables in the order of their names, not of their references.
-    older.pragma_update(None, "foreign_keys", false).expect("told so");
+    older.pragma_update(None, "foreign_keys", false).expect("answered");
     older.execute_batch(OLDER).expect("the older record");
     older.pragma_update(None, "user_version", 1).expect("its version");
     drop(older);
