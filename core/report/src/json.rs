@@ -146,7 +146,7 @@ pub fn growth(growth: &Growth) -> Result<Value> {
     Ok(output)
 }
 
-/// Everything a report tells.
+/// Everything a report says.
 ///
 /// # Errors
 /// What serde_json reports.
@@ -193,7 +193,7 @@ mod tests {
     }
 
     #[test]
-    fn a_growth_tells_its_diagnosis_and_then_how_it_came_about() {
+    fn a_growth_reports_its_diagnosis_and_then_how_it_came_about() {
         let lab = two_links(40, DECLARED, 0.05, 22, |q| [0.0, 0.01 * q[1]]);
         let grown = lab.grow_with_map(&Progress::unwatched()).unwrap();
         let output = growth(&grown).unwrap();

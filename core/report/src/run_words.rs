@@ -2,7 +2,7 @@
 
 use plumb_record::{RunEnd, RunState, RunSummary};
 
-/// How a run stands, for people.
+/// The state of a run, for people.
 pub fn state_in_words(run: &RunSummary) -> &'static str {
     match run.state {
         RunState::Running => "not ended",
@@ -11,7 +11,7 @@ pub fn state_in_words(run: &RunSummary) -> &'static str {
     }
 }
 
-/// How a run stands, and how many of its steps were skipped.
+/// The state of a run, and how many of its steps were skipped.
 pub fn ended_in_words(run: &RunSummary) -> String {
     let state = state_in_words(run);
     match run.skipped.len() {

@@ -129,7 +129,7 @@ fn vertical_line(
     below: f64,
     Scale { greatest, unit }: Scale,
 ) -> std::fmt::Result {
-    // A noise beyond all errors stands at the end, not outside the picture.
+    // A noise beyond all errors is at the end, not outside the picture.
     let x = BARS.0 + BARS.1 * (error / greatest).min(1.0);
     let foot = below - 12.0;
     writeln!(
@@ -157,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_stands_at_its_share_of_the_greatest_error_and_never_outside() {
+    fn a_line_is_at_its_share_of_the_greatest_error_and_never_outside() {
         let at = |error: f64| {
             let mut out = String::new();
             vertical_line(

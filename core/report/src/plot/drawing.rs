@@ -12,7 +12,7 @@ pub(crate) fn escaped(text: &str) -> String {
 pub(crate) enum Links {
     /// To the row of the page's table, `#line-N`.
     Rows,
-    /// Nowhere: the picture stands alone.
+    /// Nowhere: the picture is alone.
     Nowhere,
 }
 

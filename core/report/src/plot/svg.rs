@@ -68,7 +68,7 @@ fn draw(
     writeln!(out, "</svg>")
 }
 
-/// The frame of a panel: where it stands and what its edges mean.
+/// The frame of a panel: where it is and what its edges mean.
 struct Frame {
     left: f64,
     top: f64,

@@ -67,7 +67,7 @@ fn lines(panel: &Panel, width: usize) -> Vec<String> {
         }
     }
     let mut all = vec![fitted(&panel.up_title, width)];
-    // The row of dots in which no error stands.
+    // The row of dots in which no error lies.
     let zero = if panel.up.0 < 0.0 { LINES / 2 } else { LINES - 1 };
     for line in 0..LINES {
         let label = match line {

@@ -68,7 +68,7 @@ fn the_corners_of_the_ranges_are_the_corners_of_the_frame() {
     assert_eq!(curve, format!("{left:.1},{bottom:.1} {right:.1},{top:.1}"));
     let middle = format!("{:.1})", top + 0.5 * height);
     let title = drawn.split("rotate(-90 ").nth(1).unwrap().split('"').next().unwrap();
-    assert!(title.ends_with(&middle), "the vertical axis's title stands at its middle: {title}");
+    assert!(title.ends_with(&middle), "the vertical axis's title is at its middle: {title}");
     let sides: Vec<f64> =
         drawn.split('"').nth(3).unwrap().split(' ').map(|side| side.parse().unwrap()).collect();
     assert!(sides[3] > bottom + 26.0, "the horizontal axis's title is within the picture: {sides:?}");
@@ -81,7 +81,7 @@ fn the_corners_of_the_ranges_are_the_corners_of_the_frame() {
 }
 
 #[test]
-fn panels_stand_side_by_side_under_their_heading() {
+fn panels_are_side_by_side_under_their_heading() {
     let drawn = grid(&[panel(), panel(), panel(), panel()], &["arm & table".to_owned()], Links::Nowhere);
     let frames: Vec<(f64, f64)> = elements(&drawn, "rect")
         .into_iter()
@@ -144,7 +144,7 @@ fn in_space_a_whisker_is_the_error_many_times_as_large_and_both_views_agree() {
 }
 
 #[test]
-fn all_points_of_a_view_stand_within_it() {
+fn all_points_of_a_view_are_within_it() {
     let comparison = compared();
     let shown: HashSet<u32> = comparison.rows.iter().map(|row| row.line).collect();
     let drawn = space(&comparison, &shown, Links::Nowhere).unwrap();
@@ -194,14 +194,14 @@ fn on_a_terminal_a_rising_row_of_errors_rises_from_left_to_right() {
     assert!(top > 0.0 && zero == 0.0 && bottom == -top, "{drawn}");
     assert!([2, 3, 4, 6, 7].iter().all(|line| label(*line).trim().is_empty()), "{drawn}");
     let two = Comparison { series: vec![comparison.series[0].clone(); 2], ..comparison };
-    // A panel has a title, eight lines of dots and an axis. Below 60 columns panels stand one under the other.
+    // A panel has a title, eight lines of dots and an axis. Below 60 columns panels are one under the other.
     let height = |width: usize| terminal(&two, width).lines().count();
     assert_eq!((height(59), height(60), height(120)), (20, 10, 10));
     assert!(terminal(&two, 120).lines().any(|line| line.chars().count() > 60), "two panels side by side");
 }
 
 #[test]
-fn a_long_title_beside_a_panel_stands_in_two_lines_and_one_over_it_is_cut() {
+fn a_long_title_beside_a_panel_takes_two_lines_and_one_over_it_is_cut() {
     let titled = |beside: &str, over: &str| {
         let panel = Panel { up_title: beside.to_owned(), title: over.to_owned(), ..panel() };
         grid(&[panel], &[], Links::Nowhere)

@@ -22,7 +22,7 @@ pub fn comparison_sentence(comparison: &Comparison) -> String {
     }
 }
 
-/// Why the data cannot tell an effect.
+/// Why the data cannot determine an effect.
 pub fn why_held_in_words(why: &WhyHeld) -> String {
     match why {
         WhyHeld::NoMasses => {

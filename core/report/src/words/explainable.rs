@@ -67,7 +67,7 @@ mod tests {
     }
 
     #[test]
-    fn the_sentence_tells_what_each_group_leaves_and_what_is_left_at_last() {
+    fn the_sentence_says_what_each_group_leaves_and_what_is_left_at_last() {
         let found = explainable(vec![
             group("pose", true, 0.40),
             group("last move", true, 0.35),

@@ -22,7 +22,7 @@ mod tests {
     use plumb_calibration::measurement::ReadingUnit;
 
     #[test]
-    fn a_formula_is_told_with_what_it_takes_away_and_what_does_as_well() {
+    fn a_formula_is_reported_with_what_it_takes_away_and_what_does_as_well() {
         let hypothesis = |or: &[&str]| Hypothesis {
             place: "elbow".to_owned(),
             formula: "q_rad: \"a * q2 * q3\"".to_owned(),

@@ -24,7 +24,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_jump_is_told_by_its_rows_its_line_and_its_time_where_it_is_logged() {
+    fn a_jump_is_reported_by_its_rows_its_line_and_its_time_where_it_is_logged() {
         let jump = |row: usize, at_s| Jump {
             between_rows: [row, row + 1],
             between_lines: [row as u32 + 1, row as u32 + 2],

@@ -36,7 +36,7 @@ fn way_in_words(way: OtherWay) -> String {
     }
 }
 
-/// Of poses that tell effects apart, `alike` the pairs that they do not.
+/// Of poses that distinguish effects, `alike` the pairs that they do not.
 fn of_rivals(poses: &NextPoses, named: bool, alike: &[(String, String)]) -> String {
     let (labels, count, separation) = (&poses.between, poses.new, poses.separation);
     let all = listed(labels, "and");
@@ -100,7 +100,7 @@ mod tests {
     }
 
     #[test]
-    fn the_sentence_says_which_pairs_the_poses_do_not_tell_apart() {
+    fn the_sentence_says_which_pairs_the_poses_do_not_distinguish() {
         let tied = poses(&["a", "b", "c"], rivals(false, &[("a", "c")]), None);
         assert_eq!(
             next_poses_sentence(&tied),

@@ -3,7 +3,7 @@
 use crate::phrase::listed;
 use plumb_diagnosis::{Objection, Rejection};
 
-/// Why a candidate is not the name, and which rival stands in its way.
+/// Why a candidate is not the name, and which rival is in its way.
 pub fn rejection_in_words(rejection: &Rejection) -> String {
     match rejection {
         Rejection::HeldGeometry(group) => {

@@ -20,7 +20,7 @@ pub fn rest_in_words(remaining: &Remaining) -> String {
     }
 }
 
-/// Hardware that stands in two positions.
+/// Hardware that is in two positions.
 fn two_positions(places: &[TwoPositions]) -> String {
     let each =
         places.iter().map(|one| format!("about {} {} apart at {}", figure(one.apart), one.unit, one.place));
@@ -154,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn what_stands_in_two_positions_is_told_with_its_distance_and_unit() {
+    fn what_is_in_two_positions_is_reported_with_its_distance_and_unit() {
         let one = |place: &str, apart: f64, unit| TwoPositions { place: place.to_owned(), apart, unit };
         let shape = Some(Rest::TwoPositions(vec![one("pan", 0.572_958, "deg"), one("lift", 0.25, "mm")]));
         let sentence = rest_in_words(&Remaining { shape, ..Remaining::default() });

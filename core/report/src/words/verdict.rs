@@ -227,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn a_name_is_told_with_its_size_and_a_jump_with_its_time() {
+    fn a_name_is_reported_with_its_size_and_a_jump_with_its_time() {
         let diagnosis = diagnosed(DECLARED, 22, |q| [0.0, 0.01 * q[1]]);
         let miss = format!("The error of {:.3} mm is joint_gain(elbow)", diagnosis.judged_mm);
         let sentence = diagnosis_sentence(&diagnosis);
@@ -246,7 +246,7 @@ mod tests {
     }
 
     #[test]
-    fn a_place_is_told_with_what_comes_nearest_and_why_it_is_not_the_name() {
+    fn a_place_is_reported_with_what_comes_nearest_and_why_it_is_not_the_name() {
         let diagnosis = diagnosed(DECLARED, 22, |q| [0.0, 0.01 * q[1]]);
         let located = |rejected: Rejection, family: &[&str]| {
             let mut diagnosis = diagnosis.clone();
