@@ -18,7 +18,7 @@ const PROTOCOL: u32 = 1;
 /// How often a call under way is looked at for a stop; the contract wants at least every 50 ms.
 const LOOK: Duration = Duration::from_millis(5);
 
-/// How long a driver has to end when it is told to, or after it has closed its output. Half of what a host has.
+/// How long a driver has to end when it is asked to, or after it has closed its output. Half of what a host has.
 const ENDING: Duration = Duration::from_secs(2);
 
 /// How long the last words of a driver that has ended may take to arrive.

@@ -16,7 +16,7 @@ use serde_json::json;
 
 use driver::Driver;
 
-/// What the host tells the bridge in place of a configuration.
+/// What the host sends the bridge in place of a configuration.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Order {

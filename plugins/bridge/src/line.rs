@@ -120,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_message_is_told() {
+    fn what_is_no_message_is_reported() {
         for (line, expected) in [
             ("hello", "expected"),
             ("[1]", "invalid type"),

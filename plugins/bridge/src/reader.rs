@@ -145,7 +145,7 @@ impl Reader {
     }
 }
 
-/// Passes on what a driver writes to its standard error, and keeps the last line: it tells why a driver ended.
+/// Passes on what a driver writes to its standard error, and keeps the last line: it says why a driver ended.
 pub(crate) fn pass_on(errors: ChildStderr, last_words: &Mutex<String>, host: &Host) {
     for line in BufReader::new(errors).split(b'\n') {
         let Ok(line) = line else { return };

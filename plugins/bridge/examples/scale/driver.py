@@ -1,5 +1,5 @@
-"""A scale that tells its weight fifty times a second, as many balances do on their serial line: 100 g and 102 g in turn, settled from the 20th on. It weighs in
-memory: replace `tell` by what reads yours."""
+"""A scale that reports its weight fifty times a second, as many balances do on their serial line: 100 g and 102 g in turn, settled from the 20th on. It weighs in
+memory: replace `send_weights` by what reads yours."""
 import threading
 import time
 
@@ -12,9 +12,9 @@ class Scale(plumb_driver.Sensor):
     def __init__(self, config, host):
         super().__init__(config, host)
         self.weight = 100.0
-        threading.Thread(target=self.tell, daemon=True).start()
+        threading.Thread(target=self.send_weights, daemon=True).start()
 
-    def tell(self):
+    def send_weights(self):
         for number in range(10**9):
             self.weight = 100.0 + 2 * (number % 2)
             self.host.emit("weights", weight=self.weight, settled=int(number >= 20))

@@ -13,7 +13,7 @@ class Gauge(plumb_driver.Sensor):
             raise plumb_driver.Disconnected(f"{config['port']} cannot be opened: {error}")
 
     def read(self, after_ns):
-        self.line.reset_input_buffer()            # nothing from before the arm stood still
+        self.line.reset_input_buffer()            # nothing from before the arm was at rest
         self.line.write(b"?\r")
         answer = self.line.read_until(b"\r")
         if not answer.endswith(b"\r"):
