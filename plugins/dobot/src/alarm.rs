@@ -5,7 +5,7 @@ use crate::joints::JOINTS;
 /// The bytes of GetAlarmsState.
 pub(crate) const STATE_LENGTH: usize = 16;
 
-/// A group of alarms: what they are about, and whether they say nothing against the arm's own reckoning of where it stands.
+/// A group of alarms: what they are about, and whether they say nothing against the arm's own account of where it is.
 struct Group {
     codes: std::ops::RangeInclusive<u8>,
     is_of_reach: bool,

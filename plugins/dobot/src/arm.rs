@@ -94,7 +94,7 @@ impl Robot for DobotArm {
         let made = self.travel(motion);
         match &made {
             Ok(_) | Err(PluginError::OutOfRange(_) | PluginError::Refused(_)) => {}
-            // The queue of an arm that was stopped stands still until it is activated.
+            // The queue of an arm that was stopped is stopped until it is activated.
             Err(error) => self.doubt = Some(error.text().to_owned()),
         }
         made
@@ -160,7 +160,7 @@ impl DobotArm {
         Ok(target)
     }
 
-    /// Tells the stream where the arm is.
+    /// Reports to the stream where the arm is.
     fn report(&self, angles: &Angles, moving: bool) -> Result<JointState, PluginError> {
         let vector = joints::vector(angles, joints::count(&self.configuration));
         let state = JointState::new(self.host.now_ns(), vector, moving);
@@ -168,7 +168,7 @@ impl DobotArm {
         Ok(state)
     }
 
-    /// Alarms that only say that the arm could not go somewhere are cleared; any other stays and is told.
+    /// Alarms that only say that the arm could not go somewhere are cleared; any other stays and is reported.
     fn clear_alarms_of_reach(&mut self) -> Result<(), PluginError> {
         let alarms = self.controller.alarms()?;
         if !alarms.are_none() && alarms.are_of_reach() {

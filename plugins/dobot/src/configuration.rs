@@ -13,7 +13,7 @@ pub struct Configuration {
     pub port: String,
     /// Whether the servo that turns the hand is there.
     pub hand: bool,
-    /// What full speed stands for, deg/s.
+    /// What full speed means, deg/s.
     pub full_speed: f64,
     /// How the joints speed up and slow down, deg/s2.
     pub acceleration: f64,

@@ -10,7 +10,7 @@ pub(crate) const AXES: usize = 4;
 /// A joint of a Magician: its name, and how far it goes, deg (User Guide, technical specifications).
 pub(crate) const JOINTS: [(&str, [f64; 2]); AXES] = [
     ("base", [-90.0, 90.0]),
-    // 0 where the rear arm stands upright, growing forward.
+    // 0 where the rear arm is upright, growing forward.
     ("rear_arm", [0.0, 85.0]),
     // 0 where the forearm lies level, growing downward, whatever the rear arm does: a parallelogram holds it.
     ("forearm", [-10.0, 95.0]),

@@ -12,11 +12,11 @@ use crate::joints::{self, Angles, JOINTS};
 const LOOK: Duration = Duration::from_millis(10);
 /// Two readings of an arm at rest differ by no more, deg: half a step of its motors.
 const ALIKE_DEG: f64 = 0.006;
-/// How long the arm may take to stand still after it was told to stop.
+/// How long the arm may take to come to rest after it was commanded to stop.
 const AT_REST_WITHIN: Duration = Duration::from_millis(700);
 /// A move may take twice its time, and this.
 const PATIENCE: Duration = Duration::from_secs(3);
-/// An arm that stands for so long and does not say that it has carried out its move has not set out, or is held by something.
+/// An arm that is at rest for so long and does not say that it has carried out its move has not set out, or is held by something.
 const AT_REST_TOO_LONG: Duration = Duration::from_secs(2);
 
 /// Hears where the arm is on its way.
@@ -62,7 +62,7 @@ fn are_alike(one: &Angles, other: &Angles) -> bool {
     one.iter().zip(other).all(|(one, other)| (one - other).abs() <= ALIKE_DEG)
 }
 
-/// Stops the arm and waits until it stands.
+/// Stops the arm and waits until it is at rest.
 pub(crate) fn halt(controller: &mut Controller) -> Result<Angles, PluginError> {
     controller.halt()?;
     match look_at_rest(controller, AT_REST_WITHIN)? {
@@ -83,7 +83,7 @@ pub(crate) struct Travel<'a> {
 }
 
 impl Travel<'_> {
-    /// Makes the move from `here`. Whatever goes wrong, the arm is told to stop and its queue is emptied.
+    /// Makes the move from `here`. Whatever goes wrong, the arm is commanded to stop and its queue is emptied.
     pub(crate) fn make(&mut self, here: &Angles, report: &Report<'_>) -> Result<End, PluginError> {
         let made = self.go(here, report);
         if matches!(made, Ok(true)) {

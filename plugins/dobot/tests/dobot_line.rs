@@ -162,7 +162,7 @@ fn what_another_program_left_in_the_queue_does_not_begin() {
     let emulator =
         Emulator::start(EmulatorOptions { line: at_full_rate(), ..EmulatorOptions::default() }).unwrap();
     let port = emulator.status().port.unwrap();
-    // A move to a base angle of 60 degrees waits in the queue, which stands.
+    // A move to a base angle of 60 degrees waits in the queue, which is stopped.
     let mut parameters = vec![4_u8];
     parameters.extend([60.0_f32, 45.0, 45.0, 0.0].iter().flat_map(|angle| angle.to_le_bytes()));
     let command = plumb_dobot::frame::command(84, plumb_dobot::frame::Control::Queue, &parameters);
@@ -212,7 +212,7 @@ fn lost_cut_and_corrupt_answers_are_asked_for_again() {
 }
 
 #[test]
-fn corrupt_answers_without_end_are_told_as_damage() {
+fn corrupt_answers_without_end_are_reported_as_damage() {
     let mut bench = Bench::new();
     bench.emulator.inject(Event::Corrupt(1000));
     let error = bench.arm.read_joints().unwrap_err();
@@ -303,7 +303,7 @@ fn an_arm_without_its_servo_has_three_joints() {
 }
 
 #[test]
-fn a_port_that_cannot_be_used_is_told_with_what_to_check() {
+fn a_port_that_cannot_be_used_is_reported_with_what_to_check() {
     let config = json!({"port": "/dev/ttyUSB-none"});
     let error = DobotArm::create(&config, RecordingHost::new().host()).unwrap_err();
     assert!(error.text().starts_with("/dev/ttyUSB-none: there is no such port"), "{error}");
