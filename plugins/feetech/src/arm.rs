@@ -17,7 +17,7 @@ use crate::zeros::{Pose, Verdict, judge};
 
 /// What a stop may take: a question three times without an answer, the goals, and the servos' own slowing down, ms.
 const STOP_TIME_MS: u32 = 700;
-/// A joint may be told to stand beyond its limits by this, deg: half a step, rounded up.
+/// A joint may be commanded beyond its limits by this, deg: half a step, rounded up.
 const BESIDE_LIMITS: f64 = 0.05;
 
 /// An arm of STS servos on one bus.
@@ -26,7 +26,7 @@ pub struct FeetechArm {
     configuration: Configuration,
     host: Host,
     servos: Servos,
-    /// Where the joints stood when their angles were declared last.
+    /// Where the joints was when their angles were declared last.
     declared: Vec<Option<Pose>>,
     /// Why the arm may not be moved, if so.
     doubt: Option<String>,
@@ -240,7 +240,7 @@ impl FeetechArm {
         Ok(targets)
     }
 
-    /// Tells the stream where the arm is.
+    /// Reports to the stream where the arm is.
     fn report(&self, states: &[ServoState], moving: bool) -> Result<JointState, PluginError> {
         let state = JointState::new(self.host.now_ns(), vector(&self.servos.joints, states), moving);
         self.host.emit("joints", &state)?;
@@ -277,7 +277,7 @@ impl FeetechArm {
         Ok(degrees)
     }
 
-    /// Where the joints stand by their encoders, and what they are declared to be.
+    /// Where the joints are by their encoders, and what they are declared to be.
     fn poses(&self, declared: &[f64], states: &[ServoState]) -> Vec<Pose> {
         let pose = |((joint, state), degrees): ((&Joint, &ServoState), &f64)| Pose {
             encoder: (state.position + joint.settings.homing_offset).rem_euclid(STEPS_A_TURN),

@@ -25,7 +25,7 @@ pub struct Configuration {
     pub joints: Vec<JointSetting>,
     /// Where directions and homing offsets are kept.
     pub calibration: Option<PathBuf>,
-    /// What full speed stands for, deg/s.
+    /// What full speed means, deg/s.
     pub full_speed: f64,
     /// How the servos speed up, deg/s2.
     pub acceleration: f64,

@@ -80,7 +80,7 @@ pub(crate) fn acceleration_in_units(degrees: f64) -> u8 {
     (degrees / STEP_DEG / ACCELERATION_UNIT).clamp(1.0, MOST_ACCELERATION).round() as u8
 }
 
-/// The acceleration that a register's value stands for, steps/s2.
+/// The acceleration that a register's value means, steps/s2.
 pub(crate) fn acceleration_in_steps(units: u8) -> f64 {
     f64::from(units) * ACCELERATION_UNIT
 }

@@ -7,7 +7,7 @@ pub(crate) const EVERY_SERVO: u8 = 0xfe;
 /// More than any answer to what this driver asks for: a count beyond it is damage.
 const LONGEST: u8 = 64;
 
-/// What a servo can be told.
+/// What a servo can be commanded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Instruction {
     Read = 0x02,

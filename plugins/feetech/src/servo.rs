@@ -4,7 +4,7 @@ use crate::registers::position_of_register;
 
 /// Steps of a whole turn.
 pub(crate) const STEPS_A_TURN: i32 = 4096;
-/// The step that stands for a joint's zero: the middle of what a servo counts.
+/// The step that means a joint's zero: the middle of what a servo counts.
 pub(crate) const MIDDLE: i32 = STEPS_A_TURN / 2;
 /// One step, degrees.
 pub(crate) const STEP_DEG: f64 = 360.0 / STEPS_A_TURN as f64;
@@ -18,7 +18,7 @@ const FAULTS: [(u8, &str); 5] = [
     (32, "it was overloaded and has let go: free the joint, then activate the arm again"),
 ];
 
-/// What a servo tells of itself at one moment.
+/// What a servo reports of itself at one moment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct ServoState {
     /// Where it is, steps, the middle being [`MIDDLE`].
@@ -78,7 +78,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_place_is_told_within_half_a_turn_of_the_middle() {
+    fn a_place_is_reported_within_half_a_turn_of_the_middle() {
         for (reported, place) in [(2048, 2048), (0, 0), (4095, 4095), (4096, 0), (-1, 4095), (8191, 4095)] {
             assert_eq!(nearest_to_middle(reported), place, "{reported}");
         }

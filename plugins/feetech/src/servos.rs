@@ -21,7 +21,7 @@ const READINGS: usize = 6;
 const ALIKE: i32 = 1;
 /// From one look at the servos to the next.
 const LOOK: Duration = Duration::from_millis(5);
-/// How long servos that were told to hold may go on: they slow down by their own acceleration.
+/// How long servos that were commanded to hold may go on: they slow down by their own acceleration.
 const HELD_WITHIN: Duration = Duration::from_millis(400);
 /// The status bit of an encoder that does not work: a position is then none.
 const NO_POSITION: u8 = 2;
@@ -184,7 +184,7 @@ impl Servos {
         self.write_until_taken(ACCELERATION.address, 7, &blocks, &wanted)
     }
 
-    /// Has servos hold where they are now. One that does not tell where it is holds where it was `seen` last. Waits until they stand.
+    /// Has servos hold where they are now. One that does not say where it is holds where it was `seen` last. Waits until they are at rest.
     pub(crate) fn hold(&mut self, places: &[usize], seen: &[ServoState]) -> Result<(), PluginError> {
         let mut wanted = Vec::new();
         let mut silent = None;
@@ -257,7 +257,7 @@ impl Servos {
         )))
     }
 
-    /// Switches the torque of every servo. Before it is switched on each is told to hold where it stands: an old goal would make it leap.
+    /// Switches the torque of every servo. Before it is switched on each is commanded to hold where it is: an old goal would make it leap.
     pub(crate) fn switch_torque(&mut self, on: bool) -> Result<(), PluginError> {
         let states = self.states()?;
         for (place, state) in states.iter().enumerate() {
@@ -275,7 +275,7 @@ impl Servos {
         Ok(())
     }
 
-    /// Has a joint's servo call the place where it stands `step` from now on.
+    /// Has a joint's servo call the place where it is `step` from now on.
     pub(crate) fn take_for(&mut self, place: usize, step: i32) -> Result<(), PluginError> {
         let Some(servo) = self.joints.get(place).map(|joint| joint.setting.servo) else { return Ok(()) };
         let taken = take_for(&mut self.bus, servo, step).map_err(|error| self.plugin_error(error))?;

@@ -55,7 +55,7 @@ impl Settings {
     }
 }
 
-/// Has the servo call the place where it stands `step` from now on. Its torque is off for these few milliseconds, so that it does not run to where its
+/// Has the servo call the place where it is `step` from now on. Its torque is off for these few milliseconds, so that it does not run to where its
 /// old goal would lie by the new count.
 pub(crate) fn take_for(bus: &mut Bus, servo: u8, step: i32) -> Result<Option<i32>, BusError> {
     let held = bus.read(servo, TORQUE)? == 1;
@@ -65,7 +65,7 @@ pub(crate) fn take_for(bus: &mut Bus, servo: u8, step: i32) -> Result<Option<i32
     let Some(register) = offset_to_register(offset) else { return Ok(None) };
     bus.write(servo, TORQUE, 0)?;
     let written = write_for_good(bus, servo, HOMING_OFFSET, register);
-    // Whatever came of it, the servo holds where it stands and not where its old goal is.
+    // Whatever came of it, the servo holds where it is and not where its old goal is.
     let now = nearest_to_middle(position_of_register(bus.read(servo, STATE)?));
     bus.write(servo, GOAL, u16::try_from(now).unwrap_or_default())?;
     if held {

@@ -51,7 +51,7 @@ pub(crate) struct Travel<'a> {
 }
 
 impl Travel<'_> {
-    /// Makes the move from `here`. `tell` hears where the arm is on its way. Whatever goes wrong, the servos that moved are told to hold.
+    /// Makes the move from `here`. `report` hears where the arm is on its way. Whatever goes wrong, the servos that moved are commanded to hold.
     pub(crate) fn make(&mut self, here: &[ServoState], report: &Report<'_>) -> Result<End, PluginError> {
         let mut seen = here.to_vec();
         let made = self.go(&mut seen, report);
@@ -116,7 +116,7 @@ impl Travel<'_> {
         Ok(Duration::from_secs_f64(duration_s(longest, self.pace.speed, acceleration)))
     }
 
-    /// Looks at the servos until all stand.
+    /// Looks at the servos until all are at rest.
     fn watch(
         &mut self,
         seen: &mut Vec<ServoState>,

@@ -1,10 +1,10 @@
-//! Zeros and directions from poses that are declared. One pose gives a joint's zero. A second one, the joint turned by ten degrees and more, tells
+//! Zeros and directions from poses that are declared. One pose gives a joint's zero. A second one, the joint turned by ten degrees and more, determines
 //! which way its servo counts: the declared angle then grew as its steps did, or the other way.
 
 use crate::motion::Direction;
 use crate::servo::{STEP_DEG, STEPS_A_TURN};
 
-/// A joint that turned by less between two declared poses tells nothing of its direction, deg.
+/// A joint that turned by less between two declared poses says nothing of its direction, deg.
 const DIRECTION_FROM: f64 = 10.0;
 /// How far the declared turn may be from that of the servo, as a share of it: instruments and eyes are no encoders.
 const FITS_WITHIN: f64 = 0.25;
@@ -23,7 +23,7 @@ pub(crate) struct Pose {
 /// What two poses say of a direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Verdict {
-    /// It is as it was taken, or they do not tell.
+    /// It is as it was taken, or they do not say.
     Same,
     /// It is the other one.
     Reversed,
@@ -59,7 +59,7 @@ mod tests {
     }
 
     #[test]
-    fn two_poses_tell_the_direction() {
+    fn two_poses_determine_the_direction() {
         let first = pose(2048, 5.0, true);
         assert_eq!(judge(Direction::Same, &first, &pose(2048 + 228, 25.0, true)), Verdict::Same);
         assert_eq!(judge(Direction::Same, &first, &pose(2048 + 228, -15.0, true)), Verdict::Reversed);
@@ -73,7 +73,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_tell_changes_nothing() {
+    fn what_says_nothing_changes_nothing() {
         let first = pose(2048, 5.0, true);
         assert_eq!(judge(Direction::Same, &first, &pose(2048 + 50, 0.0, true)), Verdict::Same);
         assert!(matches!(

@@ -230,7 +230,7 @@ fn a_servo_that_does_not_answer_is_named_and_the_others_hold() {
 }
 
 #[test]
-fn servos_that_let_go_are_told_with_what_to_do() {
+fn servos_that_let_go_are_reported_with_what_to_do() {
     for (event, words) in [
         (Event::Overload(3), "elbow_flex (servo 3): it was overloaded and has let go: free the joint"),
         (Event::Celsius(3, 75), "elbow_flex (servo 3): it is too hot and has let go"),
@@ -374,7 +374,7 @@ fn a_pose_that_fits_neither_direction_changes_nothing() {
 }
 
 #[test]
-fn a_port_that_cannot_be_used_is_told_with_what_to_check() {
+fn a_port_that_cannot_be_used_is_reported_with_what_to_check() {
     let config = json!({"port": "/dev/ttyACM-none", "joints": joints()});
     let error = FeetechArm::create(&config, RecordingHost::new().host()).unwrap_err();
     assert!(error.text().starts_with("/dev/ttyACM-none: there is no such port"), "{error}");
