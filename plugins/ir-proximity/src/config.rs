@@ -94,7 +94,7 @@ impl Config {
         Ok(changed)
     }
 
-    /// The bit of the levels that are watched: a line of this computer is told as the only one there is.
+    /// The bit of the levels that are watched: a line of this computer is reported as the only one there is.
     pub(crate) fn bit(&self) -> u32 {
         self.robot_input().unwrap_or(0)
     }

@@ -97,7 +97,7 @@ impl LineSource for GpioLine {
     }
 }
 
-/// Whether there is such a chip, told in words better than the system's.
+/// Whether there is such a chip, reported in words better than the system's.
 fn look_for(chip: &str) -> Result<(), PluginError> {
     match std::fs::metadata(chip) {
         Ok(_) => Ok(()),

@@ -3,7 +3,7 @@
 //! The sensor itself is a lamp, a phototransistor and a Schmitt trigger: it has no wire to the computer but one digital line.
 //! That runs into an input of the robot that carries it, or into a line of a GPIO chip of this computer. The plugin takes it from the robot's
 //! stream of input levels, or from the kernel beside the robot's stream of joints, and makes of it what the sensor saw: edges, each with the pose
-//! the robot stood in at that moment.
+//! the robot was in at that moment.
 
 mod config;
 mod gpio;
@@ -120,7 +120,7 @@ impl Sensor for IrProximity {
 }
 
 impl IrProximity {
-    /// Takes in the levels that the robot has told.
+    /// Takes in the levels that the robot has reported.
     fn take_wired_line(&mut self) -> Result<(), PluginError> {
         while let Some(message) =
             self.host.receive::<DigitalInputs>(LINE).map_err(|error| unwired(error, LINE, "inputs"))?
@@ -245,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn a_reading_waits_until_the_robot_has_told_where_it_was() {
+    fn a_reading_waits_until_the_robot_has_reported_where_it_was() {
         let (mut sensor, host) = on_own_line(&[(14, true)], 0.0);
         host.feed(JOINTS, &at(10, 1.0));
         assert_eq!(sensor.read(20_000_000).unwrap(), None);

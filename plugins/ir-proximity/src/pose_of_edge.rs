@@ -1,4 +1,4 @@
-//! The pose at which a line of this computer changed: between the two states of the joints that the robot told before and after.
+//! The pose at which a line of this computer changed: between the two states of the joints that the robot reported before and after.
 
 use std::collections::VecDeque;
 
@@ -6,7 +6,7 @@ use plumb_plugin::{DigitalInputs, JointState, JointVector};
 
 use crate::gpio::LineEdge;
 
-/// The changes that wait for the robot to tell where it was, and where it was last.
+/// The changes that wait for the robot to report where it was, and where it was last.
 #[derive(Debug)]
 pub(crate) struct PoseOfEdge {
     before: Option<JointState>,
@@ -27,7 +27,7 @@ impl PoseOfEdge {
 
     /// Takes in where the joints were, and gives the changes up to then with their poses, and at last the level there.
     ///
-    /// All changes up to the time of `state` must have been told. A change before the first state has no pose: it only sets the level.
+    /// All changes up to the time of `state` must have been reported. A change before the first state has no pose: it only sets the level.
     pub(crate) fn joints(&mut self, state: &JointState) -> Vec<DigitalInputs> {
         let mut messages = Vec::new();
         while let Some(edge) = self.waiting.pop_front_if(|edge| edge.time_ns <= state.time_ns) {

@@ -145,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn a_change_at_the_very_end_of_a_motion_stands() {
+    fn a_change_at_the_very_end_of_a_motion_is_kept() {
         assert_eq!(
             edges(
                 &config(5.0),
