@@ -1,4 +1,4 @@
-//! Where the robot was at a moment, from what it told before and after.
+//! Where the robot was at a moment, from what it reported before and after.
 
 use std::collections::VecDeque;
 
@@ -18,11 +18,11 @@ pub(crate) struct Way {
 pub(crate) enum Pose {
     /// There, and so fast, rad/s or mm/s.
     At(JointVector, JointVector),
-    /// What it tells next will say.
+    /// What it reports next will say.
     NotYet,
     /// The moment lies so long before the first pose that is remembered, ns.
     Before(u64),
-    /// It stood before, and stood elsewhere after: when it set out and how it went it has not told.
+    /// It was at rest before, and elsewhere after: when it set out and how it went it has not reported.
     Untold,
 }
 
@@ -42,7 +42,7 @@ impl Way {
         self.states.clear();
     }
 
-    /// How fast it went when it last told where it was.
+    /// How fast it went when it last reported where it was.
     fn last_speeds(&self) -> JointVector {
         let mut last = self.states.iter().rev();
         match (last.next(), last.next()) {
@@ -55,7 +55,7 @@ impl Way {
         }
     }
 
-    /// Where the robot was at a moment, interpolated between what it told.
+    /// Where the robot was at a moment, interpolated between what it reported.
     pub(crate) fn at(&self, time_ns: u64) -> Pose {
         let after = self.states.partition_point(|state| state.time_ns <= time_ns);
         let Some(before) = after.checked_sub(1).and_then(|before| self.states.get(before)) else {
@@ -73,7 +73,7 @@ impl Way {
     }
 }
 
-/// A drive at rest tells its joints alike to within its last digit; less than this moves no point of an arm by more than 0.01 mm, rad or mm.
+/// A drive at rest reports its joints alike to within its last digit; less than this moves no point of an arm by more than 0.01 mm, rad or mm.
 const SAME_PLACE: f64 = 1e-5;
 
 fn is_same_place(before: &JointState, next: &JointState) -> bool {
@@ -114,14 +114,14 @@ mod tests {
     }
 
     #[test]
-    fn a_pose_between_two_that_were_told_is_interpolated() {
+    fn a_pose_between_two_that_were_reported_is_interpolated() {
         let way = way(&[(100, 0.0, true), (200, 1.0, true)]);
         assert_eq!(joint(way.at(150)), Some(0.5));
         assert_eq!(joint(way.at(200)), Some(1.0));
     }
 
     #[test]
-    fn how_fast_it_went_is_told_beside_where_it_was() {
+    fn how_fast_it_went_is_reported_beside_where_it_was() {
         let speed = |way: &Way, time_ns| match way.at(time_ns) {
             Pose::At(_, speeds) => speeds.get(0),
             _ => None,
@@ -134,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn beyond_what_was_told_a_moving_arm_is_waited_for_and_a_resting_one_is_there() {
+    fn beyond_what_was_reported_a_moving_arm_is_waited_for_and_a_resting_one_is_there() {
         assert_eq!(way(&[(100, 0.0, true), (200, 1.0, true)]).at(201), Pose::NotYet);
         assert_eq!(joint(way(&[(100, 0.0, true), (200, 1.0, false)]).at(900)), Some(1.0));
         assert_eq!(way(&[(100, 0.0, false)]).at(99), Pose::Before(1));
@@ -142,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn where_an_arm_was_that_tells_nothing_on_its_way_is_not_made_up() {
+    fn where_an_arm_was_that_reports_nothing_on_its_way_is_not_made_up() {
         let way = way(&[(100, 0.0, false), (200, 0.0, false), (300, 1.0, false)]);
         assert_eq!(joint(way.at(150)), Some(0.0));
         assert_eq!(joint(way.at(200)), Some(0.0));

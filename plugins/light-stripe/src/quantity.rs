@@ -1,4 +1,4 @@
-//! Numbers that the sensor tells, by their names.
+//! Numbers that the sensor reports, by their names.
 
 use plumb_plugin::Quantity;
 

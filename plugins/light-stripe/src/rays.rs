@@ -1,4 +1,4 @@
-//! What camera and projector are calibrated by: rays in the flange's frame, and the rig they were reckoned with.
+//! What camera and projector are calibrated by: rays in the flange's frame, and the rig they were computed with.
 
 use nalgebra::Vector2;
 use plumb_plugin::Quantity;

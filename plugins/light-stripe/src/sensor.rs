@@ -37,7 +37,7 @@ pub struct LightStripe {
     extractor: Extractor,
     spots: SpotFinder,
     message: Vec<u8>,
-    /// So many bytes of `message` are a picture that waits for the robot to tell where it was.
+    /// So many bytes of `message` are a picture that waits for the robot to report where it was.
     waiting: Option<usize>,
     size: Option<(u32, u32)>,
     last: Option<Last>,
@@ -122,7 +122,7 @@ impl Sensor for LightStripe {
                     Err(PluginError::Refused(_)) if self.folder.is_some() => return Ok(()),
                     Err(error) => return Err(error),
                 }
-                // The robot may have told where it was while the picture was on its way.
+                // The robot may have reported where it was while the picture was on its way.
                 self.take_poses()?;
             }
             if !self.take_waiting_frame()? {
@@ -226,7 +226,7 @@ impl LightStripe {
         }
     }
 
-    /// Works on the picture in `message`; false when the robot has not yet told where it was.
+    /// Works on the picture in `message`; false when the robot has not yet reported where it was.
     fn take_waiting_frame(&mut self) -> Result<bool, PluginError> {
         let message = std::mem::take(&mut self.message);
         let waiting = self.waiting.take();
@@ -254,7 +254,7 @@ impl LightStripe {
             _ if !self.has_pose => (JointVector::zeros(0), JointVector::zeros(0)),
             Pose::At(joints, speeds) => (joints, speeds),
             Pose::NotYet => return Ok(false),
-            // A stripe without a pose: whoever knows that the robot stood for the picture can do without.
+            // A stripe without a pose: whoever knows that the robot was at rest for the picture can do without.
             Pose::Untold => (JointVector::zeros(0), JointVector::zeros(0)),
             Pose::Before(by_ns) => return Err(PluginError::InputLost(too_early(by_ns))),
         };

@@ -189,7 +189,7 @@ fn a_spur_joined_to_the_stripe_is_cut_whether_it_branches_or_lies_in_a_row() {
 }
 
 #[test]
-fn where_no_stripe_can_be_told_there_is_an_error_and_no_point() {
+fn where_no_stripe_can_be_recognised_there_is_an_error_and_no_point() {
     let empty = Scene::dark(64, 64, 8.0, 1.0, 1).found(&fixed(60)).unwrap_err();
     assert_eq!(empty, NoStripe::Dark { threshold: 60 });
     let white = Scene::dark(64, 64, 250.0, 1.0, 1).found(&fixed(60)).unwrap_err();

@@ -67,7 +67,7 @@ fn a_picture_becomes_points_with_the_pose_at_its_exposure() {
         sensor(&json!({"rig": "rig.yaml", "cell_directory": folder.path(), "threshold": {"fixed": 60}}));
     recording.feed("pose", &state(100, 0.0, true));
     recording.feed_bytes("frames", &frame(150, SIZE, &stripe_at(40)));
-    assert_eq!(sensor.read(150).unwrap(), None, "where the arm was is not yet told");
+    assert_eq!(sensor.read(150).unwrap(), None, "where the arm was is not yet reported");
     recording.feed("pose", &state(200, 1.0, true));
     let reading = sensor.read(150).unwrap().unwrap();
     assert_eq!((reading.time_ns, value(&reading, "rows"), value(&reading, "u")), (150, 64.0, 40.0));
@@ -213,9 +213,9 @@ fn a_rig_that_cannot_measure_is_refused_before_the_first_picture() {
     assert!(refused.text().contains("the lens lies 0.0000 mm from the sheet of light"), "{refused}");
 }
 
-/// A camera and a robot that date by different clocks: their difference is told, and no picture gets a pose.
+/// A camera and a robot that date by different clocks: their difference is reported, and no picture gets a pose.
 #[test]
-fn clocks_that_differ_are_told_with_their_difference() {
+fn clocks_that_differ_are_reported_with_their_difference() {
     let (recording, mut sensor) = sensor(&json!({}));
     recording.feed("pose", &state(90_000_000_000_000, 0.0, false));
     recording.feed_bytes("frames", &frame(1_000_000_000, SIZE, &stripe_at(40)));
@@ -227,9 +227,9 @@ fn clocks_that_differ_are_told_with_their_difference() {
     assert!(emitted(&recording).is_empty());
 }
 
-/// A controller that tells where the arm is only when it stands: in between nobody knows, and no pose is made up.
+/// A controller that reports where the arm is only when it is at rest: in between nobody knows, and no pose is made up.
 #[test]
-fn a_picture_taken_while_the_robot_told_nothing_has_no_pose() {
+fn a_picture_taken_while_the_robot_reported_nothing_has_no_pose() {
     let (recording, mut sensor) = sensor(&json!({}));
     recording.feed("pose", &state(100, 0.0, false));
     recording.feed("pose", &state(900, 1.0, false));

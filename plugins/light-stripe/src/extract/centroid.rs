@@ -151,7 +151,7 @@ impl Eight {
         let variance = f64::from(noise.variance(0.0)) * spread(count, places, squares)
             + f64::from(noise.per_level) * spread(levels, first, second);
         let speckle = f64::from(noise.speckle_px);
-        // One pixel alone does not tell where in it the middle lies.
+        // One pixel alone does not say where in it the middle lies.
         let one_pixel = f64::from(BINARY_SIGMA);
         let noise_square = if count > 1.0 { variance * inverse * inverse } else { one_pixel * one_pixel };
         (from_start as f32, ((noise_square + speckle * speckle) as f32).sqrt())

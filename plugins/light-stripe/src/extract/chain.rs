@@ -49,7 +49,7 @@ impl Chain {
     }
 
     /// Finds the runs that are far wider than the stripe is, and if wanted cuts off what does not go on from it above and below. Where
-    /// nothing tells, an empty run is left.
+    /// nothing decides, an empty run is left.
     pub(super) fn find_spurs(&mut self, cut: bool) {
         self.spurs.clear();
         let widest = (WIDEST * self.median_width).max(6.0);
@@ -130,7 +130,7 @@ impl Chain {
                 }
             }
             above = begin..self.steps.len();
-            // The later row wins only where it is truly longer: of two ways of one length the first found stands.
+            // The later row wins only where it is truly longer: of two ways of one length the first found counts.
             for step in above.clone() {
                 if self.length(step) > self.length(longest) {
                     longest = step;
@@ -174,7 +174,7 @@ impl Chain {
     }
 }
 
-/// The part of a run with a spur joined to it that goes on from the stripe above and below; none where nothing tells.
+/// The part of a run with a spur joined to it that goes on from the stripe above and below; none where nothing decides.
 fn without_spur(whole: Run, above: Option<Run>, below: Option<Run>) -> Option<Run> {
     let (start, end) = match (above, below) {
         (Some(above), Some(below)) => (above.start.min(below.start), above.end.max(below.end)),

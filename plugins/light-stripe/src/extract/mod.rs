@@ -291,7 +291,7 @@ impl Extractor {
         self.profile.points.retain(|point| point.width > 0.0);
     }
 
-    /// Of rows in which two pieces lie, none can be told to be right.
+    /// Of rows in which two pieces lie, none can be known to be right.
     fn drop_shared_rows(&mut self) {
         self.owner.clear();
         self.owner.resize(self.runs.rows(), 0);

@@ -21,7 +21,7 @@ pub struct Spot {
 /// Why there is no spot.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum NoSpot {
-    /// Nothing stands out.
+    /// Nothing is conspicuous.
     #[error(
         "nothing as large as a spot rises above level {threshold}: is the filter out, the threshold right?"
     )]

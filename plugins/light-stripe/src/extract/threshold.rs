@@ -27,7 +27,7 @@ pub(super) struct Levels {
     everywhere: u8,
 }
 
-/// Rows between two that Otsu's histogram takes in: a stripe runs from top to bottom, so that a part of the rows tells of all.
+/// Rows between two that Otsu's histogram takes in: a stripe runs from top to bottom, so that a part of the rows shows all.
 const OTSU_ROWS: usize = 4;
 
 impl Levels {

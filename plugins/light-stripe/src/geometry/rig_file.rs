@@ -354,7 +354,7 @@ self_test: {pixel: [27.5, 227.5], point_mm: [-64.285714, 64.285714, 445.714286]}
     }
 
     #[test]
-    fn every_mistake_of_a_rig_is_told_and_none_follows_from_another() {
+    fn every_mistake_of_a_rig_is_reported_and_none_follows_from_another() {
         let text = GOOD.replace("fx_px: 600", "fx_px: wide").replace("[0.8, 0, 0.6]", "[0, 0, 0]");
         let text = text.replace("n.x + d = 0", "n.x = d").replace("rpy_deg", "rpy_rad");
         let message = parse(&text, Path::new("rig.yaml")).unwrap_err().to_string();
