@@ -17,7 +17,7 @@ pub struct Configuration {
     pub baud: u32,
     /// How lines are typed.
     pub typing: Typing,
-    /// The SPEED that full speed stands for, percent.
+    /// The SPEED that full speed means, percent.
     pub full_speed_percent: f64,
     /// Whether CALIBRATE may be run when the arm is activated.
     pub calibrate: bool,

@@ -11,14 +11,14 @@ pub enum Consequence {
     OutOfRange,
     /// The arm cannot be moved until somebody did something at the controller.
     NotReady,
-    /// The motion was ended; the arm stands.
+    /// The motion was ended; the arm is at rest.
     Stopped,
 }
 
 /// One row of the table.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Known {
-    /// Every one of these words stands in the line, in any case.
+    /// Every one of these words is in the line, in any case.
     words: &'static [&'static str],
     /// What it means and what to do.
     pub remedy: &'static str,
@@ -30,7 +30,7 @@ const fn known(words: &'static [&'static str], remedy: &'static str, consequence
     Known { words, remedy, consequence }
 }
 
-/// The first row whose words all stand in a line is meant.
+/// The first row whose words all are in a line is meant.
 pub const TABLE: &[Known] = &[
     known(
         &["panic"],
@@ -194,7 +194,7 @@ mod tests {
     fn each_row_can_be_met_and_says_what_to_do() {
         for known in TABLE {
             let error = ControllerError { line: format!("*{}*", known.words.join(" ")) };
-            assert_eq!(error.meaning(), known, "another row stands before it");
+            assert_eq!(error.meaning(), known, "another row is before it");
             assert!(known.remedy.len() > 20);
         }
         let unlisted = ControllerError { line: "*Moon in the way*".to_owned() }.error();

@@ -63,7 +63,7 @@ pub(crate) enum MotionEnd {
 pub(crate) enum Taught {
     /// It is where it is looked for.
     Point,
-    /// The arm does not stand where it was thought to: there is no point.
+    /// The arm is not where it was thought to: there is no point.
     Elsewhere,
 }
 
@@ -113,7 +113,7 @@ impl Monitor {
         Ok(lines.iter().find_map(|line| ControllerError::in_line(line)))
     }
 
-    /// Where the joints stand, degrees; `near` is where they are thought to be, for angles that are shown folded.
+    /// Where the joints are, degrees; `near` is where they are thought to be, for angles that are shown folded.
     pub(crate) fn read(&mut self, near: &[f64; AXES]) -> Result<[f64; AXES], MonitorError> {
         let reply = self.ask("WHERE", Ending::Command)?;
         match reply.rows().as_slice() {
@@ -210,7 +210,7 @@ impl Monitor {
         self.motion("Y", within, should_stop)
     }
 
-    /// Has the controller take where the arm stands for the ready position; each joint is driven to and fro.
+    /// Has the controller take where the arm is for the ready position; each joint is driven to and fro.
     pub(crate) fn take_for_ready(
         &mut self,
         within: Duration,
@@ -275,7 +275,7 @@ impl Monitor {
         }
     }
 
-    /// An error; what the controller has said before without being asked (the panic button) tells better what happened.
+    /// An error; what the controller has said before without being asked (the panic button) says better what happened.
     fn controller_error(&mut self, error: ControllerError) -> MonitorError {
         let earlier = self.unrequested_error().ok().flatten();
         MonitorError::ControllerError(earlier.unwrap_or(error))

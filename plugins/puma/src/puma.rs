@@ -15,7 +15,7 @@ use crate::profile::Profile;
 
 /// A joint that is to turn by less than this stays, deg: half of the last digit that is typed.
 const STAYS: f64 = 0.000_5;
-/// An arm that has arrived stands this near to where it was sent, deg.
+/// An arm that has arrived is this near to where it was sent, deg.
 const ARRIVED_WITHIN: f64 = 0.05;
 /// How often the pose is read until two readings agree.
 const READINGS: usize = 5;
@@ -154,7 +154,7 @@ impl Robot for Puma {
     }
 
     fn jog(&mut self, on: bool) -> Result<JogState, PluginError> {
-        // The teach pendant drives beside the terminal; where it has brought the arm, the terminal tells.
+        // The teach pendant drives beside the terminal; where it has brought the arm, the terminal says.
         self.read(None)?;
         Ok(JogState { state: self.come_to_rest()?, key: 0, finished: u32::from(!on) })
     }
@@ -229,7 +229,7 @@ impl Puma {
         }
     }
 
-    /// Reads where the joints stand. A line without checksums can turn one digit into another: a reading as expected needs no second one; any other
+    /// Reads where the joints are. A line without checksums can turn one digit into another: a reading as expected needs no second one; any other
     /// counts only when it comes twice.
     fn read(&mut self, expected: Option<[f64; AXES]>) -> Result<(), PluginError> {
         let mut former: Option<[f64; AXES]> = None;
@@ -260,7 +260,7 @@ impl Puma {
         Err(PluginError::Failed(text))
     }
 
-    /// Goes to a pose, degrees. Before anything moves the arm is known to stand where it was read last: where a point is taught the controller shows
+    /// Goes to a pose, degrees. Before anything moves the arm is known to be where it was read last: where a point is taught the controller shows
     /// it, else it is read.
     fn travel(&mut self, target: &[f64; AXES], fraction: f64) -> Result<MotionEnd, PluginError> {
         let percent = speed_percent(fraction, self.configuration.full_speed_percent);
@@ -305,7 +305,7 @@ impl Puma {
         self.done(|monitor, _| monitor.ready(within, &mut || host.should_stop()))
     }
 
-    /// Several joints at once, and then those that have to be driven alone; none if the arm did not stand where it was thought to: then it has been
+    /// Several joints at once, and then those that have to be driven alone; none if the arm was not where it was thought to: then it has been
     /// read again, and nothing has moved.
     fn go_by_point(
         &mut self,
@@ -389,7 +389,7 @@ impl Puma {
         Err(PluginError::Failed(text))
     }
 
-    /// Tells the streams that the arm stands, and where.
+    /// Reports to the streams that the arm is at rest, and where.
     fn come_to_rest(&mut self) -> Result<JointState, PluginError> {
         let state = JointState::new(self.host.now_ns(), self.vector(), false);
         self.host.emit("joints", &state)?;

@@ -48,7 +48,7 @@ pub fn sign(bytes: &[u8]) -> Option<Sign> {
         return Some(Sign::AtDeadline(Ending::Busy));
     }
     let tail = behind;
-    // A prompt stands at the beginning of its line; a point behind spaces may be the beginning of a number.
+    // A prompt is at the beginning of its line; a point behind spaces may be the beginning of a number.
     if tail.trim_end() == "." {
         return Some(Sign::Sure(Ending::Command));
     }
@@ -122,7 +122,7 @@ pub fn row(line: &str) -> Option<[f64; 6]> {
     (numbers.len() <= 7).then_some(beginning)
 }
 
-/// Every number of a line; none when something else stands in it. Numbers may touch: a sign begins the next.
+/// Every number of a line; none when something else is in it. Numbers may touch: a sign begins the next.
 fn numbers(line: &str) -> Option<Vec<f64>> {
     let mut numbers = Vec::new();
     let mut begun = String::new();
@@ -216,7 +216,7 @@ mod tests {
         #[test]
         fn every_row_of_joints_is_read_back(values in prop::array::uniform6(-360.0..360.0_f64), width in 7usize..11) {
             let line: String = values.iter().map(|value| format!("{value:>width$.2}")).collect();
-            // A column too narrow for a number without a sign leaves no way to tell it from the one before.
+            // A column too narrow for a number without a sign leaves no way to distinguish it from the one before.
             let row = row(&line);
             if line.split_whitespace().count() == 6 || row.is_some() {
                 let row = row.unwrap();

@@ -15,7 +15,7 @@ const CANCELLATIONS: usize = 4;
 /// How long what still comes behind the prompt that answers a control C is listened to: longer than a USB adapter holds bytes back (16 ms).
 const LATE: Duration = Duration::from_millis(25);
 
-/// How long a `*` has to stand alone behind a control C until it says that something goes on that a control C does not end: an error that begins with one comes
+/// How long a `*` has to be alone behind a control C until it says that something goes on that a control C does not end: an error that begins with one comes
 /// within a character's time.
 const STILL_BUSY: Duration = Duration::from_millis(300);
 

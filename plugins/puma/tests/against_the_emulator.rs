@@ -39,7 +39,7 @@ fn it_does_what_every_robot_must() {
 }
 
 #[test]
-fn a_port_that_cannot_be_used_is_told_with_what_to_check() {
+fn a_port_that_cannot_be_used_is_reported_with_what_to_check() {
     let world = World::start(Pace::Fast);
     let options = EmulatorOptions { world: world.socket.clone(), ..EmulatorOptions::default() };
     let emulator = Emulator::start(options).unwrap();
@@ -56,7 +56,7 @@ fn a_port_that_cannot_be_used_is_told_with_what_to_check() {
 }
 
 #[test]
-fn every_dialect_takes_agins_poses_and_tells_them() {
+fn every_dialect_takes_agins_poses_and_reports_them() {
     for (name, dialect) in Dialect::ALL {
         let mut cell = Cell::speaking(dialect);
         for pose in [
@@ -85,7 +85,7 @@ fn a_joint_beyond_its_range_is_refused_before_anything_is_typed() {
 }
 
 #[test]
-fn potcal_takes_where_the_arm_stands_for_the_ready_position() {
+fn potcal_takes_where_the_arm_is_for_the_ready_position() {
     for (_, dialect) in Dialect::ALL {
         let mut cell = Cell::speaking(dialect);
         cell.go([0.0, -91.2, 90.5, 0.3, -0.4, 1.0]).unwrap();
@@ -102,7 +102,7 @@ fn potcal_takes_where_the_arm_stands_for_the_ready_position() {
 }
 
 #[test]
-fn power_panic_and_servo_errors_are_told_with_what_to_do_and_nothing_moves_until_it_is_activated() {
+fn power_panic_and_servo_errors_are_reported_with_what_to_do_and_nothing_moves_until_it_is_activated() {
     for (_, dialect) in Dialect::ALL {
         for (event, words) in [
             (Event::Power(false), "press ARM POWER"),
@@ -226,14 +226,14 @@ fn a_stop_reaches_the_wire_within_a_tenth_of_a_second_and_the_arm_brakes() {
 #[test]
 fn a_pose_takes_little_more_than_the_line_itself() {
     for row in poses::timed(2) {
-        // How much more, `cargo bench -p plumb-puma --bench terminal -- poses` tells on a quiet machine; this holds on any.
+        // How much more, `cargo bench -p plumb-puma --bench terminal -- poses` measures on a quiet machine; this holds on any.
         assert!(row.commands_a_pose <= 5.0, "{row}");
         assert!(row.times() < 5.0, "{row}");
     }
 }
 
 #[test]
-fn conversations_over_a_bad_line_never_move_an_arm_that_has_told_an_error() {
+fn conversations_over_a_bad_line_never_move_an_arm_that_has_reported_an_error() {
     // `cargo bench -p plumb-puma --profile dev --bench terminal -- conversations 10000` for more.
     let held = conversations::hold(1..=60, 4, || ());
     assert_eq!(held.wrong, Vec::<String>::new());

@@ -158,7 +158,7 @@ fn a_line_whose_echo_is_lost_twice_is_an_error_and_moves_nothing() {
 
 #[test]
 fn a_damaged_line_typed_fast_is_cancelled_before_it_counts_and_typed_again_with_care() {
-    // With the comparison off the controller would be told the damaged line, and report an error, or take another number. The first line has 8 characters;
+    // With the comparison off the controller would receive the damaged line, and report an error, or take another number. The first line has 8 characters;
     // nothing echoes whether its carriage return arrives.
     for byte in 1..=8 {
         for way in ["to-arm", "from-arm"] {

@@ -81,7 +81,7 @@ fn hold_conversations(count: u64, first: u64) -> ExitCode {
     });
     eprintln!();
     println!(
-        "{} conversations, {} poses, in {:.0} s: {} errors told, each recovered from; wrong: {}",
+        "{} conversations, {} poses, in {:.0} s: {} errors reported, each recovered from; wrong: {}",
         held.conversations,
         held.poses,
         begun.elapsed().as_secs_f64(),

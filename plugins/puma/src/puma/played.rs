@@ -10,7 +10,7 @@ use std::thread::JoinHandle;
 use nix::poll::{PollFd, PollFlags, PollTimeout, poll};
 use nix::sys::termios::{SetArg, cfmakeraw, tcgetattr, tcsetattr};
 
-/// What stands for a control C among the lines that were typed.
+/// What represents a control C among the lines that were typed.
 pub(crate) const CONTROL_C: &str = "^C";
 
 /// The answer to a line that does what it should.
@@ -95,7 +95,7 @@ impl Drop for Played {
     }
 }
 
-/// The answer to WHERE of an arm that stands so, degrees.
+/// The answer to WHERE of an arm that is so, degrees.
 pub(crate) fn where_reply(joints: &[f64; 6]) -> String {
     let row = |values: &[f64; 6]| values.map(|value| format!("{value:10.3}")).concat();
     let joints = row(joints);

@@ -38,7 +38,7 @@ fn off_by(off: f64) -> Played {
 }
 
 #[test]
-fn an_arm_that_stands_elsewhere_than_where_it_was_sent_has_not_arrived() {
+fn an_arm_that_is_elsewhere_than_where_it_was_sent_has_not_arrived() {
     for off in [0.03, -0.03, 0.049] {
         let played = off_by(off);
         let (mut arm, _host) = driver(&played).unwrap();
@@ -106,7 +106,7 @@ fn a_program_that_goes_on_is_aborted_and_the_question_answered_once() {
     assert_eq!(typed.iter().filter(|line| *line == "Y").count(), 1, "it is not answered again: {typed:?}");
 }
 
-/// What reading the joints gives where the next answers to WHERE are these, and how often that was asked. Then the waist stands at 30 degrees.
+/// What reading the joints gives where the next answers to WHERE are these, and how often that was asked. Then the waist is at 30 degrees.
 fn reading(next: &[&str]) -> (Result<f64, PluginError>, usize) {
     let mut moved = READY;
     moved[0] = 30.0;
@@ -147,7 +147,7 @@ fn a_pose_counts_when_it_was_read_twice_and_one_answer_may_be_damaged() {
 }
 
 #[test]
-fn an_error_of_the_controller_is_told_at_once_and_not_asked_about_again() {
+fn an_error_of_the_controller_is_reported_at_once_and_not_asked_about_again() {
     let (read, asked) = reading(&["\r\n*Robot power off*\r\n. "]);
     assert!(matches!(read.unwrap_err(), PluginError::NotReady(_)));
     assert_eq!(asked, 1);
@@ -274,7 +274,7 @@ fn an_unexpected_question_is_cancelled_and_an_unexpected_prompt_is_not() {
 }
 
 #[test]
-fn a_cable_that_is_pulled_while_a_line_is_typed_is_told_with_that_line() {
+fn a_cable_that_is_pulled_while_a_line_is_typed_is_reported_with_that_line() {
     let played = off_by(0.0);
     let (mut arm, _host) = driver(&played).unwrap();
     played.hang_up();

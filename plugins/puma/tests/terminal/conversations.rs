@@ -17,7 +17,7 @@ const DAMAGED: [f64; 3] = [0.0005, 0.002, 0.01];
 /// Poses a conversation.
 const POSES: usize = 4;
 
-/// A pose that was taken is told, and made, to this, deg.
+/// A pose that was taken is reported, and made, to this, deg.
 const TAKEN_WITHIN: f64 = 0.06;
 
 /// A driver and its controller serve so many conversations, then there are new ones.
@@ -74,7 +74,7 @@ fn hold_some(seeds: RangeInclusive<u64>, held: &Mutex<Held>, progress: &(impl Fn
     }
 }
 
-/// How many errors were told, each of which left the arm where it stood, and was recovered from; else what was wrong.
+/// How many errors were reported, each of which left the arm where it was, and was recovered from; else what was wrong.
 fn hold_one(cell: &mut Cell, seed: u64) -> Result<u64, String> {
     let mut errors = 0;
     let damage = DAMAGED[(seed / 3 % 3) as usize];
@@ -89,7 +89,7 @@ fn hold_one(cell: &mut Cell, seed: u64) -> Result<u64, String> {
                     let reported = state.joints.get(place).unwrap_or(f64::NAN).to_degrees();
                     if !((reported - made).abs() < TAKEN_WITHIN && (sent - made).abs() < TAKEN_WITHIN) {
                         return Err(format!(
-                            "joint {}: sent to {sent}, told {reported}, made {made}",
+                            "joint {}: sent to {sent}, reported {reported}, made {made}",
                             place + 1
                         ));
                     }

@@ -47,7 +47,7 @@ impl World {
         self.client.read(Verb::Move { joints: joints.into(), relative: true, speed: 1.0 }).unwrap();
     }
 
-    /// Where the world's arm stands, as its drive counts, deg.
+    /// Where the world's arm is, as its drive counts, deg.
     pub(crate) fn joints(&mut self) -> [f64; 6] {
         self.client.read(Verb::Read {}).unwrap().joints.fixed::<6>().unwrap().map(f64::to_degrees)
     }
@@ -110,7 +110,7 @@ impl Cell {
         for (place, (wanted, made)) in degrees.iter().zip(self.world.joints()).enumerate() {
             assert!((wanted - made).abs() < 0.012, "joint {}: {wanted} {made}", place + 1);
             let reported = reported.get(place).unwrap().to_degrees();
-            assert!((reported - made).abs() < 0.012, "joint {}: told {reported}, made {made}", place + 1);
+            assert!((reported - made).abs() < 0.012, "joint {}: reported {reported}, made {made}", place + 1);
         }
     }
 }

@@ -21,7 +21,7 @@ pub(crate) struct Relay {
     pub(crate) path: PathBuf,
     ended: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
-    /// Kept open, so that the line stands before the driver opens it.
+    /// Kept open, so that the line exists before the driver opens it.
     _driver: File,
 }
 
