@@ -2,7 +2,7 @@
 //! A PUMA 560 is one of these ([`puma560`]); any other is described by files ([`mod@file`]).
 //!
 //! The arm is a product of exponentials with the mechanics of [`crate::physics`]: what its controller believes goes through gears that run out of
-//! true, play and coupled wrists, and its links stand where their weight and the tool's balance what yields. The controller's zeros are its own
+//! true, play and coupled wrists, and its links are where their weight and the tool's balance what yields. The controller's zeros are its own
 //! matter: what it believes differs from what its encoders show by an offset for each joint, which a new calibration changes.
 
 mod board_camera;
@@ -43,7 +43,7 @@ pub struct ArmWorld {
     time_ns: u64,
     /// When the arm was switched on.
     began_ns: u64,
-    /// Where the controller believes the joints to stand, rad or mm.
+    /// Where the controller believes the joints to be, rad or mm.
     believed: Vec<f64>,
     /// What the drive's own values are beyond that, rad or mm: the error of each joint's zero.
     offset: Vec<f64>,
@@ -111,7 +111,7 @@ pub enum TravelRefused {
 }
 
 impl ArmWorld {
-    /// A world at its beginning: the arm stands where it was left, and the controller believes what the file says.
+    /// A world at its beginning: the arm is where it was left, and the controller believes what the file says.
     pub fn new(description: ArmWorldDescription) -> Self {
         let joints = &description.paper.drive.joints;
         let kept = description.calibration.as_deref().and_then(|file| calibration::read(file, joints));
@@ -157,17 +157,17 @@ impl ArmWorld {
         &self.description
     }
 
-    /// Where the controller believes the joints to stand, rad or mm.
+    /// Where the controller believes the joints to be, rad or mm.
     pub fn believed(&self) -> &[f64] {
         &self.believed
     }
 
-    /// By how much each joint truly stands beyond what the controller believes, its drive's own errors aside, rad or mm.
+    /// By how much each joint truly is beyond what the controller believes, its drive's own errors aside, rad or mm.
     pub fn zero_errors(&self) -> &[f64] {
         &self.offset
     }
 
-    /// How the arm stands now.
+    /// The status of the arm now.
     ///
     /// # Errors
     /// [`NoEquilibrium`] for an arm that is too soft for its weight.
@@ -179,7 +179,7 @@ impl ArmWorld {
         })
     }
 
-    /// Has the controller believe that the arm stands so; the arm does not stir.
+    /// Has the controller believe that the arm is so; the arm does not stir.
     ///
     /// # Errors
     /// [`TravelRefused`] while it moves, or for what is no number.
@@ -297,7 +297,7 @@ impl ArmWorld {
             self.go_on(due_ns);
             match self.exposure() {
                 Ok(exposure) => self.shutter.took(exposure),
-                // An arm that cannot stand takes no pictures; whoever asks for one is told why.
+                // An arm that finds no equilibrium takes no pictures; whoever asks for one learns why.
                 Err(_) => break,
             }
         }

@@ -41,7 +41,7 @@ const ARM: &[(&str, &str)] = &[
     ("braking_s", "From full speed to rest."),
 ];
 
-/// The schema of world files: which arm stands in one decides what else may.
+/// The schema of world files: which arm is in one decides what else may.
 pub fn world_schema() -> Value {
     let of_teachmover = json!({"properties": {"arm": {"required": ["teachmover"]}}});
     let mut worlds = [teachmover::schema(), other_arms::schema()];

@@ -2,7 +2,7 @@
 
 use crate::chance::normal;
 
-/// How well an instrument tells.
+/// How well an instrument measures.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Instrument {
     /// Standard deviation of one reading, in the instrument's unit.

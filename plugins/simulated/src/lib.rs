@@ -1,4 +1,4 @@
-//! A simulated robot, and the world it stands in.
+//! A simulated robot, and the world it is in.
 //!
 //! [`physics`] is the mechanics of serial arms of any build, and makes measurements on them. Two worlds use it: [`world`] is that of a TeachMover,
 //! [`arm`] that of any other arm (a PUMA 560, or one described by files). [`world_file`] reads the file of either, and [`served_world`] is what

@@ -1,7 +1,7 @@
 //! What is said over the world's socket: a JSON value a line, both ways.
 //!
 //! A client begins with [`Hello`] and is answered with [`Welcome`], or with a refusal that names both versions. From then on it
-//! sends [`Call`]s. Each call is answered by any number of lines that tell what happens meanwhile ([`Say::Joints`],
+//! sends [`Call`]s. Each call is answered by any number of lines that report what happens meanwhile ([`Say::Joints`],
 //! [`Say::Change`]) and then by exactly one that ends it; every line bears the call's number. `stop` may be sent while a motion
 //! is under way, on the same connection or another. A client that goes away stops the motion it began.
 
@@ -40,7 +40,7 @@ pub struct Welcome {
     pub pid: u32,
     /// Whether the world's time is the wall's.
     pub pace: Pace,
-    /// Which arm stands in it, as cell files name it.
+    /// Which arm is in it, as cell files name it.
     pub arm: String,
     /// The same, as people name it.
     pub model: String,
@@ -70,7 +70,7 @@ pub struct JointFacts {
     pub resolution: f64,
     /// The greatest speed, rad/s or mm/s.
     pub top_speed: f64,
-    /// Where the controller believed it to stand when the world began, rad or mm.
+    /// Where the controller believed it to be when the world began, rad or mm.
     pub home: f64,
 }
 
@@ -114,11 +114,11 @@ pub type SomeJoints = Vec<Option<f64>>;
 pub enum Verb {
     /// What the controller knows: ends with [`Say::Reading`].
     Read {},
-    /// Moves joints; ends with [`Say::Reading`] when the arm stands.
+    /// Moves joints; ends with [`Say::Reading`] when the arm is at rest.
     Move {
         /// Where to, or by how much.
         joints: SomeJoints,
-        /// Whether `joints` is added to where the joints stand.
+        /// Whether `joints` is added to where the joints are.
         #[serde(default)]
         relative: bool,
         /// Share of the greatest speed, above 0 and at most 1.
@@ -128,7 +128,7 @@ pub enum Verb {
     /// A cycle of a controller that leads its servos along a way of its own: from where they are the joints go evenly to these, in place of where they
     /// were to go. Ends at once with [`Say::Reading`]; the next cycle may come before this one is over.
     Follow {
-        /// Where the servos shall be at the end of the cycle, as the controller reckons, rad or mm.
+        /// Where the servos shall be at the end of the cycle, as the controller counts, rad or mm.
         joints: JointValues,
         /// How long the cycle lasts, ms.
         ms: f64,
@@ -140,7 +140,7 @@ pub enum Verb {
         /// A bit for each line.
         bits: u64,
     },
-    /// Has the controller believe that the joints stand so; ends with [`Say::Reading`].
+    /// Has the controller believe that the joints are so; ends with [`Say::Reading`].
     SetZero {
         /// What the joints shall read.
         joints: JointValues,
@@ -173,7 +173,7 @@ pub enum Verb {
         /// How much of the world's time, ms.
         ms: u64,
     },
-    /// Drives the motors themselves, as a controller does; ends with [`Say::Reading`] when the arm stands.
+    /// Drives the motors themselves, as a controller does; ends with [`Say::Reading`] when the arm is at rest.
     Step {
         /// Half-steps of each motor: base, shoulder, elbow, right wrist, left wrist, gripper.
         half_steps: JointValues,
@@ -226,7 +226,7 @@ pub enum Verb {
         /// kg; 0 takes it away.
         mass_kg: f64,
     },
-    /// A measuring arm that stands on the target, a borrowed one, tells where a point ahead of the sensor's face truly is, in the target's own
+    /// A measuring arm that is on the target, a borrowed one, reports where a point ahead of the sensor's face truly is, in the target's own
     /// frame; ends with [`Say::Measured`].
     ReadPoint {
         /// Which coordinate: 0 x, 1 y, 2 z.
@@ -244,7 +244,7 @@ pub enum Verb {
         /// Which coordinate: x along the sensor's line, z away from it.
         axis: Axis,
     },
-    /// The operator drives one joint with the pendant until the bubble of a spirit level stands in the middle; ends with
+    /// The operator drives one joint with the pendant until the bubble of a spirit level is in the middle; ends with
     /// [`Say::Reading`].
     Level {
         /// Which joint.
@@ -301,11 +301,11 @@ pub enum Instrument {
     Level,
     /// A ruler, from the table up to the sensor's face; of a PUMA, to the middle of the wrist flange or to the tip of the cage, mm.
     Ruler,
-    /// A laser tracker, one coordinate of a reflector at a place on the arm, in a frame that stands upright on the arm's foot, mm.
+    /// A laser tracker, one coordinate of a reflector at a place on the arm, in a frame that is upright on the arm's foot, mm.
     Tracker,
     /// A camera on the hand, one coordinate of where it sees a board, mm; x takes a new picture, the rest is read from the last.
     Board,
-    /// A measuring probe at the tip of the tool: by how much its ball stands off the thing named in `at`, mm.
+    /// A measuring probe at the tip of the tool: by how much its ball is off the thing named in `at`, mm.
     Probe,
     /// The same camera, one number of how it sees the board turned (a rotation vector), rad.
     BoardTurn,
@@ -482,7 +482,7 @@ impl From<LineChange> for Change {
 pub struct TruthReport {
     /// The world's time, ns.
     pub time_ns: u64,
-    /// Joint values as the controller reckons them, rad or mm.
+    /// Joint values as the controller counts them, rad or mm.
     #[serde(rename = "reckoned")]
     pub counted: JointValues,
     /// True attitudes, rad or mm.

@@ -1,4 +1,4 @@
-//! The `simulated` robot: a driver that knows of its arm what a real controller would tell, and asks the world for it.
+//! The `simulated` robot: a driver that knows of its arm what a real controller would report, and asks the world for it.
 
 use std::path::PathBuf;
 

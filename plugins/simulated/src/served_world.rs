@@ -1,4 +1,4 @@
-//! A world as it is served: whatever arm stands in it, and what can be done there. What not every arm has is a capability of its own.
+//! A world as it is served: whatever arm is in it, and what can be done there. What not every arm has is a capability of its own.
 
 use std::sync::Arc;
 
@@ -9,7 +9,7 @@ use crate::physics::rigid::Vector;
 use crate::protocol::{Axis, Instrument, JointFacts, Reading, SomeJoints, TruthReport};
 use crate::world::LineChange;
 
-/// What a driver may know of the arm that stands in a world.
+/// What a driver may know of the arm that is in a world.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ArmFacts {
     /// As cell files name it.
@@ -29,9 +29,9 @@ pub struct ArmFacts {
 /// A motion of joints that somebody asks for.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MotionRequest {
-    /// Where each joint shall go, as the controller reckons, rad or mm; None stays.
+    /// Where each joint shall go, as the controller counts, rad or mm; None stays.
     pub joints: SomeJoints,
-    /// Whether the values are added to where the joints stand.
+    /// Whether the values are added to where the joints are.
     pub relative: bool,
     /// Share of the arm's greatest speed, above 0 and at most 1.
     pub speed: f64,
@@ -78,7 +78,7 @@ pub trait Arm {
     /// What is so.
     ///
     /// # Errors
-    /// Why the arm does not stand.
+    /// Why the arm finds no equilibrium.
     fn truth(&self) -> Result<TruthReport, String>;
     /// When the motion under way will end, world time, ns.
     fn motion_ends_ns(&self) -> Option<u64>;
@@ -96,7 +96,7 @@ pub trait Arm {
     }
     /// Stops whatever moves.
     fn halt(&mut self);
-    /// Has the controller believe that the arm stands so, rad or mm.
+    /// Has the controller believe that the arm is so, rad or mm.
     ///
     /// # Errors
     /// Why not.
@@ -109,7 +109,7 @@ pub trait Arm {
 pub trait Operator {
     /// Where the controller must send the arm for its true joints to come to these (rad or mm), as an operator sees by looking.
     fn request_toward(&self, joints: &[Option<f64>]) -> MotionRequest;
-    /// Whether the arm stands as near to these true joints (rad or mm) as its motors can be set.
+    /// Whether the arm is as near to these true joints (rad or mm) as its motors can be set.
     fn is_at(&self, joints: &[Option<f64>]) -> bool;
     /// Measures: the value and its unit.
     ///
@@ -148,12 +148,12 @@ pub trait Switch {
     fn turn_trim(&mut self, by: f64) -> Result<(), String>;
     /// True attitudes with which the switch's face is so high (mm) over the table, only the shoulder having moved; none where there are none.
     fn attitudes_at_height(&mut self, height_mm: f64) -> Option<SomeJoints>;
-    /// True attitudes with which the switch's face is over this point, as well as the operator's eye tells; none where there are none.
+    /// True attitudes with which the switch's face is over this point, as well as the operator's eye can see; none where there are none.
     fn attitudes_over(&mut self, point: &Vector) -> Option<SomeJoints>;
     /// Where a point ahead of the switch's face truly is along an axis (0 x, 1 y, 2 z) of the target's frame, mm.
     ///
     /// # Errors
-    /// Why nobody can tell.
+    /// Why it cannot be determined.
     fn read_point(&self, axis: usize, ahead_mm: f64) -> Result<f64, String>;
 }
 
@@ -175,7 +175,7 @@ pub trait Camera {
 
 /// Joints that the operator can bring to level by the bubble of a spirit level.
 pub trait LevelledJoints {
-    /// How a joint is to be turned to bring the bubble to the middle; none when it stands there.
+    /// How a joint is to be turned to bring the bubble to the middle; none when it is there.
     ///
     /// # Errors
     /// Why it cannot be done.

@@ -1,6 +1,6 @@
-//! World files, whatever arm stands in them.
+//! World files, whatever arm is in them.
 //!
-//! Which arm it is, the key under `arm:` says; what else may stand in the file follows from that ([`crate::world::file`] for a TeachMover's).
+//! Which arm it is, the key under `arm:` says; what else may be in the file follows from that ([`crate::world::file`] for a TeachMover's).
 
 use std::path::Path;
 
@@ -13,7 +13,7 @@ pub use crate::world::file::WorldFileError;
 use crate::world::file::{no_world, of_tree, root, seal};
 use crate::world::{World, WorldDescription, served as teachmover};
 
-/// The keys under `arm:` that stand for another arm than a TeachMover.
+/// The keys under `arm:` that mean another arm than a TeachMover.
 const OTHER_ARMS: [&str; 2] = ["puma560", "described"];
 
 /// What a world file describes.
@@ -92,7 +92,7 @@ pub fn parse(file: &str, text: &str) -> Result<Described, WorldFileError> {
     Ok(described)
 }
 
-/// What may be told of mistakes under a seal: messages about the sealed text would give it away, those about an arm file beside it would not.
+/// What may be said of mistakes under a seal: messages about the sealed text would give it away, those about an arm file beside it would not.
 fn unsealed(file: &str, error: WorldFileError) -> WorldFileError {
     match error {
         WorldFileError::Wrong(problems) if problems.file != Path::new(file) => {
@@ -130,7 +130,7 @@ fn parse_open(file: &str, text: &str) -> Result<Described, WorldFileError> {
     world.map(|world| Described::TeachMover(Box::new(world))).ok_or_else(|| no_world(file))
 }
 
-/// Whether the key under `arm:` is another's than a TeachMover's; a file without any is told so by the TeachMover's reader.
+/// Whether the key under `arm:` is another's than a TeachMover's; a file without any is reported so by the TeachMover's reader.
 fn is_of_another_arm(root: &Node) -> bool {
     let entries = |node: &Node| match &node.value {
         NodeValue::Map(entries) => entries.clone(),

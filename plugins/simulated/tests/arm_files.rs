@@ -1,4 +1,4 @@
-//! Worlds of arms that files describe: what a bad file is told, and what a good one does.
+//! Worlds of arms that files describe: how a bad file is reported, and what a good one does.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
@@ -88,7 +88,7 @@ fn an_arm_of_three_axes_of_which_two_slide_goes_where_it_is_sent() {
 }
 
 #[test]
-fn a_slide_with_counted_steps_stands_on_whole_steps_and_one_without_anywhere() {
+fn a_slide_with_counted_steps_is_on_whole_steps_and_one_without_anywhere() {
     let mut world = Files::new(CRANE, WORLD).open();
     go(&mut world, [0.123_456, 300.3, 77.77]);
     assert_eq!(world.believed(), [0.123_456, 300.5, 77.77]);
@@ -146,7 +146,7 @@ fn a_request_for_another_count_of_joints_is_refused_and_moves_nothing() {
 }
 
 #[test]
-fn a_bad_arm_file_is_told_where_and_what_would_be_right() {
+fn a_bad_arm_file_is_refused_with_where_and_what_would_be_right() {
     assert_eq!(
         arm_refused("speed_deg_per_s", "sped_deg_per_s"),
         "crane.arm.yaml:5:84: unknown key `sped_deg_per_s` in an entry of `joints`; did you mean `speed_deg_per_s`?"
@@ -195,7 +195,7 @@ fn a_bad_arm_file_is_told_where_and_what_would_be_right() {
 }
 
 #[test]
-fn a_bad_world_of_such_an_arm_is_told_where_and_what_would_be_right() {
+fn a_bad_world_of_such_an_arm_is_refused_with_where_and_what_would_be_right() {
     let refused = |world: &str| Files::new(CRANE, world).refused();
     assert!(
         refused("world: w\narm: {described: {by: crane.yaml}}\n")
@@ -262,7 +262,7 @@ fn urdf_refused(urdf: &str) -> String {
 }
 
 #[test]
-fn an_arm_out_of_a_urdf_file_stands_where_the_file_says() {
+fn an_arm_out_of_a_urdf_file_is_where_the_file_says() {
     let files = Files::new("arm: two\nurdf: two.urdf\njoints: [{name: ram, step_mm: 0.1}]\n", WORLD);
     std::fs::write(files.folder.path().join("two.urdf"), URDF).unwrap();
     let mut world = files.open();

@@ -52,7 +52,7 @@ fn narrow_poses_hide_more_than_wide_ones() {
 }
 
 #[test]
-fn what_is_hidden_by_lot_can_be_seen() {
+fn what_is_hidden_at_random_can_be_seen() {
     use plumb_simulated::physics::campaign::catalogue::Choice;
     use plumb_simulated::physics::campaign::specification::{Size, Wanted};
     for (name, _) in arms::ARMS {

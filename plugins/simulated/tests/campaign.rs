@@ -76,7 +76,7 @@ fn the_table_has_the_columns_of_the_contract() {
 }
 
 #[test]
-fn the_model_file_is_the_arm_on_paper_and_tells_nothing() {
+fn the_model_file_is_the_arm_on_paper_and_reveals_nothing() {
     let made = case(&hiding("panda", &[("link_length", 3.0)]), 3);
     let again = plumb_simulated::physics::description::ArmDescription::from_yaml(&made.model_yaml()).unwrap();
     let close = |a: f64, b: f64| (a - b).abs() < 1e-9;

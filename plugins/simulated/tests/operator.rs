@@ -47,7 +47,7 @@ fn the_trim_resistor_sets_the_height_at_which_the_sensor_fires() {
 }
 
 #[test]
-fn level_and_ruler_read_what_stands_there() {
+fn level_and_ruler_read_what_is_there() {
     let served = Served::start("world-ideal.yaml", Pace::Fast);
     let mut client = served.connect();
     let mut joints = only(Joint::WristPitch, -88.5_f64.to_radians());
@@ -117,7 +117,7 @@ fn a_sealed_world_works_and_keeps_its_faults_to_itself() {
     let plain = std::fs::read_to_string(world_path("world-worn.yaml")).unwrap();
     let sealed = seal(&plain);
     assert!(!sealed.contains("backlash") && !sealed.contains("zero_error"));
-    assert_eq!(sealed.lines().nth(1), Some("world: sealed"), "told from other files by its key");
+    assert_eq!(sealed.lines().nth(1), Some("world: sealed"), "distinguished from other files by its key");
     let world = parse("sealed.world", &sealed).unwrap();
     assert_eq!(world.sealed_text.as_deref(), Some(plain.as_str()));
     let open = read(&world_path("world-worn.yaml")).unwrap();
@@ -133,7 +133,7 @@ fn a_sealed_world_works_and_keeps_its_faults_to_itself() {
 }
 
 #[test]
-fn what_is_true_in_a_sealed_world_is_told_once_it_is_revealed() {
+fn what_is_true_in_a_sealed_world_is_said_once_it_is_revealed() {
     let directory = tempfile::tempdir().unwrap();
     let file = directory.path().join("sealed.world");
     plumb_simulated::world::file::write_sealed(&world_path("world-backlash.yaml"), &file).unwrap();
@@ -168,7 +168,7 @@ fn a_gauge_block_and_the_trim_resistor_set_the_sensor_to_a_height() {
 }
 
 #[test]
-fn the_hand_is_placed_over_a_point_as_well_as_the_eye_tells() {
+fn the_hand_is_placed_over_a_point_as_well_as_the_eye_can_see() {
     let point = Verb::PlaceHand { x_mm: 127.0, y_mm: 10.0, z_mm: 5.0 };
     let served = Served::start("world-ideal.yaml", Pace::Fast);
     let mut client = served.connect();
@@ -212,7 +212,7 @@ fn a_world_that_begins_again_is_as_it_was_and_its_clock_runs_on() {
     let mut changes = 0;
     client.call(Verb::Again { seed: 5 }, || false, |_| changes += 1).unwrap();
     let begun = client.read(Verb::Read {}).unwrap();
-    assert!(begun.time_ns >= before && begun.inputs == 0, "the sensor stands high over the table again");
+    assert!(begun.time_ns >= before && begun.inputs == 0, "the sensor is high over the table again");
     assert_eq!(lowered(&mut client), first, "the same seed, the same world");
     client.read(Verb::Again { seed: 6 }).unwrap();
     assert_eq!(client.read(Verb::Read {}).unwrap().inputs, 0);

@@ -119,7 +119,7 @@ fn a_twisted_link_turns_as_the_shaft_of_the_textbook() {
     let (down, ahead) = drop(&[(Mechanism::LinkTorsion { joint: 1 }, flexibility)]);
     assert!((down - 200.0 * angle).abs() < 1e-3 * down, "{down} mm against {} mm", 200.0 * angle);
     assert!((ahead - 500.0).abs() < 1e-9, "about the rod's own line: {ahead}");
-    // The post stands along its joint's axis, about which gravity has no moment.
+    // The post is along its joint's axis, about which gravity has no moment.
     let (down, _) = drop(&[(Mechanism::LinkTorsion { joint: 0 }, flexibility)]);
     assert!(down.abs() < 1e-9, "{down}");
 }

@@ -105,7 +105,7 @@ fn an_error_of_joint_2_raises_the_righty_wrist_as_it_lowers_the_lefty_one() {
 }
 
 #[test]
-fn a_flipped_wrist_tells_joint_5s_zero_from_the_mounts_tilt() {
+fn a_flipped_wrist_distinguishes_joint_5s_zero_from_the_mounts_tilt() {
     let text = "world: w\narm: {puma560: {resolution: continuous, zero_error: {wrist_bend_deg: 0.8}, base: {tilt_x_deg: 0.3, tilt_y_deg: -0.5}}}\n";
     let mut world = world_of(text);
     let mut motions = Vec::new();
@@ -167,7 +167,7 @@ fn a_cage_sags_on_a_soft_shoulder_and_more_when_stretched_out() {
 }
 
 #[test]
-fn a_stop_brakes_and_the_joints_stand_where_the_encoders_can_count() {
+fn a_stop_brakes_and_the_joints_are_where_the_encoders_can_count() {
     let mut world = world_of("world: w\narm: {puma560: {resolution: encoder}}\n");
     let mut target = world.believed().to_vec();
     target[0] += 1.0;

@@ -29,7 +29,7 @@ fn reading(say: Say) -> Reading {
 }
 
 #[test]
-fn a_fast_world_moves_at_once_and_tells_every_edge() {
+fn a_fast_world_moves_at_once_and_reports_every_edge() {
     let served = Served::start("world-ideal.yaml", Pace::Fast);
     let mut client = served.connect();
     let mut changes = Vec::new();
@@ -75,7 +75,7 @@ fn a_stop_in_mid_move_leaves_the_arm_where_it_was() {
 }
 
 #[test]
-fn a_client_that_goes_in_mid_move_leaves_the_arm_standing() {
+fn a_client_that_goes_in_mid_move_leaves_the_arm_at_rest() {
     let served = Served::start("world-ideal.yaml", Pace::Real);
     let mut watcher = served.connect();
     let mut stream = UnixStream::connect(&served.socket).unwrap();
@@ -190,7 +190,7 @@ fn a_socket_left_by_a_dead_world_is_taken_over() {
 }
 
 #[test]
-fn a_world_told_to_end_removes_its_socket_and_leaves_nothing() {
+fn a_world_asked_to_end_removes_its_socket_and_leaves_nothing() {
     let mut served = Served::start("world-ideal.yaml", Pace::Real);
     let mut bystander = served.connect();
     served.connect().call(Verb::Shutdown {}, || false, |_| {}).unwrap();
@@ -259,7 +259,7 @@ fn cell_ns(served: &Served) -> u64 {
     ClockReader::open(&clock_file(&served.socket)).unwrap().read().unwrap().at(monotonic_ns)
 }
 
-/// In fast pace the cell's clock stands until something moves, and jumps over the motion; in real pace it goes on from there with the wall's.
+/// In fast pace the cell's clock is stopped until something moves, and jumps over the motion; in real pace it goes on from there with the wall's.
 #[test]
 fn the_world_keeps_the_cells_clock_at_either_pace() {
     let served = Served::start("world-ideal.yaml", Pace::Fast);
@@ -331,7 +331,7 @@ fn no_call_can_keep_the_world_busy_for_ever() {
 }
 
 #[test]
-fn a_client_of_another_version_is_told_both() {
+fn a_client_of_another_version_gets_both_versions() {
     let served = Served::start("world-ideal.yaml", Pace::Fast);
     let answers =
         converse(&served, &[r#"{"protocol":9,"client":"old driver"}"#, r#"{"id":1,"do":{"read":{}}}"#]);

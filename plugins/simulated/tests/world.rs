@@ -93,7 +93,7 @@ fn a_solid_table_holds_the_arm_up_and_its_motor_loses_steps() {
     turn(&mut world, Joint::Shoulder, 20.0);
     let risen =
         (world.truth().attitudes.of(Joint::Shoulder) - before.attitudes.of(Joint::Shoulder)).to_degrees();
-    assert!((risen - lost).abs() < 1e-6, "what it lost downward it stands too high by after");
+    assert!((risen - lost).abs() < 1e-6, "what it lost downward it is too high by after");
 }
 
 #[test]
@@ -119,7 +119,7 @@ fn a_waist_turns_on_while_the_shoulder_is_held_up() {
     assert!(truth.lost.0[1] > 0.0);
 }
 
-/// Whether the waist pushes into the table is told from heights that differ in their last digits only.
+/// Whether the waist pushes into the table is determined from heights that differ in their last digits only.
 #[test]
 fn a_waist_turns_on_over_the_table_in_every_pose_of_a_drooping_arm() {
     let droop = "resolution: continuous\n    droop: {upper_arm_kg: 0.9, forearm_kg: 0.5, hand_kg: 0.4, \
@@ -209,7 +209,7 @@ fn letting_time_run_in_slices_changes_nothing() {
 }
 
 #[test]
-fn the_controller_can_be_told_where_it_stands_without_moving() {
+fn the_controller_can_be_given_its_position_without_moving() {
     let mut world = world("world-backlash.yaml");
     let before = world.truth();
     world.set_registers(&Joints([0.0; 6])).unwrap();

@@ -25,7 +25,7 @@ pub struct Tool {
     pub tip: Vector,
 }
 
-/// The table the arm stands on and over.
+/// The table the arm is on and over.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tabletop {
     /// Of its top under the origin of the world, mm.
@@ -169,9 +169,9 @@ pub struct ArmWorldDescription {
     pub seed: u64,
     /// On paper.
     pub paper: ArmOnPaper,
-    /// Where the controller believes it to stand at the beginning, rad or mm.
+    /// Where the controller believes it to be at the beginning, rad or mm.
     pub start: Vec<f64>,
-    /// By how much each joint truly stands beyond what is believed, rad or mm.
+    /// By how much each joint truly is beyond what is believed, rad or mm.
     pub zero_error: Vec<f64>,
     /// By how much more, either way, drawn from the seed, rad or mm.
     pub zero_error_within: Vec<f64>,
@@ -179,7 +179,7 @@ pub struct ArmWorldDescription {
     pub imperfections: Vec<Imperfection>,
     /// What it carries.
     pub tool: Tool,
-    /// What it stands on.
+    /// What it is on.
     pub table: Tabletop,
     /// On hand.
     pub level: SpiritLevel,

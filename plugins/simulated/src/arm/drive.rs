@@ -17,7 +17,7 @@ pub struct JointDrive {
     pub top_speed: f64,
     /// Counts of the motor's encoder for a rad or mm of the joint; 0 where nobody counts.
     pub counts_per_unit: f64,
-    /// Where it stands at home, rad or mm.
+    /// Where it is at home, rad or mm.
     pub home: f64,
 }
 

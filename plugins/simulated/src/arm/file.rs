@@ -190,7 +190,7 @@ struct Defaults {
     table_height: f64,
 }
 
-/// A PUMA's cage, and the table on which it stands as Agin (1985) has it.
+/// A PUMA's cage, and the table on which it is as Agin (1985) has it.
 const PUMA: Defaults = Defaults {
     tool: Tool {
         mass_kg: 1.05,
@@ -293,7 +293,7 @@ fn arm(checked: Typed<'_>, title: &Spanned<String>, raw: RawArm) -> Read<(ArmOnP
 }
 
 impl Checker<'_> {
-    /// The arm must stand with its load where it begins (a PUMA stretched out): what is too soft there is a mistake of the file. Not asked while
+    /// The arm must be at rest with its load where it begins (a PUMA stretched out): what is too soft there is a mistake of the file. Not asked while
     /// other numbers are wrong.
     fn require_equilibrium(&self, world: &ArmWorldDescription, place: Span) {
         if !self.typed.problems.is_empty() {

@@ -95,7 +95,7 @@ pub enum MeasuringError {
         /// Where the level lies.
         place: String,
     },
-    /// The arm does not stand.
+    /// The arm is not at rest.
     #[error(transparent)]
     NoEquilibrium(#[from] NoEquilibrium),
 }
@@ -106,7 +106,7 @@ const IN_THE_MIDDLE_DEG: f64 = 1e-7;
 /// How the operator would go on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum LevelStep {
-    /// The bubble stands in the middle.
+    /// The bubble is in the middle.
     Done,
     /// The joint is to be turned by so much, rad.
     Turn(f64),
@@ -202,7 +202,7 @@ impl ArmWorld {
         Ok(LevelStep::Turn(-shown.to_radians() * share / rise))
     }
 
-    /// A bubble that shows less than this stands in the middle, deg.
+    /// A bubble that shows less than this is in the middle, deg.
     fn smallest_seen_deg(&self) -> f64 {
         let level = self.description.level.instrument;
         (level.division.to_degrees() / 2.0).max(level.error.to_degrees()).max(IN_THE_MIDDLE_DEG)

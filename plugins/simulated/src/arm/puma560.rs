@@ -27,7 +27,7 @@ pub struct JointOfPuma {
     pub counts_per_deg: f64,
     /// Counts from one index pulse to the next (Armstrong's table of potentiometers: 800 at joint 2, 1000 else).
     pub counts_a_turn: f64,
-    /// Where it stands in the ready position, degrees.
+    /// Where it is in the ready position, degrees.
     pub ready_deg: f64,
 }
 
@@ -59,7 +59,7 @@ const WRIST_GEARS: [MotorCoupling; 3] = [
 ];
 
 /// Where a spirit level can lie: on the flat of the wrist assembly, along the forearm and across it; on the cage's back, which lies against the
-/// flange and is level when joint 6 stands upright, one way and the other; on the cage's top, level when the cage looks straight ahead.
+/// flange and is level when joint 6 is upright, one way and the other; on the cage's top, level when the cage looks straight ahead.
 const LEVEL_SURFACES: [LevelSurface; 5] = [
     LevelSurface {
         name: Cow::Borrowed("forearm"),

@@ -1,4 +1,4 @@
-//! A measuring probe at the tip of the tool: a ball on a stem that gives way and shows by how much it stands off what it feels, mm.
+//! A measuring probe at the tip of the tool: a ball on a stem that gives way and shows by how much it is off what it feels, mm.
 
 use super::ArmWorld;
 use super::description::Sight;
@@ -15,7 +15,7 @@ fn outside(sight: &Sight, point: Vector) -> Option<f64> {
 }
 
 impl ArmWorld {
-    /// By how much the probe's ball stands off a thing, mm: zero where it just touches, negative where it gives way.
+    /// By how much the probe's ball is off a thing, mm: zero where it just touches, negative where it gives way.
     ///
     /// # Errors
     /// [`MeasuringError`]

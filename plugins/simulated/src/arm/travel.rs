@@ -37,7 +37,7 @@ impl Travel {
         }
     }
 
-    /// One cycle of a controller that leads the servos; where it ends they stand, without brakes.
+    /// One cycle of a controller that leads the servos; where it ends they stop, without brakes.
     pub(super) fn led(from: Vec<f64>, to: Vec<f64>, now_ns: u64, duration_ns: u64) -> Self {
         Self {
             from,
@@ -122,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn an_arm_without_brakes_stands_at_once() {
+    fn an_arm_without_brakes_stops_at_once() {
         let mut drive = puma560::drive();
         drive.braking_s = 0.0;
         let travel = Travel::plan(&drive, vec![0.0; 6], vec![1.0; 6], 1.0, 0);

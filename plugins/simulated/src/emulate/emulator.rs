@@ -45,7 +45,7 @@ pub enum EmulatorError {
 pub trait Controls: Send + 'static {
     /// What happens to it besides its line.
     type Event: Send;
-    /// How it stands.
+    /// Its status.
     type Status: Clone + Default + Send;
 
     /// When it has to work next, if no byte comes before.
@@ -63,14 +63,14 @@ pub trait Controls: Send + 'static {
     /// [`EmulatorError`] when the arm is gone.
     fn work(&mut self, line: &mut Line) -> Result<(), EmulatorError>;
 
-    /// How it stands now; `port` is what a host opens, as long as the plug is in.
+    /// Its status now; `port` is what a host opens, as long as the plug is in.
     fn status(&mut self, port: Option<PathBuf>, line: &Line) -> Self::Status;
 }
 
-/// What its thread is told.
+/// What its thread is given.
 #[derive(Debug)]
 enum Order<Event> {
-    /// Something happens; whoever tells it waits until it has happened.
+    /// Something happens; whoever reports it waits until it has happened.
     Happen(Event, SyncSender<()>),
     End,
 }
@@ -95,7 +95,7 @@ impl<C: Controls> Emulator<C> {
         Ok(Self { orders, wake, status, thread: Some(thread) })
     }
 
-    /// How the controller stands now.
+    /// The status of the controller now.
     pub fn status(&self) -> C::Status {
         self.status.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
@@ -155,7 +155,7 @@ fn publish<C: Controls>(controller: &mut C, line: &Line, status: &Mutex<C::Statu
     *status.lock().unwrap_or_else(PoisonError::into_inner) = now;
 }
 
-/// The thread's work, until it is told to end.
+/// The thread's work, until it is asked to end.
 fn serve<C: Controls>(
     controller: &mut C,
     line: &mut Line,
@@ -182,7 +182,7 @@ fn serve<C: Controls>(
         line.send()?;
         publish(controller, line, status);
         for done in happened {
-            // Whoever told it may have gone.
+            // Whoever reported it may have gone.
             let _ = done.send(());
         }
     }

@@ -36,7 +36,7 @@ pub struct Fault {
     pub byte: u64,
 }
 
-/// A text that tells no fault.
+/// A text that gives no fault.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
     "`{0}` is no fault of a line; write `KIND WAY N` with KIND drop, double, garble or late:MS, WAY to-arm or from-arm, and N the byte from 1, such as `drop to-arm 3`"

@@ -24,7 +24,7 @@ pub enum TerminalError {
         /// What the system said.
         cause: io::Error,
     },
-    /// Something else stands where the link was to be.
+    /// Something else is where the link was to be.
     #[error("{} exists and is no link: choose another --link, or move it away", .0.display())]
     Occupied(PathBuf),
 }
@@ -33,7 +33,7 @@ pub enum TerminalError {
 #[derive(Debug)]
 pub(in crate::emulate) struct Terminal {
     ours: File,
-    /// The host's end is kept open, so that the line stands and keeps its settings whether or not a host has it.
+    /// The host's end is kept open, so that the line exists and keeps its settings whether or not a host has it.
     _theirs: File,
     path: PathBuf,
     link: Option<PathBuf>,

@@ -12,7 +12,7 @@ const BRAKED_WITHIN: Duration = Duration::from_secs(5);
 /// No arm's joint is slower, as a share of its greatest speed.
 const SLOWEST: f64 = 0.001;
 
-/// The arm cannot be moved any more, or stands in no such world.
+/// The arm cannot be moved any more, or is in no such world.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub(super) struct MotionError(String);

@@ -46,7 +46,7 @@ pub struct Light {
     pub projector: Projector,
     /// The room.
     pub ambient: Ambient,
-    /// As they stand at the beginning.
+    /// As they are at the beginning.
     pub switches: Switches,
     /// How much later than its time says a picture is exposed, ns; negative for earlier.
     pub exposure_delay_ns: i64,
@@ -55,7 +55,7 @@ pub struct Light {
 }
 
 impl Light {
-    /// The picture taken with the flange there. `number` tells this exposure from others: each has its own noise.
+    /// The picture taken with the flange there. `number` distinguishes this exposure from others: each has its own noise.
     pub fn picture(&self, world_from_flange: &Rigid, switches: Switches, number: u64) -> Picture {
         picture::take(self, world_from_flange, switches, number)
     }

@@ -83,7 +83,7 @@ pub struct Hit {
 const SKIN: f64 = 1e-6;
 
 impl Form {
-    /// A box that stands upright, turned about the vertical, by its centre and its edges, mm and rad.
+    /// A box that is upright, turned about the vertical, by its centre and its edges, mm and rad.
     pub fn block(centre: Vector, edges: [f64; 3], yaw: f64) -> Form {
         let (sine, cosine) = yaw.sin_cos();
         let along = [Vector::new(cosine, sine, 0.0), Vector::new(-sine, cosine, 0.0), Vector::Z];
@@ -215,7 +215,7 @@ pub fn first_hit(surfaces: &[Surface], from: Vector, toward: Vector) -> Option<H
     first
 }
 
-/// Whether nothing stands between a point on a surface and another.
+/// Whether nothing is between a point on a surface and another.
 pub fn is_clear(surfaces: &[Surface], from: Vector, to: Vector) -> bool {
     let way = to - from;
     let length = way.norm();

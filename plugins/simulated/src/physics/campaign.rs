@@ -156,7 +156,7 @@ pub fn generate_further(
     })
 }
 
-/// Adds noise, and gross errors where chance has it. Also tells which rows are grossly wrong.
+/// Adds noise, and gross errors where chance has it. Also reports which rows are grossly wrong.
 fn observe(specification: &Specification, clean: &[Vec<f64>], seed: u64) -> (Vec<Vec<f64>>, Vec<usize>) {
     let mut noise = Random::new(seed, "noise");
     let mut gross = Random::new(seed, "outliers");

@@ -145,7 +145,7 @@ pub enum DescriptionError {
         joint: String,
         /// Which number.
         what: &'static str,
-        /// What stands there.
+        /// What is there.
         value: f64,
         /// What would be right.
         right: &'static str,
@@ -153,7 +153,7 @@ pub enum DescriptionError {
     /// A link hangs on a joint that does not exist.
     #[error("links: `after: {after}` names no joint; the joints are {known}")]
     UnknownJoint {
-        /// What stands there.
+        /// What is there.
         after: String,
         /// The joints' names.
         known: String,

@@ -20,7 +20,7 @@ pub use torsion_spring::StiffeningSpring;
 pub struct Loaded<'arm> {
     /// The arm at home.
     pub arm: &'arm Arm,
-    /// How it stands, all yielding included.
+    /// Its pose, all yielding included.
     pub posture: &'arm Posture,
     /// The joints' angles, yielding included, rad.
     pub angles: &'arm [f64],

@@ -1,6 +1,6 @@
 //! What can be wrong with an arm: the catalogue of mechanisms, each with where it sits and how large it is.
 //!
-//! A size is given in rad, mm, kg, N m, K and s, as the mechanism has it; `unit` names it. What each mechanism does is told where it is done: in the
+//! A size is given in rad, mm, kg, N m, K and s, as the mechanism has it; `unit` names it. What each mechanism does is described where it is done: in the
 //! drive ([`super::drive`]), in what yields ([`super::elastic`]), in the shape, by time and temperature ([`super::slow_change`]) or in the instrument
 //! ([`super::campaign::instrument`]).
 
@@ -46,7 +46,7 @@ pub enum Mechanism {
     AxisSkew { joint: usize },
     /// The base is turned about an axis of the world; rad.
     BaseTilt { axis: [f64; 3] },
-    /// The base stands elsewhere along a direction; mm.
+    /// The base is elsewhere along a direction; mm.
     BasePosition { direction: [f64; 3] },
     /// The target sits elsewhere along a direction of the flange; mm.
     ToolOffset { direction: [f64; 3] },
@@ -86,7 +86,7 @@ pub enum Mechanism {
     Drift { direction: [f64; 3] },
     /// The instrument's length along one axis (0, 1, 2) is wrong; mm per mm.
     InstrumentScale { axis: usize },
-    /// The instrument stands out of level about a horizontal direction (rad from x); rad.
+    /// The instrument is out of level about a horizontal direction (rad from x); rad.
     InstrumentTilt { direction: f64 },
     /// Outside the library: the joint hangs in detents of irregular spacing near `spacing` rad; rad, the depth.
     StickSlip { joint: usize, spacing: f64, pattern: u64 },

@@ -1,4 +1,4 @@
-//! An arm at work: commanded to go somewhere, it goes as its imperfections let it, remembers what came before, and stands where forces balance.
+//! An arm at work: commanded to go somewhere, it goes as its imperfections let it, remembers what came before, and rests where forces balance.
 
 use std::sync::Arc;
 
@@ -23,7 +23,7 @@ pub struct Conditions {
     pub payload_kg: f64,
 }
 
-/// Why an arm does not stand still.
+/// Why an arm finds no equilibrium.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error(
     "the arm finds no equilibrium under {payload_kg} kg: its springs are too soft for its weight (last step {last_step:.1e} rad)"
@@ -35,7 +35,7 @@ pub struct NoEquilibrium {
     pub last_step: f64,
 }
 
-/// A standing arm.
+/// An arm at rest.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stance {
     /// Where everything is.
@@ -51,7 +51,7 @@ pub struct Stance {
 /// An arm whose loads and springs have been balanced as far as they do.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Balanced {
-    /// How it stands.
+    /// Its pose.
     pub stance: Stance,
     /// How far the last round of the balance still moved a joint, rad: 0 for a stiff arm.
     pub last_step: f64,
@@ -118,7 +118,7 @@ impl Machine {
         &self.driven
     }
 
-    /// Where the arm stands under these conditions.
+    /// Where the arm is under these conditions.
     ///
     /// # Errors
     /// [`NoEquilibrium`] for an arm that is too soft for its weight.
@@ -131,7 +131,7 @@ impl Machine {
         }
     }
 
-    /// Where the arm stands under these conditions; one that is too soft for its weight, where its sinking was last followed to.
+    /// Where the arm is under these conditions; one that is too soft for its weight, where its sinking was last followed to.
     pub fn balance(&self, conditions: &Conditions) -> Balanced {
         let yielded = |turns: &[f64]| -> Vec<f64> {
             self.driven.iter().zip(turns).map(|(driven, turn)| driven + turn).collect()
@@ -145,7 +145,7 @@ impl Machine {
         body.loaded(&body.arm, drives.to_vec(), &Yielding::none(drives.len()), 0.0).0
     }
 
-    /// The command that brings a machine without history (play in its middle) to where its drives truly stand so under these conditions.
+    /// The command that brings a machine without history (play in its middle) to where its drives truly are so under these conditions.
     pub fn command_for(&self, drives: &[f64], conditions: &Conditions) -> Vec<f64> {
         let (_, yielding) = self.body.balance(conditions, |_| drives.to_vec());
         let driven: Vec<f64> = drives.iter().zip(&yielding.turns).map(|(drive, turn)| drive - turn).collect();
@@ -183,7 +183,7 @@ impl Body {
         Some(shape.arm())
     }
 
-    /// Iterates until the load of the yielded arm yields the same arm again. `drives` tells where the drives stand when they have turned so far under load.
+    /// Iterates until the load of the yielded arm yields the same arm again. `drives` reports where the drives are when they have turned so far under load.
     fn balance(&self, conditions: &Conditions, drives: impl Fn(&[f64]) -> Vec<f64>) -> (Balanced, Yielding) {
         let changed = self.changed(conditions);
         let arm = changed.as_ref().unwrap_or(&self.arm);

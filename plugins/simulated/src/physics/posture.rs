@@ -1,10 +1,10 @@
-//! An arm standing in some pose: where everything is, and how gravity pulls on it.
+//! An arm at rest in some pose: where everything is, and how gravity pulls on it.
 
 use super::description::{GRAVITY, Motion};
 use super::rigid::{Rigid, Screw, Vector};
 use super::shape::Arm;
 
-/// A standing arm, in the world frame.
+/// An arm at rest, in the world frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Posture {
     /// The joints' axes where they now are.

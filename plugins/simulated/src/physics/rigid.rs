@@ -191,7 +191,7 @@ impl Rigid {
         Self { rotation, translation: point - rotation.apply(point) + shift }
     }
 
-    /// Where `point` comes to stand.
+    /// Where `point` ends up.
     pub fn apply(&self, point: Vector) -> Vector {
         self.rotation.apply(point) + self.translation
     }

@@ -31,7 +31,7 @@ pub struct Shape {
     /// One row a joint, from the base outwards.
     pub rows: Vec<Row>,
     weights: Vec<Weight>,
-    /// Where the base stands.
+    /// Where the base is.
     pub world_from_base: Rigid,
     /// The flange in the frame of the last row.
     flange: Rigid,
@@ -67,7 +67,7 @@ pub struct Arm {
     pub base_from_flange: Rigid,
     /// The target at home.
     pub target: Vector,
-    /// Where the base stands.
+    /// Where the base is.
     pub world_from_base: Rigid,
 }
 

@@ -52,7 +52,7 @@ fn beside(path: &Path, ending: &str) -> PathBuf {
 
 impl Drop for Address {
     fn drop(&mut self) {
-        // What cannot be removed now is replaced by the next world; there is nobody left to tell.
+        // What cannot be removed now is replaced by the next world; there is nobody left to inform.
         let _ = fs::remove_file(&self.socket);
         let _ = fs::remove_file(&self.lock_file);
         let _ = fs::remove_file(clock_file(&self.socket));

@@ -9,7 +9,7 @@ use plumb_plugin::cell_clock::{CellTime, ClockWriter};
 
 use crate::protocol::Pace;
 
-/// The file beside a world's socket in which it tells the cell's time ([`plumb_plugin::cell_clock`]).
+/// The file beside a world's socket in which it gives the cell's time ([`plumb_plugin::cell_clock`]).
 pub fn clock_file(socket: &Path) -> PathBuf {
     let mut name = socket.as_os_str().to_owned();
     name.push(".clock");
@@ -18,7 +18,7 @@ pub fn clock_file(socket: &Path) -> PathBuf {
 
 /// The cell's clock, as its world drives it.
 ///
-/// In `real` pace it runs with `CLOCK_MONOTONIC`; kernels date pictures and edges with that. In `fast` pace it stands, and jumps with the world.
+/// In `real` pace it runs with `CLOCK_MONOTONIC`; kernels date pictures and edges with that. In `fast` pace it is stopped, and jumps with the world.
 #[derive(Debug)]
 pub(super) struct WorldClock {
     file: ClockWriter,
@@ -43,7 +43,7 @@ impl WorldClock {
         world_ns.saturating_add(self.shift_ns)
     }
 
-    /// The world's own time now where the clock runs with the wall, ns; none where it stands.
+    /// The world's own time now where the clock runs with the wall, ns; none where it is stopped.
     pub(super) fn world_ns(&self) -> Option<u64> {
         match self.reported {
             CellTime::Runs { .. } => Some(self.reported.at(monotonic_ns()).saturating_sub(self.shift_ns)),
@@ -64,7 +64,7 @@ impl WorldClock {
         self.publish(time);
     }
 
-    /// Tells that the world's own time is `world_ns`, where that is not known from the wall's.
+    /// Reports that the world's own time is `world_ns`, where that is not known from the wall's.
     pub(super) fn stopped_at(&mut self, world_ns: u64) {
         if matches!(self.reported, CellTime::Stopped { .. }) {
             self.publish(CellTime::Stopped { at_ns: self.dated(world_ns) });
@@ -77,7 +77,7 @@ impl WorldClock {
         }
         self.reported = time;
         if let Err(error) = self.file.write(time) {
-            // Devices go on dating with the time told last; what comes of that is noticed where their times are compared.
+            // Devices go on dating with the time reported last; what comes of that is noticed where their times are compared.
             eprintln!("the cell's time cannot be written: {error}");
         }
     }

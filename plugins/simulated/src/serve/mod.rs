@@ -1,4 +1,4 @@
-//! The world as a process: it serves its clients over a Unix-domain socket, outlives each of them, and ends when it is told to
+//! The world as a process: it serves its clients over a Unix-domain socket, outlives each of them, and ends when it is asked to
 //! or when nobody has been there for long.
 
 mod address;

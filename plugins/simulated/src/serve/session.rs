@@ -295,7 +295,7 @@ impl Session {
         self.finish(id, false)
     }
 
-    /// Makes one motion to its end, telling what happens on the way; a client that goes meanwhile leaves the arm standing where
+    /// Makes one motion to its end, reporting what happens on the way; a client that goes meanwhile leaves the arm at rest where
     /// it was. The inner error is a refusal.
     fn make_motion(&mut self, id: u64, order: &Order) -> Result<Result<Ended, String>, Gone> {
         let (cut_short_before, beginning) = {
@@ -369,7 +369,7 @@ impl Session {
         self.say(id, Say::Reading(Reading { stopped, ..reading }))
     }
 
-    /// Tells the changes of the input lines the client has not heard of, and returns the reading that holds after them.
+    /// Reports the changes of the input lines the client has not heard of, and returns the reading that holds after them.
     fn send_changes(&mut self, id: u64) -> Result<Reading, Gone> {
         let (changes, reading) = {
             let state = self.shared.now();

@@ -46,7 +46,7 @@ pub(super) enum Order {
 }
 
 impl Shared {
-    /// A world at its beginning, which tells the cell's time in a file.
+    /// A world at its beginning, which reports the cell's time in a file.
     ///
     /// # Errors
     /// What the system says of the file.
@@ -201,7 +201,7 @@ impl State {
         self.world.switch().map_or(0, Switch::latest_change)
     }
 
-    /// Whether what is true may be told.
+    /// Whether what is true may be revealed.
     pub(super) fn is_revealed(&self) -> bool {
         self.revealed
     }
@@ -212,7 +212,7 @@ impl State {
         self.world.sealed_text().unwrap_or_default().to_owned()
     }
 
-    /// Stops the arm where it stands.
+    /// Stops the arm where it is.
     pub(super) fn halt(&mut self) {
         if self.world.reading().moving {
             self.world.halt();
@@ -251,7 +251,7 @@ impl State {
     /// What is so.
     ///
     /// # Errors
-    /// Why nobody can tell.
+    /// Why it cannot be determined.
     pub(super) fn truth(&self) -> Result<TruthReport, String> {
         let truth = self.world.truth()?;
         Ok(TruthReport { time_ns: self.clock.dated(truth.time_ns), ..truth })

@@ -16,7 +16,7 @@ const HALF_STEPS_PER_ELECTRICAL_TURN: f64 = 8.0;
 /// How near, as a share of one part of a motion, an event is found: far below 1e-13 rad.
 const EVENT_WIDTH: f64 = 1e-12;
 
-/// One part of a motion: where the arm stood before it and after it, what the registers counted, and when.
+/// One part of a motion: where the arm was before it and after it, what the registers counted, and when.
 struct Part {
     before: Stance,
     after: Stance,
@@ -174,7 +174,7 @@ impl World {
         self.excess(&seen, within(&part.time, share))
     }
 
-    /// How far the sensor, as its line stands, is past switching it.
+    /// How far the sensor, as its line is, is past switching it.
     fn excess(&self, seen: &Seen, time_ns: u64) -> f64 {
         let noise = self.noise_at(time_ns);
         let past_firing = if self.near { seen.past_firing_near } else { seen.past_firing };
@@ -203,14 +203,14 @@ impl World {
         });
     }
 
-    /// Switches the line of an arm that stands still, if it must.
+    /// Switches the line of an arm that is at rest, if it must.
     pub(super) fn watch_at_rest(&mut self) {
         if self.switches(self.excess(&self.stance.seen, self.time_ns)) {
             self.switch(self.time_ns, self.registers.to_joints(), Joints::default());
         }
     }
 
-    /// The arm stands still and the sensor's noise goes on.
+    /// The arm is at rest and the sensor's noise goes on.
     fn rest(&mut self, until_ns: u64) {
         if let Some(interval) = self.description.scene.watch_interval_ns() {
             let interval = interval.max(1);

@@ -1,4 +1,4 @@
-//! The drive of a TeachMover: six stepper motors, and the joint values its controller reckons from their half-steps.
+//! The drive of a TeachMover: six stepper motors, and the joint values its controller computes from their half-steps.
 //!
 //! The cables keep attitudes: the shoulder's motor turns the upper arm alone, so `shoulder`, `elbow` (the forearm) and
 //! `wrist_pitch` are absolute angles from the horizontal, positive upward. The two wrist motors work a differential, and
@@ -15,7 +15,7 @@ pub const HALF_STEPS_PER_TURN: [f64; 5] = [7072.0, 7072.0, 4158.0, 1536.0, 1536.
 /// Half-steps of the gripper's motor for one millimetre of opening: 371 for an inch.
 pub const GRIPPER_HALF_STEPS_PER_MM: f64 = 371.0 / 25.4;
 
-/// One joint, in the order in which every list of joint values stands.
+/// One joint, in the order in which every list of joint values is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Joint {
     /// About the vertical axis.
@@ -98,7 +98,7 @@ impl Joints {
 pub struct HalfSteps(pub [f64; AXES]);
 
 impl HalfSteps {
-    /// The motor positions that stand for these joint values.
+    /// The motor positions that correspond to these joint values.
     pub fn from_joints(joints: &Joints) -> HalfSteps {
         let [waist, shoulder, elbow, wrist_pitch, wrist_roll, opening] = joints.0;
         let [base_turn, shoulder_turn, elbow_turn, right_turn, left_turn] = HALF_STEPS_PER_TURN;
@@ -113,7 +113,7 @@ impl HalfSteps {
         ])
     }
 
-    /// The joint values the controller reckons from these positions.
+    /// The joint values the controller computes from these positions.
     pub fn to_joints(&self) -> Joints {
         let [base, shoulder, elbow, right, left, gripper] = self.0;
         let [base_turn, shoulder_turn, elbow_turn, right_turn, left_turn] = HALF_STEPS_PER_TURN;

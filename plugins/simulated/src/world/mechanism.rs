@@ -257,7 +257,7 @@ mod tests {
     proptest! {
         /// By plane trigonometry: every link at its own attitude, all in the plane that the waist turns.
         #[test]
-        fn every_link_stands_at_its_own_attitude(attitudes in prop::array::uniform6(-3.0..3.0_f64)) {
+        fn every_link_is_at_its_own_attitude(attitudes in prop::array::uniform6(-3.0..3.0_f64)) {
             let [waist, shoulder, elbow, wrist_pitch, ..] = attitudes;
             let along = |attitude: f64| {
                 Vector::new(attitude.cos() * waist.cos(), attitude.cos() * waist.sin(), attitude.sin())

@@ -1,7 +1,7 @@
 //! The simulated world: a TeachMover over a table with a T target, a proximity sensor in its hand, and a clock of its own.
 //!
-//! Nothing here knows a wall clock, a socket or a file: [`World`] is told how far to let its time run, and everything that
-//! happens is a function of its description, its seed and what it was told to do.
+//! Nothing here knows a wall clock, a socket or a file: [`World`] is given how far to let its time run, and everything that
+//! happens is a function of its description, its seed and what it was asked to do.
 
 mod advance;
 mod crossing;
@@ -57,7 +57,7 @@ pub struct ControllerReading {
     pub time_ns: u64,
     /// Whether a motion is under way.
     pub moving: bool,
-    /// Joint values reckoned from the half-steps issued, rad or mm.
+    /// Joint values computed from the half-steps issued, rad or mm.
     pub joints: Joints,
     /// Half-steps issued.
     pub half_steps: HalfSteps,
@@ -78,7 +78,7 @@ pub struct LineChange {
     pub levels: u64,
     /// The bits that changed.
     pub changed: u64,
-    /// The joint values as the controller reckons them at that moment, rad or mm.
+    /// The joint values as the controller counts them at that moment, rad or mm.
     pub joints: Joints,
     /// The joints are known to within this, rad or mm: 0 for joints at rest and in a continuous world.
     pub half_width: Joints,
@@ -89,11 +89,11 @@ pub struct LineChange {
 pub struct Truth {
     /// The world's time, ns.
     pub time_ns: u64,
-    /// What the controller reckons, rad or mm.
+    /// What the controller counts, rad or mm.
     pub counted: Joints,
     /// True attitudes, rad or mm.
     pub attitudes: Joints,
-    /// Where the arm's parts stand, mm.
+    /// Where the arm's parts are, mm.
     pub pose: ArmPose,
     /// What the sensor sees, without its noise.
     pub seen: Seen,
@@ -108,9 +108,9 @@ pub struct Truth {
 /// A motion that somebody wants.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MotionOrder {
-    /// Where each joint shall go, as the controller reckons, rad or mm; None stays.
+    /// Where each joint shall go, as the controller counts, rad or mm; None stays.
     pub joints: [Option<f64>; AXES],
-    /// Whether the values are added to where the joints stand.
+    /// Whether the values are added to where the joints are.
     pub relative: bool,
     /// Share of the arm's greatest speed, above 0 and at most 1.
     pub speed: f64,
@@ -169,7 +169,7 @@ pub struct World {
 }
 
 impl World {
-    /// A world at its beginning: the arm stands where it was left, and the controller believes what the file says.
+    /// A world at its beginning: the arm is where it was left, and the controller believes what the file says.
     pub fn new(description: WorldDescription) -> World {
         let arm = &description.arm;
         let stance = Stance::at_start(&description);
@@ -266,7 +266,7 @@ impl World {
         self.outputs = bits;
     }
 
-    /// Has the controller believe that the arm stands so; the arm does not stir. Whole half-steps in a half-step world.
+    /// Has the controller believe that the arm is so; the arm does not stir. Whole half-steps in a half-step world.
     pub fn set_registers(&mut self, joints: &Joints) -> Result<(), MotionRefused> {
         if self.motion.is_some() {
             return Err(MotionRefused::Moving);
@@ -282,7 +282,7 @@ impl World {
         Ok(())
     }
 
-    /// Starts a motion; time must run for the arm to go. A target it stands at already is a motion that ends at once.
+    /// Starts a motion; time must run for the arm to go. A target it is at already is a motion that ends at once.
     pub fn begin(&mut self, order: &MotionOrder) -> Result<(), MotionRefused> {
         if self.motion.is_some() {
             return Err(MotionRefused::Moving);
@@ -347,7 +347,7 @@ impl World {
         self.motion.as_ref().map(Motion::end_ns)
     }
 
-    /// Stops the arm where it stands.
+    /// Stops the arm where it is.
     pub fn halt(&mut self) {
         self.motion = None;
     }
@@ -388,7 +388,7 @@ impl World {
         self.description.scene.noise(self.description.seed, since)
     }
 
-    /// Puts something of this width (mm) between the fingers, or nothing (0). The fingers must stand open wider. False when they
+    /// Puts something of this width (mm) between the fingers, or nothing (0). The fingers must be open wider. False when they
     /// do not.
     pub fn put_between_fingers(&mut self, width: f64) -> bool {
         let fits = width.is_finite() && width >= 0.0 && self.stance.attitudes.of(Joint::Gripper) >= width;
@@ -407,7 +407,7 @@ impl World {
         holds
     }
 
-    /// Sees anew what stands there, after something other than a motor changed it.
+    /// Sees anew what is there, after something other than a motor changed it.
     fn look_again(&mut self) {
         self.hold(self.stance.held);
     }

@@ -78,7 +78,7 @@ impl Motion {
         self.done >= self.parts
     }
 
-    /// When the next part begins and ends and where the registers stand then, unless all are done.
+    /// When the next part begins and ends and where the registers are then, unless all are done.
     pub(super) fn next_part(&self) -> Option<(Range<u64>, HalfSteps)> {
         let next = self.done + 1;
         (!self.is_done())
@@ -168,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn a_motion_to_where_the_arm_stands_is_done_at_once() {
+    fn a_motion_to_where_the_arm_is_is_done_at_once() {
         for resolution in [Resolution::Continuous, Resolution::HalfStep] {
             let motion = plan([5; 6], [5; 6], resolution);
             assert!(motion.is_done());

@@ -1,10 +1,10 @@
-//! Where the arm's parts stand.
+//! Where the arm's parts are.
 
 use super::drive::Joint;
 use crate::physics::posture::Posture;
 use crate::physics::rigid::Vector;
 
-/// Where the arm's parts stand, mm in the world's frame.
+/// Where the arm's parts are, mm in the world's frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ArmPose {
     /// The elbow's axis.

@@ -15,7 +15,7 @@ const MOST_LOOKS: usize = 60;
 const LONGEST_REACH: f64 = 0.2;
 
 impl World {
-    /// True attitudes with which the sensor's face is over this point, as well as the operator's eye tells. None when the arm does not
+    /// True attitudes with which the sensor's face is over this point, as well as the operator's eye can see. None when the arm does not
     /// reach there. Each try is seen a little differently.
     pub fn attitudes_over(&mut self, point: &Vector) -> Option<[Option<f64>; AXES]> {
         self.readings_taken += 1;

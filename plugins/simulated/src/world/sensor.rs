@@ -29,7 +29,7 @@ pub struct ProximitySensor {
 #[derive(Debug, Clone, PartialEq)]
 pub enum Optics {
     /// A point that looks straight down, as the paper assumes it: it fires when it comes down over white, and is then near enough
-    /// to tell white from black until it is raised.
+    /// to distinguish white from black until it is raised.
     Ideal {
         /// Height at or below which it is near enough, mm: h in the paper.
         height: f64,
@@ -55,7 +55,7 @@ pub struct Spot {
     pub noise: f64,
     /// How fast the noise changes, ns from one independent value to the next.
     pub noise_knot_ns: u64,
-    /// The level of the signal at which the sensor fires, as its trim resistor stands.
+    /// The level of the signal at which the sensor fires, as its trim resistor is set.
     pub firing_level: f64,
 }
 

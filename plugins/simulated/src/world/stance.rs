@@ -1,4 +1,4 @@
-//! How the arm stands at one moment, and all that follows from it.
+//! How the arm is at one moment, and all that follows from it.
 
 use super::description::WorldDescription;
 use super::drive::{HalfSteps, Joint, Joints};
@@ -19,7 +19,7 @@ pub(super) struct Held {
     pub(super) mass: f64,
 }
 
-/// How the arm stands.
+/// How the arm is.
 #[derive(Debug, Clone)]
 pub(super) struct Stance {
     /// Where the motors' rotors truly are.
@@ -30,7 +30,7 @@ pub(super) struct Stance {
     pub(super) held: Held,
     /// True attitudes.
     pub(super) attitudes: Joints,
-    /// Where the parts stand.
+    /// Where the parts are.
     pub(super) pose: ArmPose,
     /// How far the gripper's cable is drawn past the touch of the fingers, mm of its drive.
     pub(super) grip: f64,
@@ -86,7 +86,7 @@ impl Stance {
         self.after(world, self.rotors.plus(&travelled))
     }
 
-    /// The arm where it stands, with something else in its hand.
+    /// The arm where it is, with something else in its hand.
     pub(super) fn holding(&self, world: &WorldDescription, held: Held) -> Stance {
         Stance::at_rest(world, self.machine.clone(), self.rotors, held)
     }
@@ -96,7 +96,7 @@ impl Stance {
         Joints::of_drives(&self.machine.command_for(&attitudes.0, &load(self.held)))
     }
 
-    /// Where the parts would stand at these true attitudes.
+    /// Where the parts would be at these true attitudes.
     pub(super) fn pose_at(&self, attitudes: &Joints) -> ArmPose {
         ArmPose::of(&self.machine.stiff(&attitudes.0).posture)
     }

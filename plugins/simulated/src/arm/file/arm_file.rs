@@ -13,7 +13,7 @@
 //! braking_s: 0.1                     # from full speed to rest
 //! ```
 //!
-//! `urdf: FILE` (and `tip: LINK`, where its chain forks) stands in place of `convention` and the rows' numbers; `joints` then says only what the
+//! `urdf: FILE` (and `tip: LINK`, where its chain forks) is in place of `convention` and the rows' numbers; `joints` then says only what the
 //! URDF file does not.
 
 use std::borrow::Cow;

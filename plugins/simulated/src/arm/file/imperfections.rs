@@ -1,4 +1,4 @@
-//! What may be wrong with the arm, as a file tells it. A joint that turns has its sizes in degrees, one that slides in millimetres.
+//! What may be wrong with the arm, as a file gives it. A joint that turns has its sizes in degrees, one that slides in millimetres.
 
 use std::ops::RangeInclusive;
 
@@ -103,7 +103,7 @@ pub(super) struct Harmonic {
     phase_deg: Option<Number>,
 }
 
-/// A screw out of true; its pitch stands in the arm's file.
+/// A screw out of true; its pitch is in the arm's file.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct ScrewWave {
@@ -178,7 +178,7 @@ pub(super) struct Flexible {
     per_nm2: Number,
 }
 
-/// An imperfection as a world file has it, `joint_backlash: {joint: slide, width_mm: 0.4}`; none for what files do not tell.
+/// An imperfection as a world file has it, `joint_backlash: {joint: slide, width_mm: 0.4}`; none for what files do not say.
 pub fn written(one: &Imperfection, paper: &ArmOnPaper) -> Option<String> {
     let drive = paper.drive.joints.get(one.mechanism.joint()?)?;
     let (joint, unit) = (&drive.name, drive.unit());

@@ -1,7 +1,7 @@
 //! The arm on the controller's motors: that of a world, or one of air.
 //!
 //! The controller's angles are those of its motors: rear arm and forearm each against base, for a parallelogram holds the forearm and another one the hand level.
-//! A world's arm has its joints one after the other: base, rear arm, elbow, wrist, hand. Where a motor's angle sensor is off, the arm stands elsewhere than it says.
+//! A world's arm has its joints one after the other: base, rear arm, elbow, wrist, hand. Where a motor's angle sensor is off, the arm is elsewhere than it says.
 
 use std::path::Path;
 

@@ -36,7 +36,7 @@ const TRAVEL: [[f64; 2]; AXES] = [[-90.0, 90.0], [0.0, 85.0], [-10.0, 95.0], [-9
 const OPENS: [f64; 2] = [20.0, 145.0];
 /// A target that is a float's rounding beyond an end is still in reach, deg.
 const ROUNDING: f64 = 0.05;
-/// Lengths that the pose is reckoned with, mm: rear arm, forearm, and from there to the middle of the suction cup.
+/// Lengths that the pose is computed with, mm: rear arm, forearm, and from there to the middle of the suction cup.
 const LENGTHS: [f64; 3] = [135.0, 147.0, 59.7];
 
 /// A command in the queue.
@@ -106,7 +106,7 @@ impl Controller {
         self.arm.brake(now_ns)
     }
 
-    /// The power goes or comes. After it came the queue is empty and stands, and the controller says so.
+    /// The power goes or comes. After it came the queue is empty and is stopped, and the controller says so.
     pub(super) fn power(&mut self, on: bool, now_ns: u64) -> Result<(), ArmError> {
         self.arm.brake(now_ns)?;
         self.powered = on;
@@ -225,7 +225,7 @@ impl Controller {
         }
     }
 
-    /// Where the suction cup is as the controller reckons, from the middle of its three motors, and its joints.
+    /// Where the suction cup is as the controller counts, from the middle of its three motors, and its joints.
     fn pose(&mut self, now_ns: u64) -> Result<Vec<u8>, ArmError> {
         let (angles, _) = self.arm.read(now_ns)?;
         let [base, rear_arm, forearm, hand] = angles.map(f64::to_radians);

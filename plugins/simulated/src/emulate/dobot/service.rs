@@ -20,13 +20,13 @@ const THINKS_NS: u64 = 1_000_000;
 pub struct EmulatorOptions {
     /// The socket of the world whose arm it moves; left out, it moves an arm of air.
     pub world: Option<PathBuf>,
-    /// By how much each motor's angle says more than is so, deg: a world's arm then stands elsewhere than the controller says.
+    /// By how much each motor's angle says more than is so, deg: a world's arm then is elsewhere than the controller says.
     pub sensors_off: [f64; 4],
     /// Its line. Without a rate an arm of air moves in no time either.
     pub line: LineOptions,
 }
 
-/// How the controller stands.
+/// The status of the controller.
 #[derive(Debug, Clone, Default)]
 pub struct Status {
     /// The path a host opens, as long as the plug is in.

@@ -33,7 +33,7 @@ pub enum Event {
     Plug,
 }
 
-/// A line that tells no event.
+/// A line that gives no event.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum EventError {
     /// Not one of the words there are.
@@ -87,7 +87,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_event_can_be_typed_and_others_are_told_what_can() {
+    fn every_event_can_be_typed_and_others_are_answered_with_what_can() {
         for (line, event) in [
             ("overload 3", Event::Overload(3)),
             ("celsius 2 75", Event::Celsius(2, 75)),

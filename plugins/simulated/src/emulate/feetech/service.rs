@@ -28,7 +28,7 @@ pub struct EmulatorOptions {
     pub line: LineOptions,
 }
 
-/// How the servos stand.
+/// The status of the servos.
 #[derive(Debug, Clone, Default)]
 pub struct Status {
     /// The path a host opens, as long as the adapter is in.

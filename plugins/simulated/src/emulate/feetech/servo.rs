@@ -181,7 +181,7 @@ impl Servo {
         changed
     }
 
-    /// The place where it stands is the middle from now on: the register of torque takes 128 for that.
+    /// The place where it is is the middle from now on: the register of torque takes 128 for that.
     fn call_middle(&mut self, encoder: i32) {
         let offset = (encoder - TURN / 2).clamp(-2047, 2047);
         let sign = if offset < 0 { 0x800 } else { 0 };
@@ -206,7 +206,7 @@ impl Servo {
         self.protect();
     }
 
-    /// What is too hot lets go; a voltage out of range is only told.
+    /// What is too hot lets go; a voltage out of range is only reported.
     fn protect(&mut self) {
         let set = |error: u8, bit: u8, on: bool| if on { error | bit } else { error & !bit };
         let hot = self.table[63] > self.table[HOTTEST];

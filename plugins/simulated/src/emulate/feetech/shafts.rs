@@ -99,7 +99,7 @@ impl Shafts {
     }
 
     /// Has each shaft go where it is aimed at from now on; one without an aim stays where it is. The shafts that would run against a stop of
-    /// the arm are told in the answer, and then none of the arm's moves.
+    /// the arm are reported in the answer, and then none of the arm's moves.
     pub(super) fn drive(&mut self, aims: &[Option<Aim>], now_ns: u64) -> Result<Vec<usize>, ShaftError> {
         let joints = self.world.as_ref().map_or(0, WorldArm::count);
         for (shaft, aim) in self.bench.iter_mut().zip(aims.iter().skip(joints)) {

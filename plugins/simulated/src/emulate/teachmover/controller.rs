@@ -1,4 +1,4 @@
-//! What the controller does with what it hears, second by second: it knows no line and no clock, but is told the time.
+//! What the controller does with what it hears, second by second: it knows no line and no clock, but is given the time.
 
 use std::collections::VecDeque;
 
@@ -74,7 +74,7 @@ pub(super) struct Controller {
     began: (u64, [i32; 6]),
     /// When to look at the world's pendant next, while the operator has the arm; never where the world has none.
     pendant_look: Option<u64>,
-    /// Whether it tells registers and inputs; one owner's TeachMover II did not (github kelvinzheng3317/leapMotion_TeachMover).
+    /// Whether it reports registers and inputs; one owner's TeachMover II did not (github kelvinzheng3317/leapMotion_TeachMover).
     supports_read: bool,
 }
 
@@ -106,7 +106,7 @@ impl Controller {
         if !matches!(self.activity, Activity::Idle) {
             return Ok(());
         }
-        // That the recognition character begins a line anew, wherever it stands but as a new name, is assumed; so is that nothing is answered
+        // That the recognition character begins a line anew, wherever it is but as a new name, is assumed; so is that nothing is answered
         // before it.
         let names_the_arm = self.line.as_ref().is_some_and(|line| line.trim_ascii_end() == b"ARM");
         if byte == self.recognition && !names_the_arm {
@@ -122,7 +122,7 @@ impl Controller {
         Ok(())
     }
 
-    /// Whether it knows how to tell registers and inputs from now on.
+    /// Whether it knows how to report registers and inputs from now on.
     pub(super) fn know_read(&mut self, known: bool) {
         self.supports_read = known;
     }
@@ -158,7 +158,7 @@ impl Controller {
         self.stop_after = Some(half_steps);
     }
 
-    /// The operator drives a motor by hand; nothing happens unless they have the arm and it stands.
+    /// The operator drives a motor by hand; nothing happens unless they have the arm and it is at rest.
     pub(super) fn drive(&mut self, motor: usize, half_steps: i32, now: u64) -> Result<(), MotorsError> {
         if !matches!(self.activity, Activity::Teaching) || self.turning {
             return Ok(());
@@ -323,7 +323,7 @@ impl Controller {
         Ok(())
     }
 
-    /// The motors stand: their half-steps are counted.
+    /// The motors are at rest: their half-steps are counted.
     fn settle(&mut self, at: u64) {
         self.turning = false;
         let (began, from) = self.began;
@@ -333,7 +333,7 @@ impl Controller {
         }
     }
 
-    /// What follows once the motors stand.
+    /// What follows once the motors are at rest.
     fn go_on(&mut self, now: u64) -> Result<(), MotorsError> {
         if std::mem::take(&mut self.stop_at_end) {
             self.motors.press(Key::STOP)?;

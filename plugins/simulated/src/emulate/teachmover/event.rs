@@ -7,7 +7,7 @@ use crate::emulate::fault::{Fault, FaultError};
 /// A key of the teach pendant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Key(
-    /// Its number, as the controller tells it: 1 to 14.
+    /// Its number, as the controller reports it: 1 to 14.
     pub u8,
 );
 
@@ -62,7 +62,7 @@ pub enum Event {
     Plug,
 }
 
-/// A line that tells no event.
+/// A line that gives no event.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum EventError {
     /// Not one of the words there are.

@@ -62,7 +62,7 @@ pub trait Motors: Send {
     /// When to ask for the end next.
     fn look_again(&self, now: u64) -> u64;
 
-    /// Ends the motion where it is, and tells when the last half-step was made.
+    /// Ends the motion where it is, and reports when the last half-step was made.
     ///
     /// # Errors
     /// [`MotorsError`] when the arm is gone.

@@ -14,7 +14,7 @@ const GREATEST_SPEED: i64 = 245;
 pub(super) enum Order {
     /// Turn the motors by these half-steps.
     Turn { speed: u8, half_steps: [i32; MOTORS], outputs: Option<u8> },
-    /// Tell registers, inputs and key.
+    /// Report registers, inputs and key.
     Read,
     /// Close the hand until its switch trips.
     Grasp,
@@ -24,7 +24,7 @@ pub(super) enum Order {
     Forget,
     /// Carry out the taught program.
     Perform,
-    /// Tell the taught program.
+    /// Report the taught program.
     List,
     /// Keep a line of a taught program.
     Keep([u16; 8]),
@@ -78,7 +78,7 @@ fn keep(numbers: &[i64]) -> Option<Order> {
 /// The numbers of a line; decimals lose what is behind their point. `None` when something is no number.
 fn numbers(text: &[u8]) -> Option<Vec<i64>> {
     let mut text = text.trim_ascii();
-    // "@STEP,220,..." is as good as "@STEP 220,...", and a comma may stand at the end.
+    // "@STEP,220,..." is as good as "@STEP 220,...", and a comma may be at the end.
     text = text.strip_prefix(b",").unwrap_or(text);
     text = text.trim_ascii_end().strip_suffix(b",").unwrap_or(text);
     if text.trim_ascii().is_empty() {
@@ -168,7 +168,7 @@ mod tests {
         }
 
         #[test]
-        fn a_move_is_read_whatever_blanks_stand_between(half_steps in prop::array::uniform6(-9999..9999_i32), blank in " {0,2}") {
+        fn a_move_is_read_whatever_blanks_are_between(half_steps in prop::array::uniform6(-9999..9999_i32), blank in " {0,2}") {
             let list: Vec<String> = half_steps.iter().map(|count| format!("{blank}{count}")).collect();
             prop_assert_eq!(read(format!("STEP 10,{}", list.join(",")).as_bytes()), step(10, half_steps, None));
         }

@@ -38,7 +38,7 @@ impl Program {
     }
 }
 
-/// Speed and kind share the second word; the positions' low bytes stand two to a word in the third to fifth, their high bytes likewise in the
+/// Speed and kind share the second word; the positions' low bytes are two to a word in the third to fifth, their high bytes likewise in the
 /// last three.
 fn target(words: &[u16; 8]) -> Option<Target> {
     let [_, speed_and_kind, low @ .., _, _, _] = words;

@@ -12,7 +12,7 @@ use crate::emulate::line::{Line, LineOptions};
 /// How often a controller looks whether its arm is still there, ns.
 const CHECK_NS: u64 = 1_000_000_000;
 
-/// How the controller stands.
+/// The status of the controller.
 #[derive(Debug, Clone, Default)]
 pub struct Status {
     /// The path a host opens, as long as the plug is in.

@@ -7,7 +7,7 @@
 //! 1.200 > ff ff 01 04 02 38 02 be
 //! ```
 //!
-//! The time, s, may be left out. `>` is what the program sent, `<` what the device did. Bytes stand as pairs of hexadecimal digits, or as text in quotation marks with
+//! The time, s, may be left out. `>` is what the program sent, `<` what the device did. Bytes are as pairs of hexadecimal digits, or as text in quotation marks with
 //! `\r`, `\n`, `\t`, `\"`, `\\` and `\xNN`. What follows a `#` is a remark.
 
 use std::fmt::{self, Write as _};
@@ -44,7 +44,7 @@ pub struct Transcript {
     pub entries: Vec<Entry>,
 }
 
-/// A line that tells nothing.
+/// A line that says nothing.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
     "line {line}: {problem}; write `TIME > BYTES` for what the program sent and `TIME < BYTES` for the device, BYTES as `ff 01` or as \"text\\r\""
@@ -60,7 +60,7 @@ impl Transcript {
     /// Reads a transcript.
     ///
     /// # Errors
-    /// [`TranscriptError`]: the first line that tells nothing.
+    /// [`TranscriptError`]: the first line that says nothing.
     pub fn parse(text: &str) -> Result<Self, TranscriptError> {
         let mut transcript = Self::default();
         for (place, line) in text.lines().enumerate() {
@@ -231,7 +231,7 @@ mod tests {
     }
 
     #[test]
-    fn every_line_that_tells_nothing_is_named() {
+    fn every_line_that_says_nothing_is_named() {
         for (text, problem) in [
             ("", "line 1: nothing went over this line"),
             ("> \"a\"\nREAD", "line 2: it has neither `>` nor `<`"),

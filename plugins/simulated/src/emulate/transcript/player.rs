@@ -239,7 +239,7 @@ mod tests {
     }
 
     #[test]
-    fn a_difference_is_told_with_where_and_what_and_nothing_is_answered_after_it() {
+    fn a_difference_is_reported_with_where_and_what_and_nothing_is_answered_after_it() {
         let (answers, progress) = played(LOG, "go\rat?\rat?\reld\rend\r");
         assert_eq!(answers, ".159");
         let difference = progress.difference.unwrap();

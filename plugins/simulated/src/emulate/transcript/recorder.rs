@@ -25,10 +25,10 @@ pub trait Device: Send {
     fn send(&mut self, bytes: &[u8]) -> std::io::Result<()>;
 }
 
-/// Is told of every turn.
+/// Is informed of every turn.
 pub type Note = Box<dyn FnMut(&Entry) -> std::io::Result<()> + Send>;
 
-/// How a recording stands.
+/// The status of a recording.
 #[derive(Debug, Clone, Default)]
 pub struct Recording {
     /// The path a program opens.
@@ -41,7 +41,7 @@ pub struct Recording {
 pub type Recorder = Emulator<Service>;
 
 impl Recorder {
-    /// Passes bytes on between whoever opens the port and a device; `note` is told of every turn when the other side begins to send, or the recording ends.
+    /// Passes bytes on between whoever opens the port and a device; `note` is informed of every turn when the other side begins to send, or the recording ends.
     ///
     /// # Errors
     /// [`EmulatorError`] when no pseudo-terminal or link can be made.

@@ -1,4 +1,4 @@
-//! The arm that stands in a world, as the controller leads it.
+//! The arm that is in a world, as the controller leads it.
 
 use std::path::Path;
 

@@ -140,7 +140,7 @@ impl Client {
         self.say(said);
     }
 
-    /// Tells how the robot is, if it is time; `slow` where the slower interfaces are due.
+    /// Reports how the robot is, if it is time; `slow` where the slower interfaces are due.
     pub(super) fn send_state(&mut self, controller: &Controller, trouble: &Trouble, slow: bool) {
         match &mut self.speaks {
             Speaks::Dashboard => {}
@@ -163,14 +163,14 @@ impl Client {
         }
     }
 
-    /// Tells an error or a text to those who hear about them.
+    /// Reports an error or a text to those who hear about them.
     pub(super) fn send_message(&mut self, message: &[u8]) {
         if matches!(self.speaks, Speaks::Scripts) {
             self.say(message.to_vec());
         }
     }
 
-    /// Whether states are told on it.
+    /// Whether states are reported on it.
     pub(super) fn sends_states(&self) -> bool {
         matches!(self.speaks, Speaks::Rtde(_))
     }

@@ -59,7 +59,7 @@ pub(super) struct Controller {
     way: Option<Way>,
     /// The arm still goes to the end of the last cycle.
     settling: bool,
-    /// Whether the program goes on where it was once the arm stands.
+    /// Whether the program goes on where it was once the arm is at rest.
     resumes: bool,
     since_look: u32,
     /// Whether a motion takes no time of the wall's clock.
@@ -68,7 +68,7 @@ pub(super) struct Controller {
     jumped: f64,
     began: Instant,
     noise: Random,
-    /// Runtime errors and texts that have not been told yet: line, column, text; a line of 0 for a text.
+    /// Runtime errors and texts that have not been reported yet: line, column, text; a line of 0 for a text.
     pub(super) messages: Vec<(i32, i32, String)>,
 }
 

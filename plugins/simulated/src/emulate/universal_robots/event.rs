@@ -36,7 +36,7 @@ pub enum Event {
     Gone,
 }
 
-/// A text that tells no event.
+/// A text that gives no event.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
     "`{0}` is nothing that happens to it; there are `protective-stop`, `unlock`, `emergency-stop`, `release`, `fault`, `power on|off`, `remote`, `local`, `stop-program`, `freeze on|off`, `silence on|off`, `late MS`, `cut`, `disconnect`, `gone`"
@@ -80,7 +80,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_event_can_be_typed_and_what_is_none_is_told_with_those_there_are() {
+    fn an_event_can_be_typed_and_what_is_none_is_reported_with_those_there_are() {
         assert_eq!("late 250".parse(), Ok(Event::Late(Duration::from_millis(250))));
         assert_eq!(" power off ".parse(), Ok(Event::Power(false)));
         for text in ["", "power", "power up", "late soon", "explode"] {

@@ -1,4 +1,4 @@
-//! What the primary and the secondary interface tell, as bytes: versions, errors, and now and then how the robot is.
+//! What the primary and the secondary interface report, as bytes: versions, errors, and now and then how the robot is.
 //!
 //! Every message begins with its length (int32, big-endian, itself included) and its kind (uint8).
 
@@ -14,7 +14,7 @@ const VERSION: u8 = 3;
 const RUNTIME_EXCEPTION: u8 = 10;
 /// The part of a robot state about modes.
 const ROBOT_MODE_DATA: u8 = 0;
-/// Who tells it: the controller itself.
+/// Who reports it: the controller itself.
 const SOURCE: u8 = 253;
 
 /// The message a client is greeted with.

@@ -142,13 +142,13 @@ fn statement(line: &str) -> Result<Statement, String> {
     }
 }
 
-/// What stands between the parentheses of a call.
+/// What is between the parentheses of a call.
 struct Arguments<'a> {
     all: Vec<&'a str>,
 }
 
 impl<'a> Arguments<'a> {
-    /// Split at the commas that stand in no list.
+    /// Split at the commas that are in no list.
     fn of(inner: &'a str) -> Self {
         let (mut all, mut depth, mut begin) = (Vec::new(), 0_i32, 0);
         for (place, character) in inner.char_indices() {
@@ -237,7 +237,7 @@ mod tests {
     }
 
     #[test]
-    fn a_mistake_is_told_with_its_line() {
+    fn a_mistake_is_reported_with_its_line() {
         for (text, line) in [
             ("def go():\n  fly(1)\nend\n", 2),
             ("def go():\n  sync()\n  movej([1, 2], a=1)\nend\n", 3),

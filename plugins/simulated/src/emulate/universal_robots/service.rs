@@ -24,7 +24,7 @@ use super::primary;
 use super::states::{AXES, CYCLE_S, Series};
 use crate::physics::random::Random;
 
-/// How often the primary and the secondary interface tell how the robot is.
+/// How often the primary and the secondary interface report how the robot is.
 const SLOW_STATES: Duration = Duration::from_millis(100);
 
 /// How an emulated controller is.
@@ -50,7 +50,7 @@ impl Default for EmulatorOptions {
     }
 }
 
-/// How the controller stands.
+/// The status of the controller.
 #[derive(Debug, Clone, Default)]
 pub struct Status {
     /// Where it listens.
@@ -82,7 +82,7 @@ pub enum EmulatorError {
     Panicked,
 }
 
-/// What its thread is told.
+/// What its thread is given.
 enum Order {
     Happen(Event, SyncSender<()>),
     End,
@@ -124,7 +124,7 @@ impl Emulator {
         Ok(Self { orders, wake, status, thread: Some(thread) })
     }
 
-    /// How the controller stands now.
+    /// The status of the controller now.
     pub fn status(&self) -> Status {
         self.status.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
@@ -192,7 +192,7 @@ struct Service {
 }
 
 impl Service {
-    /// Works until it is told to end.
+    /// Works until it is asked to end.
     fn serve(
         &mut self,
         woken: &UnixStream,
@@ -225,7 +225,7 @@ impl Service {
             self.clients.retain(|client| !client.ended);
             *status.lock().unwrap_or_else(PoisonError::into_inner) = self.status();
             for done in happened {
-                // Whoever told it may have gone.
+                // Whoever reported it may have gone.
                 let _ = done.send(());
             }
         }
@@ -291,7 +291,7 @@ impl Service {
         }
     }
 
-    /// Tells the clients what has happened in a cycle.
+    /// Reports to the clients what has happened in a cycle.
     fn publish(&mut self, now: Instant) {
         let slow = now >= self.next_slow;
         if slow {

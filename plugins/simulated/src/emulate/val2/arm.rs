@@ -1,4 +1,4 @@
-//! The arm that stands in a world, as its controller drives it.
+//! The arm that is in a world, as its controller drives it.
 
 use std::path::Path;
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
@@ -58,7 +58,7 @@ impl DrivenArm {
         Ok(Self { client, motions, ends, nominal })
     }
 
-    /// Where the joints stand, deg, and whether they move.
+    /// Where the joints are, deg, and whether they move.
     pub(super) fn read(&mut self) -> Result<([f64; 6], bool), ArmError> {
         let reading = self.client.read(Verb::Read {}).map_err(gone)?;
         let joints: [f64; 6] = reading
@@ -101,7 +101,7 @@ impl DrivenArm {
         self.client.read(Verb::Stop {}).map(drop).map_err(gone)
     }
 
-    /// Takes where the arm stands for this pose, deg.
+    /// Takes where the arm is for this pose, deg.
     pub(super) fn define(&mut self, degrees: [f64; 6]) -> Result<(), ArmError> {
         self.client
             .read(Verb::SetZero { joints: degrees.map(f64::to_radians).into() })

@@ -27,7 +27,7 @@ pub enum Event {
     Plug,
 }
 
-/// A line that tells no event.
+/// A line that gives no event.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum EventError {
     /// Not one of the words there are.

@@ -55,7 +55,7 @@ fn folded(degrees: f64) -> f64 {
     (degrees + 180.0).rem_euclid(360.0) - 180.0
 }
 
-/// The value within a joint's range that a typed angle stands for; as near as can be to where the joint is.
+/// The value within a joint's range that a typed angle means; as near as can be to where the joint is.
 pub(super) fn unfolded(joint: usize, typed: f64, here: f64) -> Option<f64> {
     let [lower, upper] = JOINTS.get(joint)?.limits_deg;
     let turns = [-360.0, 0.0, 360.0].map(|turn| typed + turn);

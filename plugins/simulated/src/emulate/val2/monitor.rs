@@ -189,7 +189,7 @@ impl Monitor {
         self.back_to_commands();
     }
 
-    /// Stops the arm and waits for it to stand.
+    /// Stops the arm and waits for it to come to rest.
     fn halt(&mut self) -> Result<(), ArmError> {
         if self.is_moving() {
             self.arm.stop()?;
@@ -375,7 +375,7 @@ impl Monitor {
         }
     }
 
-    /// The potentiometers tell within which turn of its motor each joint stands; where exactly, the index pulse tells that comes next on the way
+    /// The potentiometers say within which turn of its motor each joint is; where exactly, the index pulse says that comes next on the way
     /// to the ready position. All joints go there together.
     fn find_index_pulses(&mut self) -> Result<(), ArmError> {
         let (here, _) = self.arm.read()?;
@@ -495,7 +495,7 @@ impl Monitor {
         self.newline();
     }
 }
-/// How far a joint that stands so far from the ready position turns toward it to the next pulse, deg; away from it where it stands there.
+/// How far a joint that is so far from the ready position turns toward it to the next pulse, deg; away from it where it is there.
 fn to_index_pulse(from_ready: f64, spacing: f64) -> f64 {
     let turns = from_ready / spacing;
     let next = if turns > 0.0 { (turns - 1e-6).floor() } else { (turns + 1e-6).ceil() };

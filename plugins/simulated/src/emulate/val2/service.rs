@@ -34,7 +34,7 @@ pub struct EmulatorOptions {
     pub line: LineOptions,
 }
 
-/// How the controller stands.
+/// The status of the controller.
 #[derive(Debug, Clone, Default)]
 pub struct Status {
     /// The path a host opens, as long as the plug is in.

@@ -2,7 +2,7 @@
 
 use super::dialect::Complaint;
 
-/// What the monitor can be told.
+/// What the monitor can be commanded.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Command {
     Nothing,

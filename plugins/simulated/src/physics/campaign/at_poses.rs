@@ -1,4 +1,4 @@
-//! Hiding something in an arm that stands in a cell: the poses are the cell's own, and its size is such that it shows in them.
+//! Hiding something in an arm that is in a cell: the poses are the cell's own, and its size is such that it shows in them.
 
 use super::GenerateError;
 use super::audit::Audit;

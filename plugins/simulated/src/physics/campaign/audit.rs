@@ -1,6 +1,6 @@
 //! What can be seen at all: how much of an effect the model's free parameters swallow, and which other effects look like it in these poses.
 //!
-//! Done with this world's own mechanics, by differences: an independent judge of what a perfect analyst could tell.
+//! Done with this world's own mechanics, by differences: an independent judge of what a perfect analyst could determine.
 
 use serde::{Deserialize, Serialize};
 

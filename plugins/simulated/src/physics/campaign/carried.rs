@@ -22,7 +22,7 @@ pub struct MeasuredRow {
     pub payload_kg: f64,
 }
 
-/// How far points of the flange (mm, its frame) stand elsewhere with `hidden` than without, in every row: mm, frame of the world, one a point. `known` is what the
+/// How far points of the flange (mm, its frame) are elsewhere with `hidden` than without, in every row: mm, frame of the world, one a point. `known` is what the
 /// arm deviates by anyway.
 ///
 /// # Errors
@@ -43,7 +43,7 @@ pub fn displacements(
     Ok(with.into_iter().zip(without).map(difference).collect())
 }
 
-/// Where the points stand in every row.
+/// Where the points are in every row.
 fn places(
     arm: &ArmDescription,
     points: &[Vector],

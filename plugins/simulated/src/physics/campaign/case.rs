@@ -17,7 +17,7 @@ pub enum Verdict {
     Named,
     /// The joint is known, the mechanism is not.
     Located,
-    /// Several explanations that these data cannot tell apart.
+    /// Several explanations that these data cannot distinguish.
     Tied,
     /// Nothing known explains it.
     Unknown,

@@ -1,4 +1,4 @@
-//! Drawing a mechanism: by name and place as far as given, by lot for the rest.
+//! Drawing a mechanism: by name and place as far as given, at random for the rest.
 
 use std::f64::consts::{PI, TAU};
 
@@ -30,10 +30,10 @@ pub const LIBRARY: [&str; 15] = [
     "warm_up",
 ];
 
-/// Effects of the lab's library that slides alone have; never drawn by lot with the others, for most arms have no slide.
+/// Effects of the lab's library that slides alone have; never drawn at random with the others, for most arms have no slide.
 pub const SLIDES: [&str; 4] = ["screw_wave", "axis_roll", "axis_pitch", "axis_yaw"];
 
-/// Effects of the lab's library that are hidden where they are asked for and never drawn by lot: what a seed draws stays what it was before they came.
+/// Effects of the lab's library that are hidden where they are asked for and never drawn at random: what a seed draws stays what it was before they came.
 pub const ASKED: [&str; 1] = ["link_torsion"];
 
 /// Effects that need a campaign of their own: fixed base or target, or nothing free.
@@ -51,9 +51,9 @@ pub const NOT_REPEATABLE: &str = "loose_coupling";
 pub struct Choice {
     /// Name of the mechanism, or `any`, or `outside`.
     pub name: String,
-    /// Joint, `x`, `y`, `z`; by lot when empty.
+    /// Joint, `x`, `y`, `z`; at random when empty.
     pub place: Option<String>,
-    /// A second joint (coupling), turns per turn (harmonic) or `zero`, `length`, `offset` (warm-up); by lot when empty.
+    /// A second joint (coupling), turns per turn (harmonic) or `zero`, `length`, `offset` (warm-up); at random when empty.
     pub detail: Option<String>,
 }
 
@@ -357,7 +357,7 @@ pub fn places(name: &str, arm: &ArmDescription) -> Vec<usize> {
         "axis_roll" | "axis_pitch" | "axis_yaw" => slides(*joint),
         "joint_compliance" | "joint_stiffening" => greatest_moment(arm, *joint) > 0.2,
         "link_sag" => link_span(arm, *joint) > 100.0,
-        // A link along an axis twists as its joint gives, and would be told by that name.
+        // A link along an axis twists as its joint gives, and would be reported by that name.
         "link_torsion" => link_span(arm, *joint) > 100.0 && !lies_along_an_axis(arm, *joint),
         "thermal_growth" => arm.joints.get(*joint).is_some_and(|row| row.length.hypot(row.offset) > 50.0),
         "joint_coupling" | "cable_wind_up" => last > 0 && (name == "joint_coupling" || *joint < last),

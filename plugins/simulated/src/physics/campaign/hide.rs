@@ -7,12 +7,12 @@ use super::GenerateError;
 use super::audit::Audit;
 use super::specification::{Size, Specification, Wanted};
 
-/// How often a lot is drawn before giving up.
+/// How often a draw is repeated before giving up.
 const DRAWS: usize = 60;
-/// Least share of what is drawn by lot that the free parameters may leave to be seen (of its root mean square).
+/// Least share of what is drawn at random that the free parameters may leave to be seen (of its root mean square).
 const LEAST_VISIBLE: f64 = 0.15;
 
-/// Draws one thing to hide beside `already`. Where a place is drawn by lot, it is drawn again until the effect has a believable size there and the free
+/// Draws one thing to hide beside `already`. Where a place is drawn at random, it is drawn again until the effect has a believable size there and the free
 /// parameters do not swallow nearly all of it.
 pub(super) fn hide(
     audit: &Audit<'_>,
@@ -77,7 +77,7 @@ fn sized(
     Ok(Some(imperfection))
 }
 
-/// Sizes along a direction drawn by lot, and those of what can only go one way, are positive.
+/// Sizes along a direction drawn at random, and those of what can only go one way, are positive.
 fn has_either_sign(mechanism: &Mechanism) -> bool {
     !matches!(
         mechanism,

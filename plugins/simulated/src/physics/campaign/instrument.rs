@@ -59,7 +59,7 @@ impl Instrument {
         Vector::new(seen.x * (1.0 + scale.x), seen.y * (1.0 + scale.y), seen.z * (1.0 + scale.z))
     }
 
-    /// What it shows of a standing arm, before noise.
+    /// What it shows of an arm at rest, before noise.
     pub fn read(&self, posture: &Posture) -> Vec<f64> {
         let seen = self.sees(posture.target);
         match self.reading {

@@ -60,7 +60,7 @@ fn touching(specification: &Specification, seed: u64, random: &mut Random) -> Ve
 pub struct Chosen {
     /// Commanded joint angles, degrees.
     pub commanded_deg: Vec<f64>,
-    /// The way in which each joint is to arrive, as above; by lot where empty.
+    /// The way in which each joint is to arrive, as above; at random where empty.
     pub sides: Vec<f64>,
     /// kg.
     pub payload_kg: f64,
@@ -204,7 +204,7 @@ fn grid(windows: &[[f64; 2]], count: usize, random: &mut Random) -> Vec<Vec<f64>
     (0..count).map(pose).collect()
 }
 
-/// Spreads the returns (which stand at the end) among the single poses without disturbing their order.
+/// Spreads the returns (which are at the end) among the single poses without disturbing their order.
 fn strew(poses: &mut Vec<(Option<usize>, Vec<f64>)>, singles: usize, random: &mut Random) {
     let mut returns = poses.split_off(singles.min(poses.len()));
     random.shuffle(&mut returns);

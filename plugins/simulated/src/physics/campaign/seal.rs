@@ -25,7 +25,7 @@ pub enum OpenError {
     Digits {
         /// Line of the file.
         line: usize,
-        /// What stands there.
+        /// What is there.
         text: String,
     },
     /// What was in it is not an answer.

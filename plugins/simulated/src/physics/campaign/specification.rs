@@ -22,7 +22,7 @@ pub enum Spread {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Approach {
-    /// Every joint first goes 3 degrees too far, to a side drawn by lot, and comes back.
+    /// Every joint first goes 3 degrees too far, to a side drawn at random, and comes back.
     EitherSide,
     /// Straight from the pose before; the side is that of the move.
     Straight,
@@ -76,7 +76,7 @@ impl Reading {
         }
     }
 
-    /// What stands in the column that names the surface or point.
+    /// What is in the column that names the surface or point.
     pub fn against(self) -> Option<&'static str> {
         match self {
             Self::Height => Some("table"),
@@ -124,7 +124,7 @@ pub struct Specification {
     pub approach: Approach,
     /// Whether the temperature moves over the campaign.
     pub heat: bool,
-    /// Payloads in use, drawn by lot at each pose, kg; empty for none.
+    /// Payloads in use, drawn at random at each pose, kg; empty for none.
     pub payloads_kg: Vec<f64>,
     /// What is read.
     pub reading: Reading,

@@ -15,7 +15,7 @@ const SOCKETS: usize = 6;
 /// The operator stops jogging when the ball is this near to where it belongs, mm.
 const SEATED: f64 = 2e-3;
 
-/// Where the sockets stand: places that the arm on paper reaches, mm in the world.
+/// Where the sockets are: places that the arm on paper reaches, mm in the world.
 pub(super) fn sockets(specification: &Specification, seed: u64) -> Vec<Vector> {
     let windows = windows(specification, &mut Random::new(seed, "poses"));
     let mut random = Random::new(seed, "sockets");

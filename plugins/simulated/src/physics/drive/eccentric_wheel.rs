@@ -13,18 +13,18 @@ pub struct EccentricWheel {
     pub eccentricity: f64,
     /// Turns of the wheel for a turn of the joint.
     pub per_turn: f64,
-    /// Where the centre stands at zero, rad.
+    /// Where the centre is at zero, rad.
     pub phase: f64,
 }
 
 impl EccentricWheel {
-    /// By how much the wheel reads too much, rad at the joint, when the joint truly stands at `angle`.
+    /// By how much the wheel reads too much, rad at the joint, when the joint truly is at `angle`.
     pub fn reads_too_much(&self, angle: f64) -> f64 {
         let sine = self.eccentricity * (self.per_turn * angle + self.phase).sin();
         sine.clamp(-1.0, 1.0).asin() / self.per_turn
     }
 
-    /// Where the joint truly stands when the wheel reads `reading` rad.
+    /// Where the joint truly is when the wheel reads `reading` rad.
     pub fn true_angle(&self, reading: f64) -> f64 {
         let mut angle = reading;
         for _ in 0..60 {

@@ -54,7 +54,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// A gap whose driven side stands at `output`.
+    /// A gap whose driven side is at `output`.
     fn play_at(output: f64, width: f64) -> Play {
         Play { output: Some(output), ..Play::even(0, width) }
     }

@@ -16,7 +16,7 @@ impl Settling {
         Self { joint, share, forgetting_s, lag: 0.0, last: None }
     }
 
-    /// Where the joint stands after a straight move to `input` that ends at `time_s`.
+    /// Where the joint is after a straight move to `input` that ends at `time_s`.
     pub fn follow(&mut self, input: f64, time_s: f64) -> f64 {
         let (before, since) = self.last.unwrap_or((input, time_s));
         self.lag =

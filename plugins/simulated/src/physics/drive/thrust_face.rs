@@ -12,7 +12,7 @@ pub(in crate::physics) struct ThrustFace {
     pub(super) pitch: f64,
     /// High places of the face.
     pub(super) per_turn: f64,
-    /// Where the face stands at zero, rad of the wave.
+    /// Where the face is at zero, rad of the wave.
     pub(super) phase: f64,
     /// Half of the lift, mm.
     pub(super) runout: f64,

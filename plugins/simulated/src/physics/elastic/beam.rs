@@ -8,7 +8,7 @@ use crate::physics::rigid::{Rigid, Rotation, Screw, Vector};
 ///
 /// A force F and a moment M at the free end of a cantilever of length L along u turn it by `(L M + L^2/2 u x F) / EI` and shift it by
 /// `(L^2/2 M x u + L^3/3 F) / EI`, parts along u left out; its own weight P at distance b adds `b^2/2 u x P` and `b^2 (3L - b)/6 P`, and where
-/// its centre stands off the line by r, the moment m = r x P there adds `b m` and `b (L - b/2) m x u`.
+/// its centre is off the line by r, the moment m = r x P there adds `b m` and `b (L - b/2) m x u`.
 #[derive(Debug)]
 pub(super) struct Beam {
     pub(super) joint: usize,
@@ -52,7 +52,7 @@ impl ElasticPart for Beam {
 const PARALLEL: f64 = 0.05;
 
 /// Where the beam begins and ends, base frame at home, mm. Between parallel axes it lies square to them, through the centre of the link's own weights, where
-/// it has any: no drawing of axes tells where along them the metal is.
+/// it has any: no drawing of axes reports where along them the metal is.
 pub(super) fn metal(loaded: &Loaded<'_>, joint: usize) -> Option<(Vector, Vector)> {
     let screw = loaded.arm.screws.get(joint)?;
     let end = *loaded.arm.link_ends.get(joint)?;

@@ -21,12 +21,12 @@ pub(super) struct World {
     pub(super) instruments: Instruments,
 }
 
-/// Which arm stands in the world.
+/// Which arm is in the world.
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum Arm {
     TeachMover(Box<TeachMover>),
-    /// Worlds with these have other keys and are read elsewhere; they stand here for the message about an arm there is not.
+    /// Worlds with these have other keys and are read elsewhere; they are here for the message about an arm there is not.
     Puma560(serde::de::IgnoredAny),
     Described(serde::de::IgnoredAny),
 }

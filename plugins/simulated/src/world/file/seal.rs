@@ -7,7 +7,7 @@ use crate::chance;
 /// The first line of a sealed file.
 const HEADING: &str =
     "# plumb world, sealed (a seal, not a cipher): its faults stay hidden until it is revealed";
-/// The keys with which it is a world file to whoever tells files by their keys.
+/// The keys with which it is a world file to whoever recognises files by their keys.
 const KEYS: &str = "world: sealed\nsealed: |";
 const COLUMNS: usize = 100;
 

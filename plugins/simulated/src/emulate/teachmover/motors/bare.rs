@@ -1,9 +1,9 @@
-//! Motors on a bench: no arm, no world; lines and grip as they are told.
+//! Motors on a bench: no arm, no world; lines and grip as they are set.
 
 use super::{End, Ending, Motors, MotorsError};
 use crate::world::GRIPPER_HALF_STEPS_PER_MM;
 
-/// Motors on a bench: no arm, no world; lines and grip as they are told.
+/// Motors on a bench: no arm, no world; lines and grip as they are set.
 #[derive(Debug, Clone)]
 pub struct BareMotors {
     /// Whether a motion takes no time.
@@ -51,7 +51,7 @@ impl BareMotors {
         self.opening_mm + f64::from(gripper - elbow) / GRIPPER_HALF_STEPS_PER_MM
     }
 
-    /// Ends the motion with this many of its steps made, and tells when the last was.
+    /// Ends the motion with this many of its steps made, and reports when the last was.
     fn settle(&mut self, motion: Motion, steps: u32) -> u64 {
         self.turned = motion.from(self.turned, steps);
         self.motion = None;

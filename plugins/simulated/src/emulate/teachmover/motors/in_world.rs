@@ -1,4 +1,4 @@
-//! Motors of the arm that stands in a world.
+//! Motors of the arm that is in a world.
 
 use std::path::Path;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, TryRecvError, channel};
@@ -15,9 +15,9 @@ const LOOK_NS: u64 = 1_000_000;
 /// How long a motion that was stopped may take to say so.
 const PATIENCE: Duration = Duration::from_secs(5);
 
-/// Motors of the arm that stands in a world.
+/// Motors of the arm that is in a world.
 ///
-/// The world counts for the controller: its registers read zero where the arm is believed to stand straight out, and go on counting when the
+/// The world counts for the controller: its registers read zero where the arm is believed to be straight out, and go on counting when the
 /// controller is started anew.
 ///
 /// Two connections: a motion keeps one of them busy until it has ended, so that a stop never queues behind it.
