@@ -25,13 +25,13 @@ pub struct Configuration {
     pub renamed_from: Option<u8>,
     /// What the controller waits between the characters of its replies; `None` leaves it as it is.
     pub reply_delay: Option<u8>,
-    /// Where the arm stands when its registers read zero.
+    /// Where the arm is when its registers read zero.
     pub zero: RegisterZero,
     /// Whether the half-steps that were sent are counted here, for a controller without `@READ`.
     pub dead_reckoning: bool,
     /// Which way each motor turns.
     pub senses: Senses,
-    /// The speed number that `speed_fraction` 1 stands for.
+    /// The speed number that `speed_fraction` 1 means.
     pub full_speed: SpeedCode,
     /// Moves at or below this fraction of full speed read the inputs after every half-step.
     pub fine_at_speed: f64,
@@ -244,7 +244,7 @@ fn within<T: PartialOrd + std::fmt::Display>(
     if range.contains(&value) { Ok(value) } else { wrong(key, value, right) }
 }
 
-/// A character that a controller can be told to answer to.
+/// A character that a controller can be set to answer to.
 fn printable(key: &str, character: char) -> Result<u8, PluginError> {
     match u8::try_from(character) {
         Ok(byte) if byte.is_ascii_graphic() => Ok(byte),

@@ -24,7 +24,7 @@ const AFTER_EMPTY: Duration = Duration::from_millis(100);
 /// How long a program dump may pause between two lines before it is taken as ended.
 const DUMP_PAUSE: Duration = Duration::from_millis(500);
 
-/// Why the controller did not do what it was told.
+/// Why the controller did not do what it was commanded.
 #[derive(Debug, thiserror::Error)]
 pub enum ControllerError {
     /// The line failed.
@@ -74,7 +74,7 @@ impl From<ControllerError> for PluginError {
     }
 }
 
-/// The word of an operator who stands at the pendant: once the command is given, nothing this program sends can stop the arm. Only the STOP
+/// The word of an operator who is at the pendant: once the command is given, nothing this program sends can stop the arm. Only the STOP
 /// key on the pendant, or its power switch, does.
 #[derive(Clone, Copy, Debug)]
 pub struct OnlyThePendantStopsIt(());
@@ -124,7 +124,7 @@ impl Controller {
         Self { dead_reckoning: Some(DeadReckoning::default()), ..self }
     }
 
-    /// The arm was found again: somebody has said where it stands.
+    /// The arm was found again: somebody has said where it is.
     pub fn found(&mut self) {
         if let Some(dead_reckoning) = &mut self.dead_reckoning {
             dead_reckoning.lost = None;
@@ -201,10 +201,10 @@ impl Controller {
             .map_err(|fault| self.error(&command, ReplyFailure::Garbled { received: line, fault }).into())
     }
 
-    /// Moves all motors together; returns when the arm stands again. A move that the pendant ended is told apart by its status.
+    /// Moves all motors together; returns when the arm is at rest again. A move that the pendant ended is distinguished by its status.
     ///
     /// # Errors
-    /// [`ControllerError`]; then the arm may have moved by any part of `counts`, and stands or will stand within the time they take.
+    /// [`ControllerError`]; then the arm may have moved by any part of `counts`, and is at rest or will be within the time they take.
     pub fn step(
         &mut self,
         speed: SpeedCode,

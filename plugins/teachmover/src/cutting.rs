@@ -5,7 +5,7 @@
 //! moves after the time of the command on the line and the time of the motion. At 9600 baud a move of one joint takes some 24 characters
 //! (25 ms), one of all six up to 34 (35 ms); with 15 ms kept for the way of the stop to this plugin and for the system, 100 ms leave 60 ms and
 //! 50 ms of motion, which is 17 and 14 half-steps at speed code 220 (290 a second). Reading registers and inputs after each piece takes 25 to
-//! 55 ms more, in which the arm stands.
+//! 55 ms more, in which the arm is at rest.
 
 use std::time::Duration;
 

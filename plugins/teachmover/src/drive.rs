@@ -1,4 +1,4 @@
-//! The six motors of the arm, and how their half-steps stand for joints.
+//! The six motors of the arm, and how their half-steps correspond to joints.
 //!
 //! The cables keep attitudes: the shoulder's motor turns the upper arm alone, so the forearm and the hand keep their angle from the horizontal
 //! when it runs. The two wrist motors drive the hand through a differential. The gripper's cable runs along the forearm, so the gripper's
@@ -163,7 +163,7 @@ impl GripperCable {
         if joint == Joint::Gripper { self.half_steps_per_mm } else { joint.half_steps_per_unit() }
     }
 
-    /// Where the gripper's motor stands for an elbow's, the opening being what it is when both read zero.
+    /// Where the gripper's motor replaces an elbow's, the opening being what it is when both read zero.
     fn taken_along(self, elbow: i32) -> i32 {
         whole(f64::from(elbow) * self.follows)
     }
@@ -190,7 +190,7 @@ impl GripperCable {
 /// Joint values in the order of [`Joint::ALL`]: rad, and mm for the gripper.
 pub type Joints = [f64; MOTORS];
 
-/// Where the arm stands when every register reads zero. The arm has no sensors on its joints: this is what an operator has declared.
+/// Where the arm is when every register reads zero. The arm has no sensors on its joints: this is what an operator has declared.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RegisterZero {
     joints: Joints,
@@ -198,7 +198,7 @@ pub struct RegisterZero {
 }
 
 impl RegisterZero {
-    /// The registers read zero when the arm stands at `joints`.
+    /// The registers read zero when the arm is at `joints`.
     pub fn at(joints: Joints) -> Self {
         Self { joints, cable: GripperCable::default() }
     }
@@ -214,7 +214,7 @@ impl RegisterZero {
         self.cable
     }
 
-    /// The zero with which `registers` stand for `joints`; the cable is the same.
+    /// The zero with which `registers` correspond to `joints`; the cable is the same.
     #[must_use]
     pub fn declared(self, joints: Joints, registers: HalfSteps) -> Self {
         let travelled = travel(registers, self.cable);
@@ -225,7 +225,7 @@ impl RegisterZero {
         Self { joints: zero, ..self }
     }
 
-    /// The joints that stand for registers.
+    /// The joints that correspond to registers.
     pub fn joints(&self, registers: HalfSteps) -> Joints {
         let mut joints = travel(registers, self.cable);
         for (joint, zero) in joints.iter_mut().zip(self.joints) {

@@ -37,7 +37,7 @@ const RANGES: [Range; MOTORS] = [
     Range { joint: Joint::Gripper, from: None, lower: 0.0, upper: 76.2 },
 ];
 
-/// What half a half-step of the coarsest joint may make a joint stand beyond its end: degrees, or mm.
+/// What half a half-step of the coarsest joint may make a joint be beyond its end: degrees, or mm.
 const TOLERANCE: f64 = 0.2;
 
 /// The widest a joint can go whatever the others do, in the units of the joint vectors: rad, or mm.
@@ -58,7 +58,7 @@ pub(crate) fn widest(joint: Joint) -> (f64, f64) {
 /// Refuses a move that ends beyond a range, unless it leads back from further beyond it.
 ///
 /// # Errors
-/// [`PluginError::OutOfRange`], naming the joint, where it would stand and its range.
+/// [`PluginError::OutOfRange`], naming the joint, where it would be and its range.
 pub(crate) fn check(start: &Joints, end: &Joints) -> Result<(), PluginError> {
     for range in &RANGES {
         let beyond = |joints: &Joints| {

@@ -21,13 +21,13 @@ use crate::protocol::ControllerState;
 use crate::reply_line::ReplyLine;
 use crate::speed_code::SpeedCode;
 
-/// How long an arm that was read without a fault is taken to stand as it did then, when it is activated.
+/// How long an arm that was read without a fault is taken to be as it did then, when it is activated.
 const STILL_SO: Duration = Duration::from_millis(300);
 
 /// The half-steps a second that the slowest motor, the shoulder's, is rated for without a load: 0.36 rad/s of 7072 half-steps a turn.
 const RATED: f64 = 405.0;
 
-/// The characters of the longest reply. The controller pauses between them where it is told to; that it does so for milliseconds is assumed.
+/// The characters of the longest reply. The controller pauses between them where it is commanded to; that it does so for milliseconds is assumed.
 const LONGEST_REPLY: u64 = 50;
 
 /// A TeachMover on its serial line.
@@ -36,7 +36,7 @@ pub struct TeachMover {
     configuration: Configuration,
     host: Host,
     controller: Controller,
-    /// What the registers stand for.
+    /// What the registers mean.
     zero: RegisterZero,
     /// How much longer than expected the motors take.
     slowness: Slowness,

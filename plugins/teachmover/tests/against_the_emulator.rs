@@ -48,7 +48,7 @@ impl Cell {
         Self::with(LineOptions::default(), json!({"stop_within_ms": 1000}))
     }
 
-    /// The registers of the joints that the driver tells.
+    /// The registers of the joints that the driver reports.
     fn reported(&mut self) -> HalfSteps {
         let state = self.arm.read_joints().unwrap();
         registers_of(&state)
@@ -274,7 +274,7 @@ fn on_a_line_that_damages_bytes_no_move_follows_an_error_and_the_registers_come_
 }
 
 #[test]
-fn an_input_that_changes_while_the_arm_stands_changes_where_it_stands() {
+fn an_input_that_changes_while_the_arm_is_at_rest_changes_where_it_is() {
     let mut cell = Cell::quick();
     cell.emulator.inject(Event::Line { bit: 2, level: true });
     cell.arm.read_joints().unwrap();

@@ -56,13 +56,13 @@ impl Cell {
         self.arm.move_joints(&Motion::relative(change, 1.0).only(1 << joint.index()))
     }
 
-    /// The joints as the world's arm has made them and as the driver tells them, at most `half_steps` apart.
+    /// The joints as the world's arm has made them and as the driver reports them, at most `half_steps` apart.
     fn assert_agreed(&mut self, half_steps: f64) {
         let reported = self.arm.read_joints().unwrap().joints;
         let made = self.world.read(Verb::Read {}).unwrap().joints;
         for (joint, (reported, made)) in Joint::ALL.into_iter().zip(reported.as_slice().iter().zip(made)) {
             let apart = (reported - made).abs() * joint.half_steps_per_unit();
-            assert!(apart <= half_steps + 1e-6, "{}: told {reported}, made {made}", joint.name());
+            assert!(apart <= half_steps + 1e-6, "{}: reported {reported}, made {made}", joint.name());
         }
     }
 }
@@ -159,7 +159,7 @@ fn a_stop_at_the_worlds_pendant_is_a_stop_of_the_move() {
 }
 
 #[test]
-fn the_sensors_line_changes_between_the_poses_the_driver_tells() {
+fn the_sensors_line_changes_between_the_poses_the_driver_reports() {
     let mut cell = Cell::of("world-ideal.yaml", &HALF_STEPS);
     let mut change = None;
     for _ in 0..40 {

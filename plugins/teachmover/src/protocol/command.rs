@@ -1,4 +1,4 @@
-//! What the controller can be told.
+//! What the controller can be commanded.
 
 use std::fmt;
 
@@ -135,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn another_recognition_character_stands_in_front_on_the_line_but_not_in_messages() {
+    fn another_recognition_character_is_in_front_on_the_line_but_not_in_messages() {
         assert_eq!(Command::Read.bytes(b'#'), b"#READ\r");
         assert_eq!(Command::Read.to_string(), "@READ");
     }

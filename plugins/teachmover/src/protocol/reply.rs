@@ -47,7 +47,7 @@ pub enum Fault {
         /// Which, from 1.
         place: usize,
     },
-    /// A number too large for what it stands for.
+    /// A number too large for what it means.
     #[error("number {place} is out of range")]
     OutOfRange {
         /// Which, from 1.

@@ -42,7 +42,7 @@ pub enum SerialError {
         /// Why, and what to check.
         failure: ReplyFailure,
     },
-    /// The line does not become quiet, so that no reply can be told from what went before.
+    /// The line does not become quiet, so that no reply can be distinguished from what went before.
     #[error("{port} does not become quiet: {failure}")]
     Resynchronise {
         /// The port.

@@ -67,7 +67,7 @@ impl TeachMover {
         JointState::new(self.host.now_ns(), vector(&self.joints()), moving)
     }
 
-    /// Tells the streams where the arm stands, and that its inputs have been seen up to then: whoever waits for the inputs to be as new as the
+    /// Reports to the streams where the arm is, and that its inputs have been seen up to then: whoever waits for the inputs to be as new as the
     /// state finds them so.
     ///
     /// # Errors
@@ -110,7 +110,7 @@ impl TeachMover {
         }
     }
 
-    /// Where the arm stands, in words an operator can compare with what they see.
+    /// Where the arm is, in words an operator can compare with what they see.
     pub(super) fn pose_in_words(&self) -> String {
         let values = self.joints();
         let words = Joint::ALL.into_iter().zip(values).map(|(joint, value)| match joint {

@@ -1,4 +1,4 @@
-//! What the controller is told when the arm is connected, before anything moves: the character it answers to, the pause in its replies, the
+//! What the controller is given when the arm is connected, before anything moves: the character it answers to, the pause in its replies, the
 //! program it holds.
 
 use std::fs;
@@ -26,7 +26,7 @@ fn is_silence(error: &ControllerError) -> bool {
 const WITHOUT_READ: &str = "where a controller carries moves out and does not know @READ, as owners of a TeachMover II have reported, `dead_reckoning: true` in the cell file has its half-steps counted here; what that cannot see is in the driver's manual";
 
 impl TeachMover {
-    /// Where the arm stands when it is connected, or how it can be connected where the controller does not say it.
+    /// Where the arm is when it is connected, or how it can be connected where the controller does not say it.
     pub(super) fn first_reading(&mut self) -> Result<ControllerState, PluginError> {
         if self.configuration.dead_reckoning {
             self.require_somebody_without_read()?;

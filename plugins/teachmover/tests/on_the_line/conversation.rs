@@ -62,7 +62,7 @@ enum Line {
 struct Step {
     #[serde(rename = "do")]
     act: Act,
-    /// The text of the error it ends in; `PORT` stands for the path of the port, `...` for any text.
+    /// The text of the error it ends in; `PORT` means the path of the port, `...` for any text.
     error: Option<String>,
     /// The kind of that error.
     kind: Option<String>,
@@ -90,7 +90,7 @@ enum Act {
         by: [i32; 6],
         speed: f64,
     },
-    /// The joints stand at these values: degrees, and mm.
+    /// The joints are at these values: degrees, and mm.
     SetZero([f64; 6]),
     /// Asks again and again until the hand control has ended.
     AwaitJogEnd,
@@ -249,7 +249,7 @@ impl Step {
     }
 }
 
-/// Whether a text is another in which `...` stands for any text.
+/// Whether a text is another in which `...` means any text.
 fn alike(said: &str, expected: &str) -> bool {
     match expected.split_once("...") {
         None => said == expected,

@@ -17,7 +17,7 @@ pub(crate) struct PseudoTerminal {
     pub(crate) path: PathBuf,
     /// The controller's end; `None` once it is unplugged.
     controller: Option<File>,
-    /// The other end is kept open, so that the line stands whether or not a driver has it.
+    /// The other end is kept open, so that the line exists whether or not a driver has it.
     _driver: Option<File>,
 }
 
