@@ -1,4 +1,4 @@
-//! In which modes a controller may be, and what the operator is told of those in which nothing may be read or moved.
+//! In which modes a controller may be, and what the operator is shown for those in which nothing may be read or moved.
 //!
 //! The numbers: <https://docs.universal-robots.com/tutorials/communication-protocol-tutorials/rtde-guide.html> and, of the program's states,
 //! <https://forum.universal-robots.com/t/rtde-runtime-state-enumeration/6634>.

@@ -1,4 +1,4 @@
-//! What the primary interface tells, as far as it matters here: why a program does not run, and texts.
+//! What the primary interface reports, as far as it matters here: why a program does not run, and texts.
 //!
 //! Messages are a length (int32, big-endian, itself included), a kind (uint8), and what the kind has.
 //! <https://docs.universal-robots.com/tutorials/communication-protocol-tutorials/primary-secondary-guide.html>

@@ -17,17 +17,17 @@ use crate::program;
 use crate::rtde::{AXES, State};
 use crate::scripts::Scripts;
 
-/// The joints, and where the arm stands upright, deg. On the pendant they are called base, shoulder, elbow, wrist 1 to 3.
+/// The joints, and where the arm is upright, deg. On the pendant they are called base, shoulder, elbow, wrist 1 to 3.
 const JOINTS: [(&str, f64); AXES] =
     [("pan", 0.0), ("lift", -90.0), ("elbow", 0.0), ("wrist1", -90.0), ("wrist2", 0.0), ("wrist3", 0.0)];
 
 /// How near a joint comes to where it is sent, rad: what its servo leaves at rest, some counts of its encoder.
 const SERVO_LEAVES: f64 = 1e-4;
 
-/// A joint slower than this is at rest, rad/s: the noise of the speeds that controllers tell is under a tenth of it.
+/// A joint slower than this is at rest, rad/s: the noise of the speeds that controllers report is under a tenth of it.
 const AT_REST: f64 = 0.01;
 
-/// A state older than this tells nothing of where a moving arm is: the move is ended.
+/// A state older than this says nothing of where a moving arm is: the move is ended.
 const OLDEST: Duration = Duration::from_millis(500);
 
 /// A state older than this is not taken for a reading.
@@ -59,7 +59,7 @@ pub struct UniversalRobot {
     program: i32,
     /// The number of the last state that was looked at.
     seen: u64,
-    /// The time of the last state that was told, ns.
+    /// The time of the last state that was reported, ns.
     reported_ns: u64,
     /// Why the arm is not moved, if so.
     doubt: Option<String>,
@@ -339,7 +339,7 @@ impl UniversalRobot {
             self.seen = received.number;
             let moving = moves(&received.state);
             let by_it = by.is_none_or(|program| received.state.ended == program);
-            // A state from before the stop was sent tells nothing of it.
+            // A state from before the stop was sent says nothing of it.
             if !moving && by_it && received.age() < begin.elapsed().min(FRESH) {
                 return Ok(Some(received));
             }
@@ -350,7 +350,7 @@ impl UniversalRobot {
 
     /// A move has failed: whatever is left of it is taken from the controller, so that nothing goes on by itself once the cause is gone.
     fn give_up(&mut self, error: PluginError) -> PluginError {
-        // Both ways at once: which of them still works is not known. What they answer changes nothing of what is told.
+        // Both ways at once: which of them still works is not known. What they answer changes nothing of what is reported.
         let _ = self.send_stop();
         let _ = self.dashboard("stop");
         self.doubted(error)
@@ -430,7 +430,7 @@ impl UniversalRobot {
         PluginError::Failed(format!("the move was ended before the arm arrived; {why}"))
     }
 
-    /// An error of the arm's modes, with the controller's own reason where it has told one.
+    /// An error of the arm's modes, with the controller's own reason where it has reported one.
     fn with_what_it_says(&self, error: PluginError) -> PluginError {
         let said = self.errors_said();
         if said.is_empty() {
@@ -459,7 +459,7 @@ impl UniversalRobot {
     /// A state as the cell takes it, dated by the cell's clock.
     fn joint_state(&mut self, received: &Received, moving: bool) -> JointState {
         let age_ns = u64::try_from(received.age().as_nanos()).unwrap_or(u64::MAX);
-        // Where the cell's clock stands between motions, a state is not from before the last that was told.
+        // Where the cell's clock is stopped between motions, a state is not from before the last that was reported.
         self.reported_ns = self.host.now_ns().saturating_sub(age_ns).max(self.reported_ns);
         let mut joints = JointVector::zeros(AXES);
         joints.as_mut_slice().copy_from_slice(&received.state.joints);

@@ -15,7 +15,7 @@ use serde_json::{Value, json};
 
 const PATIENCE: Duration = Duration::from_secs(30);
 
-/// Where the arm stands upright, deg.
+/// Where the arm is upright, deg.
 pub(crate) const UPRIGHT: [f64; 6] = [0.0, -90.0, 0.0, -90.0, 0.0, 0.0];
 
 /// A world with a UR5, served.
@@ -39,7 +39,7 @@ impl World {
         Self { client: connect(&socket), socket, server: Some(server), _folder: folder }
     }
 
-    /// Where the world's arm stands, deg, and whether it moves.
+    /// Where the world's arm is, deg, and whether it moves.
     pub(crate) fn joints(&mut self) -> ([f64; 6], bool) {
         let reading = self.client.read(Verb::Read {}).unwrap();
         (reading.joints.fixed::<6>().unwrap().map(f64::to_degrees), reading.moving)

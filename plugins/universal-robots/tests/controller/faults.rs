@@ -1,4 +1,4 @@
-//! What goes wrong becomes an error that says what to do, never a reading; and the arm stands.
+//! What goes wrong becomes an error that says what to do, never a reading; and the arm is at rest.
 
 use std::time::Duration;
 
@@ -36,7 +36,7 @@ fn a_controller_that_speaks_an_older_protocol_is_refused_with_what_to_do() {
 }
 
 #[test]
-fn an_address_at_which_nothing_listens_is_told_with_what_to_check() {
+fn an_address_at_which_nothing_listens_is_reported_with_what_to_check() {
     let mut cell = Cell::start();
     cell.emulator.inject(Event::Gone);
     let error = cell.arm.read_joints().unwrap_err();
@@ -47,7 +47,7 @@ fn an_address_at_which_nothing_listens_is_told_with_what_to_check() {
 }
 
 #[test]
-fn a_protective_stop_in_mid_move_is_told_and_nothing_goes_on_once_it_is_unlocked() {
+fn a_protective_stop_in_mid_move_is_reported_and_nothing_goes_on_once_it_is_unlocked() {
     let (mut cell, error) =
         in_mid_move(|emulator| emulator.inject(Event::ProtectiveStop), "the arm is in a protective stop");
     assert!(matches!(error, PluginError::NotReady(_)), "{error:?}");
@@ -81,7 +81,7 @@ fn a_program_that_is_stopped_at_the_pendant_is_no_arrival() {
 }
 
 #[test]
-fn local_control_is_told_when_it_is_activated_and_when_it_comes_in_between() {
+fn local_control_is_reported_when_it_is_activated_and_when_it_comes_in_between() {
     let mut cell = Cell::start();
     cell.arm.activate().unwrap();
     cell.emulator.inject(Event::Remote(false));
@@ -96,7 +96,7 @@ fn local_control_is_told_when_it_is_activated_and_when_it_comes_in_between() {
 }
 
 #[test]
-fn a_controller_that_is_gone_in_mid_move_is_told_at_once_and_the_arm_stops_by_itself() {
+fn a_controller_that_is_gone_in_mid_move_is_reported_at_once_and_the_arm_stops_by_itself() {
     let (mut cell, error) =
         in_mid_move(|emulator| emulator.inject(Event::Gone), "the controller has ended the RTDE connection");
     assert!(matches!(error, PluginError::Disconnected(_)), "{error:?}");
@@ -153,7 +153,7 @@ fn a_place_beyond_the_arms_stops_ends_in_the_controllers_own_words() {
 }
 
 #[test]
-fn registers_that_another_program_writes_are_told_and_others_can_be_had() {
+fn registers_that_another_program_writes_are_reported_and_others_can_be_had() {
     let cell = Cell::start();
     let config = |register: u8| crate::cell::configured(&cell.emulator, &json!({"first_register": register}));
     let host = plumb_plugin::recording::RecordingHost::new();

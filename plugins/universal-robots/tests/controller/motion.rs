@@ -52,7 +52,7 @@ fn both_generations_go_where_they_are_sent_in_no_time_and_in_their_own() {
 }
 
 #[test]
-fn it_tells_where_it_is_on_the_way_and_never_faster_than_it_may() {
+fn it_reports_where_it_is_on_the_way_and_never_faster_than_it_may() {
     let mut cell = Cell::start();
     cell.arm.activate().unwrap();
     cell.go(BENT).unwrap();
