@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use crate::grey::Layout;
 
-/// A camera that has been opened and told how its pictures are to come.
+/// A camera that has been opened and configured: how its pictures are to come.
 pub(crate) trait Capture: Send {
     /// How its pictures come.
     fn layout(&self) -> Layout;

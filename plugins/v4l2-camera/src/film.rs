@@ -234,7 +234,7 @@ impl Film {
         )));
     }
 
-    /// The first trouble is the one that is told.
+    /// The first trouble is the one that is reported.
     fn note(&mut self, trouble: PluginError) {
         self.trouble.get_or_insert(trouble);
     }

@@ -202,7 +202,7 @@ fn set_format(device: &Device, config: &Config, formats: &[GreyFormat]) -> Resul
 /// Sets how many pictures a second it takes; the time from one to the next, ns, where the driver says.
 fn set_speed(device: &Device, config: &Config) -> Result<Option<u64>, OpenError> {
     let now = match config.frames_per_second {
-        // A driver that has one speed need not tell it.
+        // A driver that has one speed need not report it.
         None => device.params().ok(),
         Some(wanted) => {
             let interval = Fraction::new(1000, (wanted * 1000.0).round() as u32);
@@ -307,7 +307,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_system_answers_is_told_in_words() {
+    fn what_the_system_answers_is_reported_in_words() {
         let message_for = |number| refused("starting it", io::Error::from_raw_os_error(number)).to_string();
         assert!(message_for(EBUSY).contains("another program uses it"));
         assert!(message_for(EACCES).contains("group `video`"));

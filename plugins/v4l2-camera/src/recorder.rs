@@ -53,7 +53,7 @@ impl Drop for Recorder {
     fn drop(&mut self) {
         self.shared.is_over.store(true, Ordering::Release);
         if let Some(thread) = self.thread.take() {
-            // A thread that panicked has told so on its film.
+            // A thread that panicked has reported so on its film.
             let _ = thread.join();
         }
     }
@@ -70,7 +70,7 @@ impl Shared {
     }
 }
 
-/// Tells it when the thread ends by a panic: else a reader would wait for pictures in vain.
+/// Reports it when the thread ends by a panic: else a reader would wait for pictures in vain.
 struct Listening(Arc<Shared>);
 
 impl Drop for Listening {

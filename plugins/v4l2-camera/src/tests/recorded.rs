@@ -124,7 +124,7 @@ fn pictures_of_a_flight_are_kept_at_their_times() {
 }
 
 #[test]
-fn a_lost_picture_is_told_where_it_was_wanted() {
+fn a_lost_picture_is_reported_where_it_was_wanted() {
     let mut film = Film::new(layout("GREY"), None);
     film.keep_every(Some(10 * MS)).unwrap();
     let sent = [buffer(7, 0), buffer(8, 10 * MS), buffer(11, 40 * MS)];
@@ -175,10 +175,10 @@ enum Next {
     Panics,
 }
 
-/// What a driver may be told ahead of time; who tells it more waits until it has done the first.
+/// What a driver may be given ahead of time; who gives it more waits until it has done the first.
 const AHEAD: usize = 4;
 
-/// A driver that does what it is told, and then nothing.
+/// A driver that does what it is commanded, and then nothing.
 struct Recorded {
     layout: Layout,
     receiver: Receiver<Next>,

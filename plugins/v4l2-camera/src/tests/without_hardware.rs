@@ -1,4 +1,4 @@
-//! What a user is told who has no camera, or names something else.
+//! What a user is shown who has no camera, or names something else.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
@@ -15,7 +15,7 @@ fn error_text(config: Value) -> String {
 }
 
 #[test]
-fn a_device_that_is_absent_or_no_camera_is_told_as_such() {
+fn a_device_that_is_absent_or_no_camera_is_reported_as_such() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("picture.raw");
     fs::write(&file, [0; 6]).unwrap();
