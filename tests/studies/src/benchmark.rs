@@ -43,8 +43,8 @@ pub(crate) struct Arguments {
     /// Every effect of the library alone, 50 trials each, instead of the cells.
     #[arg(long)]
     each: bool,
-    /// Where the lab cannot tell candidates apart: do eight further poses settle it, those it asks for and, beside them, eight
-    /// by lot? The cells with one effect when none is given.
+    /// Where the lab cannot distinguish candidates: do eight further poses settle it, those it asks for and, beside them, eight
+    /// at random? The cells with one effect when none is given.
     #[arg(long, conflicts_with_all = ["each", "analysts"])]
     ties: bool,
     /// Which formulas are offered where nothing is named. The cells with nothing hidden, and with what the library does not list, when none is given.
@@ -75,7 +75,7 @@ pub(crate) struct Arguments {
     json: Option<PathBuf>,
 }
 
-/// Runs the benchmark; each cell is told as soon as it is done.
+/// Runs the benchmark; each cell is reported as soon as it is done.
 pub(crate) fn run(arguments: &Arguments, folder: Option<&Path>) -> Result<ExitCode, BenchmarkError> {
     let work = work(arguments)?;
     if arguments.probabilities {

@@ -45,7 +45,7 @@ const EFFECTS: [&str; 11] = [
     "warm_up",
 ];
 
-/// Lots drawn for one injection before the effect is said not to show in a set.
+/// Draws for one injection before the effect is said not to show in a set.
 const DRAWS: u64 = 4;
 
 /// Options of `plumb-studies inject`.
@@ -65,7 +65,7 @@ pub(crate) struct Arguments {
     /// How many times what the model leaves is to be seen of what is hidden.
     #[arg(long, default_value_t = 2.0)]
     times: f64,
-    /// Rows used of each table, drawn by lot for each injection; of a smaller table four fifths.
+    /// Rows used of each table, drawn at random for each injection; of a smaller table four fifths.
     #[arg(long, default_value_t = 300)]
     rows: usize,
     /// What is fitted, instead of the model file's `free:`.
@@ -74,7 +74,7 @@ pub(crate) struct Arguments {
     /// The first seed.
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Tell of every injection what was hidden, and what the lab said.
+    /// Report of every injection what was hidden, and what the lab said.
     #[arg(long)]
     each: bool,
 }
@@ -96,7 +96,7 @@ pub(crate) enum StudyError {
 #[derive(Debug, Default)]
 struct Counts {
     found: BTreeMap<Found, usize>,
-    /// Lots that do not show, or only beyond belief.
+    /// Draws that do not show, or only beyond belief.
     without: usize,
 }
 
@@ -134,7 +134,7 @@ impl Counts {
     }
 }
 
-/// Runs the study; each effect of each set is told as soon as it is done.
+/// Runs the study; each effect of each set is reported as soon as it is done.
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, StudyError> {
     say(
         "| set | effect | injected | named right | or as the same in these rows | in set | listed | named wrong | cannot show |\n|---|---|---|---|---|---|---|---|---|\n",
@@ -203,7 +203,7 @@ struct Set {
 }
 
 impl Set {
-    /// The set with so many of its rows as this lot draws, fitted.
+    /// The set with so many of its rows as this seed draws, fitted.
     fn open(&self, arguments: &Arguments, draw_seed: u64) -> Result<Measurements, InjectionError> {
         let model = Model::read(&self.model).map_err(LaboratoryError::from)?;
         let table = Table::read(&self.table).map_err(LaboratoryError::from)?;
@@ -213,7 +213,7 @@ impl Set {
     }
 }
 
-/// Rows drawn of a table of so many: four fifths at most, so that no two lots draw the same.
+/// Rows drawn of a table of so many: four fifths at most, so that no two seeds draw the same.
 fn rows_drawn(rows: usize, wanted: usize) -> usize {
     wanted.min(rows * 4 / 5)
 }
@@ -230,7 +230,7 @@ fn borrowed(name: Option<&Name>) -> Option<(&str, &str)> {
     name.map(|(effect, place)| (effect.as_str(), place.as_str()))
 }
 
-/// So many rows of a table, drawn by lot, in their order.
+/// So many rows of a table, drawn at random, in their order.
 fn thinned(table: &Table, most: usize, seed: u64) -> Result<Table, LaboratoryError> {
     let mut rows: Vec<usize> = (0..table.len()).collect();
     Random::seeded(seed).shuffle(&mut rows);
@@ -246,7 +246,7 @@ fn thinned(table: &Table, most: usize, seed: u64) -> Result<Table, LaboratoryErr
     Ok(Table::parse(&table.source, &kept)?)
 }
 
-/// Hides an effect so many times, each time in other rows, at places drawn by lot. `before` was named in some rows without anything hidden.
+/// Hides an effect so many times, each time in other rows, at places drawn at random. `before` was named in some rows without anything hidden.
 fn injections(
     arguments: &Arguments,
     set: &Set,
@@ -285,7 +285,7 @@ fn injections(
     Ok(counts)
 }
 
-/// An effect at a place drawn by lot, of the size that is to be seen; nothing where none of [`LOTS`] draws shows. `lot` moves on past the draws.
+/// An effect at a place drawn at random, of the size that is to be seen; nothing where none of [`DRAWS`] draws shows. `draw_seed` moves on past the draws.
 fn drawn(
     own: &Measurements,
     effect: &str,
@@ -311,7 +311,7 @@ fn drawn(
     Ok(hidden)
 }
 
-/// The lots of one effect begin elsewhere than those of another: else all would be hidden at the same joints.
+/// The seeds of one effect begin elsewhere than those of another: else all would be hidden at the same joints.
 fn first_draw(seed: u64, effect: &str) -> u64 {
     let letters =
         effect.bytes().fold(0_u64, |sum, letter| sum.wrapping_mul(31).wrapping_add(u64::from(letter)));
@@ -364,7 +364,7 @@ mod tests {
     }
 
     #[test]
-    fn lots_of_a_small_table_draw_four_fifths_of_it_and_differ() {
+    fn draws_from_a_small_table_draw_four_fifths_of_it_and_differ() {
         assert_eq!([rows_drawn(1000, 200), rows_drawn(250, 200), rows_drawn(99, 200)], [200, 200, 79]);
         let rows: Vec<String> = (0..50).map(|row| format!("{row},{}", 10 * row)).collect();
         let table = Table::parse("t.csv", &format!("q1_deg,p1_x_mm\n{}\n", rows.join("\n"))).unwrap();

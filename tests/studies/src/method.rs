@@ -62,7 +62,7 @@ pub(crate) enum StudyError {
     /// The world does not start.
     #[error(transparent)]
     World(#[from] WorldError),
-    /// The world does not answer, or tells nothing.
+    /// The world does not answer, or says nothing.
     #[error("the simulated world: {0}")]
     Truth(#[from] plumb_simulated::client::ClientError),
     /// A run does not start.

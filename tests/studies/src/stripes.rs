@@ -52,13 +52,13 @@ enum StudyEnd {
     Picture(String),
     #[error("nobody reads what it prints: {0}")]
     Output(#[from] io::Error),
-    #[error("{failures} worlds could not be studied, as told above; the same command studies these again and keeps what lies in {}", output.display())]
+    #[error("{failures} worlds could not be studied, as reported above; the same command studies these again and keeps what lies in {}", output.display())]
     Missing { failures: u32, output: PathBuf },
     #[error("interrupted; the same command goes on with what lies in {}", output.display())]
     Interrupted { output: PathBuf },
 }
 
-/// Studies the worlds and tells.
+/// Studies the worlds and reports.
 ///
 /// Worlds, runs and results go into the folder. Worlds whose result lies there already are not studied again, and the tables there are brought up to date with
 /// every world.
@@ -96,7 +96,7 @@ pub(crate) fn run(arguments: &Arguments, folder: Option<&Path>) -> CommandResult
     study.end(interrupt.is_asked())
 }
 
-/// All worlds in the order they are studied: the first of each kind first, so that what is there before the end tells of all kinds alike.
+/// All worlds in the order they are studied: the first of each kind first, so that what is there before the end covers all kinds alike.
 fn worlds<'a>(arguments: &'a Arguments, output: &'a Path) -> Vec<SealedWorld<'a>> {
     let hidden = if arguments.hidden.is_empty() { Hidden::ALL.to_vec() } else { arguments.hidden.clone() };
     let mut worlds = Vec::new();
@@ -143,7 +143,7 @@ impl<'a> StripeStudy<'a> {
         self.outcomes.get(place).is_some_and(Option::is_some)
     }
 
-    /// Takes in what became of a world, tells it, and brings the tables up to date.
+    /// Takes in what became of a world, reports it, and brings the tables up to date.
     fn take(
         &mut self,
         place: usize,
@@ -161,7 +161,7 @@ impl<'a> StripeStudy<'a> {
                     self.trouble.get_or_insert(trouble);
                 }
             }
-            // The other worlds are studied nevertheless; it is told at the end that some are missing.
+            // The other worlds are studied nevertheless; it is reported at the end that some are missing.
             Err(error) => {
                 self.failures += 1;
                 eprintln!(

@@ -163,7 +163,7 @@ impl Work {
         Self::Cell(cell)
     }
 
-    /// So many trials of one's own; its first is tried, so that bad options are told.
+    /// So many trials of one's own; its first is tried, so that bad options are reported.
     pub(super) fn own(
         campaign: &CampaignArguments,
         trials: usize,
@@ -210,7 +210,7 @@ impl Work {
 }
 
 impl Cell {
-    /// Trial `number` of this cell under the benchmark's seed. Arms come by lot; a lot that cannot be hidden in its arm is drawn again.
+    /// Trial `number` of this cell under the benchmark's seed. Arms come at random; a draw that cannot be hidden in its arm is drawn again.
     fn case(&self, seed: u64, number: usize) -> Option<Case> {
         let mut rng = Random::new(seed.wrapping_add(number as u64), self.name);
         (0..100).find_map(|_| {
@@ -259,7 +259,7 @@ impl Cell {
     }
 }
 
-/// An effect by lot from those that both this world and the lab's library have.
+/// An effect at random from those that both this world and the lab's library have.
 fn known(rng: &mut Random) -> &'static str {
     let both: Vec<&str> =
         LIBRARY.into_iter().filter(|name| plumb_calibration::effect::kind(name).is_some()).collect();

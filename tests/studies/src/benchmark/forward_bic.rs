@@ -120,7 +120,7 @@ fn strengths(problem: &Projected, terms: &[usize]) -> Vec<(usize, f64)> {
     terms.iter().map(|term| (*term, strength(*term))).collect()
 }
 
-/// Masks rows whose readings lie beyond the limit; tells whether any was masked.
+/// Masks rows whose readings lie beyond the limit; says whether any was masked.
 fn mask(evidence: &Evidence, problem: &Projected, terms: &[usize], keep: &mut [bool]) -> bool {
     let mut left = problem.residual.clone();
     let span = span(problem, terms);

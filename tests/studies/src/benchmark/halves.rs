@@ -19,7 +19,7 @@ use crate::interval::Share;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum Cut {
-    /// Poses by lot; returns to one pose stay together.
+    /// Poses at random; returns to one pose stay together.
     #[serde(rename = "lot")]
     AtRandom,
     /// Earlier and later rows.

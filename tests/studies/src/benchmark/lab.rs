@@ -32,7 +32,7 @@ pub(super) fn formula(case: &Case) -> Result<Option<Hypothesis>, LaboratoryError
     Ok(open(case)?.diagnose_in_full(&Progress::unwatched())?.hypothesis)
 }
 
-/// The poses it asks for, to tell apart what it cannot: so many new ones, without the returns that come on top; nothing where it
+/// The poses it asks for, to distinguish what it cannot: so many new ones, without the returns that come on top; nothing where it
 /// says that no pose would.
 pub(super) fn next_poses(case: &Case, count: usize) -> Result<Option<Vec<Chosen>>, LaboratoryError> {
     let wanted = Wanted { count, keep_out: Vec::new(), payloads: Vec::new() };

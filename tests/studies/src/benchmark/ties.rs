@@ -1,4 +1,4 @@
-//! Where the lab cannot tell candidates apart: whether further poses settle it, those it asks for and as many by lot.
+//! Where the lab cannot distinguish candidates: whether further poses settle it, those it asks for and as many at random.
 
 use plumb_simulated::physics::campaign::poses::{Chosen, plan};
 use plumb_simulated::physics::campaign::specification::{Specification, Spread};
@@ -25,12 +25,12 @@ pub(super) struct Row {
     trials: usize,
     /// Trials that left several candidates, the truth among them.
     ties: usize,
-    /// Of these, those of which the lab says that no pose tells the candidates apart, and what poses by lot made of them.
+    /// Of these, those of which the lab says that no pose distinguishes the candidates, and what poses at random made of them.
     #[serde(rename = "no_pose_tells")]
     no_pose_distinguishes: Settled,
     /// What the poses it asks for made of the others.
     asked_for: Settled,
-    /// And poses by lot.
+    /// And poses at random.
     #[serde(rename = "by_lot")]
     at_random: Settled,
 }
@@ -62,7 +62,7 @@ struct Left {
 
 /// What each way of choosing poses made of one tie.
 struct Tie {
-    /// Nothing where the lab says that no pose tells the candidates apart.
+    /// Nothing where the lab says that no pose distinguishes the candidates.
     asked_for: Option<Left>,
     at_random: Left,
 }
@@ -142,7 +142,7 @@ fn outcome(diagnosis: &Diagnosis, case: &Case) -> Outcome {
     }
 }
 
-/// As many poses from all over the joints' ranges, by lot.
+/// As many poses from all over the joints' ranges, at random.
 fn drawn(specification: &Specification, seed: u64) -> Vec<Chosen> {
     let wide = Specification {
         poses: POSES,

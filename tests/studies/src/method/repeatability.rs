@@ -16,7 +16,7 @@ use plumb_report::figure::{Curve, Figure};
 
 use super::{Many, StudyError};
 
-/// Runs unless told otherwise.
+/// Runs unless specified otherwise.
 const RUNS: u32 = 100;
 
 /// Run a procedure many times from starts within what an operator's eye leaves, and show what it finds: spread, drift, worst.

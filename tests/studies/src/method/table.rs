@@ -144,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn runs_that_did_not_pass_count_in_no_mean_and_their_reason_is_told_once() {
+    fn runs_that_did_not_pass_count_in_no_mean_and_their_reason_is_reported_once() {
         let lost = |turn: u32| {
             run(RunOutcome::Error, 0.0, &format!("step `cycle[{turn}].edge`: eye stayed ON (go on with: x)"))
         };

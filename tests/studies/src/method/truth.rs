@@ -1,4 +1,4 @@
-//! What is true after a run, as only a simulated world can tell: how far the zeros that were found are off, and how far the hand.
+//! What is true after a run, as only a simulated world can report: how far the zeros that were found are off, and how far the hand.
 
 use std::collections::BTreeMap;
 

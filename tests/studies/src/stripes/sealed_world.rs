@@ -149,7 +149,7 @@ impl SealedWorld<'_> {
         let events = self.run_cell(cell, folder, procedure, &["most_mm=100".to_owned()])?;
         let finished = |event: &&Value| event["event"] == "step_finished" && event["step"] == "spread";
         let error = events.iter().find(finished).and_then(|event| event["values"][0]["value"].as_f64());
-        let said = "it told no spread".to_owned();
+        let said = "it reported no spread".to_owned();
         error.ok_or(StudyError::Run { cell: cell.to_owned(), procedure, said })
     }
 
@@ -158,7 +158,7 @@ impl SealedWorld<'_> {
         let procedure = "gather";
         let events = self.run_cell(cell, folder, procedure, &[])?;
         let run = events.iter().find_map(|event| event["run"].as_u64());
-        let said = "it told no number of its run".to_owned();
+        let said = "it reported no number of its run".to_owned();
         let run = run.ok_or(StudyError::Run { cell: cell.to_owned(), procedure, said })?;
         Ok(folder.join("record").join(format!("run-{run}")))
     }

@@ -101,7 +101,7 @@ fn cards_are_held_against_what_adding_leaves_on_locked_rows() {
 }
 
 #[test]
-fn halves_of_a_table_are_compared_and_a_table_that_is_not_there_is_told() {
+fn halves_of_a_table_are_compared_and_a_table_that_is_not_there_is_reported() {
     let home = tempfile::tempdir().unwrap();
     let run = studies(&["benchmark", "--halves", "--cell", "one-3x", "--scale", "0.003"], home.path());
     assert_eq!(run.status.code(), Some(0), "{}", errors(&run));
