@@ -257,7 +257,7 @@ fn expand(before: &[String], tree: &[Token], paths: &mut Vec<Vec<String>>) {
     }
 }
 
-/// The parts of a list between commas that stand in no bracket.
+/// The parts of a list between commas that are in no bracket.
 fn parts(tokens: &[Token]) -> Vec<&[Token]> {
     let (mut found, mut depth, mut begin) = (Vec::new(), 0_usize, 0);
     for (at, token) in tokens.iter().enumerate() {

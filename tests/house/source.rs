@@ -14,7 +14,7 @@ pub(crate) struct Token {
     pub(crate) line: usize,
 }
 
-/// A source file without what stands under `#[cfg(test)]`.
+/// A source file without what is under `#[cfg(test)]`.
 #[derive(Debug)]
 pub(crate) struct Source {
     /// From the root of the repository.

@@ -79,7 +79,7 @@ fn retired_in(text: &str) -> impl Iterator<Item = &'static str> {
     RETIRED.iter().map(|(word, _)| *word).filter(move |word| holds(&text, word))
 }
 
-/// Whether a phrase stands in a text as whole words.
+/// Whether a phrase is in a text as whole words.
 fn holds(text: &str, phrase: &str) -> bool {
     text.match_indices(phrase).any(|(at, _)| {
         let before = text[..at].chars().next_back();
