@@ -57,7 +57,7 @@ fn every_bad_file_gives_the_message_beside_it() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// How many mistakes a message tells, each with its line and a mark under the word.
+/// How many mistakes a message lists, each with its line and a mark under the word.
 fn mistakes(file: &str, message: &str) -> usize {
     let lines: Vec<&str> = message.lines().collect();
     let heads = lines.iter().enumerate().filter(|(_, line)| line.starts_with(file));

@@ -1,4 +1,4 @@
-//! The house's floors: each crate uses only those below it, and the simulated world stands on the plugin contract alone.
+//! The house's floors: each crate uses only those below it, and the simulated world depends on the plugin contract alone.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
@@ -87,7 +87,7 @@ impl Graph {
 }
 
 #[test]
-fn plugins_and_the_world_stand_on_the_plugin_contract_and_the_serial_line_alone() {
+fn plugins_and_the_world_depend_on_the_plugin_contract_and_the_serial_line_alone() {
     let graph = graph();
     assert!(graph.plugins.contains("plumb-simulated"));
     let allowed: BTreeSet<String> =
@@ -134,7 +134,7 @@ fn each_floor_uses_only_those_below_it() {
         let Some(own) = floor(name) else { continue };
         for used in uses {
             let below = floor(used).is_none_or(|other| other < own);
-            assert!(below, "{name} uses {used}, which stands above it");
+            assert!(below, "{name} uses {used}, which is above it");
         }
     }
 }

@@ -193,7 +193,7 @@ fn what_only_slides_have_is_named_with_its_size_where_a_trial_hides_it_in_the_ga
         let (_, answer) = cells.plumb(&["trial", "reveal", "hidden", "--json"]);
         let answer: serde_json::Value = serde_json::from_str(&answer).unwrap();
         let hidden = answer["truth"]["hidden"][0]["size"].as_f64().unwrap();
-        // The trial tells turns in rad for a mm, the lab in degrees for a metre.
+        // The trial gives turns in rad for a mm, the lab in degrees for a metre.
         let truth = if named["unit"] == "deg/m" { hidden.to_degrees() * 1000.0 } else { hidden };
         let (size, se) = (named["size"].as_f64().unwrap(), named["se"].as_f64().unwrap());
         assert!((size - truth).abs() < 3.0 * se, "{fault}: {size} +- {se}, true {truth}");

@@ -176,7 +176,7 @@ fn a_panic_lost_power_and_a_new_start_end_a_run_with_what_to_do_and_it_goes_on_w
     assert_eq!(panel.run(&[], None), (Some(0), "all steps passed".to_owned()));
 }
 
-/// The root mean square of the true error, and of what lies between lefty and righty, as `verify` tells it, mm.
+/// The root mean square of the true error, and of what lies between lefty and righty, as `verify` reports it, mm.
 fn verified(cells: &Cells) -> [f64; 2] {
     let (code, events, said) = cells.run("cell-trial.yaml", &["verify", "--set", "points=6"]);
     assert_eq!(code, Some(0), "{said}\n{:?}", events.last());

@@ -16,7 +16,7 @@ use serde_json::{Value, json};
 
 use lab::{Lab, PATIENCE, Said};
 
-/// By how much the joints of the shipped world stand beyond what their servos count, deg.
+/// By how much the joints of the shipped world are beyond what their servos count, deg.
 const ZERO_ERRORS: [(&str, f64); 5] = [
     ("shoulder_pan", 0.0),
     ("shoulder_lift", 0.0),
@@ -82,7 +82,7 @@ impl Arm {
         self.lab.plumb(&["run", "cell-hardware.yaml", procedure, "--headless"])
     }
 
-    /// Where the joints truly stand, deg.
+    /// Where the joints truly are, deg.
     fn joints_deg(&self) -> [f64; 5] {
         let mut client = WorldClient::connect(&self.lab.path("world.socket"), "test").unwrap();
         client.look().unwrap().attitudes.fixed::<5>().unwrap().map(f64::to_degrees)
@@ -155,7 +155,7 @@ fn two_zeros_and_a_direction_that_are_wrong_are_found_written_back_and_verified(
         let value =
             |of: &Value, key: String| of[key.as_str()].as_f64().unwrap_or_else(|| panic!("{key} in {of}"));
         let found = value(&first["joints"], format!("{joint}_deg"));
-        assert!((found - error).abs() < SEEN_WITHIN, "{joint}: read as {found}, stands at {error}");
+        assert!((found - error).abs() < SEEN_WITHIN, "{joint}: read as {found}, is at {error}");
         let way = value(&turned, format!("{joint}_deg"));
         let expected = if joint == REVERSED { -15.0 } else { 15.0 };
         assert!((way - expected).abs() < 2.0 * SEEN_WITHIN, "{joint} turned by {way}");

@@ -153,7 +153,7 @@ fn poses_asked_for_far_from_the_others_are_not_locked_away_and_settle_a_tie() {
 }
 
 #[test]
-fn waves_that_are_tied_are_told_by_their_orders() {
+fn waves_that_are_tied_are_given_by_their_orders() {
     let home = tempfile::tempdir().unwrap();
     let sentence = |seed: &str| {
         let options = ["--seed", seed, "--arm", "ur5", "--narrow", "--effect", "joint_harmonic=2x"];
@@ -169,7 +169,7 @@ fn waves_that_are_tied_are_told_by_their_orders() {
 }
 
 #[test]
-fn mistakes_are_told_with_what_would_be_right() {
+fn mistakes_are_reported_with_what_would_be_right() {
     let home = tempfile::tempdir().unwrap();
     let message = |arguments: &[&str]| {
         let output = plumb(arguments, home.path());
@@ -245,7 +245,7 @@ fn a_formula_is_offered_for_what_the_library_does_not_list_and_its_block_does_wh
 }
 
 #[test]
-fn a_joint_that_gives_is_told_with_the_link_along_its_axis_that_would_twist_alike() {
+fn a_joint_that_gives_is_reported_with_the_link_along_its_axis_that_would_twist_alike() {
     let home = tempfile::tempdir().unwrap();
     let options = ["--seed", "5", "--arm", "iiwa7", "--effect", "joint_compliance(a5)=5x"];
     let found = diagnosed(home.path(), "t", &options);
@@ -358,7 +358,7 @@ fn a_joint_that_jumped_once_is_dated_and_not_called_unrepeatable() {
 
 #[test]
 fn a_jump_of_the_first_joint_is_dated_and_tied_with_a_base_that_was_turned() {
-    // No row tells a turn of the base about the first joint's axis from a jump of that joint: an honest tie holds both.
+    // No row determines a turn of the base about the first joint's axis from a jump of that joint: an honest tie holds both.
     let home = tempfile::tempdir().unwrap();
     let options = ["--seed", "770206031772917615", "--arm", "irb1600", "--effect", "joint_step=3x"];
     let diagnosis = diagnosed(home.path(), "waist", &options);
@@ -382,7 +382,7 @@ fn a_size_known_only_after_a_search_has_an_error_that_counts_the_search() {
     assert!((size - hidden).abs() < 3.0 * se, "{size} +- {se}, hidden {hidden}");
 }
 
-/// The size the seal of trial `t` tells.
+/// The size the seal of trial `t` gives.
 fn said_of_seal(home: &Path) -> f64 {
     let output = said(&plumb(&["trial", "reveal", "t"], home));
     let size = output.split(", ").nth(1).and_then(|rest| rest.split(' ').next()).unwrap_or_default();
@@ -390,7 +390,7 @@ fn said_of_seal(home: &Path) -> f64 {
 }
 
 #[test]
-fn an_effect_is_hidden_in_a_users_own_measurements_and_the_size_that_would_be_found_is_told() {
+fn an_effect_is_hidden_in_a_users_own_measurements_and_the_size_that_would_be_found_is_reported() {
     let home = tempfile::tempdir().unwrap();
     let own = ["trial", "new", "--seed", "11", "--arm", "ur5", "--effect", "none", "-o", "own"];
     assert_eq!(plumb(&own, home.path()).status.code(), Some(0));
@@ -529,7 +529,7 @@ fn an_effect_hidden_in_measurements_turns_their_orientations_too() {
 #[test]
 fn a_trial_whose_table_has_orientations_is_diagnosed_and_scored() {
     let home = tempfile::tempdir().unwrap();
-    // Play of the last joint, on whose axis the target stands: positions say nothing of it, orientations all.
+    // Play of the last joint, on whose axis the target is: positions say nothing of it, orientations all.
     for (effect, named) in [("joint_backlash(wrist_roll)=0.15deg", "joint_backlash"), ("none", "")] {
         let name = if named.is_empty() { "n" } else { "t" };
         let arm = arm_with_a_wrist(home.path());
@@ -570,7 +570,7 @@ fn a_trial_whose_table_has_orientations_is_diagnosed_and_scored() {
         );
         assert!(said(&diagnosis).contains(named), "{}", said(&diagnosis));
     }
-    // Without the orientations it does not show: the target stands on the axis.
+    // Without the orientations it does not show: the target is on the axis.
     let text = fs::read_to_string(home.path().join("t/table.csv")).unwrap();
     let places: String = text
         .lines()

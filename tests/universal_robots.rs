@@ -234,7 +234,7 @@ fn what_happens_in_mid_move_ends_the_run_with_its_reason_and_leaves_no_row() {
 }
 
 #[test]
-fn a_controller_in_local_control_and_one_that_is_not_there_are_told_before_anything_moves() {
+fn a_controller_in_local_control_and_one_that_is_not_there_are_reported_before_anything_moves() {
     let cells = Cells::shipped();
     let (_world, mut controller) = world_and_controller(&cells);
     cell_at(&cells, &controller.first.clone(), A_LONG_WAY);

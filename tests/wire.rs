@@ -15,7 +15,7 @@ use plumb_simulated::client::WorldClient;
 
 use lab::{Lab, PATIENCE, Said};
 
-/// A process with a port on its first line, told to end by `quit`.
+/// A process with a port on its first line, asked to end by `quit`.
 struct Process {
     child: Child,
     port: PathBuf,
@@ -32,7 +32,7 @@ impl Process {
         Self { child, port: PathBuf::from(first.trim()) }
     }
 
-    /// Tells it to end, and waits for that.
+    /// Asks it to end, and waits for that.
     fn quit(mut self) {
         writeln!(self.child.stdin.as_mut().unwrap(), "quit").unwrap();
         assert!(self.child.wait().unwrap().success());
@@ -123,7 +123,7 @@ fn the_log_of_a_terminal_is_played_to_the_driver_of_a_teachmover() {
     assert!(text.contains(" > \"@READ\\r\""), "{text}");
     let said = replay(&lab, &["small"]);
     assert_eq!(said.code(), 0, "{}", said.all());
-    // An owner's log in which the arm was told another thing: where and what.
+    // An owner's log in which the arm was commanded another thing: where and what.
     let step = text.lines().position(|line| line.contains("> \"@STEP")).unwrap() + 1;
     let other = text.replacen("> \"@STEP ", "> \"@STEP 9", 1);
     lab.write("arm.wire", &other);

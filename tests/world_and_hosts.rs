@@ -181,7 +181,7 @@ fn three_cycles_over_shared_memory_give_table_2_1() {
 }
 
 #[test]
-fn a_host_killed_in_mid_move_leaves_the_arm_standing_and_another_finds_it_there() {
+fn a_host_killed_in_mid_move_leaves_the_arm_at_rest_and_another_finds_it_there() {
     let cell = Cell::new("world-ideal.yaml", "real");
     let host = cell.arm();
     let arm = host.robot().unwrap();
@@ -250,7 +250,7 @@ impl Stripe {
         Self { sensor, camera, arm, host }
     }
 
-    /// The arm tells that it stands.
+    /// The arm reports that it is at rest.
     fn holds_still(&mut self, time_ns: u64) {
         let state = JointState::new(time_ns, JointVector::zeros(6), false);
         self.arm.emit(bytemuck::bytes_of(&state)).unwrap();

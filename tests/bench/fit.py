@@ -8,10 +8,10 @@ Needs numpy and scipy, and pyceres for Ceres. Everyone fits the same 39 paramete
 skews of six joints, base and target) to the same rows, from the nominal arm with the base brought near by a rigid motion
 (which the program finds itself, within its time). The peers' residuals are vectorised over the rows; their derivatives are
 what the peers make of them: scipy's finite differences, and for Ceres a Jacobian by complex steps, since its automatic
-derivatives cannot be reached from Python. Nobody is told which parameters the table cannot determine.
+derivatives cannot be reached from Python. Nobody is informed which parameters the table cannot determine.
 
 Everyone is timed by the processor time used, the peers on one thread each, so that a busy machine does not decide. What of Ceres's time is not spent in Python's residuals and derivatives is
-told apart: it is what its own steps take, however fast derivatives came.
+distinguished: it is what its own steps take, however fast derivatives came.
 """
 
 import os

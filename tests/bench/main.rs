@@ -28,7 +28,7 @@ use std::time::Duration;
 /// What a measurement gives back.
 type Measured = Result<(), Box<dyn Error>>;
 
-/// A measurement: its name, what it measures, how often unless told otherwise, and how.
+/// A measurement: its name, what it measures, how often unless specified otherwise, and how.
 type Row = (&'static str, &'static str, usize, fn(usize) -> Measured);
 
 const MEASUREMENTS: [Row; 8] = [

@@ -1,6 +1,6 @@
 //! What reads the controllers' answers, fed with answers that were cut, joined and damaged.
 //!
-//! Beside not coming down, what a parser takes must be what stands there: a state or a program it has read, written out anew, is read the same.
+//! Beside not coming down, what a parser takes must be what is there: a state or a program it has read, written out anew, is read the same.
 
 use std::time::{Duration, Instant};
 
@@ -47,7 +47,7 @@ pub(crate) fn measure(seconds: usize) -> super::Measured {
         let feeding = PARSERS.map(|parser| scope.spawn(move || feed(parser, duration)));
         feeding.into_iter().map(|one| one.join()).collect::<Result<_, _>>()
     })
-    .map_err(|_| "a parser came down: what it was fed stands above")?;
+    .map_err(|_| "a parser came down: what it was fed is above")?;
     lines.iter().for_each(|line| println!("{line}"));
     Ok(())
 }

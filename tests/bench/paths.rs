@@ -19,7 +19,7 @@ const WAYS: [(&str, &str); 2] = [("simulated", "cell.yaml"), ("serial", "cell-se
 
 const JOINTS: [&str; 3] = ["waist", "shoulder", "elbow"];
 
-/// How far from where the operator meant to leave it the arm may stand.
+/// How far from where the operator meant to leave it the arm may be.
 const LEFT_WITHIN: &str = "    start_within: {waist_deg: 2, shoulder_deg: 1.5, elbow_deg: 3}\n";
 
 /// What one way found: the errors of the zeros by joint, deg, and the runs that found none.

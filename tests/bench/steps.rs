@@ -15,7 +15,7 @@ use crate::statistics::quantile;
 /// How often each takes its turn.
 const TURNS: usize = 5;
 
-/// As many phases that do nothing as it is told, timed from the first to the end of the last.
+/// As many phases that do nothing as it is asked for, timed from the first to the end of the last.
 const OPENHTF: &str = r#"
 import logging, sys, time
 import openhtf as htf
@@ -97,5 +97,5 @@ fn phases(count: usize) -> Result<Duration, Box<dyn Error>> {
     }
     let said = String::from_utf8_lossy(&output.stdout).into_owned();
     let seconds = said.split_whitespace().last().and_then(|word| word.parse().ok());
-    Ok(Duration::from_secs_f64(seconds.ok_or("it told no time")?))
+    Ok(Duration::from_secs_f64(seconds.ok_or("it reported no time")?))
 }

@@ -30,7 +30,7 @@ const MOVES: [(&str, [f64; 6]); 3] = [
     ("six joints", [50.0, 30.0, -40.0, 30.0, 60.0, 20.0]),
 ];
 
-/// Where the arm stands when the controller is switched on: degrees, and mm.
+/// Where the arm is when the controller is switched on: degrees, and mm.
 const HOME: [f64; 6] = [0.0, 0.0, -45.0, -60.0, 0.0, 30.0];
 
 /// How long after a stop the last half-step is looked for.
@@ -169,7 +169,7 @@ impl Bench {
     }
 }
 
-/// Rings the stop after a while, and tells when.
+/// Rings the stop after a while, and reports when.
 fn stop_after(wait: Duration, stop: StopHandle) -> std::thread::JoinHandle<Instant> {
     std::thread::spawn(move || {
         std::thread::sleep(wait);

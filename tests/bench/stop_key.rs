@@ -107,7 +107,7 @@ impl Operator {
         Ok(())
     }
 
-    /// Esc; from there to the last half-step. Nothing when the arm stood between two moves.
+    /// Esc; from there to the last half-step. Nothing when the arm was at rest between two moves.
     fn stop(&mut self) -> Result<Option<Duration>, Box<dyn Error>> {
         let mut former = self.motors()?;
         let pressed = Instant::now();

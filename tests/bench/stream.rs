@@ -1,4 +1,4 @@
-//! A robot that tells its state a thousand times a second, a sensor that takes it in, and an orchestrator that watches.
+//! A robot that reports its state a thousand times a second, a sensor that takes it in, and an orchestrator that watches.
 
 use std::fs;
 use std::time::{Duration, Instant};

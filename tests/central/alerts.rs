@@ -1,4 +1,4 @@
-//! People are told when a cell needs them: by a real HTTP server that works, fails, hangs or refuses, and by a mailer; and no run waits for it.
+//! People are informed when a cell needs them: by a real HTTP server that works, fails, hangs or refuses, and by a mailer; and no run waits for it.
 
 use std::io::Read as _;
 use std::os::unix::fs::PermissionsExt as _;
@@ -68,7 +68,7 @@ fn once(lab: &Lab, arguments: &[&str]) -> Said {
 }
 
 #[test]
-fn a_prompt_that_waits_is_told_by_webhook_and_e_mail_once_although_the_program_is_killed() {
+fn a_prompt_that_waits_is_reported_by_webhook_and_e_mail_once_although_the_program_is_killed() {
     let lab = Lab::new();
     let receiver = Receiver::new(Behaviour::Answers(200));
     let sendmail = mailer(&lab, "mailer", MAILER).display().to_string();
@@ -88,7 +88,7 @@ fn a_prompt_that_waits_is_told_by_webhook_and_e_mail_once_although_the_program_i
     assert_eq!(receiver.requests().len(), 0, "it has not waited for an hour");
     for _ in 0..3 {
         let alert = Alert::start(&lab, &ways);
-        wait_until("it is told", Duration::from_secs(20), || mails(&lab).contains("------"));
+        wait_until("it is reported", Duration::from_secs(20), || mails(&lab).contains("------"));
         std::thread::sleep(Duration::from_millis(1_500));
         assert_eq!(alert.kill(), "");
     }
@@ -109,7 +109,7 @@ fn a_prompt_that_waits_is_told_by_webhook_and_e_mail_once_although_the_program_i
         "{mails}"
     );
     assert_eq!(mails.matches("------").count(), 1, "{mails}");
-    // The next prompt is told anew.
+    // The next prompt is reported anew.
     assert_eq!(lab.plumb(&["answer", "done"]).code(), 0);
     wait_until("the next prompt", Duration::from_secs(20), || {
         lab.plumb(&["answer"]).out().contains("at hand")
@@ -142,7 +142,7 @@ fn a_webhook_that_hangs_holds_up_neither_the_run_nor_the_e_mail() {
         output.contains("webhook at localhost: no answer within 10 s; trying again every 30 s"),
         "{output}"
     );
-    assert!(!output.contains("secret"), "the address is not told: {output}");
+    assert!(!output.contains("secret"), "the address is not reported: {output}");
     end(running);
 }
 
@@ -188,7 +188,7 @@ fn a_server_that_fails_is_asked_again_and_one_that_refuses_is_not() {
 }
 
 #[test]
-fn a_step_that_hangs_and_a_run_whose_program_has_gone_are_told() {
+fn a_step_that_hangs_and_a_run_whose_program_has_gone_are_reported() {
     let lab = Lab::new();
     let receiver = Receiver::new(Behaviour::Answers(204));
     let address = receiver.address();
@@ -213,7 +213,7 @@ fn a_step_that_hangs_and_a_run_whose_program_has_gone_are_told() {
     let text = late("1h").unwrap();
     assert!(text.contains("the program that ran run 1 has gone; `plumb run --resume 1`"), "{text}");
 
-    // How runs end is told where that is asked for.
+    // How runs end is reported where that is asked for.
     lab.write(
         "few.yaml",
         &std::fs::read_to_string(lab.path("answers.yaml")).unwrap().replace("level: offered", "level: 1.5"),
@@ -259,7 +259,7 @@ fn a_webhook_is_reached_by_tls_whose_certificate_this_machine_trusts_for_that_na
 }
 
 #[test]
-fn what_cannot_be_told_says_why() {
+fn what_cannot_be_reported_says_why() {
     let lab = Lab::new();
     for (arguments, expected) in [
         (&[][..], "nobody to call: give --mail ADDRESS"),

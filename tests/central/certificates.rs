@@ -28,7 +28,7 @@ impl Authority {
             return None;
         }
         let place = tempfile::tempdir().unwrap();
-        // Each has a name of its own: one is told from another by more than its key.
+        // Each has a name of its own: one is distinguished from another by more than its key.
         let number = NUMBER.fetch_add(1, Ordering::Relaxed);
         let words = format!(
             "req -x509 -newkey ec -pkeyopt ec_paramgen_curve:P-256 -nodes -days 2 -subj /CN=authority-{number}-of-a-test -keyout ca.key -out ca.pem \

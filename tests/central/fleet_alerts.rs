@@ -1,4 +1,4 @@
-//! People are told of all cells from the central database: of a cell that has gone without a word, which cannot tell itself, and of the database.
+//! People are informed of all cells from the central database: of a cell that has gone without a word, which cannot report itself, and of the database.
 
 use std::io::{BufRead as _, BufReader};
 use std::path::Path;
@@ -64,11 +64,11 @@ impl Drop for Alert {
 }
 
 #[test]
-fn a_cell_that_has_gone_without_a_word_is_told_once_and_again_when_it_goes_again() {
+fn a_cell_that_has_gone_without_a_word_is_reported_once_and_again_when_it_goes_again() {
     let Some(server) = Server::new() else { return };
     let (lab, address) = (Lab::new(), server.address());
     let receiver = Receiver::new(Behaviour::Answers(204));
-    // The cell's machine dies in the middle of a step: nobody there can tell.
+    // The cell's machine dies in the middle of a step: nobody there can report it.
     let mut running = lab.start(&["run", "cell.yaml", "--headless"]);
     running.until(|event| event["event"] == "step_started" && event["step"] == "waist.lower");
     running.signal(Signal::SIGSTOP);
@@ -167,7 +167,7 @@ fn a_shipper_that_ends_while_the_database_is_gone_says_that_its_cells_will_count
 }
 
 #[test]
-fn prompts_late_steps_and_bad_ends_of_all_cells_are_told_from_the_database() {
+fn prompts_late_steps_and_bad_ends_of_all_cells_are_reported_from_the_database() {
     let Some(server) = Server::new() else { return };
     let (lab, other, address) = (Lab::new(), Lab::new(), server.address());
     let receiver = Receiver::new(Behaviour::Answers(204));
@@ -210,7 +210,7 @@ fn prompts_late_steps_and_bad_ends_of_all_cells_are_told_from_the_database() {
     wait_until("the end is in the database", Duration::from_secs(20), || {
         server.ask("SELECT count(*) FROM runs WHERE state = 'failed'") == "1"
     });
-    assert_eq!(messages_with(&[]).len(), 2, "how runs end is told where that is asked for");
+    assert_eq!(messages_with(&[]).len(), 2, "how runs end is reported where that is asked for");
     let ended = messages_with(&["--ended"]);
     assert!(
         ended.iter().any(|text| text == "bench: run 2 has ended: failed, line A was not found"),
@@ -234,7 +234,7 @@ fn write_bad_end(state: &Path) {
 }
 
 #[test]
-fn a_database_that_is_gone_is_told_and_when_it_is_back_nobody_is_called_for_its_silence() {
+fn a_database_that_is_gone_is_reported_and_when_it_is_back_nobody_is_called_for_its_silence() {
     let Some(mut server) = Server::new() else { return };
     let (lab, address) = (Lab::new(), server.address());
     let receiver = Receiver::new(Behaviour::Answers(204));
@@ -243,9 +243,9 @@ fn a_database_that_is_gone_is_told_and_when_it_is_back_nobody_is_called_for_its_
     wait_until("the database is up for long enough", STARTED, || is_up(&server));
     server.ask("UPDATE records SET last_seen = now() - interval '1 hour'");
     let alert = Alert::start(&lab, &address, &receiver, &["--silent-after", "3s"]);
-    wait_until("the silent cell is told", Duration::from_secs(20), || texts(&receiver).len() == 1);
+    wait_until("the silent cell is reported", Duration::from_secs(20), || texts(&receiver).len() == 1);
     server.kill();
-    wait_until("the database is told", Duration::from_secs(40), || texts(&receiver).len() == 2);
+    wait_until("the database is reported", Duration::from_secs(40), || texts(&receiver).len() == 2);
     let message = &texts(&receiver)[1];
     assert!(
         message.starts_with("the central database has not answered for ")
@@ -260,7 +260,7 @@ fn a_database_that_is_gone_is_told_and_when_it_is_back_nobody_is_called_for_its_
     server.ask("INSERT INTO outbox SELECT 'b', sequence, kind, number, made, body, sha256 FROM outbox");
     wait_until("it has not come back", STARTED, || texts(&receiver).len() > 2);
     assert_eq!(server.ask(UP_FOR_SHIPPERS), "t", "shippers had time to come back: {:?}", texts(&receiver));
-    // A third falls silent: by the look that tells of it, whatever was to be told of the others again had been told.
+    // A third falls silent: by the look that reports it, whatever was to be reported again of the others had been reported.
     server.ask("INSERT INTO records (record, host, directory, last_seen) SELECT 'c', 'bench-3', '/', now() - interval '1 minute'");
     server.ask("INSERT INTO outbox SELECT 'c', sequence, kind, number, made, body, sha256 FROM outbox WHERE record = 'b'");
     wait_until("the third is reported", STARTED, || {
@@ -288,7 +288,7 @@ fn what_cannot_be_watched_says_why() {
 }
 
 #[test]
-fn who_reaches_a_server_that_could_be_another_is_told() {
+fn who_reaches_a_server_that_could_be_another_is_warned() {
     let Ok(network) = Network::new() else {
         eprintln!("skipped: a network of its own needs root");
         return;

@@ -27,7 +27,7 @@ fn the_fleets_screen_shows_who_waits_first_and_goes_on_when_the_database_is_back
     );
     assert!(page.contains("cell-03 (1 of 20)") && page.contains("Lay the target & fix it"), "{page}");
 
-    // From cell to cell; the last one is reached, and the chosen one is told in full.
+    // From cell to cell; the last one is reached, and the chosen one is shown in full.
     session.press("jjj");
     let page = session.wait_for("cell-02 (4 of 20)");
     assert!(page.contains("initialize, ") && page.contains("arm ur5; began 2026-"), "{page}");

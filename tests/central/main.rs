@@ -124,7 +124,7 @@ fn a_prompt_that_waits_is_on_the_fleets_page_within_two_seconds() {
     let _shipper = Shipper::start(&lab, &address);
     let mut running = lab.start(&["run", "cell.yaml", "--attended", "--pace", "fast"]);
     running.until(|event| event["event"] == "prompt_asked");
-    let lag = wait_until("the prompt is told", Duration::from_secs(30), || {
+    let lag = wait_until("the prompt is reported", Duration::from_secs(30), || {
         lab.plumb(&["fleet", "--from", &address]).out().contains("Lay the target")
     });
     assert!(lag < LAG, "{lag:?}");
@@ -159,7 +159,7 @@ fn a_shipper_and_a_server_killed_at_any_moment_lose_and_double_nothing() {
 }
 
 #[test]
-fn a_record_that_was_copied_and_went_on_is_told_and_may_become_one_of_its_own() {
+fn a_record_that_was_copied_and_went_on_is_reported_and_may_become_one_of_its_own() {
     let Some(server) = Server::new() else { return };
     let (lab, address) = (Lab::new(), server.address());
     write_run(&lab.state(), 3);

@@ -68,7 +68,7 @@ impl Network {
         inside
     }
 
-    /// Nothing comes through, and nobody is told.
+    /// Nothing comes through, and nobody is informed.
     pub(crate) fn cut(&self) {
         ip(&format!("link set {} down", self.card)).unwrap();
     }

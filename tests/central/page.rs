@@ -156,7 +156,7 @@ fn a_lease_that_has_run_out_answers_nothing_and_another_may_take_it() {
 }
 
 #[test]
-fn of_two_answers_at_once_one_wins_and_both_are_told() {
+fn of_two_answers_at_once_one_wins_and_both_are_answered() {
     let lab = Lab::new();
     let (file, token) = new_token(&lab);
     let page = Page::start(&lab, &["--token-file", &file]);

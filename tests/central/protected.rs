@@ -111,7 +111,7 @@ fn the_doctor_looks_at_a_database_and_changes_nothing() {
 }
 
 #[test]
-fn what_the_database_has_had_for_long_is_taken_off_the_outbox_and_another_database_is_told() {
+fn what_the_database_has_had_for_long_is_taken_off_the_outbox_and_another_database_is_reported() {
     let Some(server) = Server::new() else { return };
     let (lab, address) = (Lab::new(), server.address());
     write_run(&lab.state(), 40);

@@ -1,4 +1,4 @@
-//! A server that takes webhooks, and can be told to misbehave.
+//! A server that takes webhooks, and can be set to misbehave.
 
 use std::io::{Read, Write};
 use std::net::TcpListener;

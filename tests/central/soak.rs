@@ -130,7 +130,7 @@ fn list(texts: &[String]) -> String {
     if texts.is_empty() { "none".to_owned() } else { texts.join("\n    ") }
 }
 
-/// One cell with what stands beside it.
+/// One cell with what is beside it.
 struct Cell {
     lab: Lab,
     shipper: Mutex<Option<Child>>,

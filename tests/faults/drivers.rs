@@ -23,7 +23,7 @@ pub(crate) const ROWS: &[&Row] = &[
     &Row {
         name: "driver_orphaned",
         done: "plumb killed while an arm moves whose driver is in Python",
-        promise: "the driver is told to stop, and its process ends",
+        promise: "the driver is commanded to stop, and its process ends",
         happens: orphaned,
     },
 ];
@@ -60,6 +60,6 @@ fn orphaned() -> Happened {
     let begun = Instant::now();
     kill(running.process());
     wait_gone(driver);
-    assert!(lab.path("pyarm/stopped").is_file(), "the driver was told to stop");
-    Happened::Kept(format!("told to stop and gone after {:.1} s", begun.elapsed().as_secs_f64()))
+    assert!(lab.path("pyarm/stopped").is_file(), "the driver was commanded to stop");
+    Happened::Kept(format!("commanded to stop and gone after {:.1} s", begun.elapsed().as_secs_f64()))
 }

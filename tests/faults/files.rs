@@ -34,7 +34,7 @@ pub(crate) const ROWS: &[&Row] = &[
     },
 ];
 
-/// What is asked of the program with a file: the ending the file has, and the arguments with `{}` where it stands.
+/// What is asked of the program with a file: the ending the file has, and the arguments with `{}` where it is.
 const READERS: &[(&str, &[&str])] = &[
     ("yaml", &["check", "{}"]),
     ("yaml", &["run", "{}", "--headless"]),
@@ -66,7 +66,7 @@ struct Cost {
     kilobytes: i64,
 }
 
-/// The arguments by which this program is told to run another and print what it took.
+/// The arguments by which this program is asked to run another and print what it took.
 const MEASURE: &str = "--measure";
 
 /// Where this program was started to measure another: runs it, and prints processor time (ms) and memory (kB) as its last line.

@@ -25,7 +25,7 @@ pub(crate) const ROWS: &[&Row] = &[
     &Row {
         name: "sensor_dies_in_search",
         done: "the sensor's host killed in mid-search",
-        promise: "the arm stands still within 0.5 s of the sensor's end; resumed, the run passes",
+        promise: "the arm is at rest within 0.5 s of the sensor's end; resumed, the run passes",
         happens: sensor_dies_in_search,
     },
     &Row {
@@ -43,7 +43,7 @@ pub(crate) const ROWS: &[&Row] = &[
     &Row {
         name: "orchestrator_frozen",
         done: "the program stopped (SIGSTOP) in a move of a minute, and let go on when the arm stood",
-        promise: "the arm stands within 4 s, without a program; the run then ends with 4 and its reason, and nothing moves",
+        promise: "the arm is at rest within 4 s, without a program; the run then ends with 4 and its reason, and nothing moves",
         happens: orchestrator_frozen,
     },
     &Row {
@@ -61,7 +61,7 @@ pub(crate) const ROWS: &[&Row] = &[
     &Row {
         name: "two_orchestrators",
         done: "a second program on a cell that runs",
-        promise: "it is refused with 2 and told which process runs the cell, which goes on",
+        promise: "it is refused with 2 and says which process runs the cell, which goes on",
         happens: two_orchestrators,
     },
 ];

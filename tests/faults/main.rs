@@ -83,7 +83,7 @@ fn main() -> ExitCode {
     }
     let chosen = |row: &&&Row| wanted.is_empty() || wanted.iter().any(|text| row.name.contains(*text));
     let rows: Vec<&Row> = all.iter().filter(chosen).copied().collect();
-    // What a row panics with is told in its line of the table.
+    // What a row panics with is given in its line of the table.
     std::panic::set_hook(Box::new(|_| ()));
     let mut failed = 0;
     for _ in 0..rounds {

@@ -17,7 +17,7 @@ pub(crate) const ROWS: &[&Row] = &[
     &Row {
         name: "world_killed",
         done: "the simulated world killed in mid-move",
-        promise: "the run ends with 2 within 5 s; the record is sound, and --resume says that the world began anew, and passes with the true zeros, or with 4 where the arm stands elsewhere",
+        promise: "the run ends with 2 within 5 s; the record is sound, and --resume says that the world began anew, and passes with the true zeros, or with 4 where the arm is elsewhere",
         happens: world_killed,
     },
     &Row {

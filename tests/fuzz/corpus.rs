@@ -189,7 +189,7 @@ pub(crate) fn rtde_packages() -> Vec<Vec<u8>> {
     ]
 }
 
-/// What its primary interface tells: an error in line 3 of a program, and a state.
+/// What its primary interface reports: an error in line 3 of a program, and a state.
 pub(crate) fn primary_messages() -> Vec<Vec<u8>> {
     let error = b"\x00\x00\x00\x1c\x14\0\0\0\0\0\0\0\x09\xfd\x0a\0\0\0\x03\0\0\0\x01wrong";
     vec![error.to_vec(), b"\x00\x00\x00\x06\x10\x01".to_vec()]

@@ -16,7 +16,7 @@ struct Place {
     least: f64,
     most: f64,
     unit: &'static str,
-    /// What follows the joint in the world's file; `SIZE` and `PHASE` stand for numbers.
+    /// What follows the joint in the world's file; `SIZE` and `PHASE` mean numbers.
     entry: &'static str,
 }
 
@@ -116,7 +116,7 @@ const PLACES: [Place; 36] = [
     place("joint_harmonic", "wheel out of true", "wrist_roll", [0.3, 0.6], "deg", WHEEL),
 ];
 
-/// Places that no measurement of this arm can tell apart: the axes of shoulder and elbow are parallel, so a shift along the one is a shift along the other.
+/// Places that no measurement of this arm can distinguish: the axes of shoulder and elbow are parallel, so a shift along the one is a shift along the other.
 const SAME: [(&str, &str, &str); 1] = [("link_offset", "shoulder", "elbow")];
 
 /// What world `number` of those from `first` hides, and its seed.
@@ -146,7 +146,7 @@ fn draw(number: u64, first: u64) -> (Drawn, u64) {
 enum Verdict {
     /// What is hidden was named, and nothing else.
     Named,
-    /// It stands among those that were said to be tied.
+    /// It is among those that were said to be tied.
     Tied,
     /// Something else was named, or more.
     Wrong,

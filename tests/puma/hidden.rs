@@ -51,7 +51,7 @@ pub(crate) struct Findings {
     pub(crate) poses: usize,
     /// What was named and added: effect, place, size.
     pub(crate) added: Vec<(String, String, f64)>,
-    /// What was added of several that these poses cannot tell apart.
+    /// What was added of several that these poses cannot distinguish.
     pub(crate) either: Option<String>,
     /// What is then left over the fresh poses, which no fit has seen.
     pub(crate) left: Tip,
@@ -278,7 +278,7 @@ impl Lab<'_> {
             let next = self.model(&[["next", "-n", "10", "--csv"].as_slice(), keep_out.as_slice()].concat());
             runs.push(self.measure(procedure, &next, &mut findings));
         }
-        // Where it sits is known; how much of it there is, the tour of the workspace that comes with the cell tells best.
+        // Where it sits is known; how much of it there is, the tour of the workspace that comes with the cell shows best.
         runs.push(self.measure(procedure, &self.tour, &mut findings));
         let fresh = self.measure_fresh();
         runs.push(fresh);
@@ -295,7 +295,7 @@ impl Lab<'_> {
             .collect();
         findings.verdicts.push(in_words(&grown));
         if let Some(either) = first_tied(&grown).filter(|_| findings.added.is_empty()) {
-            // What these poses cannot tell apart does the same in them: a user adds either.
+            // What these poses cannot distinguish does the same in them: a user adds either.
             self.model_with(&["add"], &[&either, "--holdout", "session"]);
             findings.either = Some(either);
         }
@@ -303,7 +303,7 @@ impl Lab<'_> {
         let held_out: Vec<RowResidual> = residuals.into_iter().filter(|row| row.held_out).collect();
         findings.left = match procedure {
             "measure-tip" => tip(&held_out),
-            // No height says where the arm stands in the tracker's frame: its foot is placed by the fresh points.
+            // No height says where the arm is in the tracker's frame: its foot is placed by the fresh points.
             _ => tip(&placed(held_out, &self.measured_last())),
         };
         for entry in std::fs::read_dir(self.cells.puma()).unwrap().flatten() {
@@ -346,7 +346,7 @@ fn in_words(diagnosis: &Value) -> String {
     if said.is_empty() { verdict } else { format!("{verdict}: {}", said.join(" or ")) }
 }
 
-/// The likeliest of several effects that cannot be told apart, as `add` takes it.
+/// The likeliest of several effects that cannot be distinguished, as `add` takes it.
 fn first_tied(diagnosis: &Value) -> Option<String> {
     let first = diagnosis["tied"].as_array()?.first()?;
     let same = |candidate: &&Value| {

@@ -74,7 +74,7 @@ impl Panel {
         writeln!(self.controller.stdin.as_mut().unwrap(), "{event}").unwrap();
     }
 
-    /// Where the world's arm stands, deg.
+    /// Where the world's arm is, deg.
     pub(crate) fn joint_angles(&self) -> [f64; 6] {
         let mut client = WorldClient::connect(&self.socket, "panel").unwrap();
         client.read(Verb::Read {}).unwrap().joints.fixed::<6>().unwrap().map(f64::to_degrees)

@@ -5,7 +5,7 @@ use plumb_record::Record;
 use crate::agin_steps::{apex_error, value, values_of};
 use crate::lab::Lab;
 
-/// Where the apex stands on the platform.
+/// Where the apex is on the platform.
 const APEX_MM: [f64; 3] = [60.0, 530.0, -260.0];
 
 /// The whole report in a cell, with the record `record`: the direction-dependent errors as found, with the zeros, and with the rig, mm.

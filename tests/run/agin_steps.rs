@@ -34,14 +34,14 @@ pub(crate) fn value(values: &Value, name: &str) -> f64 {
     found.unwrap_or_else(|| panic!("{name} in {values}"))["value"].as_f64().unwrap()
 }
 
-/// How far from where it stands the pyramid's apex comes out, mm.
+/// How far from where it is the pyramid's apex comes out, mm.
 pub(crate) fn apex_error(lab: &Lab, cell: &str, apex_mm: [f64; 3]) -> f64 {
     let values = values_of(lab, cell, "scan-pyramid", "scan");
     let found = ["apex_x", "apex_y", "apex_z"].map(|axis| value(&values, axis));
     found.iter().zip(apex_mm).map(|(found, truth)| (found - truth).powi(2)).sum::<f64>().sqrt()
 }
 
-/// Where the apex stands on the platform.
+/// Where the apex is on the platform.
 pub(crate) const APEX_MM: [f64; 3] = [60.0, 530.0, -260.0];
 
 #[test]

@@ -43,7 +43,7 @@ fn scatter(row: usize, seed: usize) -> f64 {
     ((row * 7919 + seed * 104_729) % 2003) as f64 / 1001.0 - 1.0
 }
 
-/// What a level on the last link reads where the elbow turns by 2 % more than it is told.
+/// What a level on the last link reads where the elbow turns by 2 % more than commanded.
 fn tilts() -> String {
     let rows = poses().enumerate().map(|(row, [waist, shoulder, elbow])| {
         let tilt = -(shoulder + 1.02 * elbow) + 0.03 * scatter(row, 1);

@@ -119,7 +119,7 @@ fn an_axis_s_report_play_and_compensation_agree_on_what_is_forward() {
 }
 
 #[test]
-fn a_table_that_counts_the_other_way_is_told_by_its_negative_play() {
+fn a_table_that_counts_the_other_way_is_recognised_by_its_negative_play() {
     let lab = Lab::new();
     lab.write("slide.yaml", SLIDE);
     for (up, is_reported) in [(1, false), (-1, true)] {

@@ -3,7 +3,7 @@
 use crate::lab::{Lab, kill};
 
 #[test]
-fn a_host_killed_in_mid_move_ends_an_unattended_run_which_goes_on_where_the_arm_stands() {
+fn a_host_killed_in_mid_move_ends_an_unattended_run_which_goes_on_where_the_arm_is() {
     let lab = Lab::new();
     let mut running = lab.start(&["run", "cell.yaml", "--pace", "real"]);
     let arm = running.host_of("libplumb_simulated");

@@ -33,7 +33,7 @@ pub(crate) struct Figures {
     pub(crate) after_the_end: usize,
     /// Runs taken up again that passed with the true zeros.
     pub(crate) resumed: usize,
-    /// Of those, how many first wanted somebody to look where the arm stands.
+    /// Of those, how many first wanted somebody to look where the arm is.
     pub(crate) looked_at: usize,
     /// Answers shown before the kill.
     pub(crate) answers: usize,
@@ -60,7 +60,7 @@ impl fmt::Display for Figures {
         )?;
         writeln!(
             formatter,
-            "  answers shown before the kill {}, all of them kept unless told below",
+            "  answers shown before the kill {}, all of them kept unless reported below",
             self.answers
         )?;
         let steps: Vec<String> = self.steps.iter().map(|(step, count)| format!("{step} {count}")).collect();

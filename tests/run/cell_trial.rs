@@ -37,7 +37,7 @@ fn found_and_cured(fault: &str, seed: u64, effect: &str) -> Value {
         assert_eq!(trial["added"], effect);
     } else {
         let sentence = trial["sentence"].as_str().unwrap();
-        assert!(sentence.contains("cannot"), "it is said what cannot be told apart: {sentence}");
+        assert!(sentence.contains("cannot"), "it is said what cannot be distinguished: {sentence}");
     }
     let [before, after, floor] = ["before_mm", "after_mm", "floor_mm"].map(|key| millimetres(&trial, key));
     assert!(before > OF_THE_FLOOR * floor, "{fault}: {before:.3} mm before, floor {floor:.3}");
@@ -51,7 +51,7 @@ fn a_wide_spot_is_found_by_edges_at_several_heights() {
 }
 
 #[test]
-fn a_forearm_that_droops_is_told_from_a_wheel_out_of_true_by_the_load_the_lab_asks_for() {
+fn a_forearm_that_droops_is_distinguished_from_a_wheel_out_of_true_by_the_load_the_lab_asks_for() {
     let trial = found_and_cured("droop(elbow)", 4, "joint_compliance(elbow)");
     assert_eq!((&trial["at_first"], &trial["verdict"]), (&"located".into(), &"named".into()), "{trial:#}");
 }
@@ -98,7 +98,7 @@ fn play_is_found_by_meeting_things_from_both_sides() {
 }
 
 #[test]
-fn a_forearm_that_the_shoulder_drags_along_is_told_from_a_wheel_out_of_true() {
+fn a_forearm_that_the_shoulder_drags_along_is_distinguished_from_a_wheel_out_of_true() {
     found_and_cured("coupling(elbow)", 3, "joint_coupling(elbow, shoulder)");
 }
 
@@ -155,7 +155,7 @@ fn a_shoulder_that_droops_where_the_rows_do_not_show_it_is_not_called_at_the_flo
 #[test]
 fn a_trial_that_fails_does_not_take_the_others_with_it() {
     let place = tempfile::tempdir().unwrap();
-    // Where the second trial is to stand there is a file.
+    // Where the second trial is to be there is a file.
     fs::write(place.path().join("none-2"), "in the way").unwrap();
     let (code, said) = plumb(
         place.path(),

@@ -33,7 +33,7 @@ fn cup_and_spoon_are_scanned_shown_and_written_for_other_programs() {
     assert_eq!(said.code(), 0, "{}", said.all());
     let events: Vec<Value> = said.out().lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     let taken: Vec<&Value> = events.iter().filter(|event| event["event"] == "stripe_taken").collect();
-    assert_eq!(taken.len(), 18, "each stripe is told as it is taken");
+    assert_eq!(taken.len(), 18, "each stripe is reported as it is taken");
     let reported: usize = taken.iter().map(|event| event["points"].as_array().unwrap().len()).sum();
 
     let cloud = points(&lab, "record/run-1/cup.ply");

@@ -21,7 +21,7 @@ fn a_bad_zero_is_brought_back_by_its_revision_and_the_next_run_drives_by_it() {
     assert!(listed.contains("arm of cell teachmover: in force now"), "{listed}");
     assert!(
         listed.contains("joint zero of waist              4.7000 deg"),
-        "the second run was told a wrong line: {listed}"
+        "the second run was given a wrong line: {listed}"
     );
     let back = lab.plumb(&["record", "rollback", "teachmover", "1"]);
     assert_eq!(back.code(), 0, "{}", back.all());

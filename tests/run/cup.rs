@@ -7,7 +7,7 @@ use crate::lab::Lab;
 /// Farther from every surface, mm, a point would be one of none: an average over the jump from one to another.
 const BESIDE_MM: f64 = 0.5;
 
-/// A place in a frame that stands at `middle` and is turned about the vertical.
+/// A place in a frame that is at `middle` and is turned about the vertical.
 fn seen_from(place: [f64; 3], middle: [f64; 3], yaw_deg: f64) -> [f64; 3] {
     let [x, y, z] = [0, 1, 2].map(|axis| place[axis] - middle[axis]);
     let (sine, cosine) = yaw_deg.to_radians().sin_cos();

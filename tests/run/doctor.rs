@@ -5,7 +5,7 @@ use std::fs;
 use crate::lab::Lab;
 
 #[test]
-fn a_machine_that_is_right_is_told_part_by_part() {
+fn a_machine_that_is_right_is_reported_part_by_part() {
     let lab = Lab::new();
     let said = lab.plumb(&["doctor", "cell.yaml"]);
     assert_eq!(said.code(), 0, "{}", said.all());
@@ -23,7 +23,7 @@ fn a_machine_that_is_right_is_told_part_by_part() {
 }
 
 #[test]
-fn what_is_wrong_is_told_with_how_to_mend_it_and_ends_with_one() {
+fn what_is_wrong_is_reported_with_how_to_mend_it_and_ends_with_one() {
     let lab = Lab::new();
     let old = lab.path("plugins/old");
     fs::create_dir_all(&old).unwrap();

@@ -334,7 +334,7 @@ fn what_a_condition_known_before_the_run_leaves_out_takes_no_time() {
 }
 
 #[test]
-fn a_plan_says_where_a_hand_would_go_and_reckons_with_values_that_are_worked_out() {
+fn a_plan_says_where_a_hand_would_go_and_uses_values_that_are_worked_out() {
     let lab = Lab::of("light-stripe");
     let plan = lab.plumb(&["run", "cell.yaml", "exposure-delay", "--dry-run"]);
     assert_eq!(plan.code(), 0, "{}", plan.all());

@@ -69,7 +69,7 @@ effects: []
 ";
 
 #[test]
-fn orientations_that_are_none_are_refused_where_they_stand_with_what_would_be_right() {
+fn orientations_that_are_none_are_refused_where_they_are_written_with_what_would_be_right() {
     let lab = Lab::new();
     lab.write("planar.yaml", MODEL);
     for (header, row, parts) in [

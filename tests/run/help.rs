@@ -1,8 +1,8 @@
-//! Help by task: the overview, and two examples of every command that can be typed as they stand.
+//! Help by task: the overview, and two examples of every command that can be typed as they are.
 
 use crate::lab::Lab;
 
-/// Every command that can be typed, and those that others stand under, by the words after `plumb`.
+/// Every command that can be typed, and those that others are under, by the words after `plumb`.
 fn collect(command: &clap::Command, path: &str, found: &mut Vec<(String, clap::Command)>) {
     for one in command.get_subcommands().filter(|one| !one.is_hide_set() && one.get_name() != "help") {
         let path = format!("{path} {}", one.get_name());

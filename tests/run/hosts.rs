@@ -271,7 +271,7 @@ impl Watched {
         self.world.look().unwrap().attitudes.to_vec()
     }
 
-    /// How long the arm still moves, until it has stood for a quarter of a second.
+    /// How long the arm still moves, until it has been at rest for a quarter of a second.
     pub(crate) fn time_to_rest(&mut self) -> Duration {
         const REST: Duration = Duration::from_millis(250);
         let begin = Instant::now();
@@ -319,7 +319,7 @@ fn an_arm_is_stopped_when_the_program_that_moves_it_is_frozen() {
         "{log}"
     );
     let (last, code) = cell.running.end();
-    // Nobody is there to resume: the run is kept, and the arm stands where it was stopped.
+    // Nobody is there to resume: the run is kept, and the arm is where it was stopped.
     assert_eq!(code, Some(4), "{last}");
     assert_eq!(cell.world.look().unwrap().attitudes.to_vec(), stopped);
 }
@@ -331,7 +331,7 @@ fn an_arm_is_stopped_at_once_when_a_sensor_dies_in_mid_move() {
     let mut cell = Watched::moving_in(&lab, "far");
     kill(cell.running.host_of("libplumb_ir_proximity"));
     let took = cell.time_to_rest();
-    // 0.1 s until the robot is told, its own stop time, and the time it takes to see it.
+    // 0.1 s until the robot is informed, its own stop time, and the time it takes to see it.
     assert!(took < Duration::from_millis(1500), "it took {took:?}");
     let (last, code) = cell.running.end();
     assert_eq!(code, Some(2), "{last}");
@@ -420,7 +420,7 @@ fn what_a_cell_shares_and_records_is_its_owners_alone() {
 }
 
 #[test]
-fn too_few_open_files_are_told_with_both_numbers_and_the_doctor_says_so_too() {
+fn too_few_open_files_are_reported_with_both_numbers_and_the_doctor_says_so_too() {
     let lab = Lab::new();
     for (arguments, code) in [("run cell.yaml", 2), ("doctor cell.yaml", 1)] {
         let script = format!("ulimit -n 40; exec {} {arguments}", env!("CARGO_BIN_EXE_plumb"));

@@ -44,7 +44,7 @@ fn a_run_killed_in_mid_move_loses_no_answer_and_goes_on_at_the_step_where_it_die
 }
 
 #[test]
-fn a_resumed_run_tells_again_what_it_had_found_so_that_its_last_page_shows_the_whole_run() {
+fn a_resumed_run_reports_again_what_it_had_found_so_that_its_last_page_shows_the_whole_run() {
     let lab = Lab::new();
     let mut running = lab.start(&["run", "cell.yaml", "--pace", "real"]);
     running.until_moving_in("shoulder_elbow.cycle[1].edge");
@@ -115,7 +115,7 @@ fn an_interrupt_from_the_keyboard_stops_the_arm_and_aborts() {
 }
 
 #[test]
-fn a_second_program_is_told_who_runs_the_cell() {
+fn a_second_program_learns_who_runs_the_cell() {
     let lab = Lab::new();
     let mut running = lab.start(&["run", "cell.yaml", "--pace", "real"]);
     running.until_moving_in("waist.lower");

@@ -28,7 +28,7 @@ fn workcells() -> PathBuf {
 /// Says that something was not tested. Not by `println!`: what that prints is shown of a test that fails alone.
 #[allow(dead_code, reason = "not every test program that shares this file skips something")]
 pub(crate) fn skipped(why: &str) {
-    // Where nobody can be told, nobody is.
+    // Where nobody can be informed, nobody is.
     let _ = writeln!(std::io::stderr(), "skipped: {why}");
 }
 

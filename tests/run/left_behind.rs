@@ -57,7 +57,7 @@ fn a_run_that_ended_leaves_nothing_however_it_ended() {
 }
 
 #[test]
-fn what_a_killed_run_leaves_is_told_and_removed_by_the_doctor() {
+fn what_a_killed_run_leaves_is_reported_and_removed_by_the_doctor() {
     let lab = Lab::new();
     let mut running = lab.start(&["run", "cell.yaml", "--pace", "real"]);
     running.until_moving_in("waist.lower");

@@ -42,7 +42,7 @@ fn with_steps(lab: &Lab, steps: &str) {
 }
 
 #[test]
-fn an_arm_as_on_paper_sees_the_pyramid_where_it_stands_from_every_side() {
+fn an_arm_as_on_paper_sees_the_pyramid_where_it_is_from_every_side() {
     let lab = lab();
     assert_eq!(lab.plumb(&["check", "cell.yaml"]).code(), 0);
     let (events, code) = run(&lab, "direction-error");
@@ -273,7 +273,7 @@ fn the_wrist_is_levelled_and_a_second_pass_finds_nothing() {
 }
 
 #[test]
-fn pictures_exposed_late_are_told_by_two_speeds_and_a_delay_that_is_known_is_made_good() {
+fn pictures_exposed_late_are_recognised_by_two_speeds_and_a_delay_that_is_known_is_made_good() {
     let lab = lab();
     lab.edit("world.yaml", "light:\n", "light:\n  exposure_delay_ms: 12\n");
     let (events, code) = run(&lab, "exposure-delay");
@@ -287,7 +287,7 @@ fn pictures_exposed_late_are_told_by_two_speeds_and_a_delay_that_is_known_is_mad
     lab.edit("cell.yaml", "exposure_delay_ms: 0", &format!("exposure_delay_ms: {:.3}", found[0]));
     let (events, code) = run(&lab, "exposure-delay");
     assert_eq!(code, 0, "{}", end(&events));
-    // At rest nothing of it shows: the pyramid stands where it stands.
+    // At rest nothing of it shows: the pyramid is where it is.
     let (events, _) = run(&lab, "scan-pyramid");
     let apex = values(&events, "scan", "apex_x");
     assert!(apex.iter().all(|apex| (apex - 60.0).abs() < 0.1) && apex.len() == 1, "{apex:?}");

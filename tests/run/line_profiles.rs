@@ -177,7 +177,7 @@ fn profiles_that_cannot_be_meant_are_refused_with_what_would_be_right() {
         &(metres.join("\n") + "\n"),
         "if they are in m, say so in the headers",
     );
-    // The diameter of the ball in place of its radius is the other way; half of it is told.
+    // The diameter of the ball in place of its radius is the other way; half of it is reported.
     let model = std::fs::read_to_string(lab.path("profile.model.yaml")).unwrap();
     lab.write("half.model.yaml", &model.replace("radius_mm: 20", "radius_mm: 10"));
     compare(

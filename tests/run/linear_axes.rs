@@ -149,7 +149,7 @@ fn a_wave_finer_than_a_compensation_files_lines_is_not_left_out_in_silence() {
 }
 
 #[test]
-fn positions_at_whole_pitches_are_told_to_hide_the_screws_wave() {
+fn positions_at_whole_pitches_are_said_to_hide_the_screws_wave() {
     let lab = lab(&iso_table(|index| 20.0 * f64::from(index), 11));
     let output = model(&lab, &["diagnose", "axis.yaml", "--data", "axis.csv"]);
     let note = "screw_wave(x, 1) cannot be identified: at the positions of x that were measured, whole pitches apart, it is the same everywhere";
@@ -249,7 +249,7 @@ fn uneven_play(play: [f64; 8]) -> String {
 
 #[test]
 fn play_that_differs_from_place_to_place_is_not_called_settling() {
-    // As on axis y of a muon target's positioner (ecmc_target_muts_logger, b02/y, 2022): smaller at both ends. There the row before stands at the same position, so
+    // As on axis y of a muon target's positioner (ecmc_target_muts_logger, b02/y, 2022): smaller at both ends. There the row before is at the same position, so
     // by the rows alone settling would halve what play does.
     let lab = lab(&uneven_play([9.0, 12.0, 14.0, 13.0, 12.0, 20.0, 20.0, 8.0]));
     let output = model(&lab, &["diagnose", "axis.yaml", "--data", "axis.csv"]);

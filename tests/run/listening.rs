@@ -201,11 +201,11 @@ fn the_joints_of_a_stream_are_named_by_the_cell_and_counted_from_the_zeros_in_fo
     let Some(lab) = python_drivers::cell(&[
         (
             "self.joints = [0.0, 0.0]   # rad, mm",
-            "self.joints = [0.0, 0.0]\n        import threading\n        threading.Thread(target=self.tell, daemon=True).start()",
+            "self.joints = [0.0, 0.0]\n        import threading\n        threading.Thread(target=self.send_states, daemon=True).start()",
         ),
         (
             "    def describe(self):",
-            "    def tell(self):\n        import time\n        while True:\n            self.host.emit('joints', joints=[0.5, 12.5], moving=0)\n            time.sleep(0.02)\n\n    def describe(self):",
+            "    def send_states(self):\n        import time\n        while True:\n            self.host.emit('joints', joints=[0.5, 12.5], moving=0)\n            time.sleep(0.02)\n\n    def describe(self):",
         ),
     ]) else {
         return;

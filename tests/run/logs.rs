@@ -65,10 +65,10 @@ fn a_log_that_cannot_be_written_is_refused_before_anything_starts() {
 }
 
 #[test]
-fn what_a_plugin_reports_stands_in_the_spans_of_the_run_the_step_and_the_call() {
+fn what_a_plugin_reports_is_in_the_spans_of_the_run_the_step_and_the_call() {
     let lab = Lab::new();
     let mut command = lab.command(&["run", "cell-serial.yaml", "--headless"]);
-    // The progress of moves is the plugin's, and is told down to trace.
+    // The progress of moves is the plugin's, and is reported down to trace.
     let ran = Said::of(command.env("RUST_LOG", "plumb=trace").output().unwrap());
     assert_eq!(ran.code(), 0, "{}", ran.all());
     let (run, step) = (
@@ -84,7 +84,7 @@ fn what_a_plugin_reports_stands_in_the_spans_of_the_run_the_step_and_the_call() 
         let line = stderr.lines().find(|line| line.contains(text) && line.contains("device=\"arm\""));
         assert!(line.is_some_and(|line| line.contains(&format!("{run}: plumb_host"))), "{text}: {stderr}");
     }
-    // No line of this program's own stands outside of the run while it goes on, but for what clears up after it.
+    // No line of this program's own is outside of the run while it goes on, but for what clears up after it.
     let outside: Vec<&str> = stderr
         .lines()
         .filter(|line| line.contains(" plumb") && !line.contains(run))
@@ -94,7 +94,7 @@ fn what_a_plugin_reports_stands_in_the_spans_of_the_run_the_step_and_the_call() 
 }
 
 #[test]
-fn what_the_cell_itself_reports_stands_there_too() {
+fn what_the_cell_itself_reports_is_there_too() {
     let lab = Lab::new();
     let mut running = lab.start(&["run", "cell.yaml", "--headless", "--pace", "real"]);
     running.until(|event| event["event"] == "step_started");

@@ -29,7 +29,7 @@ fn commands(page: &str) -> Vec<Vec<String>> {
     text.match_indices("plumb run workcells/").map(|(at, _)| arguments(&text[at..])).collect()
 }
 
-/// What stands between `plumb` and the end of the command: a back quote, a comment, or the end of the line.
+/// What is between `plumb` and the end of the command: a back quote, a comment, or the end of the line.
 fn arguments(text: &str) -> Vec<String> {
     let end = text.find(['`', '#', '\n']).unwrap_or(text.len());
     let words = text[..end].split_whitespace().skip(1);
@@ -41,7 +41,7 @@ fn every_cell_and_procedure_that_the_manual_runs_is_there() {
     let mut seen = BTreeSet::new();
     for page in PAGES {
         for mut command in commands(page) {
-            // A word in capitals stands for what the reader chooses; the tables of procedures are held by the test below.
+            // A word in capitals means what the reader chooses; the tables of procedures are held by the test below.
             if command
                 .iter()
                 .any(|word| word.chars().all(|letter| letter.is_ascii_uppercase() || letter == '|'))
@@ -106,7 +106,7 @@ fn words(line: &str) -> Vec<String> {
 }
 
 #[test]
-fn every_command_and_service_of_many_cells_can_be_started_as_it_stands() {
+fn every_command_and_service_of_many_cells_can_be_started_as_it_is() {
     let text = fs::read_to_string(root().join("workcells/many-cells.md")).unwrap();
     let typed = text.lines().filter_map(|line| line.strip_prefix("$ plumb "));
     let services = text.lines().filter_map(|line| line.strip_prefix("ExecStart=/usr/bin/plumb "));

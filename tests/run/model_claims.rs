@@ -14,7 +14,7 @@ free: [joint_zero(*)]
 noise: {p1_mm: 0.02}
 ";
 
-/// Positions of the arm, whose shoulder stands off by a function of the pose that no effect knows.
+/// Positions of the arm, whose shoulder is off by a function of the pose that no effect knows.
 fn table(rows: u32) -> String {
     let mut text = "q1_deg,q2_deg,q3_deg,p1_x_mm,p1_y_mm,p1_z_mm\n".to_owned();
     for row in 0..rows {
@@ -76,7 +76,7 @@ fn a_residual_map_is_added_last_marked_and_left_out_on_demand() {
 }
 
 #[test]
-fn of_three_targets_of_which_one_has_a_declared_noise_the_others_noise_is_estimated_and_told() {
+fn of_three_targets_of_which_one_has_a_declared_noise_the_others_noise_is_estimated_and_reported() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
     let three = ARM.replace(

@@ -60,7 +60,7 @@ fn a_sensor_without_the_input_its_settings_need_is_found() {
 }
 
 #[test]
-fn an_arm_that_does_not_stand_in_the_world_is_found() {
+fn an_arm_that_is_not_placed_in_the_world_is_found() {
     let lab = Lab::new();
     lab.edit("cell.yaml", "arm: teachmover", "arm: techmover");
     let words =

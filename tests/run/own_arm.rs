@@ -1,4 +1,4 @@
-//! The page `plugins/own-arm.md`, typed as it stands: from an own arm's driver to the error falling.
+//! The page `plugins/own-arm.md`, typed as it is: from an own arm's driver to the error falling.
 
 use std::fs;
 use std::path::Path;

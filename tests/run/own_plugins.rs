@@ -366,7 +366,7 @@ fn each_fault_fails_the_check_that_names_it_and_is_taught() {
         assert!(seen.contains(fault.message), "`{}`:\n{out}", fault.to);
         let taught: Vec<&str> = lines.take(2).map(str::trim_start).collect();
         assert!(taught[0].starts_with("contract: ") && taught[1].starts_with("change:   "), "{out}");
-        // A clock is told of once, with the lesson of clocks, in however many checks it shows.
+        // A clock is reported once, with the lesson of clocks, in however many checks it shows.
         if fault.message.contains("now_ns`") {
             assert!(taught[0].contains("every time_ns is taken from the host's now_ns"), "{out}");
             assert_eq!(out.matches(fault.message).count(), 1, "{out}");

@@ -82,7 +82,7 @@ fn no_procedure_offers_a_number_where_an_instrument_has_to_be_read() {
 }
 
 #[test]
-fn the_sensor_is_trimmed_to_the_gauge_and_tells_white_from_table_and_black() {
+fn the_sensor_is_trimmed_to_the_gauge_and_distinguishes_white_from_table_and_black() {
     let lab = Lab::new();
     // Somebody has turned the trim: it would fire at 10 mm.
     lab.edit("world-worn.yaml", "trimmed_to_fire_at_mm: 8", "trimmed_to_fire_at_mm: 10");

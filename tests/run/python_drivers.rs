@@ -10,7 +10,7 @@ use nix::sys::signal::Signal;
 
 use crate::lab::{Lab, command_of, kill, skipped, wait_gone};
 
-/// The driver of an arm that takes its time, and says in a file when it was told to stop.
+/// The driver of an arm that takes its time, and says in a file when it was commanded to stop.
 pub(crate) const SLOW: [(&str, &str); 2] = [
     ("MAX_SPEED = [1.0, 100.0]", "MAX_SPEED = [0.1, 10.0]"),
     ("\"\"\"Brings it to rest, now.\"\"\"", "open('stopped', 'w').close()"),
@@ -61,7 +61,7 @@ fn an_arm_in_python_is_stopped_while_it_moves() {
     let (last, code) = running.end();
     assert_eq!(code, Some(3), "{last}");
     assert!(asked.elapsed() < Duration::from_secs(4), "{:?}", asked.elapsed());
-    assert!(lab.path("pyarm/stopped").is_file(), "the driver was told to stop");
+    assert!(lab.path("pyarm/stopped").is_file(), "the driver was commanded to stop");
     wait_gone(driver);
 }
 
@@ -92,7 +92,7 @@ fn a_driver_that_was_killed_is_started_anew_when_the_step_is_done_again() {
 }
 
 #[test]
-fn a_driver_ends_with_its_host_and_with_plumb_and_is_told_to_stop_before() {
+fn a_driver_ends_with_its_host_and_with_plumb_and_is_asked_to_stop_before() {
     let Some(lab) = cell(&SLOW) else { return };
     let mut running = lab.start(&["run", "cell-py.yaml"]);
     running.until_moving_in("out");

@@ -182,7 +182,7 @@ fn killed_in_the_middle_of_a_run_the_queue_goes_on_with_it_and_runs_nothing_twic
 }
 
 #[test]
-fn a_run_that_is_told_to_end_is_kept_and_gone_on_with() {
+fn a_run_that_is_asked_to_end_is_kept_and_gone_on_with() {
     let lab = lab();
     add(&lab, &[]);
     let mut carried = Carried::start(&lab, &["--pace", "fast"]);
@@ -257,7 +257,7 @@ fn what_could_not_run_is_refused_when_it_is_queued() {
     }
 }
 
-/// A queue that waits carries out what is added later, and ends when it is told to.
+/// A queue that waits carries out what is added later, and ends when it is asked to.
 #[test]
 fn a_queue_that_waits_takes_what_comes() {
     let lab = lab();

@@ -64,7 +64,7 @@ fn what_a_sensor_says_of_its_own_uncertainty_reaches_the_table_and_the_fit() {
 }
 
 #[test]
-fn an_uncertainty_that_is_none_is_refused_where_it_stands() {
+fn an_uncertainty_that_is_none_is_refused_where_it_is_written() {
     let Some(lab) = cell("std_x_mm: tip.std_q_mm") else { return };
     let said = lab.plumb(&["check", "cell.yaml"]);
     assert!(

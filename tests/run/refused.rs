@@ -59,7 +59,7 @@ fn a_missing_answer_ends_with_four_before_anything_starts() {
 }
 
 #[test]
-fn an_answer_of_the_wrong_kind_is_shown_where_it_stands_and_ends_with_two() {
+fn an_answer_of_the_wrong_kind_is_shown_where_it_is_written_and_ends_with_two() {
     let lab = Lab::new();
     lab.edit("answers.yaml", "hand: done", "hand: 12");
     let run = lab.plumb(&["run", "cell.yaml"]);
@@ -146,7 +146,7 @@ fn an_unknown_parameter_or_procedure_or_run_is_named_with_what_there_is() {
 }
 
 #[test]
-fn a_world_file_with_a_mistake_is_told_by_the_check_and_by_the_run() {
+fn a_world_file_with_a_mistake_is_reported_by_the_check_and_by_the_run() {
     let lab = Lab::new();
     lab.edit("world-ideal.yaml", "solid: true", "sollid: true");
     for command in ["check", "run"] {

@@ -45,7 +45,7 @@ fn operator_notes_and_instruments_are_kept_and_an_overdue_calibration_is_warned_
 }
 
 #[test]
-fn a_day_that_is_none_is_shown_where_it_stands() {
+fn a_day_that_is_none_is_shown_where_it_is_written() {
     let lab = Lab::new();
     lab.edit("cell.yaml", LEVEL, &INSTRUMENTS.replace("2020-02-29", "2021-02-29"));
     let check = lab.plumb(&["check", "cell.yaml"]);

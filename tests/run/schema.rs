@@ -102,7 +102,7 @@ fn every_shipped_file_fits_the_schema_of_its_kind() {
 }
 
 #[test]
-fn every_key_at_the_top_of_a_file_is_told_what_it_is() {
+fn of_every_key_at_the_top_of_a_file_it_is_said_what_it_is() {
     let lab = Lab::new();
     for kind in KINDS {
         let schema: Value = serde_json::from_str(&lab.plumb(&["schema", kind]).out()).unwrap();

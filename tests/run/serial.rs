@@ -54,7 +54,7 @@ impl Bench {
         BufReader::new(emulator.stdout.as_mut().unwrap()).read_line(&mut first).unwrap();
         assert!(!first.trim().is_empty(), "the controller has a port");
         lab.edit("cell-hardware.yaml", "/dev/ttyUSB0", &port.display().to_string());
-        // The world's controller counts from where it believes the arm to stand straight out.
+        // The world's controller counts from where it believes the arm to be straight out.
         let zero = "      registers_zero: {waist_deg: 8, shoulder_deg: 41, elbow_deg: -78, wrist_pitch_deg: -90, wrist_roll_deg: 0, gripper_mm: 20}\n";
         lab.edit("cell-hardware.yaml", zero, "");
         lab.edit("cell-hardware.yaml", "full_speed_code: 100", &config.replace(", ", "\n      "));
@@ -82,7 +82,7 @@ impl Bench {
         self.lab.plumb(&["run", "--resume", "--headless"])
     }
 
-    /// Where the motors stand, half-steps.
+    /// Where the motors are, half-steps.
     fn registers(&self) -> [i64; 6] {
         let mut client = WorldClient::connect(&self.socket, "test").unwrap();
         client.read(Verb::Read {}).unwrap().half_steps.fixed::<6>().unwrap().map(|count| count.round() as i64)
@@ -118,7 +118,7 @@ fn until(what: &str, mut so: impl FnMut() -> bool) {
 }
 
 #[test]
-fn the_cell_for_a_real_arm_initializes_what_stands_behind_its_port() {
+fn the_cell_for_a_real_arm_initializes_what_is_behind_its_port() {
     let bench = Bench::new();
     let run = bench.run();
     assert_eq!(run.code(), 0, "{}", run.all());

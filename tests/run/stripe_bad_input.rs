@@ -30,7 +30,7 @@ fn a_lens_in_the_sheet_is_no_calibration() {
 }
 
 #[test]
-fn a_plane_of_the_other_convention_is_recognised_and_the_cure_is_told() {
+fn a_plane_of_the_other_convention_is_recognised_and_the_cure_is_reported() {
     let message = message_of(&[(D, "d_mm: 85.381496824546")]);
     assert!(message.contains("the plane is of the convention n.x = d"), "{message}");
     let message = message_of(&[("convention: n.x + d = 0", "convention: n.x = d")]);
@@ -38,7 +38,7 @@ fn a_plane_of_the_other_convention_is_recognised_and_the_cure_is_told() {
 }
 
 #[test]
-fn a_rig_in_metres_or_a_focal_length_in_millimetres_is_told_as_such() {
+fn a_rig_in_metres_or_a_focal_length_in_millimetres_is_reported_as_such() {
     let message = message_of(&[
         ("[-30, 0, 60]", "[-0.03, 0, 0.06]"),
         (D, "d_mm: -0.085381496824546"),
@@ -61,7 +61,7 @@ fn a_calibration_that_contradicts_its_own_test_point_is_refused() {
 #[test]
 fn a_picture_that_comes_too_late_to_know_where_the_arm_was_gives_no_point() {
     let lab = Lab::of("light-stripe");
-    // The camera's clock is a second behind: of its first picture nobody knows where the arm stood then.
+    // The camera's clock is a second behind: of its first picture nobody knows where the arm was then.
     lab.edit("world.yaml", "light:\n", "light:\n  exposure_delay_ms: 1000\n");
     lab.write(
         "procedures/extra.yaml",

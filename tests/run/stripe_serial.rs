@@ -124,9 +124,9 @@ fn one_stripe_and_cup_and_spoon_come_through_the_line_as_well() {
     assert!(value(&events, "scan", "points") > 2000.0);
 }
 
-/// The controller tells where the arm is only when it stands. What is between is not made up: a scan in motion ends with words and keeps nothing.
+/// The controller reports where the arm is only when it is at rest. What is between is not made up: a scan in motion ends with words and keeps nothing.
 #[test]
-fn a_scan_in_motion_over_a_line_that_tells_no_pose_on_the_way_keeps_nothing() {
+fn a_scan_in_motion_over_a_line_that_reports_no_pose_on_the_way_keeps_nothing() {
     let lab = lab();
     for pace in ["fast", "real"] {
         let (events, code) = run(&lab, CELL, &["exposure-delay", "--pace", pace]);

@@ -15,7 +15,7 @@ fn gathered() -> Lab {
 }
 
 #[test]
-fn an_arm_as_on_paper_has_nothing_the_matter_with_it_and_what_cannot_be_told_is_not() {
+fn an_arm_as_on_paper_has_nothing_the_matter_with_it_and_what_cannot_be_determined_is_not() {
     let lab = gathered();
     let said = lab.plumb(&["stripe", "diagnose", "cell.yaml", "--scans", "record/run-1", "--json"]);
     assert_eq!(said.code(), 0, "{}", said.all());
@@ -188,7 +188,7 @@ fn pictures_to_take_next_lie_within_the_joints_limits_and_can_be_gone_through_by
     assert_eq!(next(&["--csv", "--json"]).code(), 2);
 }
 
-/// A model file knows no rig: it is told where such an effect belongs.
+/// A model file knows no rig: it is reported where such an effect belongs.
 #[test]
 fn an_effect_of_the_rig_is_refused_for_a_model_file() {
     let lab = Lab::of("light-stripe");
@@ -208,7 +208,7 @@ fn an_effect_of_the_rig_is_refused_for_a_model_file() {
 }
 
 #[test]
-fn what_the_lab_cannot_work_with_is_told() {
+fn what_the_lab_cannot_work_with_is_reported() {
     let lab = Lab::of("light-stripe");
     fs::create_dir(lab.path("empty")).unwrap();
     let message_for = |arguments: &[&str]| {

@@ -30,7 +30,7 @@ impl Brought {
         brought
     }
 
-    /// Thirty poses of an elbow that stands off by a fifth of a degree.
+    /// Thirty poses of an elbow that is off by a fifth of a degree.
     fn write(&self, header: &str) {
         let mut text = format!("{header}\n");
         let extra = header.matches(',').count() - 4;
@@ -97,7 +97,7 @@ fn the_option_that_an_error_prints_reads_the_table() {
 }
 
 #[test]
-fn every_missing_unit_and_every_orientation_is_told_at_once() {
+fn every_missing_unit_and_every_orientation_is_reported_at_once() {
     let brought = Brought::new("shoulder,q2,p1_x,p1_y_mm,p1_z_mm,p1_quat_w,yaw_deg");
     let said = brought.compare(&[]);
     assert_eq!(said.code(), 2);

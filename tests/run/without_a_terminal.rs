@@ -13,7 +13,7 @@ fn screens_without_a_terminal_are_refused_without_a_letter_for_one() {
 }
 
 #[test]
-fn who_runs_it_is_known_where_no_variable_tells_it() {
+fn who_runs_it_is_known_where_no_variable_gives_it() {
     let lab = Lab::new();
     let mut command = lab.command(&["run", "cell.yaml", "--headless"]);
     let ran = command.env_remove("USER").env_remove("LOGNAME").output().unwrap();

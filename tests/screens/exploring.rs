@@ -1,4 +1,4 @@
-//! The Model screen around a small made-up machine: its shoulder stands half a degree off.
+//! The Model screen around a small made-up machine: its shoulder is half a degree off.
 
 #![allow(clippy::expect_used, reason = "a test that cannot go on has failed")]
 
@@ -165,7 +165,7 @@ fn a_name_that_the_lab_would_not_name_is_added_only_after_a_question() {
 }
 
 #[test]
-fn a_revision_that_cannot_be_written_is_told_and_leaves_the_model_as_it_was() {
+fn a_revision_that_cannot_be_written_is_reported_and_leaves_the_model_as_it_was() {
     let folder = TempDir::new().expect("a folder for the files");
     let [model, data] = machine(folder.path());
     let mut session = Session::start(plumb(), &["model", "screen", &model, "--data", &data], 120, 40);

@@ -13,7 +13,7 @@ use crate::terminal::Session;
 const RIGHT: &str = "\x1b[C";
 const LEFT: &str = "\x1b[D";
 
-/// Where the chosen joint stands by the page, deg.
+/// Where the chosen joint is by the page, deg.
 fn chosen(page: &str, joint: &str) -> Option<f64> {
     let mark = format!("\u{25b8} {joint} ");
     let line = page.lines().find(|line| line.contains(&mark))?;
@@ -83,7 +83,7 @@ fn on_the_wrong_side(session: &mut Session) {
     // On the wrong side of line A, where the paper is white too.
     session.wait_for("\u{2713} over the white quadrant");
     let page = session.wait_for("the arm is in position");
-    // A ruler stands beside the arm, the edges are called as on the target, and what makes a prompt readable from the arm is never left out.
+    // A ruler is beside the arm, the edges are called as on the target, and what makes a prompt readable from the arm is never left out.
     assert!(page.contains("ruler 0") && page.contains("mm high"), "{page}");
     assert!(page.contains("line B") && !page.contains("line b"), "{page}");
     assert!(page.contains("z large") && page.contains("a abort"), "{page}");

@@ -330,7 +330,7 @@ fn a_wrong_answer_is_refused_in_words_and_the_right_one_taken() {
     let folder = bench.path("cell");
     fs::write(folder.join("procedures/ask.yaml"), ASKING).expect("the procedure is written");
     let cell = fs::read_to_string(folder.join("cell.yaml")).expect("the cell can be read");
-    // The list of procedures goes on in lines of its own, and stands before the answers at the end of the file.
+    // The list of procedures goes on in lines of its own, and is before the answers at the end of the file.
     let (kept, _) = cell.split_once("procedures:").expect("the cell names its procedures");
     let cell = format!("{kept}procedures: [procedures/ask.yaml]\n");
     fs::write(folder.join("cell-ask.yaml"), cell).expect("the cell is written");

@@ -48,12 +48,12 @@ fn a_stored_cloud_turns_is_measured_and_leaves_pictures() {
     session.wait_for("turn 335 deg");
     session.press("]");
     session.wait_for("35 deg, at");
-    // Edge-on, the plate is a band of some hundredths of a millimetre, whatever stands on it.
+    // Edge-on, the plate is a band of some hundredths of a millimetre, whatever is on it.
     session.press("e");
     session.wait_for("band 0.040 mm thick");
     session.press("e");
     session.wait_for("turn 335 deg");
-    // Straight down the cross stands on the block's middle after a click there: distances are measured from it.
+    // Straight down the cross is on the block's middle after a click there: distances are measured from it.
     session.press("vvvv");
     session.wait_for("up 90 deg");
     session.press("j");
@@ -73,7 +73,7 @@ fn a_stored_cloud_turns_is_measured_and_leaves_pictures() {
     is_given_back(&session);
 }
 
-/// The least stripe that is told until `text` is on the screen.
+/// The least stripe that is reported until `text` is on the screen.
 fn least_stripe_until(session: &Session, text: &str) -> usize {
     let least = Cell::new(usize::MAX);
     session.wait_until(text, |screen| {

@@ -84,7 +84,7 @@ impl Session {
         self.keys.flush().expect("the terminal takes keys");
     }
 
-    /// Clicks with the left button on the first place where `text` stands.
+    /// Clicks with the left button on the first place where `text` is.
     #[track_caller]
     pub(crate) fn click_on(&mut self, text: &str) {
         let page = self.wait_for(text);
@@ -92,7 +92,7 @@ impl Session {
             let (before, _) = line.split_once(text)?;
             Some((before.chars().count() + 1, row + 1))
         });
-        let (column, row) = place.expect("the text stands on one line");
+        let (column, row) = place.expect("the text is on one line");
         // As a terminal reports it: SGR mouse mode, counted from 1.
         self.press(&format!("\x1b[<0;{column};{row}M\x1b[<0;{column};{row}m"));
     }

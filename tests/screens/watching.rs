@@ -56,7 +56,7 @@ fn signals_end_the_program_and_give_the_terminal_back() {
 }
 
 #[test]
-fn who_only_watches_is_told_that_nothing_can_be_stopped() {
+fn who_only_watches_learns_that_nothing_can_be_stopped() {
     let mut session = watched(80, 24);
     session.wait_for("Watching only: nothing can be stopped from here.");
     session.press("\x1b");

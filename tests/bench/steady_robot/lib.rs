@@ -1,4 +1,4 @@
-//! A robot that answers at once, and tells where it is every millisecond while it moves: what is measured with it is not itself.
+//! A robot that answers at once, and reports where it is every millisecond while it moves: what is measured with it is not itself.
 
 use std::time::{Duration, Instant};
 
