@@ -46,7 +46,7 @@ pub(crate) fn effects() -> Vec<CompletionCandidate> {
 pub(crate) fn recorded_cells() -> Vec<CompletionCandidate> {
     /// As many runs are looked at.
     const RUNS: u32 = 1000;
-    // A completion makes no record where there is none, and has nobody to tell of one that cannot be read.
+    // A completion makes no record where there is none, and has nobody to inform of one that cannot be read.
     let Some(directory) = default_directory().ok().filter(|directory| directory.is_dir()) else {
         return Vec::new();
     };

@@ -11,7 +11,7 @@ use plumb_estimation::Progress;
 /// What takes less is over before a line could be read.
 const SHOWN_AFTER: Duration = Duration::from_millis(500);
 
-/// Runs `work`, telling on a terminal what it does from half a second on.
+/// Runs `work`, reporting on a terminal what it does from half a second on.
 pub fn watched<T>(work: impl FnOnce(&Progress) -> T) -> T {
     let progress = Progress::unwatched();
     if !io::stderr().is_terminal() {

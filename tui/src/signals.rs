@@ -32,7 +32,7 @@ impl EndingSignals {
         Ok(Self(SignalFd::with_flags(&signals, SfdFlags::SFD_CLOEXEC)?))
     }
 
-    /// Tells the run of the first of them, and then whoever holds the receiver. With `keep` the run is left to be resumed; Ctrl-C at a terminal
+    /// Informs the run of the first of them, and then whoever holds the receiver. With `keep` the run is left to be resumed; Ctrl-C at a terminal
     /// without screens is the operator's own abort.
     pub fn watch(self, handle: RunHandle, keep: bool) -> UnboundedReceiver<()> {
         let (heard, receiver) = unbounded_channel();
@@ -70,7 +70,7 @@ impl EndingSignals {
 /// A signal as it was received: its number, and who sent it.
 type Received = (i32, Option<u32>);
 
-/// Tells whichever run goes on of the signals, where one program carries out several in turn.
+/// Informs whichever run goes on of the signals, where one program carries out several in turn.
 pub(crate) struct SignalsInTurn {
     state: Arc<Mutex<InTurn>>,
 }
@@ -84,7 +84,7 @@ struct InTurn {
 }
 
 impl SignalsInTurn {
-    /// Tells this run from here on; at once, where a signal came already.
+    /// Informs this run from here on; at once, where a signal came already.
     pub(crate) fn forward_to(&self, run: &RunHandle) {
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(received) = state.received {
@@ -99,7 +99,7 @@ impl SignalsInTurn {
     }
 }
 
-/// A run of several is kept for later when the program is told to end; Ctrl-C is the operator's own abort.
+/// A run of several is kept for later when the program is asked to end; Ctrl-C is the operator's own abort.
 fn command_in_turn((number, sender): Received) -> Command {
     command_of(number, sender, number != Signal::SIGINT as i32)
 }
@@ -160,7 +160,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_signal_is_told_as_what_it_is() {
+    fn a_signal_is_reported_as_what_it_is() {
         let own = std::process::id();
         let Command::EndBySignal { by, keep: false } = command_of(15, Some(own), false) else { panic!() };
         assert!(by.starts_with(&format!("SIGTERM from process {own} (")), "{by}");

@@ -1,6 +1,6 @@
-//! How steps are counted wherever they are told: those that do something, not those that only hold others.
+//! How steps are counted wherever they are shown: those that do something, not those that only hold others.
 
-/// The number of each step of a plan, from 1, by how deep it stands; none for a `call` or a `repeat` that holds the deeper ones after it.
+/// The number of each step of a plan, from 1, by how deep it is; none for a `call` or a `repeat` that holds the deeper ones after it.
 pub(crate) fn step_numbers(depths: &[u32]) -> Vec<Option<usize>> {
     let holds = |place: usize| depths.get(place + 1) > depths.get(place);
     let mut number = 0;

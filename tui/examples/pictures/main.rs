@@ -69,7 +69,7 @@ impl Studio {
         session.wait_for("How far from straight down does it point");
         session.press("\r");
         session.wait_for("Bring the hand over the white paper");
-        // What the devices tell comes after the question.
+        // What the devices report comes after the question.
         session.wait_for("clear of the table");
         session.wait_for("ruler 0");
         self.keep(&session, "run-prompt")?;
@@ -176,7 +176,7 @@ impl Studio {
         if !made.success() {
             return Err(io::Error::other("no trial was made"));
         }
-        // Where the program stands is where it writes: no picture shows a path of the machine it was made on.
+        // Where the program is is where it writes: no picture shows a path of the machine it was made on.
         std::env::set_current_dir(&folder)?;
         let mut session =
             Session::start(&self.program, &["model", "screen", "model.yaml", "--data", "table.csv"], 132, 42);

@@ -9,7 +9,7 @@ use vt100::{Cell, Color, Screen};
 const CELL: (f64, f64) = (8.4, 17.0);
 /// Air around the screen.
 const MARGIN: f64 = 10.0;
-/// Where the base line of text stands in its cell, from the top.
+/// Where the base line of text is in its cell, from the top.
 const BASE_LINE: f64 = 13.0;
 /// Colours of a dark terminal: background, text, then the sixteen.
 const BACKGROUND: &str = "#16181d";

@@ -19,7 +19,7 @@ const WIDTH: usize = 80;
 /// Columns before a command's sentence.
 const INDENT: usize = 15;
 
-/// The groups as text. A command without a group, which a test refuses, stands at the end.
+/// The groups as text. A command without a group, which a test refuses, is at the end.
 pub(super) fn overview(command: &clap::Command) -> String {
     let mut text = String::new();
     for (task, names) in GROUPS {

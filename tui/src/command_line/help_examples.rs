@@ -26,7 +26,7 @@ pub(super) fn add(command: clap::Command, path: &str) -> clap::Command {
     })
 }
 
-/// Examples shown under the help of a command that others stand under.
+/// Examples shown under the help of a command that others are under.
 const OF_A_GROUP: usize = 3;
 
 /// The first example of each of the first commands under another, all of an only one; none of the program itself, whose help is an overview.

@@ -47,7 +47,7 @@ pub(crate) fn ranges_in(world: &Described, device: &DeviceSetting) -> Vec<JointR
     world.joints().into_iter().map(range).collect()
 }
 
-/// Checks that devices ask for the arm that stands in the world.
+/// Checks that devices ask for the arm that is in the world.
 fn check_arm<'a>(
     cell: &Workcell,
     devices: impl Iterator<Item = &'a DeviceSetting>,

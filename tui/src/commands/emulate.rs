@@ -22,7 +22,7 @@ pub(crate) enum EmulateCommand {
     Val2(val2::Arguments),
 }
 
-/// Works as a controller until it is told to end.
+/// Works as a controller until it is asked to end.
 pub(crate) fn run(command: &EmulateCommand) -> CommandResult {
     match command {
         EmulateCommand::Dobot(arguments) => dobot::run(arguments),

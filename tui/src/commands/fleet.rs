@@ -56,7 +56,7 @@ pub(crate) struct Arguments {
 
 /// Prints or serves it.
 pub(crate) fn run(arguments: &Arguments) -> CommandResult {
-    // What cannot be asked is told before anything is connected.
+    // What cannot be asked is reported before anything is connected.
     let asked = match (&arguments.trend, &arguments.effect) {
         (Some(correction), _) => Some(Asked::correction(correction)?),
         (_, Some(effect)) => Some(Asked::effect(effect)?),

@@ -134,7 +134,7 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The runs as a table whose columns are as wide as what stands in them.
+/// The runs as a table whose columns are as wide as what is in them.
 fn table(runs: &[RunSummary]) -> Vec<String> {
     let head = ["run", "started (UTC)", "ended", "cell", "procedure", "by"].map(str::to_owned);
     let row = |run: &RunSummary| {

@@ -50,7 +50,7 @@ pub(crate) enum ModelCommand {
     Undo(FamilyArguments),
     /// Poses to measure next: where the effects in question differ most, within limits and clear of what is kept out.
     Next(NextArguments),
-    /// List the physical effects that a model can be given, or tell one: what to measure to see it, its parameters and their units.
+    /// List the physical effects that a model can be given, or describe one: what to measure to see it, its parameters and their units.
     Effects(EffectsArguments),
     /// Write an empty model file and an empty table for a robot, to fill in.
     Template(TemplateArguments),

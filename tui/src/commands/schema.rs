@@ -1,4 +1,4 @@
-//! `plumb schema`: what may stand in the files people write, for editors; and in what a run writes, for programs.
+//! `plumb schema`: what may be in the files people write, for editors; and in what a run writes, for programs.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -19,7 +19,7 @@ use crate::say::say;
 
 /// Print the JSON Schema of a kind of file, for an editor that completes and checks, or of the events of `plumb run --json`.
 ///
-/// That of cells holds what each installed plugin may be told. An editor that speaks the YAML language server completes and checks with it:
+/// That of cells holds what each installed plugin may be given. An editor that speaks the YAML language server completes and checks with it:
 /// begin the file with `# yaml-language-server: $schema=cell.schema.json`.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {

@@ -27,7 +27,7 @@ use state::PageState;
 use token::Token;
 
 /// Show the runs of this machine's cells in a browser, live, and take answers to their prompts from there. Nothing on the page moves an arm by itself: what moves it,
-/// or says where it stands, is answered at the arm. Without a token the page can only be read.
+/// or says where it is, is answered at the arm. Without a token the page can only be read.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
     /// Where to listen. Only this machine's own addresses; from another room come by a tunnel (`ssh -L 8717:localhost:8717 CELL`) or through a proxy with TLS.
@@ -65,7 +65,7 @@ enum ServeError {
     Listen { address: SocketAddr, cause: std::io::Error },
 }
 
-/// Serves until it is told to end.
+/// Serves until it is asked to end.
 pub(crate) fn run(arguments: &Arguments) -> CommandResult {
     if let Some(path) = &arguments.new_token {
         token::write_new(path)?;

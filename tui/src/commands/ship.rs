@@ -45,7 +45,7 @@ impl Arguments {
 /// How often the record is looked at for new rows. A second behind is what a page of a fleet may be.
 const LOOK: Duration = Duration::from_millis(300);
 
-/// How often the database is told that this cell is still there while it writes nothing.
+/// How often the database is informed that this cell is still there while it writes nothing.
 const SAY_ALIVE: Duration = Duration::from_secs(5);
 
 /// How long the database may take for a batch of rows. On a network that was cut the system itself would wait for a quarter of an hour.
@@ -64,7 +64,7 @@ enum ShipError {
     NoRecord(PathBuf),
 }
 
-/// Sends until it is told to end, or everything is sent.
+/// Sends until it is asked to end, or everything is sent.
 pub(crate) fn run(arguments: &Arguments) -> CommandResult {
     let directory = record_directory(arguments.record.as_ref())?;
     warn_unchecked("ship", &arguments.to)?;

@@ -22,7 +22,7 @@ use plumb_report::run_words::{skipped_in_words, state_in_words};
 /// Show what the record holds of a run: its steps, answers, trigger poses, computed values and corrections.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
-    /// Its number, as `plumb history` gives it; the newest if left out. With --table, several, whose rows stand in one table then.
+    /// Its number, as `plumb history` gives it; the newest if left out. With --table, several, whose rows are in one table then.
     run: Vec<i64>,
     /// The newest run of this cell, by the cell's name.
     #[arg(long, value_name = "NAME", conflicts_with = "run", add = ArgValueCandidates::new(completion::recorded_cells))]
@@ -130,7 +130,7 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
     Ok(ExitCode::SUCCESS)
 }
 
-/// All the record holds of a run, as text, one string a line. Headings stand at the margin, what they head is indented.
+/// All the record holds of a run, as text, one string a line. Headings are at the margin, what they head is indented.
 ///
 /// # Errors
 /// The record cannot be read.

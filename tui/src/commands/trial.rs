@@ -56,7 +56,7 @@ pub(crate) struct NewArguments {
     /// Build a whole simulated cell instead of a campaign's table: `teachmover`, `puma`, `light-stripe`, `ur5`, `scara`, or a folder of your own with the cell of an arm that files describe. What is hidden is found with the cell's own sensors and instruments, by runs.
     #[arg(long, value_name = "CELL")]
     cell: Option<String>,
-    /// What to hide in the cell, such as `none`, `backlash` or `backlash(elbow)`; by lot when not given, and so is its place. A name that is not known is
+    /// What to hide in the cell, such as `none`, `backlash` or `backlash(elbow)`; at random when not given, and so is its place. A name that is not known is
     /// answered with those that are.
     #[arg(long, value_name = "FAULT", requires = "cell")]
     fault: Option<String>,

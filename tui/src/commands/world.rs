@@ -11,7 +11,7 @@ use plumb_simulated::world_file;
 
 use crate::failure::CommandResult;
 
-/// Serve a simulated world until it is told to end or nobody has been there for long.
+/// Serve a simulated world until it is asked to end or nobody has been there for long.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
     /// The world file, sealed or open.

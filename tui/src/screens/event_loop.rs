@@ -2,7 +2,7 @@
 //! frames, commands and stops go out. Draws when something changed, thirty times a second at most.
 //!
 //! Keys are read by a task of its own, which fires the stop itself: neither a slow terminal nor a queue full of events
-//! stands between the stop key and the robots.
+//! is between the stop key and the robots.
 
 use std::io::{self, Write as _};
 use std::sync::mpsc::Sender;
@@ -46,14 +46,14 @@ pub(crate) struct Sources {
     pub lab: Option<Lab>,
     /// The record.
     pub archive: Option<Archive>,
-    /// Tells that a signal asks the program to end, where somebody else has taken the signals over.
+    /// Reports that a signal asks the program to end, where somebody else has taken the signals over.
     pub ended_by_signal: Option<UnboundedReceiver<()>>,
 }
 
 /// Shows the screens until the operator leaves or a signal ends the program; gives back the state they were left in.
 ///
 /// # Errors
-/// The terminal cannot be used, or was lost; robots were told to stop.
+/// The terminal cannot be used, or was lost; robots were commanded to stop.
 pub(crate) async fn show(mut state: State, mut sources: Sources) -> io::Result<State> {
     let outside = Outside {
         handle: sources.handle.take(),

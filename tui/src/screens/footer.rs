@@ -16,7 +16,7 @@ const STOP_TEXTS: [&str; 3] = [
     " Esc STOP",
 ];
 
-/// What stands there for who only watches.
+/// What is there for who only watches.
 const WATCHING: &str = " Watching only: nothing can be stopped from here.";
 
 /// Draws the key hints into the one row of `area`.
@@ -48,7 +48,7 @@ pub(crate) fn command_at(state: &State, area: Rect, place: Position) -> Option<C
     placed(state, area).into_iter().find(|hint| hint.area.contains(place)).map(|hint| hint.binding.command)
 }
 
-/// A hint and where it stands.
+/// A hint and where it is.
 struct Hint {
     binding: &'static Binding,
     area: Rect,
@@ -94,7 +94,7 @@ fn placed(state: &State, area: Rect) -> Vec<Hint> {
     hints
 }
 
-/// Hints that stand at the right, the last of the table first.
+/// Hints that are at the right, the last of the table first.
 fn from_right(bindings: Vec<&'static Binding>) -> impl Iterator<Item = (&'static Binding, bool)> {
     bindings.into_iter().rev().map(|binding| (binding, true))
 }

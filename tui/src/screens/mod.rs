@@ -112,7 +112,7 @@ pub(crate) enum Left {
 /// end.
 ///
 /// # Errors
-/// The terminal cannot be used, or was lost; robots were told to stop.
+/// The terminal cannot be used, or was lost; robots were commanded to stop.
 pub(crate) fn operate(
     events: UnboundedReceiver<StampedEvent>,
     handle: RunHandle,

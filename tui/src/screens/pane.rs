@@ -96,7 +96,7 @@ fn is_drawn(line: &str) -> bool {
 
 /// A line of a file from here on was broken for its length.
 const LONG: usize = 60;
-/// The same where a number stands at the beginning of the next: values in place of long names have made it shorter.
+/// The same where a number is at the beginning of the next: values in place of long names have made it shorter.
 const LONG_BEFORE_A_NUMBER: usize = 40;
 
 fn begins_with_a_number(line: &str) -> bool {
@@ -156,7 +156,7 @@ pub(crate) fn folded(text: &str, width: usize) -> Vec<String> {
     lines
 }
 
-/// Takes what stands behind the last blank off a line, so that no word or number is broken; nothing where the blank is too far to the left.
+/// Takes what is behind the last blank off a line, so that no word or number is broken; nothing where the blank is too far to the left.
 fn cut_at_blank(line: &mut String, width: usize) -> String {
     let indented = line.len() - line.trim_start().len();
     match line.rfind(' ') {

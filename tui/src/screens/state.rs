@@ -247,7 +247,7 @@ impl State {
         !self.only_watches() && self.run.as_ref().is_some_and(|run| run.is_open())
     }
 
-    /// Whether nothing can be told to the engine from here.
+    /// Whether nothing can be sent to the engine from here.
     pub(crate) fn only_watches(&self) -> bool {
         self.operator.is_empty()
     }

@@ -1,6 +1,6 @@
 //! The looks of the screens: one style for each meaning, so that a screen never picks a colour by itself.
 //!
-//! Colour only repeats what a sign and a word already say. Without colour (`NO_COLOR`) the same meanings are told apart
+//! Colour only repeats what a sign and a word already say. Without colour (`NO_COLOR`) the same meanings are distinguished
 //! by weight and reversal. Only the terminal's own sixteen colours are used, so its light or dark scheme holds.
 
 use ratatui::style::{Color, Modifier, Style};
@@ -16,7 +16,7 @@ pub(crate) struct Theme {
     pub heading: Style,
     /// The border and heading of the pane that waits for the operator.
     pub focus: Style,
-    /// What went well or stands ready.
+    /// What went well or is ready.
     pub good: Style,
     /// What wants attention but is no fault.
     pub warning: Style,

@@ -110,7 +110,7 @@ pub(crate) fn command_at(state: &State, column: u16, row: u16) -> Option<Command
     footer::command_at(state, rows.hints, place).or_else(|| tab().map(|(screen, _)| Command::Show(screen)))
 }
 
-/// The name of the cell or model, the tabs, and how the run stands.
+/// The name of the cell or model, the tabs, and the state of the run.
 fn header(state: &State, frame: &mut Frame, area: Rect) {
     frame.render_widget(Line::styled(title(state, area), state.theme.heading), area);
     for (screen, area) in tabs(state, area) {
@@ -127,10 +127,10 @@ fn header(state: &State, frame: &mut Frame, area: Rect) {
     }
 }
 
-/// Columns kept free at the right of the header for how the run stands.
+/// Columns kept free at the right of the header for the state of the run.
 const STATUS_WIDTH: u16 = 24;
 
-/// The program and the name of what it shows, cut where tabs and standing need the room.
+/// The program and the name of what it shows, cut where tabs and status need the room.
 fn title(state: &State, area: Rect) -> String {
     let name = match (&state.run, &state.model) {
         (Some(_), _) => state.cell.name.as_str(),
@@ -155,7 +155,7 @@ fn titled(name: &str, state: &State, area: Rect) -> String {
     pane::fitted(&format!(" plumb \u{b7} {name}"), usize::from(room))
 }
 
-/// The tabs and where they stand; only as many as fit.
+/// The tabs and where they are; only as many as fit.
 fn tabs(state: &State, area: Rect) -> Vec<(Screen, Rect)> {
     let title = u16::try_from(Span::raw(title(state, area)).width()).unwrap_or(0);
     let mut left = area.left().saturating_add(title).saturating_add(2);
@@ -179,7 +179,7 @@ fn tab_width(screen: Screen) -> u16 {
     u16::try_from(screen.name().len()).unwrap_or(0).saturating_add(4)
 }
 
-/// How the run stands, in a sign, a word and the time it has taken.
+/// The state of the run, in a sign, a word and the time it has taken.
 fn run_status(state: &State) -> (String, ratatui::style::Style) {
     let Some(run) = &state.run else { return (String::new(), state.theme.text) };
     let elapsed = run.elapsed(state.now).as_secs();

@@ -14,7 +14,7 @@ const TOPIC: &str = "database";
 /// The oldest server that is known to be enough; it is tried with 15.
 const OLDEST: i32 = 13;
 
-/// Clocks that differ by more than this make times of waiting wrong that are told in seconds.
+/// Clocks that differ by more than this make times of waiting wrong that are reported in seconds.
 const CLOCKS_AGREE_S: f64 = 2.0;
 
 /// A shipper that was not heard of for so long does not run, s.
@@ -49,7 +49,7 @@ fn identity(record: Option<&PathBuf>) -> Result<Option<(String, i64)>, RecordErr
     if !Record::file_in(&directory).exists() {
         return Ok(None);
     }
-    // A record that cannot be opened is told under its own topic.
+    // A record that cannot be opened is reported under its own topic.
     let Ok(record) = Record::open(&directory) else { return Ok(None) };
     Ok(Some((record.identity()?, record.newest_outbox_row()?)))
 }

@@ -41,7 +41,7 @@ fn adapters() -> Vec<PathBuf> {
     ports
 }
 
-/// The ports that a cell's devices are configured with. A cell file with mistakes names none: `plumb check` tells those.
+/// The ports that a cell's devices are configured with. A cell file with mistakes names none: `plumb check` reports those.
 fn named_in(cell: &Path) -> Vec<PathBuf> {
     let Ok(cell) = load_workcell(cell, &Calculator::new()) else { return Vec::new() };
     let ports =

@@ -13,7 +13,7 @@ const BAUD: u32 = 115_200;
 /// No angle sensor that works is off by more, deg.
 const MOST_OFF_DEG: f64 = 20.0;
 
-/// The controller of a Dobot Magician on a pseudo-terminal. Prints the path of the port and works until it is told to end.
+/// The controller of a Dobot Magician on a pseudo-terminal. Prints the path of the port and works until it is asked to end.
 ///
 /// What befalls it is typed on standard input, a line each: `alarm 0x52` (an alarm goes on and the arm stops), `block` (the arm runs into something
 /// unnoticed), `hold` (its move does not end), `lose 2`, `cut 2` and `corrupt 2` (the next two answers), `power off`, `power on`,

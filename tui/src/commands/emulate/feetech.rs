@@ -8,7 +8,7 @@ use super::line::{LineArguments, announce, port_in_words, work};
 use super::typed::Typing;
 use crate::failure::CommandResult;
 
-/// The bus of an arm of Feetech STS servos, such as an SO-101, on a pseudo-terminal. Prints the path of the port and works until it is told to end.
+/// The bus of an arm of Feetech STS servos, such as an SO-101, on a pseudo-terminal. Prints the path of the port and works until it is asked to end.
 ///
 /// What befalls the servos is typed on standard input, a line each: `overload 3` (servo 3 lets go), `celsius 3 75`, `volts 3.2`, `silent 4` (its
 /// plug is out), `answers 4`, `sag 2 12` (load keeps servo 2 twelve steps short of its goals), `lose 2` and `cut 2` (the next two answers), `power off`,

@@ -8,7 +8,7 @@ use super::line::{LineArguments, announce, port_in_words, work};
 use super::typed::Typing;
 use crate::failure::CommandResult;
 
-/// The controller of a Microbot TeachMover on a pseudo-terminal. Prints the path of the port and works until it is told to end.
+/// The controller of a Microbot TeachMover on a pseudo-terminal. Prints the path of the port and works until it is asked to end.
 ///
 /// What happens to the arm is typed on standard input, a line each: `key stop` (or another key of the pendant), `stop-after 5` (STOP when the next
 /// move has made 5 half-steps), `input 3 on`, `between 12.5` (something 12.5 mm wide between the fingers), `drive base -100` (under

@@ -11,7 +11,7 @@ use super::typed::Typing;
 use crate::failure::CommandResult;
 
 /// The controller of a Universal Robots arm on the network: RTDE, the primary and secondary interface and the dashboard on their own ports, of an address
-/// of this computer's own. Prints the address and works until it is told to end.
+/// of this computer's own. Prints the address and works until it is asked to end.
 ///
 /// What happens to the controller is typed on standard input, a line each: `protective-stop`, `unlock`, `emergency-stop`, `release`, `fault`,
 /// `power off`, `power on`, `local`, `remote`, `stop-program`, `freeze on` (states repeat the last one), `silence on`, `late 800` (states come so

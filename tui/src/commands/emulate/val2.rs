@@ -8,10 +8,10 @@ use super::line::{LineArguments, announce, port_in_words, work};
 use super::typed::Typing;
 use crate::failure::CommandResult;
 
-/// The VAL-II controller of a PUMA 560 on a pseudo-terminal. Prints the path of the port and works until it is told to end.
+/// The VAL-II controller of a PUMA 560 on a pseudo-terminal. Prints the path of the port and works until it is asked to end.
 ///
 /// What happens to the controller is typed on standard input, a line each: `power off`, `power on`, `panic`, `envelope 3` (the servo of joint 3
-/// loses its arm), `reboot`, `program` (a program runs, which ABORT ends when it was told that one is sure), `fault drop to-arm 3`, `faults 0.01`, `unplug`, `plug`, `status`, `quit`.
+/// loses its arm), `reboot`, `program` (a program runs, which ABORT ends when it was answered that one is sure), `fault drop to-arm 3`, `faults 0.01`, `unplug`, `plug`, `status`, `quit`.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
     /// The socket of the world whose arm it drives.

@@ -50,7 +50,7 @@ struct Shared {
 
 type Served = State<Arc<Shared>>;
 
-/// Serves until it is told to end.
+/// Serves until it is asked to end.
 pub(super) async fn serve(
     from: &str,
     listen: SocketAddr,

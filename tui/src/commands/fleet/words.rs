@@ -141,7 +141,7 @@ mod tests {
     }
 
     #[test]
-    fn a_calibration_is_told_a_month_before_it_is_over() {
+    fn a_calibration_is_announced_a_month_before_it_is_over() {
         assert_eq!(day_number("1970-01-01"), Some(0));
         assert_eq!(day_number("2000-03-01T12:00"), Some(11_017));
         for (day, expected) in [

@@ -157,7 +157,7 @@ fn range(points: &[&TrendPoint]) -> (f64, f64) {
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), value| (least.min(value), most.max(value)))
 }
 
-/// Where a value stands between the least and the most.
+/// Where a value is between the least and the most.
 fn dot(value: f64, least: f64, most: f64) -> String {
     let part = if most > least { (value - least) / (most - least) } else { 0.5 };
     let column = (part * (WIDTH - 1) as f64).round() as usize;
@@ -186,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn values_stand_between_the_least_and_the_most() {
+    fn values_are_between_the_least_and_the_most() {
         assert!(dot(1.0, 1.0, 3.0).starts_with('●'));
         assert!(dot(3.0, 1.0, 3.0).ends_with('●'));
         assert_eq!(dot(2.0, 2.0, 2.0).chars().position(|c| c == '●'), Some(15));

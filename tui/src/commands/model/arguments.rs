@@ -17,7 +17,7 @@ use crate::completion;
 /// A model, a table, and how to bring them together.
 #[derive(Debug, Args)]
 pub(crate) struct PairArguments {
-    /// The model file. The original stands for its newest revision; name a revision's own file to use that.
+    /// The model file. The original means its newest revision; name a revision's own file to use that.
     pub(crate) model: PathBuf,
     /// The measurement table.
     #[arg(short, long, value_name = "CSV")]

@@ -75,7 +75,7 @@ fn list() -> String {
     text
 }
 
-/// How an effect is written: its name and what stands in its brackets.
+/// How an effect is written: its name and what is in its brackets.
 fn signature(kind: &Kind) -> String {
     let places = match kind.places {
         Places::Joints => "(JOINT)",

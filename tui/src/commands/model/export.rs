@@ -71,7 +71,7 @@ pub(super) fn run(arguments: &ExportArguments) -> Result<String, Box<dyn Error>>
     })
 }
 
-/// A UR driver's calibration ends with the frame of the last joint: what lies behind it is refused, or told where it is to be left out.
+/// A UR driver's calibration ends with the frame of the last joint: what lies behind it is refused, or reported where it is to be left out.
 fn behind_last_joint(arm: &RigidArm, arguments: &ExportArguments) -> Result<(), Box<dyn Error>> {
     let Some((off_mm, off_deg)) = arm.behind_last_joint() else { return Ok(()) };
     let what = format!(
@@ -201,7 +201,7 @@ fn scale_of_an_axis(model: &Model, arguments: &ExportArguments) -> Result<String
     Ok(fluidnc(axis, &scale, steps_per_mm))
 }
 
-/// By how much the flange differs at most, mm and degrees, where the whole model and its rigid part stand in the same pose.
+/// By how much the flange differs at most, mm and degrees, where the whole model and its rigid part are in the same pose.
 fn greatest_difference(arm: &RigidArm, model: &Model) -> Result<(f64, f64), Box<dyn Error>> {
     let forward = ForwardModel::new(model.clone())?;
     let (mut off_mm, mut off_deg) = (0.0_f64, 0.0_f64);

@@ -43,7 +43,7 @@ pub(super) fn add(arguments: &AddArguments) -> Result<String, Box<dyn Error>> {
     in_order(change_arguments)?;
     let (pair, effect) = (&change_arguments.pair, change_arguments.effect.as_str());
     let opened = pair.open()?;
-    // What these rows cannot tell is refused by the fit, with its own reason.
+    // What these rows cannot determine is refused by the fit, with its own reason.
     let addition = watched(|progress| opened.laboratory.add(effect, progress))?;
     if !arguments.yes
         && let Some(objection) = objection(&opened, effect)?

@@ -69,7 +69,7 @@ pub(super) fn placement_lines(placed: &[Placement]) -> String {
     let lines = |one: &Placement| {
         let frame = if one.frame == "flange" { "on the flange" } else { "in the frame of the measurements" };
         let label = format!("{} {frame}: ", one.name);
-        // How sure a turn is is told about the axes of the frame, which roll, pitch and yaw are not.
+        // How sure a turn is is given about the axes of the frame, which roll, pitch and yaw are not.
         let turn = ["roll", "pitch", "yaw"].iter().zip(one.rpy_deg);
         let turn: Vec<String> = turn.map(|(name, value)| format!("{name} {value:.4}")).collect();
         let about: Vec<String> =

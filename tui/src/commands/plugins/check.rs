@@ -100,7 +100,7 @@ fn found(arguments: &CheckArguments) -> Result<Plugin, CatalogueError> {
     Catalogue::search(&arguments.places.directories).find(&arguments.plugin).cloned()
 }
 
-/// What the device is told, held against the schema in the manifest.
+/// What the device is given, held against the schema in the manifest.
 fn config_of(arguments: &CheckArguments, manifest: &Manifest) -> Result<Value, Box<dyn std::error::Error>> {
     let Some(given) = &arguments.config else { return Ok(Value::Null) };
     let path = PathBuf::from(given);
@@ -183,7 +183,7 @@ fn checked(
     Ok(report)
 }
 
-/// A check in words. One fault shows in many checks: its cause, which may differ in its numbers, is told with the first.
+/// A check in words. One fault shows in many checks: its cause, which may differ in its numbers, is reported with the first.
 fn shown_once(
     name: &'static str,
     outcome: &CheckOutcome,

@@ -1,4 +1,4 @@
-//! `plumb plugins new`: the project of a plugin, which builds, passes the conformance suite and runs in the cell beside it as it stands.
+//! `plumb plugins new`: the project of a plugin, which builds, passes the conformance suite and runs in the cell beside it as it is.
 
 use std::env;
 use std::fs;
@@ -11,7 +11,7 @@ use clap::{Args, ValueEnum};
 use super::template::{Language, Project, files};
 use crate::failure::CommandResult;
 
-/// Make the project of a plugin of your own: it builds, passes `plumb plugins check` and runs in the cell beside it as it stands. Nothing is overwritten.
+/// Make the project of a plugin of your own: it builds, passes `plumb plugins check` and runs in the cell beside it as it is. Nothing is overwritten.
 #[derive(Args)]
 pub(crate) struct NewArguments {
     /// What it drives.

@@ -38,7 +38,7 @@ pub(super) enum ControllerError {
 
 /// A controller that runs as a process of its own, over the arm of a world. It ends with the run; where this program is killed, with its world.
 pub(super) struct EmulatedController {
-    /// The device it stands behind.
+    /// The device it is behind.
     pub(super) device: String,
     /// The path of its port, or its address on the network.
     pub(super) port: PathBuf,

@@ -63,7 +63,7 @@ impl Printer {
         out.flush()
     }
 
-    /// What a person reads of an event; none where it is too small to be told.
+    /// What a person reads of an event; none where it is too small to be reported.
     fn line(&self, event: &Event) -> Option<String> {
         Some(match event {
             Event::RunStarted { run, cell, title, resumed_at: None, .. } => {

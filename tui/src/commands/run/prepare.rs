@@ -273,7 +273,7 @@ fn answers_of(
         .map_err(|problems| Refused::Files(vec![problems]))
 }
 
-/// Who sits there: as given, or the login name; in a service or a container, where no variable tells it, the name of the user in the password file.
+/// Who sits there: as given, or the login name; in a service or a container, where no variable gives it, the name of the user in the password file.
 pub(crate) fn operator(given: Option<&String>) -> String {
     let login = || std::env::var("USER").ok().or_else(|| std::env::var("LOGNAME").ok());
     given.cloned().or_else(login).or_else(name_of_user).unwrap_or_else(|| "unknown".to_owned())

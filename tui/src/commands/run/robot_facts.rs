@@ -8,12 +8,12 @@ use plumb_simulated::world_file::{self, Described};
 
 use crate::commands::cell_check::{SIMULATED, ranges_in};
 
-/// How long an arm of a simulated world takes to be told a move and to answer, beside the motion, s: a message there and back within one computer.
+/// How long an arm of a simulated world takes to receive a move and to answer, beside the motion, s: a message there and back within one computer.
 const SIMULATED_COMMAND_S: f64 = 0.005;
 
 /// What the world's file says of its arm, for devices that are that arm; of others what their manifests say.
 pub(super) fn robot_facts(cell: &Workcell, catalogue: &Catalogue) -> Vec<RobotFacts> {
-    // A file that cannot be read was told of when the cell was checked; a resumed run has its world already.
+    // A file that cannot be read was reported when the cell was checked; a resumed run has its world already.
     let world = cell.world.as_ref().and_then(|setting| world_file::read(&setting.file).ok());
     let is_robot = |device: &&DeviceSetting| cell.robot(&device.name).is_some();
     let facts = |device: &DeviceSetting| match world.as_ref().filter(|_| device.plugin == SIMULATED) {

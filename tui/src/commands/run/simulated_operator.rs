@@ -143,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn an_act_that_is_not_known_or_lacks_something_is_told_with_what_would_be_right() {
+    fn an_act_that_is_not_known_or_lacks_something_is_reported_with_what_would_be_right() {
         let unknown = verb_of(&act("rest_on_guage", &[], &[])).unwrap_err();
         assert!(unknown.contains("did you mean `rest_on_gauge`?"), "{unknown}");
         let lacking = verb_of(&act("rest_on_gauge", &[], &[])).unwrap_err();

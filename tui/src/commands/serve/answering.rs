@@ -1,4 +1,4 @@
-//! An answer from the page: checked, offered to the run, and told what became of it.
+//! An answer from the page: checked, offered to the run, and informed what became of it.
 
 use std::path::Path;
 

@@ -28,18 +28,18 @@ async function ask(method, path, body) {
   return said;
 }
 
-function tell(text) { byId("trouble").textContent = text; }
+function showTrouble(text) { byId("trouble").textContent = text; }
 
 async function takeLease(event) {
   if (event) event.preventDefault();
   try {
     const given = await ask("POST", "api/lease", { name: byId("name").value, lease });
     lease = given.lease;
-    tell("");
+    showTrouble("");
     if (!renewing) renewing = setInterval(takeLease, RENEW_MS);
   } catch (error) {
     dropLease();
-    tell(error.message);
+    showTrouble(error.message);
   }
   show();
 }
@@ -53,17 +53,17 @@ function dropLease() {
 async function giveBack() {
   const held = lease;
   dropLease();
-  try { await ask("DELETE", "api/lease", { name: byId("name").value, lease: held }); } catch (error) { tell(error.message); }
+  try { await ask("DELETE", "api/lease", { name: byId("name").value, lease: held }); } catch (error) { showTrouble(error.message); }
   show();
 }
 
 async function give(cell, answer) {
-  tell("");
+  showTrouble("");
   for (const button of document.querySelectorAll(".prompt button")) button.disabled = true;
   try {
     await ask("POST", "api/answer", { lease, run: cell.run, prompt: cell.prompt.id, answer: String(answer) });
     delete drafts[cell.prompt.id];
-  } catch (error) { tell(error.message); }
+  } catch (error) { showTrouble(error.message); }
   show();
 }
 

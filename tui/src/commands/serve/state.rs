@@ -196,7 +196,7 @@ fn open_prompt(record: &Record, run: &RunSummary) -> Result<Option<PromptBox>, R
     }))
 }
 
-/// Why a prompt is answered beside the arm alone: its answer moves the arm, or says where it stands. No motion is commanded
+/// Why a prompt is answered beside the arm alone: its answer moves the arm, or says where it is. No motion is commanded
 /// over the network.
 pub(super) fn only_at_the_arm(kind: &PromptKind) -> Option<&'static str> {
     match kind {

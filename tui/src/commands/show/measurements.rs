@@ -26,7 +26,7 @@ enum RobotError {
     OtherCell { run: i64, cell: String },
 }
 
-/// Prints the table. The cell file is read as it is now; a run stands on the model it was made with, so a changed one is told.
+/// Prints the table. The cell file is read as it is now; a run is based on the model it was made with, so a changed one is reported.
 pub(super) fn print(record: &Record, run: &RunSummary, arguments: &Arguments) -> CommandResult {
     let cell = match load_workcell(Path::new(&run.cell_file), &Calculator::new()) {
         Ok(cell) => cell,

@@ -1,4 +1,4 @@
-//! The parts of a run as tables of text, one string a line. A heading stands at the margin, its rows are indented.
+//! The parts of a run as tables of text, one string a line. A heading is at the margin, its rows are indented.
 
 use plumb_cell::{corrected_quantity, give_or_take, known_within, left_open, uncertainty_digits};
 use plumb_record::{
@@ -50,7 +50,7 @@ pub(crate) fn answer_in_words(answer: &Value) -> String {
     }
 }
 
-/// Where the arm stood when the sensor changed.
+/// Where the arm was when the sensor changed.
 pub(super) fn triggers(lines: &mut Vec<String>, triggers: &[StoredTrigger]) {
     let fine: Vec<&StoredTrigger> = triggers.iter().filter(|trigger| trigger.fine).collect();
     if fine.is_empty() {
@@ -81,7 +81,7 @@ fn pose_in_words(joints: &Value) -> String {
     joints.join(", ")
 }
 
-/// Values that steps worked out. Those a step works out in every turn of a repetition stand in one table, a row a turn.
+/// Values that steps worked out. Those a step works out in every turn of a repetition are in one table, a row a turn.
 pub(super) fn readings(lines: &mut Vec<String>, readings: &[StoredReading]) {
     let mut groups: Vec<(String, Vec<&StoredReading>)> = Vec::new();
     for reading in readings {
@@ -220,7 +220,7 @@ pub(crate) fn by_size(budget: &Budget) -> Vec<&Component> {
 /// A contribution smaller than this is not listed, in the unit of the value: nobody can measure it.
 const NO_CONTRIBUTION: f64 = 1e-6;
 
-/// Correlations worth telling between corrections that came from one step: what one of them is off by, the other is off by too.
+/// Correlations worth showing between corrections that came from one step: what one of them is off by, the other is off by too.
 pub(crate) fn correlations(corrections: &[StoredCorrection]) -> Vec<String> {
     const WORTH_SHOWING: f64 = 0.1;
     let mut reported = Vec::new();

@@ -26,7 +26,7 @@ pub(crate) struct Arguments {
     output: Option<PathBuf>,
 }
 
-/// Adjusts, tells, and writes.
+/// Adjusts, reports, and writes.
 pub(super) fn run(arguments: &Arguments) -> CommandResult {
     let lab = arguments.chosen.open()?;
     let found = watched(|progress| lab.adjusted(progress)).map_err(LabError::from)?;

@@ -26,7 +26,7 @@ pub(crate) struct Arguments {
     json: bool,
 }
 
-/// Diagnoses and tells.
+/// Diagnoses and reports.
 pub(super) fn run(arguments: &Arguments) -> CommandResult {
     let lab = arguments.chosen.open()?;
     let adjusted = watched(|progress| lab.adjusted(progress)).map_err(LabError::from)?;

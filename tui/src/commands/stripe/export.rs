@@ -16,7 +16,7 @@ use crate::say::say;
 pub(crate) struct Arguments {
     /// The cloud: a PLY, PCD or E57 file.
     cloud: PathBuf,
-    /// Where to; what it becomes is told by the ending: .ply, .pcd (mm), .e57 or .mcap (metres).
+    /// Where to; what it becomes is given by the ending: .ply, .pcd (mm), .e57 or .mcap (metres).
     to: PathBuf,
     /// The rig whose camera saw it; goes into an MCAP as its CameraCalibration.
     #[arg(long, value_name = "FILE")]

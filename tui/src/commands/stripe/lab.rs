@@ -1,4 +1,4 @@
-//! A cell with a light stripe as the lab sees it: the arm's model, the rig, what stands there, and scans of it.
+//! A cell with a light stripe as the lab sees it: the arm's model, the rig, what is there, and scans of it.
 
 use std::path::{Path, PathBuf};
 
@@ -21,7 +21,7 @@ pub(crate) struct Chosen {
     /// The folder of a run with scans that were saved.
     #[arg(short, long, value_name = "DIR")]
     pub(crate) scans: PathBuf,
-    /// The file of what stands there; `scene.yaml` beside the cell if left out.
+    /// The file of what is there; `scene.yaml` beside the cell if left out.
     #[arg(long, value_name = "FILE")]
     pub(crate) scene: Option<PathBuf>,
     /// What has been named before and is adjusted too: `joint_compliance(shoulder)`, `lens_distortion`. May be given several times.
@@ -37,7 +37,7 @@ pub(crate) struct Lab {
     pub(crate) rig: Rig,
     /// How much later than its time says a picture was taken, as the cell has it, ms.
     pub(crate) exposure_delay_ms: f64,
-    /// Forms, about where they stand.
+    /// Forms, about where they are.
     pub(crate) surfaces: Vec<(String, Surface)>,
     /// What was seen.
     pub(crate) scans: Scans,
@@ -61,7 +61,7 @@ impl Lab {
 /// The key of the sensor's configuration for how much later than its time says a picture was taken.
 pub(super) const DELAY: &str = "exposure_delay_ms";
 
-/// Of a picture's rows so many are looked at: neighbours tell almost the same.
+/// Of a picture's rows so many are looked at: neighbours report almost the same.
 const ROWS_A_PICTURE: u32 = 21;
 
 impl Chosen {

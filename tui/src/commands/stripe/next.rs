@@ -28,7 +28,7 @@ pub(crate) struct Arguments {
     csv: bool,
 }
 
-/// Chooses where pictures would tell most, and prints the arm's poses there.
+/// Chooses where pictures would show most, and prints the arm's poses there.
 pub(super) fn run(arguments: &Arguments) -> CommandResult {
     let lab = arguments.chosen.open()?;
     let laboratory = watched(|progress| lab.adjusted(progress))

@@ -17,12 +17,12 @@ pub enum Hidden {
     Wheel,
     /// The lens bends straight lines.
     Lens,
-    /// Pictures are exposed later than their times say, and scanned in motion: for an arm that tells where it is on its way.
+    /// Pictures are exposed later than their times say, and scanned in motion: for an arm that reports where it is on its way.
     Delay,
 }
 
 impl Hidden {
-    /// Those that are studied unless told otherwise.
+    /// Those that are studied unless specified otherwise.
     pub const ALL: [Self; 6] =
         [Self::Nothing, Self::Shoulder, Self::Elbow, Self::Wheel, Self::Lens, Self::Delay];
 

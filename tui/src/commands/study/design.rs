@@ -438,7 +438,7 @@ joints:
     }
 
     #[test]
-    fn an_arm_without_the_papers_joints_is_told_what_it_lacks() {
+    fn of_an_arm_without_the_papers_joints_it_is_said_what_it_lacks() {
         let refused = |from: &str, to: &str| lengths(&model(from, to)).unwrap_err();
         assert!(refused("a_mm: 0, alpha_deg: 90", "a_mm: 25, alpha_deg: 90").contains("must meet"));
         assert!(

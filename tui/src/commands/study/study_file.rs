@@ -16,7 +16,7 @@ pub struct StudyFile {
     pub title: String,
     /// What it is about, in words.
     pub about: String,
-    /// How many runs each line and each point rests on, unless told otherwise.
+    /// How many runs each line and each point rests on, unless specified otherwise.
     pub runs: u32,
     /// What holds for all lines that do not say otherwise.
     pub common: Common,

@@ -17,10 +17,10 @@ use super::wish::Wish;
 /// Options that shape a campaign.
 #[derive(Debug, Clone, clap::Args)]
 pub struct CampaignArguments {
-    /// The arm: a name, or the path of a model file; by lot when not given.
+    /// The arm: a name, or the path of a model file; at random when not given.
     #[arg(long, value_name = "NAME|FILE")]
     arm: Option<String>,
-    /// What to hide: `none`, `any`, `outside`, `not_repeatable`, or an effect such as `joint_backlash(elbow)=3x`; repeat it for several. By lot
+    /// What to hide: `none`, `any`, `outside`, `not_repeatable`, or an effect such as `joint_backlash(elbow)=3x`; repeat it for several. At random
     /// when not given.
     #[arg(long = "effect", value_name = "EFFECT")]
     effects: Vec<Wish>,
@@ -45,7 +45,7 @@ pub struct CampaignArguments {
     /// Share of readings that are grossly wrong, such as 0.08.
     #[arg(long, default_value_t = 0.0, value_name = "SHARE")]
     outliers: f64,
-    /// Go straight from pose to pose instead of approaching each from a side drawn by lot.
+    /// Go straight from pose to pose instead of approaching each from a side drawn at random.
     #[arg(long)]
     straight: bool,
     /// Let the temperature move.
@@ -81,7 +81,7 @@ enum ReadingArgument {
 }
 
 impl CampaignArguments {
-    /// The campaign for one seed; what the command line leaves open is drawn by lot.
+    /// The campaign for one seed; what the command line leaves open is drawn at random.
     pub fn specification(&self, seed: u64) -> Result<Specification, TrialError> {
         self.check()?;
         let mut rng = Random::new(seed, "trial");
@@ -104,7 +104,7 @@ impl CampaignArguments {
         specification.outliers = self.outliers;
         specification.approach = if self.straight { Approach::Straight } else { Approach::EitherSide };
         let hot = specification.hidden.iter().any(|wanted| wanted.choice.name == "thermal_growth");
-        // What is hidden must not be told by the temperature being logged as moving: half of all trials drawn by lot are warm.
+        // What is hidden must not be revealed by the temperature being logged as moving: half of all trials drawn at random are warm.
         specification.heat = self.heat || hot || (self.effects.is_empty() && rng.chance(0.5));
         specification.payloads_kg.clone_from(&self.payloads);
         specification.free = match self.free {

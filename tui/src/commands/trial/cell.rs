@@ -25,7 +25,7 @@ type MakeWorld = fn(&Fault, u64, &mut Random) -> Result<(String, Truth), TrialEr
 pub(super) struct TrialCell {
     /// As `--cell` names it.
     pub(super) name: &'static str,
-    /// What can be hidden, as `--fault` names it: a bare name draws its place by lot.
+    /// What can be hidden, as `--fault` names it: a bare name draws its place at random.
     pub(super) faults: &'static [&'static str],
     /// Its files, but for the world.
     files: fn() -> Vec<(&'static str, String)>,
@@ -49,7 +49,7 @@ const TRUTH: &str = "# truth: ";
 pub(super) struct Fault {
     /// Its name.
     pub(super) name: String,
-    /// Where, if not by lot.
+    /// Where, if not at random.
     pub(super) place: Option<String>,
 }
 
@@ -202,7 +202,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_fault_of_every_cell_makes_a_world_that_can_be_read_and_tells_its_truth() {
+    fn every_fault_of_every_cell_makes_a_world_that_can_be_read_and_reveals_its_truth() {
         for cell in &CELLS {
             for (seed, fault) in (0..).zip(cell.faults) {
                 let place = tempfile::tempdir().unwrap();

@@ -108,7 +108,7 @@ pub enum TrialError {
         /// What it needs.
         columns: String,
     },
-    /// A trial stands there already.
+    /// A trial is there already.
     #[error("{0} is there already: a trial is not overwritten; give another directory")]
     Exists(PathBuf),
     /// A file cannot be written.

@@ -39,7 +39,7 @@ pub(crate) struct InjectArguments {
     /// Read a column by another name, as in J1=q1_deg; OLD= leaves the column out.
     #[arg(long, value_name = "OLD=NEW", value_delimiter = ',')]
     columns: Vec<Rename>,
-    /// What to hide: an effect of an arm, such as `joint_backlash(elbow)`; its place by lot when not given.
+    /// What to hide: an effect of an arm, such as `joint_backlash(elbow)`; its place at random when not given.
     #[arg(long, value_name = "EFFECT")]
     effect: String,
     /// How much: `2x` for so much that what of it can be seen is twice what your model leaves, or a size such as 0.05deg.

@@ -198,7 +198,7 @@ impl Measurements {
         let accepted = lab.accept(progress)?;
         let fitted = accepted.model;
         let down = fitted.down(&fitted.base.pose.rotation);
-        // In the world the arm stands as its gravity says.
+        // In the world the arm is as its gravity says.
         let upright = Rotation3::rotation_between(&down, &-Vector3::z())
             .unwrap_or_else(|| Rotation3::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI));
         let arm = described(&fitted, &upright)?;

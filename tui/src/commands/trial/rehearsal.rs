@@ -1,5 +1,5 @@
 //! `plumb trial rehearse`: trials in a cell from the first run to the last, unattended: built, measured by the cell's own sensors, diagnosed, measured
-//! further where the lab asks for poses that would tell what is tied or not shown, mended by what it ranks first, and held against the truth and against the same
+//! further where the lab asks for poses that would show what is tied or not shown, mended by what it ranks first, and held against the truth and against the same
 //! arm with nothing hidden. Every step is the command a person would give.
 
 mod arguments;
@@ -85,7 +85,7 @@ impl Rehearsal {
     }
 }
 
-/// Rehearses, prints. A trial that fails is told with its seed and its reason, and the others go on.
+/// Rehearses, prints. A trial that fails is reported with its seed and its reason, and the others go on.
 pub(super) fn run(arguments: &RehearsalArguments) -> Result<Outcome, TrialError> {
     let known = cell::find(&arguments.cell)?;
     let all: Vec<String> = known.faults.iter().map(|fault| (*fault).to_owned()).collect();

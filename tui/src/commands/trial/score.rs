@@ -14,7 +14,7 @@ pub struct Diagnosis {
     /// The joint when only that is known.
     #[serde(default)]
     pub located: Option<Located>,
-    /// What cannot be told apart.
+    /// What cannot be distinguished.
     #[serde(default)]
     pub tied: Vec<Candidate>,
     /// All that were weighed, best first.
@@ -116,7 +116,7 @@ pub struct Score {
     pub place_right: bool,
     /// Something was named that is not hidden.
     pub false_name: bool,
-    /// Nothing is named, and what is hidden is told as what the readings could not show.
+    /// Nothing is named, and what is hidden is reported as what the readings could not show.
     #[serde(rename = "told_not_shown")]
     pub reported_not_shown: bool,
     /// Size found less size hidden, over its standard error.

@@ -1,5 +1,5 @@
-//! The events of a run as its record tells them, for who watches from another terminal. What is not written down, such as where a moving joint is,
-//! is not told.
+//! The events of a run as its record reports them, for who watches from another terminal. What is not written down, such as where a moving joint is,
+//! is not reported.
 
 use std::path::Path;
 use std::thread;
@@ -16,7 +16,7 @@ use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 /// How often the record is looked at.
 const LOOK: Duration = Duration::from_millis(100);
 
-/// How far the record has been told.
+/// How far the record has been reported.
 #[derive(Default)]
 struct Reported {
     plan: bool,

@@ -10,10 +10,10 @@ use plumb_simulated::emulate::transcript::{Entry, LineOptions, Recorder, SerialD
 use crate::commands::emulate::typed::Typing;
 use crate::failure::CommandResult;
 
-/// Write down what goes over a serial line: stands between a device and whatever drives it, plumb or another program.
+/// Write down what goes over a serial line: sits between a device and whatever drives it, plumb or another program.
 ///
 /// Prints the path of a port; the program opens that (or the link) in place of the device's. Every byte is passed on both ways and written down, until the
-/// command is told to end (Ctrl+C, or `quit` on standard input). What was written is a text that `plumb wire replay` plays.
+/// command is asked to end (Ctrl+C, or `quit` on standard input). What was written is a text that `plumb wire replay` plays.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
     /// The device's port.
@@ -38,7 +38,7 @@ enum RecordError {
     Output { file: PathBuf, error: io::Error },
 }
 
-/// Records until it is told to end.
+/// Records until it is asked to end.
 pub(super) fn run(arguments: &Arguments) -> CommandResult {
     // Before any thread is there, so that the signals come to this one and nowhere else.
     let mut typing = Typing::listen(false)?;

@@ -49,7 +49,7 @@ impl ArmShape {
         Some(Self { kept_above: level.max_by(f64::total_cmp), ..shape })
     }
 
-    /// Where the table is drawn, mm over the frame of the cell: where the cell keeps the robot above, else where its base stands.
+    /// Where the table is drawn, mm over the frame of the cell: where the cell keeps the robot above, else where its base is.
     pub(crate) fn table(&self) -> f64 {
         self.kept_above.unwrap_or(0.0)
     }

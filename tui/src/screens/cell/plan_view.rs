@@ -25,7 +25,7 @@ pub(crate) struct HandPlace {
 }
 
 impl HandPlace {
-    /// Where the hand of this robot stands over the cell's target; none where either is not known.
+    /// Where the hand of this robot is over the cell's target; none where either is not known.
     pub(crate) fn of(cell: &CellState, device: &str) -> Option<Self> {
         let (shape, target) = (cell.shape.as_ref()?, cell.target.as_ref()?);
         let joints = cell.joints_of(&shape.device).filter(|_| shape.device == device)?;

@@ -37,7 +37,7 @@ pub(crate) enum ArchiveAnswer {
         /// One for each quantity that ever had a correction in force.
         trends: Vec<Trend>,
     },
-    /// One run as text, a string a line; headings stand at the margin.
+    /// One run as text, a string a line; headings are at the margin.
     Opened {
         /// Its number.
         run: i64,

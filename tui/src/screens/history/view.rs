@@ -234,7 +234,7 @@ struct Scale {
     high: f64,
 }
 
-/// What is shown above and below at least, deg or mm: ten times the last digit that stands at the axis, so that its ends differ.
+/// What is shown above and below at least, deg or mm: ten times the last digit that is at the axis, so that its ends differ.
 const LEAST_AIR: f64 = 0.01;
 
 impl Scale {

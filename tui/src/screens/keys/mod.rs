@@ -119,7 +119,7 @@ pub(crate) enum Command {
     PageUp,
     /// A page down.
     PageDown,
-    /// Give the answer that stands in the prompt.
+    /// Give the answer that is in the prompt.
     Answer,
     /// Leave this prompt and all like it to the simulated world.
     LeaveToWorld,

@@ -39,7 +39,7 @@ pub(crate) fn view(model: &ModelState, theme: &Theme, hits: &Hits, frame: &mut F
         frame.render_widget(Paragraph::new(text).style(theme.faint).wrap(Wrap { trim: true }), inner);
         return;
     }
-    // The first card that is drawn, so that the chosen one stands whole in the pane.
+    // The first card that is drawn, so that the chosen one is whole in the pane.
     let room = usize::from(inner.height);
     let mut first = model.chosen.min(blocks.len().saturating_sub(1));
     let mut rows = blocks.get(first).map_or(0, Vec::len);

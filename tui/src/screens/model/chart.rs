@@ -258,7 +258,7 @@ fn short(value: f64) -> String {
     format!("{value:.decimals$}")
 }
 
-/// The ends of an axis with the digits that tell them apart.
+/// The ends of an axis with the digits that distinguish them.
 pub(super) fn ends_of_axis(left: f64, right: f64) -> [String; 2] {
     // Between 0 and 4.
     let decimals = (1.0 - (right - left).abs().max(1e-12).log10().floor()).clamp(0.0, 4.0) as usize;
@@ -276,7 +276,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_ends_of_an_axis_are_told_apart() {
+    fn the_ends_of_an_axis_are_distinguished() {
         assert_eq!(ends_of_axis(-150.2, 149.8), ["-150", "150"]);
         assert_eq!(ends_of_axis(20.1, 23.4), ["20.1", "23.4"]);
         assert_eq!(ends_of_axis(-1e-15, 0.31), ["0.00", "0.31"]);

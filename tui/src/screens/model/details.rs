@@ -14,7 +14,7 @@ use crate::screens::pane::{self, wrapped};
 use crate::screens::state::State;
 use crate::screens::theme::Theme;
 
-/// Columns from which text and plot stand side by side.
+/// Columns from which text and plot are side by side.
 const SIDE_BY_SIDE: u16 = 72;
 
 /// Draws the details over the page.

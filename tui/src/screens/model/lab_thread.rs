@@ -1,4 +1,4 @@
-//! The end of the line at which a lab's own thread works, whichever lab it is: it takes requests, answers, and gives up what it does when told to.
+//! The end of the line at which a lab's own thread works, whichever lab it is: it takes requests, answers, and gives up what it does when asked to.
 
 use std::fmt::Display;
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -25,9 +25,9 @@ impl InHand {
     }
 }
 
-/// Why a piece of work was not done; being told to end is one of the reasons.
+/// Why a piece of work was not done; being asked to end is one of the reasons.
 pub(super) trait WorkError: Display {
-    /// Whether it was told to end.
+    /// Whether it was asked to end.
     fn is_cancelled(&self) -> bool;
 }
 
@@ -62,7 +62,7 @@ impl LabThread {
         self.to_do.recv().ok()
     }
 
-    /// Begins a piece of work, which can be told to end from now on.
+    /// Begins a piece of work, which can be asked to end from now on.
     pub(super) fn begin(&mut self) {
         self.in_hand.renew();
         self.judging = false;
@@ -87,7 +87,7 @@ impl LabThread {
         self.in_hand.progress()
     }
 
-    /// Tells the screens; screens that are gone hear nothing.
+    /// Reports to the screens; screens that are gone hear nothing.
     pub(super) fn say(&self, answer: LabAnswer) {
         let _gone = self.to_screens.send(answer);
     }

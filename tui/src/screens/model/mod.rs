@@ -28,7 +28,7 @@ pub(crate) use stripes::open as open_stripes;
 pub(crate) use update::{choose, choose_at, give_up, note_progress, obey, point_at, take, write};
 pub(crate) use view::view;
 
-/// What tests need to make a model's standing by hand.
+/// What tests need to make a model's summary by hand.
 #[cfg(test)]
 pub(crate) mod testing {
     pub(crate) use super::residuals::Residuals;

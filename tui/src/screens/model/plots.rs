@@ -158,7 +158,7 @@ fn title(model: &ModelState, (plots, shown, scrolled): (usize, usize, usize), wi
     }
 }
 
-/// How many plots stand above the others, side by side.
+/// How many plots are above the others, side by side.
 fn above_width(width: u16) -> u16 {
     if width > 2 * SMALLEST.0 { 2 } else { 1 }
 }

@@ -30,7 +30,7 @@ pub(crate) enum LabAnswer {
     Previewed(Box<Preview>),
     /// A revision was written: what was done, and what came with it.
     Did(Vec<String>),
-    /// It was told to give up.
+    /// It was asked to give up.
     GaveUp {
         /// It was judging the candidates.
         judging: bool,

@@ -187,7 +187,7 @@ pub(crate) enum CardStatus {
     Tied,
     /// It was added, or is fitted with the rest.
     InModel,
-    /// It is not this, or cannot be told.
+    /// It is not this, or cannot be determined.
     #[default]
     Rejected,
 }

@@ -12,7 +12,7 @@ use crate::screens::theme::Theme;
 /// Columns of the names at the left.
 const NAMES: usize = 13;
 
-/// Rows of the page from which a line of the strip stands there in full although it takes two of them.
+/// Rows of the page from which a line of the strip is there in full although it takes two of them.
 const ROOM_FOR_TWO: u16 = 32;
 
 /// Rows a line may take where the page is narrow; what is still left then is cut, and marked.

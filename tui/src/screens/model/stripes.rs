@@ -156,7 +156,7 @@ impl Worker {
         }
     }
 
-    /// The comparison, with what no scan of these could tell.
+    /// The comparison, with what no scan of these could determine.
     fn with_warnings(&self, mut comparison: Comparison, not_observable: &[String]) -> Comparison {
         comparison.warnings.extend(not_observable.iter().cloned().map(Note::Noticed));
         comparison

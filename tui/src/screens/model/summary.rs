@@ -215,7 +215,7 @@ fn source(floor: &Floor) -> &'static str {
     }
 }
 
-/// The verdict as it stands over the sentence.
+/// The verdict as it is over the sentence.
 fn verdict(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::AtFloor => "at floor",
@@ -292,7 +292,7 @@ fn added(effect: &EffectValue) -> Card {
     }
 }
 
-/// What cannot be told from an effect, if it is among those that are tied.
+/// What cannot be distinguished from an effect, if it is among those that are tied.
 fn ties(effect: &EffectPlace, diagnosis: &Diagnosis) -> Vec<String> {
     if !diagnosis.tied.contains(effect) {
         return Vec::new();
@@ -323,7 +323,7 @@ fn card(candidate: &Candidate, diagnosis: &Diagnosis) -> Card {
     }
 }
 
-/// Where an effect acts, with what tells it from its like.
+/// Where an effect acts, with what distinguishes it from its like.
 fn place(effect: &EffectPlace) -> String {
     let mut text = effect.place.clone();
     if let Some(with) = &effect.with {

@@ -20,7 +20,7 @@ const DECADES: (i32, i32) = (1, -4);
 /// Names are kept at least this share of a line apart: below a whole line, so that two names a line apart do not collide by rounding.
 const LINE_SHARE: f64 = 0.9;
 
-/// Draws the changes of each series, called by its joint, over the turns. The names stand at the lines' ends, for who sees no colours.
+/// Draws the changes of each series, called by its joint, over the turns. The names are at the lines' ends, for who sees no colours.
 pub(crate) fn view(series: &[(String, Vec<f64>)], unit: &str, theme: &Theme, frame: &mut Frame, area: Rect) {
     let turns = series.iter().map(|(_, changes)| changes.len()).max().unwrap_or(0);
     if area.height < 4 || area.width < LEAST || turns == 0 {

@@ -138,7 +138,7 @@ fn signed(change: f64) -> String {
 
 fn corrected(run: &RunState, theme: &Theme, frame: &mut Frame, area: Rect) {
     let inner = pane::open(frame, area, theme, "Corrections", false);
-    // Where it is narrow, what was in force before stands in the prompt alone.
+    // Where it is narrow, what was in force before is in the prompt alone.
     let wide = inner.width >= 56;
     let old = if wide { format!("{:>9}", "old") } else { String::new() };
     let head = format!("  {:<14}{old}{:>10}{:>9}", "", "new", "\u{b1} 1\u{3c3}");

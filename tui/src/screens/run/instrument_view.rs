@@ -41,7 +41,7 @@ const RULERS: [u32; 4] = [20, 16, 12, 8];
 /// Ends of rulers, mm.
 const ENDS_MM: [f64; 6] = [50.0, 100.0, 200.0, 500.0, 1000.0, 2000.0];
 
-/// A ruler that stands on the table beside the arm, laid on its side: 0 at the left, a stroke every quarter, and how high the arm is.
+/// A ruler that is on the table beside the arm, laid on its side: 0 at the left, a stroke every quarter, and how high the arm is.
 pub(super) fn ruler_line(height_mm: f64, theme: &Theme, width: usize) -> Line<'static> {
     longest_that_fits(RULERS.map(|long| ruler_of(height_mm, long, theme)), width)
 }
@@ -67,7 +67,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_mark_stands_where_the_arm_is_on_the_shortest_ruler_that_reaches_it() {
+    fn the_mark_is_where_the_arm_is_on_the_shortest_ruler_that_reaches_it() {
         let shown = |height: f64| ruler_line(height, &Theme::plain(), 60).to_string();
         assert_eq!(
             shown(25.0),

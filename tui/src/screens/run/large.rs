@@ -1,4 +1,4 @@
-//! The prompt in letters four rows high, to be read from where the arm stands.
+//! The prompt in letters four rows high, to be read from where the arm is.
 
 use font8x8::{BASIC_FONTS, LATIN_FONTS, UnicodeFonts as _};
 use plumb_cell::prompt::PromptKind;
@@ -57,7 +57,7 @@ fn cut(mut lines: Vec<String>, room: usize, letters: usize) -> Vec<String> {
     lines
 }
 
-/// For a jog, the joint and where it stands, which is what one wants to read at the arm.
+/// For a jog, the joint and where it is, which is what one wants to read at the arm.
 fn position_text(prompt: &OpenPrompt) -> Option<String> {
     let PromptKind::JogTo { joints, .. } = &prompt.prompt.kind else { return None };
     joints.get(prompt.chosen).map(|joint| format!("{} {:.1} {}", joint.name, joint.value, joint.unit))

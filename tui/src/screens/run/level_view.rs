@@ -1,4 +1,4 @@
-//! Draws a spirit level that is being read along two axes: where its bubble would stand for what is typed.
+//! Draws a spirit level that is being read along two axes: where its bubble would be for what is typed.
 
 use plumb_cell::answers::level_readings;
 use ratatui::text::{Line, Span};

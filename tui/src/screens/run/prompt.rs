@@ -21,7 +21,7 @@ const SAID_TWICE_WITHIN: Duration = Duration::from_secs(10);
 pub(crate) struct OpenPrompt {
     /// As asked.
     pub prompt: Prompt,
-    /// What stands in the field of a number.
+    /// What is in the field of a number.
     pub field: String,
     /// The field still holds what was offered: the next digit replaces it.
     pub offered: bool,
@@ -39,7 +39,7 @@ pub(crate) struct OpenPrompt {
     pub answered: bool,
     /// Whether the sensor that is shown with a jog has fired, once it was read.
     pub fired: Option<bool>,
-    /// What the spirit level shows that a simulated arm is jogged to, deg; none within where its bubble stands at an end.
+    /// What the spirit level shows that a simulated arm is jogged to, deg; none within where its bubble is at an end.
     pub level: Option<Option<f64>>,
     /// What the ruler beside a simulated arm shows, mm over the table.
     pub ruler: Option<f64>,
@@ -48,7 +48,7 @@ pub(crate) struct OpenPrompt {
 }
 
 impl OpenPrompt {
-    /// The prompt as it opens: with what it offers standing in the field or chosen.
+    /// The prompt as it opens: with what it offers written in the field or chosen.
     pub(crate) fn new(prompt: Prompt) -> Self {
         let field = match &prompt.kind {
             PromptKind::Number { default: Some(value), decimals, .. } => written(*value, *decimals),
@@ -166,7 +166,7 @@ impl OpenPrompt {
         self.chosen = place.min(count.saturating_sub(1));
     }
 
-    /// The answer as it stands, or what is missing.
+    /// The answer as it is, or what is missing.
     pub(crate) fn answer(&self) -> Result<Answer, String> {
         match &self.prompt.kind {
             PromptKind::Acknowledge { .. } | PromptKind::JogTo { .. } => Ok(Answer::Done),

@@ -112,7 +112,7 @@ fn text_view(
         frame.render_widget(Paragraph::new(text), area);
         return;
     }
-    // With a single row there is none to spare for the mark: it stands at its end.
+    // With a single row there is none to spare for the mark: it is at its end.
     let [above, mark] = match room {
         0 | 1 => {
             let width = rows(columns(MORE)).min(area.width);
@@ -128,9 +128,9 @@ fn text_view(
     hits.note(area, Hit::Text { hidden });
 }
 
-/// What stands below a text that goes on.
+/// What is below a text that goes on.
 const MORE: &str = "\u{2026} PgDn reads on";
-/// What stands below the end of a text whose beginning is hidden.
+/// What is below the end of a text whose beginning is hidden.
 const BEGINNING: &str = "PgUp goes back";
 
 /// How labels that are longer than a line are shown.
@@ -322,7 +322,7 @@ fn choices(
     labels.enumerate().flat_map(rows).collect()
 }
 
-/// The lines of one label; what follows the first stands below its words, not below its key.
+/// The lines of one label; what follows the first is below its words, not below its key.
 fn option_lines(label: &str, width: usize, shown: Labels) -> Vec<String> {
     let room = width.saturating_sub(4);
     if shown != Labels::Whole || columns(label) <= room {

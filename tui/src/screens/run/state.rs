@@ -124,10 +124,10 @@ pub(crate) enum Fate {
     Undone,
 }
 
-/// Kinds of steps whose results are told at the end.
+/// Kinds of steps whose results are reported at the end.
 const RESULTS: [&str; 4] = ["scan", "measure", "correct", "read"];
 
-/// How many results are told at the end: the last, which are what the others led to.
+/// How many results are reported at the end: the last, which are what the others led to.
 const MOST_RESULTS: usize = 6;
 
 impl RunState {

@@ -18,7 +18,7 @@ fn prompt(state: &mut State) -> Option<&mut OpenPrompt> {
     state.run.as_mut().and_then(|run| run.prompt.as_mut())
 }
 
-/// Tells the open prompt what time it is by the screens' clock.
+/// Gives the open prompt what time it is by the screens' clock.
 pub(crate) fn pass_time(state: &mut State) {
     let now = state.now;
     if let Some(prompt) = prompt(state) {

@@ -64,7 +64,7 @@ impl Band {
         let count = cloud.points.len() as f64;
         let middle =
             cloud.points.iter().fold(Vector3::zeros(), |sum, point| sum + point.position.coords) / count;
-        // Along the first stripe-like direction: what of x lies in the plane, or of y where x stands upright on it.
+        // Along the first stripe-like direction: what of x lies in the plane, or of y where x is upright on it.
         let in_plane = |axis: Vector3<f64>| axis - plane.normal * plane.normal.dot(&axis);
         let along =
             if in_plane(Vector3::x()).norm() > 0.5 { in_plane(Vector3::x()) } else { in_plane(Vector3::y()) };
@@ -139,7 +139,7 @@ mod tests {
     }
 
     #[test]
-    fn the_band_is_that_of_the_plane_whatever_stands_on_it() {
+    fn the_band_is_that_of_the_plane_whatever_is_on_it() {
         let point = |x: f64, y: f64, z: f64| CloudPoint {
             position: Point3::new(x, y, z),
             stripe: 0,

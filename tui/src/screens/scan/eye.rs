@@ -7,7 +7,7 @@ use nalgebra::{Point3, Vector3};
 pub(crate) struct Eye {
     /// The place in the middle of the view, mm.
     pub target: Point3<f64>,
-    /// How it stands.
+    /// How it is placed.
     pub viewpoint: Viewpoint,
     /// Its opening across the view's shorter side, rad; 0 sees all rays parallel.
     pub opening: f64,
@@ -15,7 +15,7 @@ pub(crate) struct Eye {
     pub span: f64,
 }
 
-/// How an eye stands.
+/// How an eye is placed.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Viewpoint {
     /// Anywhere around the cloud.
@@ -49,7 +49,7 @@ pub(crate) struct Seen {
     pub depth: f64,
 }
 
-/// The steepest an eye stands over or under a cloud.
+/// The steepest an eye is over or under a cloud.
 const STEEPEST: f64 = std::f64::consts::FRAC_PI_2;
 /// An eye goes back at most so often to see all.
 const MOST_STEPS_BACK: usize = 40;

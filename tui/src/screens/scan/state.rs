@@ -50,13 +50,13 @@ pub(crate) struct ScanState {
     pub stripes: usize,
     /// From where.
     pub eye: Eye,
-    /// How it stood before it went edge-on.
+    /// How it was before it went edge-on.
     pub before_edge: Option<Eye>,
     /// How points are drawn.
     pub strokes: Strokes,
     /// What colours say.
     pub colouring: Colouring,
-    /// Where the cross stands, in units of the view.
+    /// Where the cross is, in units of the view.
     pub aim: (f64, f64),
     /// The point the cross has found.
     pub cursor: Option<usize>,
@@ -131,7 +131,7 @@ impl ScanState {
         }
     }
 
-    /// Looks along the plane most points lie in, or back to where the eye stood before. False where there is no plane.
+    /// Looks along the plane most points lie in, or back to where the eye was before. False where there is no plane.
     pub(crate) fn toggle_edge_on(&mut self) -> bool {
         if let Some(before) = self.before_edge.take() {
             self.eye = before;

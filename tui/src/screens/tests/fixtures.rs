@@ -1,4 +1,4 @@
-//! A run as the engine would tell it, a model as the lab would, and the keys an operator presses.
+//! A run as the engine would report it, a model as the lab would, and the keys an operator presses.
 
 use std::time::Duration;
 

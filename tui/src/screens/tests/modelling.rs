@@ -184,7 +184,7 @@ fn rows_are_pointed_out_from_the_worst_on_and_by_a_click_on_a_point() {
     press(&mut state, KeyCode::Char('W'));
     assert_eq!(state.model.as_ref().and_then(|model| model.pointed), None, "before the worst there is none");
 
-    // The line of the worst row stands in the picture of the error in space.
+    // The line of the worst row is in the picture of the error in space.
     state.size = (200, 60);
     let shown = page(&state, 200, 60);
     let space = place_of(&shown, "error in space");

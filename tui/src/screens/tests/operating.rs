@@ -105,7 +105,7 @@ fn a_choice_is_made_with_the_arrows() {
 }
 
 #[test]
-fn a_jog_moves_the_chosen_joint_by_the_chosen_step_and_shows_where_it_stands() {
+fn a_jog_moves_the_chosen_joint_by_the_chosen_step_and_shows_where_it_is() {
     let mut state = begun();
     // The joint that has to come somewhere is chosen already.
     deliver(&mut state, jog_asked());
@@ -262,7 +262,7 @@ fn the_keys_of_a_run_do_the_same_on_every_page_and_no_page_has_another_use_for_t
 }
 
 #[test]
-fn a_resume_marks_the_joint_that_stands_elsewhere_with_the_difference() {
+fn a_resume_marks_the_joint_that_is_elsewhere_with_the_difference() {
     let mut state = begun();
     let joint = |name: &str, value: f64| plumb_cell::event::NamedValue {
         name: name.to_owned(),
@@ -287,7 +287,7 @@ fn a_resume_marks_the_joint_that_stands_elsewhere_with_the_difference() {
 }
 
 #[test]
-fn the_last_page_tells_what_scans_found_and_leaving_names_the_run_and_its_record() {
+fn the_last_page_says_what_scans_found_and_leaving_names_the_run_and_its_record() {
     let mut state = begun();
     state.record_option = " --record bench".to_owned();
     press(&mut state, KeyCode::Char('q'));
@@ -307,7 +307,7 @@ fn the_last_page_tells_what_scans_found_and_leaving_names_the_run_and_its_record
 }
 
 #[test]
-fn who_jogs_is_told_where_the_hand_is_over_the_target_and_shown_it_from_above() {
+fn who_jogs_is_shown_where_the_hand_is_over_the_target_and_shown_it_from_above() {
     let mut state = begun();
     deliver(&mut state, jog_asked());
     deliver(&mut state, posed(35.5, -84.2, false));
@@ -390,7 +390,7 @@ fn nothing_moves_again_after_a_stop_until_resume_is_pressed() {
         let actions = press(&mut state, key);
         assert!(
             !actions.iter().any(|action| matches!(action, Action::Send(_))),
-            "{key:?} told the engine {actions:?}"
+            "{key:?} sent the engine {actions:?}"
         );
         state.screen = Screen::Run;
         state.overlay = None;
@@ -452,7 +452,7 @@ fn a_click_on_a_hint_a_tab_or_the_stop_bar_does_what_its_key_does() {
         let (row, line) =
             text.lines().enumerate().find(|(_, line)| line.contains(what)).expect("it is on the page");
         let before = line.split(what).next().unwrap_or_default();
-        // The text of a test page stands in quotation marks.
+        // The text of a test page is in quotation marks.
         Message::Click {
             column: u16::try_from(before.chars().count()).unwrap_or(0),
             row: u16::try_from(row).unwrap_or(0),

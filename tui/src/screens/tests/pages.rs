@@ -191,7 +191,7 @@ fn every_page_of_a_cell_says_which_key_stops_and_that_it_is_no_emergency_stop() 
 }
 
 #[test]
-fn without_colour_words_and_signs_still_tell_passed_from_failed() {
+fn without_colour_words_and_signs_still_distinguish_passed_from_failed() {
     let mut state = begun();
     state.theme = Theme::plain();
     deliver(&mut state, started("grid"));
@@ -213,5 +213,5 @@ fn without_colour_words_and_signs_still_tell_passed_from_failed() {
         assert_eq!((cell.fg, cell.bg), (Color::Reset, Color::Reset), "a cell has a colour: {cell:?}");
     }
     let stop = &backend.buffer().content()[23 * 80 + 2];
-    assert!(stop.modifier.contains(Modifier::REVERSED), "the stop bar stands out: {stop:?}");
+    assert!(stop.modifier.contains(Modifier::REVERSED), "the stop bar is conspicuous: {stop:?}");
 }

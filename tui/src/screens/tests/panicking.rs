@@ -8,7 +8,7 @@ mod pseudo_terminal;
 
 use pseudo_terminal::{Session, is_given_back};
 
-/// What the test is called, and how it tells the copy of itself inside the pseudo-terminal to panic.
+/// What the test is called, and how it informs the copy of itself inside the pseudo-terminal to panic.
 const TEST: &str = "screens::tests::panicking::a_panic_gives_the_terminal_back_and_can_be_read";
 const INSIDE: &str = "PLUMB_TEST_INSIDE_A_PSEUDO_TERMINAL";
 

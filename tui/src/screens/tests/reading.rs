@@ -68,7 +68,7 @@ fn what_was_found_before_makes_room_for_a_prompt() {
 }
 
 #[test]
-fn the_keys_that_stop_the_lab_and_take_it_up_again_stand_in_the_footer_of_a_small_terminal() {
+fn the_keys_that_stop_the_lab_and_take_it_up_again_are_in_the_footer_of_a_small_terminal() {
     let mut state = examined();
     let mut summary = state.model.as_ref().and_then(|model| model.summary.clone()).expect("examined");
     summary.verdict.clear();

@@ -38,7 +38,7 @@ pub(super) fn scanned() -> State {
     state
 }
 
-/// How the eye stands, deg.
+/// How the eye is, deg.
 fn viewpoint(state: &State) -> (f64, f64) {
     match &state.scan.as_ref().unwrap().eye.viewpoint {
         Viewpoint::Around { yaw, pitch, .. } => (yaw.to_degrees().round(), pitch.to_degrees().round()),
@@ -94,7 +94,7 @@ fn the_mouse_turns_moves_zooms_and_points() {
 }
 
 #[test]
-fn without_colours_none_is_used_and_with_them_height_is_told_by_colour() {
+fn without_colours_none_is_used_and_with_them_height_is_shown_by_colour() {
     let colours = |theme: Theme| {
         let mut state = scanned();
         state.theme = theme;

@@ -92,7 +92,7 @@ static plumb_status move_joints(plumb_instance *arm, const plumb_motion *motion,
     for (double step = 1; step <= steps; step++) {
         struct timespec pause = { 0, (long)(STEP_S * 1e9) };
         if (arm->host->should_stop(arm->host->context)) {
-            return fail(arm, PLUMB_STOPPED, "stopped on its way"); /* tell your controller to stop before that */
+            return fail(arm, PLUMB_STOPPED, "stopped on its way"); /* command your controller to stop before that */
         }
         nanosleep(&pause, NULL);
         for (int joint = 0; joint < JOINTS; joint++) {

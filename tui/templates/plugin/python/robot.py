@@ -33,7 +33,7 @@ class {Type}(plumb_driver.Robot):
         seconds = max(abs(part) / speed for part, speed in zip(way, MAX_SPEED)) / motion["speed_fraction"]
         steps = max(1, math.ceil(seconds / STEP_S))
         for step in range(1, steps + 1):
-            self.host.wait(STEP_S)  # raises Stopped when a stop is asked for: tell your controller to stop before that
+            self.host.wait(STEP_S)  # raises Stopped when a stop is asked for: command your controller to stop before that
             self.joints = [a + part * step / steps for a, part in zip(start, way)]
             self.host.emit("joints", joints=self.joints, moving=1)
         self.joints = end

@@ -71,7 +71,7 @@ impl Robot for {Type} {
         let seconds = (0..2).map(|joint| way(joint).abs() / MAX_SPEED[joint] / motion.speed_fraction).fold(0.0, f64::max);
         let steps = (seconds / STEP.as_secs_f64()).ceil().max(1.0) as u32;
         for step in 1..=steps {
-            // Ends here with PluginError::Stopped when a stop was asked for: tell your controller to stop before that.
+            // Ends here with PluginError::Stopped when a stop was asked for: command your controller to stop before that.
             self.host.wait(STEP)?;
             let part = f64::from(step) / f64::from(steps);
             for joint in 0..2 {

@@ -296,7 +296,7 @@ fn changed(open: &str, seed: u64, imperfection: Option<&str>) -> Option<String> 
     placed.then(|| lines.join("\n") + "\n")
 }
 
-/// What to do in the cell, which stands at this place.
+/// What to do in the cell, which is at this place.
 pub(super) fn commands(at: &str, files: &[CellFile]) -> String {
     let model = files.iter().map(|(name, _)| name.as_str()).find(|name| name.ends_with(".model.yaml"));
     let model = model.unwrap_or("MODEL");

@@ -86,7 +86,7 @@ fn world(fault: &Fault, seed: u64, rng: &mut Random) -> Result<(String, Truth), 
     let text = study_world::world(OPEN_WORLD, kind, seed).unwrap_or_else(|| OPEN_WORLD.to_owned());
     let (imperfections, hidden) = match (of_arm, effect) {
         (Some((line, hidden)), _) => (format!("\n    imperfections:\n      - {line}"), vec![hidden]),
-        // By how much is not told: the world draws it.
+        // By how much is not said: the world draws it.
         (None, Some(effect)) => (String::new(), vec![hidden(effect, "", 0.0, "")]),
         (None, None) => (String::new(), Vec::new()),
     };

@@ -113,7 +113,7 @@ impl Bench {
         })
     }
 
-    /// The true error over fresh points as a procedure tells it in its step `error`, mm RMS.
+    /// The true error over fresh points as a procedure reports it in its step `error`, mm RMS.
     pub(super) fn true_error(&self, procedure: &str, settings: &[&str]) -> Result<f64, TrialError> {
         self.run(procedure, settings)?;
         let shown = self.json(&["show", "--json"])?;

@@ -44,7 +44,7 @@ pub(super) fn rehearse(bench: &Bench, floor_mm: f64) -> Result<End, TrialError> 
     }))
 }
 
-/// What a diagnosis names, or the likeliest of what it cannot tell apart, as it is added.
+/// What a diagnosis names, or the likeliest of what it cannot distinguish, as it is added.
 fn first_in_question(said: &Value) -> Option<&str> {
     let candidates = said.get("candidates")?.as_array()?;
     let is_named = |one: &&Value| one.get("rejected").is_none_or(Value::is_null);

@@ -79,7 +79,7 @@ fn has_lost_steps(bench: &Bench, before_mm: f64) -> Result<bool, TrialError> {
     Ok((bench.true_error(VERIFY, &["hurry=1"])? - before_mm).abs() > LOST_MM)
 }
 
-/// Whether the lab says that other poses would tell more: of what is tied, or of what these cannot show.
+/// Whether the lab says that other poses would show more: of what is tied, or of what these cannot show.
 fn asks_for_poses(diagnosis: &Value) -> bool {
     let not_shown = diagnosis.get("not_shown").and_then(Value::as_array).is_some_and(|list| !list.is_empty());
     ["tied", "located"].contains(&word(diagnosis, "verdict").as_str()) || not_shown
