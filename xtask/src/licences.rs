@@ -44,7 +44,7 @@ fn written(texts: &BTreeMap<String, Vec<String>>, without: &[String]) -> String 
     if !without.is_empty() {
         let _ = write!(
             whole,
-            "\n{0}\nWithout a file of their licence; its name stands in brackets:\n{1}\n",
+            "\n{0}\nWithout a file of their licence; its name is in brackets:\n{1}\n",
             "=".repeat(78),
             without.join("\n")
         );
@@ -93,7 +93,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn libraries_that_are_only_tested_with_are_left_out_and_the_same_text_stands_once() {
+    fn libraries_that_are_only_tested_with_are_left_out_and_the_same_text_is_given_once() {
         let place = tempfile::tempdir().unwrap();
         let package = |name: &str| {
             let folder = place.path().join(name);
