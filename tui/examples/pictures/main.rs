@@ -176,7 +176,7 @@ impl Studio {
         if !made.success() {
             return Err(io::Error::other("no trial was made"));
         }
-        // Where the program is is where it writes: no picture shows a path of the machine it was made on.
+        // The program writes where it is: no picture shows a path of the machine it was made on.
         std::env::set_current_dir(&folder)?;
         let mut session =
             Session::start(&self.program, &["model", "screen", "model.yaml", "--data", "table.csv"], 132, 42);

@@ -178,7 +178,7 @@ impl Constants {
                     let place = self.targets.get_mut(target).and_then(|(_, place)| place.get_mut(axis));
                     place.into_iter().for_each(|place| *place += amount);
                 }
-                // Base and instrument: where the arm is is no part of it.
+                // Base and instrument: the arm's position is no part of it.
                 _ => {
                     if !self.not_the_robot.contains(&label) {
                         self.not_the_robot.push(label.clone());

@@ -111,7 +111,7 @@ pub(super) fn refused_orientation(header: &str) -> Option<String> {
 /// The ends of headers by which orientations are read.
 const READ: [&str; 7] = ["qw", "qx", "qy", "qz", "rx", "ry", "rz"];
 
-/// A header without what means its unit: `x [mm]`, `q1 (deg)`, `x.mm`, `x_mm`.
+/// A header without its unit: `x [mm]`, `q1 (deg)`, `x.mm`, `x_mm`.
 fn split_unit(header: &str) -> (&str, Option<&str>) {
     let trimmed = header.trim().trim_end_matches([']', ')']);
     match trimmed.rsplit_once(['[', '(', '_', '.', ' ']) {

@@ -78,7 +78,7 @@ fn check(value: &Value, schema: &Value, name: &str, given: &[&str], found: &mut 
     }
 }
 
-/// Of keys that mean each other exactly one is given.
+/// Of keys that replace each other exactly one is given.
 fn check_alternatives(entries: &Map<String, Value>, schema: &Value, name: &str, found: &mut Vec<Mistake>) {
     let alternatives = schema.get("oneOf").and_then(Value::as_array).into_iter().flatten();
     let keys: Vec<&str> =

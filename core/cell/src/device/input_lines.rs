@@ -1,4 +1,4 @@
-//! Settings that mean an input of the device, or for a line of the device that is wired to one. A manifest marks them in its schema:
+//! Settings that denote an input of the device, or a line of the device that is wired to one. A manifest marks them in its schema:
 //! `needs_input: INPUT` beside a setting that is of no use without that input, `input_line_of: INPUT` beside one that is the number of an input
 //! line of the device whose stream is wired there.
 

@@ -91,7 +91,7 @@ pub fn watch(mut running: RunningRun, mut watch: impl FnMut(&Event, &RunHandle))
         match running.events.try_recv() {
             Ok(stamped) => {
                 watch(&stamped.event, &running.handle);
-                // Where the arm is is shown again and again while a prompt waits.
+                // The position of the arm is shown again and again while a prompt waits.
                 if !matches!(stamped.event, Event::Joints { .. } | Event::Clearance { .. }) {
                     heard = Instant::now();
                 }

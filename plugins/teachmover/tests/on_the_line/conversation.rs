@@ -62,7 +62,7 @@ enum Line {
 struct Step {
     #[serde(rename = "do")]
     act: Act,
-    /// The text of the error it ends in; `PORT` means the path of the port, `...` for any text.
+    /// The text of the error it ends in; `PORT` means the path of the port, `...` any text.
     error: Option<String>,
     /// The kind of that error.
     kind: Option<String>,

@@ -181,7 +181,7 @@ impl Servo {
         changed
     }
 
-    /// The place where it is is the middle from now on: the register of torque takes 128 for that.
+    /// Its present position is the middle from now on: the register of torque takes 128 for that.
     fn call_middle(&mut self, encoder: i32) {
         let offset = (encoder - TURN / 2).clamp(-2047, 2047);
         let sign = if offset < 0 { 0x800 } else { 0 };
