@@ -83,9 +83,9 @@ fn gather(stream: TokenStream, identifiers: &mut BTreeSet<String>) {
     }
 }
 
-/// Rust files below a folder, without `core/diagnosis`.
+/// Rust files below a folder.
 fn collect(folder: &Path, paths: &mut Vec<PathBuf>) {
-    if folder.ends_with("target") || folder.ends_with("core/diagnosis") {
+    if folder.ends_with("target") {
         return;
     }
     for entry in fs::read_dir(folder).unwrap() {

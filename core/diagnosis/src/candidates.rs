@@ -31,7 +31,7 @@ pub(crate) fn probes(lab: &Laboratory) -> Vec<Probe> {
                 continue;
             }
             if let Ok(built) = effect::build(&id, lab.model()) {
-                // Variants that differ only in what is searched for stand one after the other.
+                // Variants that differ only in what is searched for follow one another.
                 let same = probes.last().is_some_and(|last| last.id.same_as(&id));
                 // Families are what Holm's correction counts: a time constant tried at ten values is one candidate.
                 family += usize::from(!same);

@@ -8,6 +8,6 @@ use serde::Serialize;
 pub enum Claim {
     /// It is identified: nothing else explains the rows as well.
     Mechanism,
-    /// It predicts rows it has not seen, and may stand for another mechanism.
+    /// It predicts rows it has not seen, and may represent another mechanism.
     Correction,
 }

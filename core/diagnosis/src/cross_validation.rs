@@ -39,7 +39,7 @@ fn rows_of(poses: &Poses, list: &[usize], fitted: &[bool]) -> Vec<usize> {
 }
 
 /// The fitted rows, cut into regions of pose space. A few poses far from all others are in none: without them nothing could foretell
-/// them, and it is they that tell candidates apart which are alike where the others lie.
+/// them, and it is they that distinguish candidates which are alike where the others lie.
 pub(crate) fn region_blocks(table: &Table, rows: &[usize]) -> Vec<Vec<usize>> {
     let (poses, mut chosen, fitted) = fitted_poses(table, rows);
     poses.drop_lonely(&mut chosen);
@@ -170,11 +170,11 @@ fn left_out_by(
         // The residuals are those of the model at that state, not their linear forecast: what is far left out is not linear.
         let state = fit.state.stepped(machine.slots(), &without.step);
         let residuals = machine.residuals_apart(&state, block, &[]);
-        // In sigmas for the gain, in mm for what is told: a table may hold readings of several instruments.
+        // In sigmas for the gain, in mm for what is reported: a table may hold readings of several instruments.
         let distances = Distances::of(machine, &residuals);
-        let untold =
-            without.untold(machine, block, || machine.block(&fit.state, block, &fit.weights, &[]).jacobian);
-        for row in block.iter().filter(|row| !untold.contains(row)) {
+        let undetermined = without
+            .undetermined(machine, block, || machine.block(&fit.state, block, &fit.weights, &[]).jacobian);
+        for row in block.iter().filter(|row| !undetermined.contains(row)) {
             let squares = point_squares(machine, &residuals, *row);
             if let (Some(slot), false, Some(distance)) =
                 (all.get_mut(*row), squares.is_empty(), distances.rows.get(*row))
@@ -214,9 +214,9 @@ impl Without {
         Some(Self { step, factor, information: rest.matrix })
     }
 
-    /// Of the rows left out, those measured against a surface that nothing else tells: what is foretold of them says where the
+    /// Of the rows left out, those measured against a surface that nothing else determines: what is foretold of them says where the
     /// surface was thought to lie, and nothing of the arm. `jacobian` is asked for only where there are surfaces.
-    pub(crate) fn untold(
+    pub(crate) fn undetermined(
         &self,
         machine: &ResidualModel<'_>,
         block: &[usize],
@@ -232,7 +232,7 @@ impl Without {
         if jacobian.ncols() == 0 {
             return Vec::new();
         }
-        // How much less well the rows are foretold because nobody knows the surfaces. Where a surface and the arm cannot be told apart,
+        // How much less well the rows are foretold because nobody knows the surfaces. Where a surface and the arm cannot be distinguished,
         // each is badly known, and a reading is foretold as well as ever.
         let arm = RankRevealingCholesky::new(
             &self.information.clone().remove_rows_at(&surfaces).remove_columns_at(&surfaces),
@@ -243,7 +243,7 @@ impl Without {
         let dependent = self.factor.dependent.iter().filter(|slot| surfaces.contains(slot));
         let dependent: Vec<usize> = dependent.copied().collect();
         let mut first = 0;
-        let untold = block.iter().filter(|row| {
+        let undetermined = block.iter().filter(|row| {
             let own = first..first + machine.observations.range(**row).len();
             first = own.end;
             own.into_iter().any(|equation| {
@@ -251,7 +251,7 @@ impl Without {
                 added > SURFACE_UNKNOWN || dependent.iter().any(|slot| jacobian[(*slot, equation)] != 0.0)
             })
         });
-        untold.copied().collect()
+        undetermined.copied().collect()
     }
 }
 

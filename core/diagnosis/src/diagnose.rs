@@ -174,7 +174,7 @@ impl Laboratory {
         let replicates = Replicates::gather(&machine, &fit, &self.survey());
         let floor = Floor::among(&machine, replicates.as_ref());
         let splits = replicates.as_ref().map(|replicates| repeatability::find_splits(&machine, replicates));
-        // Asked of the model as it stands: replicates share their pose, so that no missing effect of the pose can part them.
+        // Asked of the model as it is: replicates share their pose, so that no missing effect of the pose can part them.
         let splits = splits.unwrap_or_default();
         let comparison = self.comparison(&machine, &fit, progress)?;
         let candidates = Candidates { listed: candidates::probes(self), unlisted: unlisted::probes(self) };
@@ -246,7 +246,7 @@ impl Laboratory {
         Ok(())
     }
 
-    /// What is left where hardware stands in two positions.
+    /// What is left where hardware is in two positions.
     fn remaining_of_splits(&self, splits: &[Split]) -> Remaining {
         let positions: Vec<TwoPositions> = splits
             .iter()
@@ -327,16 +327,16 @@ mod tests {
     const DECLARED: &str = "free: [joint_zero(*)]\nnoise: {p1_mm: 0.05}";
 
     #[test]
-    fn of_an_arm_that_is_right_it_is_told_what_these_rows_cannot_show_and_what_was_not_logged() {
+    fn of_an_arm_that_is_right_it_is_said_what_these_rows_cannot_show_and_what_was_not_logged() {
         let lab = two_links_with(DECLARED, 40, 0.05, 21, |_| [0.0; 2]);
-        let told = lab.diagnose(&Progress::unwatched()).unwrap();
-        assert_eq!(told.verdict, Verdict::AtFloor, "{told:#?}");
-        assert_eq!(told.not_logged, ["side of approach", "time", "temperature"]);
-        assert!(told.named.is_none() && told.next.len() <= 4);
-        assert!((told.left_ratio.unwrap() - 1.0).abs() < 0.3, "{:?}", told.left_ratio);
-        assert!(told.remaining.places.is_empty());
+        let diagnosis = lab.diagnose(&Progress::unwatched()).unwrap();
+        assert_eq!(diagnosis.verdict, Verdict::AtFloor, "{diagnosis:#?}");
+        assert_eq!(diagnosis.not_logged, ["side of approach", "time", "temperature"]);
+        assert!(diagnosis.named.is_none() && diagnosis.next.len() <= 4);
+        assert!((diagnosis.left_ratio.unwrap() - 1.0).abs() < 0.3, "{:?}", diagnosis.left_ratio);
+        assert!(diagnosis.remaining.places.is_empty());
         // An effect of a size of five standard errors is found four times in five.
-        let gains = told.candidates.iter().filter(|one| one.effect.effect == "joint_gain");
+        let gains = diagnosis.candidates.iter().filter(|one| one.effect.effect == "joint_gain");
         for one in gains {
             assert!((one.smallest / one.se / 5.0 - 1.0).abs() < 0.3, "{one:?}");
         }
@@ -345,11 +345,11 @@ mod tests {
     #[test]
     fn a_gain_is_named_with_its_size_and_promises_what_it_takes_away() {
         let lab = two_links_with(DECLARED, 40, 0.05, 22, |q| [0.0, 0.01 * q[1]]);
-        let told = lab.diagnose(&Progress::unwatched()).unwrap();
-        let named = told.named.as_ref().unwrap_or_else(|| panic!("{told:#?}"));
+        let diagnosis = lab.diagnose(&Progress::unwatched()).unwrap();
+        let named = diagnosis.named.as_ref().unwrap_or_else(|| panic!("{diagnosis:#?}"));
         assert_eq!((named.effect.effect.as_str(), named.effect.place.as_str()), ("joint_gain", "elbow"));
         assert!((named.size - 0.01).abs() < 4.0 * named.se && named.se < 0.001, "{named:?}");
-        let best = &told.candidates[0];
+        let best = &diagnosis.candidates[0];
         assert!(best.rejected.is_none() && best.delta_bic == 0.0 && best.plausible, "{best:?}");
         // Its own 1.5 mm are no noise that hides it: five standard errors of what it leaves.
         assert!((best.smallest / best.se / 5.0 - 1.0).abs() < 0.3, "{best:?}");
@@ -358,27 +358,32 @@ mod tests {
         assert!((1.0..2.0).contains(&promised), "{promised}");
         assert!((best.explains_mm - promised).abs() < 1e-12, "{best:?}");
         assert!(
-            (told.rms_mm.cv.unwrap() - best.leaves_mm.unwrap() - promised).abs() < 0.05 * promised,
+            (diagnosis.rms_mm.cv.unwrap() - best.leaves_mm.unwrap() - promised).abs() < 0.05 * promised,
             "{best:?}"
         );
         let (_, found) = lab.diagnose_for(&Progress::unwatched()).unwrap();
         assert!(found.named.is_some() && found.corrections.is_empty(), "a mechanism needs no correction");
-        assert!(told.candidates.iter().skip(1).all(|one| one.rejected.is_some() && one.delta_bic >= 0.0));
+        assert!(
+            diagnosis.candidates.iter().skip(1).all(|one| one.rejected.is_some() && one.delta_bic >= 0.0)
+        );
     }
 
     #[test]
     fn what_nothing_in_the_library_does_is_placed_and_described() {
         // The shoulder is off by a function of both angles.
         let lab = two_links_with(DECLARED, 60, 0.05, 23, |q| [0.004 * (2.3 * q[0] + 1.7 * q[1]).sin(), 0.0]);
-        let told = lab.diagnose(&Progress::unwatched()).unwrap();
-        assert!(matches!(told.verdict, Verdict::Located | Verdict::Unknown), "{told:#?}");
+        let diagnosis = lab.diagnose(&Progress::unwatched()).unwrap();
+        assert!(matches!(diagnosis.verdict, Verdict::Located | Verdict::Unknown), "{diagnosis:#?}");
         assert_eq!(
-            told.remaining.places.first().map(String::as_str),
+            diagnosis.remaining.places.first().map(String::as_str),
             Some("shoulder"),
             "{:?}",
-            told.remaining
+            diagnosis.remaining
         );
-        assert!(matches!(told.remaining.shape, Some(Rest::Structure(_))) && told.left_ratio.unwrap() > 3.0);
+        assert!(
+            matches!(diagnosis.remaining.shape, Some(Rest::Structure(_)))
+                && diagnosis.left_ratio.unwrap() > 3.0
+        );
     }
 
     #[test]
@@ -456,8 +461,12 @@ mod tests {
     #[test]
     fn what_has_no_name_is_asked_how_much_of_it_could_be_explained() {
         let lab = two_links_with(DECLARED, 60, 0.05, 23, |q| [0.004 * (2.3 * q[0] + 1.7 * q[1]).sin(), 0.0]);
-        let told = lab.diagnose_in_full(&Progress::unwatched()).unwrap();
-        assert!(told.verdict.is_nameless() && told.explainable.is_some(), "{:?}", told.verdict);
+        let diagnosis = lab.diagnose_in_full(&Progress::unwatched()).unwrap();
+        assert!(
+            diagnosis.verdict.is_nameless() && diagnosis.explainable.is_some(),
+            "{:?}",
+            diagnosis.verdict
+        );
     }
 
     #[test]

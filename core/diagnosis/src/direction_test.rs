@@ -1,4 +1,4 @@
-//! Where an error sits, told by its direction alone. Whatever turns about one joint moves the point along that joint's
+//! Where an error sits, found from its direction alone. Whatever turns about one joint moves the point along that joint's
 //! motion, however its amount varies from pose to pose: what lies across that motion must be noise. So a place is tried
 //! by taking the component along its motion out of every row, refitting what is free to the rest, and holding what is
 //! left against the floor. Nothing about the mechanism is assumed.
@@ -68,7 +68,7 @@ struct Loose {
 
 impl Loose {
     fn at(spot: Spot) -> Self {
-        // A base tilts about the two horizontal axes; its turn about the vertical is that of a first joint that stands upright.
+        // A base tilts about the two horizontal axes; its turn about the vertical is that of a first joint that is upright.
         let numbers = 0..if spot == Spot::Base { 2 } else { 1 };
         let parameters = numbers.map(|number| Parameter::new(&number.to_string(), Unit::RATIO, (-1.0, 1.0)));
         Self { spot, parameters: parameters.collect() }
@@ -181,7 +181,7 @@ impl Kept {
 
     /// Keeps these rows; only those that come or go are counted anew.
     fn keep(&mut self, projected: &Projected, kept: &[bool]) {
-        // From turn to turn only a few rows change sides; the sums of thousands of others stand.
+        // From turn to turn only a few rows change sides; the sums of thousands of others remain.
         for (wanted, sign) in [(true, 1.0), (false, -1.0)] {
             let changed: Vec<usize> = (0..projected.rows.len())
                 .filter(|row| kept.get(*row) == Some(&wanted) && self.kept.get(*row) == Some(&!wanted))
@@ -313,7 +313,7 @@ fn view(projected: &Projected, full: &DVector<f64>) -> View {
             .collect();
         let measured =
             projected.equations.iter().zip(&view.distances).filter(|(equations, _)| **equations > 0.0);
-        // The median of norms over their own medians: half the rows may be wild and it still tells the scatter of the others.
+        // The median of norms over their own medians: half the rows may be wild and it still gives the scatter of the others.
         let relative: Vec<f64> =
             measured.map(|(equations, off)| off / corner(&typical, *equations)).collect();
         view.scale = median(&relative) * (some.equations / freedom.max(1.0)).sqrt();
@@ -461,7 +461,7 @@ fn rows_of_likeliest(views: &[SiteView]) -> Option<&[bool]> {
 
 impl Laboratory {
     /// Tries every joint, and the base, as the one site where everything sits that is not noise. The likeliest first;
-    /// sites about which the table cannot tell are left out.
+    /// sites about which the table says nothing are left out.
     pub(crate) fn direction_tests(&self, fitted: &Fitted<'_>, floor: &Floor) -> Vec<DirectionTest> {
         let setup = Setup::of(self, fitted);
         let full = &setup.full;
@@ -746,7 +746,7 @@ mod tests {
     }
 
     #[test]
-    fn a_site_at_the_limit_of_likelihood_is_ruled_out_and_eight_readings_tell_an_instrument() {
+    fn a_site_at_the_limit_of_likelihood_is_ruled_out_and_eight_readings_identify_an_instrument() {
         let tests = [site(Spot::Joint(0), 100.0), site(Spot::Joint(3), 100.0 + SITE_LIKELIHOOD)];
         assert_eq!(possible_sites(&tests, &FLOOR), [Spot::Joint(0)]);
         let residuals: Vec<[f64; 3]> = (0..8).map(|_| [1.0, 3.0, 3.0]).collect();

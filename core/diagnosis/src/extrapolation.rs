@@ -97,10 +97,10 @@ mod tests {
         )
         .unwrap();
         let new = grown.fit_with(&[], None, &Progress::unwatched()).unwrap();
-        let told = grown.extrapolation(&new, &lab, &Progress::unwatched()).unwrap();
-        let ways: Vec<&str> = told.iter().map(|one| one.left_out.as_str()).collect();
+        let tested = grown.extrapolation(&new, &lab, &Progress::unwatched()).unwrap();
+        let ways: Vec<&str> = tested.iter().map(|one| one.left_out.as_str()).collect();
         assert!(ways.ends_with(&["upper third of shoulder", "upper third of elbow"]), "{ways:?}");
-        let elbow = told.last().unwrap();
+        let elbow = tested.last().unwrap();
         assert!(elbow.rms_mm < 0.15 && elbow.without_mm > 1.5 && !elbow.harmful(), "{elbow:?}");
         assert!(Extrapolation { rms_mm: 0.2, without_mm: 0.1, ..elbow.clone() }.harmful());
         assert!(!Extrapolation { rms_mm: 0.1, without_mm: 0.1, ..elbow.clone() }.harmful());

@@ -111,7 +111,7 @@ impl Laboratory {
         let few_poses = FewPoses { share, condition: Some(condition), curve: self.curve_of_the_axis() };
         let (sized, tied) = spread.of(sized);
         found.named = sized.is_some().then_some(effect);
-        // What is left is told of the model itself, not of what stood beside it to ask.
+        // What is left is said of the model itself, not of what was beside it to ask.
         let named = Diagnosis {
             verdict,
             named: sized,
@@ -144,14 +144,14 @@ impl Laboratory {
         Some(self.model().label(&id))
     }
 
-    /// The condition that was named, or that passes all a name needs and stands alone, with its size.
+    /// The condition that was named, or that passes all a name needs and is alone, with its size.
     fn condition(
         &self,
         found: Found,
         progress: &Progress,
     ) -> Result<Option<(AddedEffect, Named)>, LaboratoryError> {
         // Itself, and what is not listed.
-        // A condition in which two effects do as well is told as a tie by the diagnosis, not here.
+        // A condition in which two effects do as well is reported as a tie by the diagnosis, not here.
         let alone = found.corrections.into_iter().next().filter(|first| first.may_be.len() <= 2);
         let effect = found
             .named
@@ -187,16 +187,16 @@ mod tests {
         // Means 1 and -1 of two poses, each with two returns a unit to either side: 4 between, 4 within.
         let at = |x: f64| Vector3::new(x, 0.0, 0.0);
         let groups = [vec![at(0.0), at(2.0)], vec![at(-2.0), at(0.0)]];
-        let told = PoseShare::of(&groups, 1, 1).unwrap();
-        assert!((told.share - 0.5).abs() < 1e-12);
+        let found = PoseShare::of(&groups, 1, 1).unwrap();
+        assert!((found.share - 0.5).abs() < 1e-12);
         // F = (4 / 1) / (4 / 2) = 2 with 1 and 2 degrees of freedom: p = 0.2929.
-        assert!((told.p - 0.292_893).abs() < 1e-5, "{}", told.p);
+        assert!((found.p - 0.292_893).abs() < 1e-5, "{}", found.p);
     }
 
     #[test]
-    fn poses_that_are_off_are_told_from_returns_that_scatter() {
-        let told = PoseShare::of(&groups(5.0, 1), 1, 1).unwrap();
-        assert!(told.is_significant() && told.share > 0.9, "{told:?}");
+    fn poses_that_are_off_are_distinguished_from_returns_that_scatter() {
+        let found = PoseShare::of(&groups(5.0, 1), 1, 1).unwrap();
+        assert!(found.is_significant() && found.share > 0.9, "{found:?}");
         let noise =
             (0..200).filter(|seed| PoseShare::of(&groups(0.0, 100 + seed), 1, 0).unwrap().is_significant());
         assert!(noise.count() <= 3, "of 200 at a level of 0.002");

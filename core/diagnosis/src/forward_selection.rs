@@ -124,7 +124,7 @@ impl Laboratory {
             .filter(|((_, score), _)| score.freedom > 0)
             .map(|((index, score), holm_p)| {
                 let probe = &probes[index];
-                // Before a refit the score's promise stands for it: exact in a linear model.
+                // Before a refit the score's promise represents it: exact in a linear model.
                 let promised = (squares - score.gain).max(squares * 1e-9);
                 let search_cost = probe.search_cost + probe.search.cost(equations);
                 Contender {

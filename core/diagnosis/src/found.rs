@@ -13,13 +13,13 @@ pub(crate) struct Found {
     pub(crate) event: Option<EffectId>,
 }
 
-/// What a correction may stand for besides the effects of the library, as model files have it.
+/// What a correction may represent besides the effects of the library, as model files have it.
 pub(crate) const NOT_LISTED: &str = "a mechanism that is not listed";
 
 /// An effect that predicts rows it has not seen though it may not be named.
 pub(crate) struct CorrectionCandidate {
     pub(crate) effect: AddedEffect,
     pub(crate) place: EffectPlace,
-    /// The mechanisms it may stand for.
+    /// The mechanisms it may represent.
     pub(crate) may_be: Vec<String>,
 }

@@ -38,7 +38,7 @@ pub struct Step {
     pub added: Named,
     /// What is claimed of it.
     pub claim: Claim,
-    /// Of a correction: the mechanisms it may stand for.
+    /// Of a correction: the mechanisms it may represent.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub may_be: Vec<String>,
     /// As `add` takes it.
@@ -69,7 +69,7 @@ pub struct Growth {
     /// The residual map that was added last; nothing where none was.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub residual_map: Option<MapStep>,
-    /// How it does where nothing was measured; told where effects were taken in by the batch.
+    /// How it does where nothing was measured; reported where effects were taken in by the batch.
     pub extrapolation: Vec<Extrapolation>,
     /// The grown model.
     #[serde(skip)]
@@ -131,7 +131,7 @@ impl Growing {
         let named = self.diagnosis.named.clone().filter(|_| self.diagnosis.verdict == Verdict::Named);
         let (Some(effect), Some(named)) = (self.found.named.take(), named) else { return Ok(false) };
         let label = self.laboratory.model().label(&effect.id);
-        // Each look at the locked rows makes them a little less independent; the reader is told how many there were.
+        // Each look at the locked rows makes them a little less independent; the report says how many there were.
         self.opened += u32::from(!self.laboratory.split().check_rows().is_empty());
         if self.laboratory.locked_fall(&effect, progress)?.is_some_and(|fall| fall.total < 0.0) {
             self.diagnosis.warnings.push(Note::WorseHeldOut(label));

@@ -1,4 +1,4 @@
-//! Diagnosis: which physical effect a model lacks, if any. The README tells the procedure in the order of its decisions;
+//! Diagnosis: which physical effect a model lacks, if any. The README gives the procedure in the order of its decisions;
 //! `thresholds.rs` holds every constant that decides. Knows no device.
 
 mod batch;

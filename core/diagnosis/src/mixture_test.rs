@@ -1,4 +1,4 @@
-//! How likely it is that returns stand in one place, or in two, along some motion.
+//! How likely it is that returns are in one place, or in two, along some motion.
 
 use nalgebra::DVector;
 

@@ -1,5 +1,5 @@
 //! Which poses to measure next: where the effects in question differ most, for what is known of each. A sequential design for
-//! telling models apart (T-optimality: Atkinson and Fedorov 1975; Atkinson and Donev 1992, Optimum Experimental Designs,
+//! distinguishing models (T-optimality: Atkinson and Fedorov 1975; Atkinson and Donev 1992, Optimum Experimental Designs,
 //! chapter 20), each effect's own uncertainty taken into account (Box and Hill 1967).
 
 mod choose;
@@ -44,9 +44,9 @@ pub struct Wanted {
 pub struct NextPoses {
     /// The poses: new ones, then returns to the first two.
     pub next: Vec<NextPose>,
-    /// The effects they tell apart, as written.
+    /// The effects they distinguish, as written.
     pub between: Vec<String>,
-    /// How far apart the predictions of two effects lie over all poses, in standard errors: the least of the pairs that are told
+    /// How far apart the predictions of two effects lie over all poses, in standard errors: the least of the pairs that are reported
     /// apart, the greatest of all pairs where none is.
     pub separation: f64,
     /// Poses among them that are no returns.
@@ -61,7 +61,7 @@ pub struct NextPoses {
 }
 
 impl Laboratory {
-    /// Chooses poses that tell apart what the data cannot.
+    /// Chooses poses that distinguish what the data cannot.
     ///
     /// # Errors
     /// Nothing can be fitted, no pose is allowed, or cancellation.
@@ -105,7 +105,7 @@ impl Laboratory {
         Ok(NextPoses { next, between: labels, separation, new, asked, instead })
     }
 
-    /// A few poses that tell apart what a finding could not; none if it left no question.
+    /// A few poses that distinguish what a finding could not; none if it left no question.
     pub(super) fn poses_for(
         &self,
         finding: &Finding<'_>,
@@ -117,7 +117,7 @@ impl Laboratory {
             let poses = self.poses_for_not_shown(&finding.stage, floor, &wanted, progress)?;
             return Ok(poses.map_or_else(Vec::new, |poses| poses.next.into_iter().take(FEW).collect()));
         }
-        // A name has no rival to be told from, and what nothing explains no prediction.
+        // A name has no rival to be distinguished from, and what nothing explains no prediction.
         if finding.close.len() < 2 || !matches!(finding.verdict, Verdict::Tied | Verdict::Located) {
             return Ok(Vec::new());
         }
@@ -132,7 +132,7 @@ impl Laboratory {
 /// Poses that a diagnosis lists.
 const FEW: usize = 4;
 
-/// The poses, then returns to the first two from the other side: they tell play from everything else, and carry the noise floor.
+/// The poses, then returns to the first two from the other side: they distinguish play from everything else, and carry the noise floor.
 fn with_returns(mut poses: Vec<NextPose>) -> Vec<NextPose> {
     let returns: Vec<NextPose> = poses.iter().take(2).map(approached_from_the_other_side).collect();
     poses.extend(returns);
@@ -152,27 +152,29 @@ mod tests {
     use crate::testing::two_links_with;
 
     #[test]
-    fn poses_keep_clear_of_limits_tell_the_name_from_what_comes_next_and_end_with_returns() {
+    fn poses_keep_clear_of_limits_distinguish_the_name_from_what_comes_next_and_end_with_returns() {
         let lines = "free: [joint_zero(*)]\nnoise: {p1_mm: 0.05}";
         let lab = two_links_with(lines, 30, 0.05, 51, |q| [0.0, 0.01 * q[1]]);
         let wanted = Wanted { count: 3, keep_out: Vec::new(), payloads: Vec::new() };
-        let told = lab.next_poses(&wanted, &Progress::unwatched()).unwrap();
-        assert_eq!(told.next.len(), 5, "{told:?}");
-        assert_eq!(told.between[0], "joint_gain(elbow)");
-        assert_eq!(told.next[3].q_deg, told.next[0].q_deg);
-        assert_eq!(told.next[4].q_deg, told.next[1].q_deg);
+        let chosen = lab.next_poses(&wanted, &Progress::unwatched()).unwrap();
+        assert_eq!(chosen.next.len(), 5, "{chosen:?}");
+        assert_eq!(chosen.between[0], "joint_gain(elbow)");
+        assert_eq!(chosen.next[3].q_deg, chosen.next[0].q_deg);
+        assert_eq!(chosen.next[4].q_deg, chosen.next[1].q_deg);
         // A fiftieth of the range is kept from either limit: 6.8 of 340 deg, 6 of 300.
-        assert!(told.next.iter().all(|pose| pose.q_deg[0].abs() <= 163.21 && pose.q_deg[1].abs() <= 144.01));
-        for pose in &told.next[..3] {
-            assert!(told.between.iter().all(|label| pose.predicted.contains_key(label)), "{pose:?}");
+        assert!(
+            chosen.next.iter().all(|pose| pose.q_deg[0].abs() <= 163.21 && pose.q_deg[1].abs() <= 144.01)
+        );
+        for pose in &chosen.next[..3] {
+            assert!(chosen.between.iter().all(|label| pose.predicted.contains_key(label)), "{pose:?}");
         }
-        assert!(told.separation > SETTLES && told.instead.is_none(), "{told:?}");
+        assert!(chosen.separation > SETTLES && chosen.instead.is_none(), "{chosen:?}");
         let again = lab.next_poses(&wanted, &Progress::unwatched()).unwrap();
-        assert_eq!(told.next, again.next, "the same question has the same answer");
+        assert_eq!(chosen.next, again.next, "the same question has the same answer");
     }
 
     #[test]
-    fn a_plane_that_leaves_no_room_is_told_and_one_that_does_is_kept() {
+    fn a_plane_that_leaves_no_room_is_reported_and_one_that_does_is_kept() {
         let lab = two_links_with("free: [joint_zero(*)]\nnoise: {p1_mm: 0.05}", 30, 0.05, 52, |q| {
             [0.0, 0.01 * q[1]]
         });

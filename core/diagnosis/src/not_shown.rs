@@ -105,7 +105,7 @@ impl Laboratory {
             let any_size = share < BOUNDED_BY_ROWS;
             let one =
                 Faint { id: id.clone(), values, beside, error_mm, any_size, effect: Arc::clone(effect) };
-            // Of waves and couplings of one joint the one that could do most stands for all.
+            // Of waves and couplings of one joint the one that could do most represents all.
             match found.iter_mut().find(|other| other.id.name == id.name && other.id.spot == id.spot) {
                 Some(known) if known.error_mm < error_mm => *known = one,
                 Some(_) => {}
@@ -233,21 +233,22 @@ mod tests {
         let lab = two_links_with("free: [joint_zero(*)]\nnoise: {p1_mm: 0.05}", 12, 0.05, 3, |_| [0.0; 2]);
         let fitted = lab.fit_with(&[], None, &plumb_estimation::Progress::unwatched()).unwrap();
         let floor = Floor::of(&fitted.machine, &fitted.fit, &lab.survey());
-        let told = lab.not_shown(&fitted, &floor).unwrap();
-        assert!(!told.is_empty(), "of twelve poses something stays hidden");
-        let sizes: Vec<f64> = told.iter().filter_map(|one| one.up_to_mm).collect();
+        let hidden = lab.not_shown(&fitted, &floor).unwrap();
+        assert!(!hidden.is_empty(), "of twelve poses something stays hidden");
+        let sizes: Vec<f64> = hidden.iter().filter_map(|one| one.up_to_mm).collect();
         assert!(sizes.iter().all(|size| *size > 0.05 * 3.0_f64.sqrt()), "{sizes:?}");
         assert!(
-            told.iter().all(|one| !one.effect.effect.starts_with("joint_zero") && !one.to_see.is_empty())
+            hidden.iter().all(|one| !one.effect.effect.starts_with("joint_zero") && !one.to_see.is_empty())
         );
-        let families = told.iter().filter_map(|one| effect::kind(&one.effect.effect)).map(|kind| kind.family);
-        assert!(families.clone().any(|family| family == Family::Joint), "{told:?}");
+        let families =
+            hidden.iter().filter_map(|one| effect::kind(&one.effect.effect)).map(|kind| kind.family);
+        assert!(families.clone().any(|family| family == Family::Joint), "{hidden:?}");
         assert!(
             !families.into_iter().any(|family| family == Family::Instrument),
             "an instrument moves no tip"
         );
         let mut kinds: Vec<(String, String)> =
-            told.iter().map(|one| (one.effect.effect.clone(), one.effect.place.clone())).collect();
+            hidden.iter().map(|one| (one.effect.effect.clone(), one.effect.place.clone())).collect();
         let count = kinds.len();
         kinds.sort();
         kinds.dedup();

@@ -32,7 +32,7 @@ pub enum Note {
     },
     /// This explains most, clearly, and would rise under its load.
     RisesUnderLoad(String),
-    /// What no pose tells from an effect in question, because on this arm it is the same.
+    /// What no pose distinguishes from an effect in question, because on this arm it is the same.
     Twin {
         /// The effect.
         label: String,

@@ -42,7 +42,7 @@ impl Verdict {
     }
 }
 
-/// Which effect, and where; what else it takes to tell it from its like.
+/// Which effect, and where; what else it takes to distinguish it from its like.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct EffectPlace {
     /// The effect's name.
@@ -140,7 +140,7 @@ pub enum Rejection {
     Implausible,
     /// These explain it as well.
     IndistinguishableFrom(Vec<String>),
-    /// It stands only when some rows are called wild.
+    /// It holds only when some rows are called wild.
     Outvoted,
     /// It explains these rows and does not predict rows it has not seen: there are too few.
     NotPredicted,
@@ -270,7 +270,7 @@ pub struct ConditionAtPoses {
 /// How a condition's effect goes from pose to pose.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum AcrossPoses {
-    /// It is the same at every pose, as far as the rows tell.
+    /// It is the same at every pose, as far as the rows show.
     Same,
     /// It differs by this standard deviation.
     Differs {
@@ -330,7 +330,7 @@ pub struct Diagnosis {
     pub named: Option<Named>,
     /// The place that is known.
     pub located: Option<Located>,
-    /// Effects that cannot be told apart.
+    /// Effects that cannot be distinguished.
     pub tied: Vec<EffectPlace>,
     /// The group of the geometry to free before anything is named: errors of it explain as much as what would be named, or is tied.
     #[serde(skip_serializing_if = "Option::is_none")]

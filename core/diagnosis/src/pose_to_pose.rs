@@ -1,4 +1,4 @@
-//! Whether what goes with a condition (play, settling) is the same at every one of a few poses, and what it can be told from where it is not.
+//! Whether what goes with a condition (play, settling) is the same at every one of a few poses, and what it can be distinguished from where it is not.
 //!
 //! Returns to one pose in one way share whatever that pose and way are off by, so they are one observation of it, however many they are: a cell. Where the means of
 //! cells lie farther from the fit than returns scatter, it is the cells that count (Scheffe 1959, The Analysis of Variance, section 4.3: interaction): effects are compared by them,
@@ -85,7 +85,7 @@ impl Cells {
 
 /// How a condition's effect goes from pose to pose.
 pub(crate) enum FromPoseToPose {
-    /// It is the same at every pose, as far as these rows tell.
+    /// It is the same at every pose, as far as these rows show.
     Same,
     /// It differs, by this standard deviation, mm; its standard error is this many times that of rows that err by themselves.
     Differs { scatter_mm: f64, wider: f64 },

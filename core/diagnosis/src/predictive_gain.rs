@@ -96,8 +96,8 @@ impl Judge {
         if !matches!(machine.model.epochs, Some(Epochs::Sessions(_))) {
             ways.extend(session_blocks(table, rows));
         }
-        let told = for_each(&ways, |blocks| derivatives.left_out(fit, blocks));
-        let mut ways = ways.into_iter().zip(told).map(|(blocks, rows)| Way { blocks, rows });
+        let left_out = for_each(&ways, |blocks| derivatives.left_out(fit, blocks));
+        let mut ways = ways.into_iter().zip(left_out).map(|(blocks, rows)| Way { blocks, rows });
         let regions = ways.next().unwrap_or_else(|| Way { blocks: Vec::new(), rows: None });
         let joints = ways.by_ref().take(machine.model.chain.len()).collect();
         let (sessions, poses) = (ways.next(), pose_groups(table, rows));

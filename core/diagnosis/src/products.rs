@@ -218,7 +218,7 @@ struct Along {
 }
 
 impl Rows {
-    /// The way that stands in line `way` of the derivatives, with the first `slots` lines.
+    /// The way that is in line `way` of the derivatives, with the first `slots` lines.
     fn along(&self, slots: usize, way: usize) -> Along {
         let rows = self.equations.len();
         let mut along = Along {

@@ -1,4 +1,4 @@
-//! Projects poses onto a surface. The arm's own sensor tells nothing in mid-air: every pose is brought onto the surface it is to
+//! Projects poses onto a surface. The arm's own sensor says nothing in mid-air: every pose is brought onto the surface it is to
 //! trigger over, and only to places like those where it did.
 
 use nalgebra::Vector3;
@@ -22,7 +22,7 @@ pub(super) struct Surface {
     /// How far from the nearest of them a new place may be, mm.
     apart: f64,
     /// Of joints whose drive keeps attitudes: the joint, the one before it, and the least and greatest angle between the two so far, rad. Their stops lie there,
-    /// and no file tells them.
+    /// and they are in no file.
     bends: Vec<(usize, usize, f64, f64)>,
 }
 

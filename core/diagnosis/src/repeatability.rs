@@ -30,7 +30,7 @@ impl Split {
     }
 }
 
-/// Looks for two camps along every joint's motion, and along ways in which base or target may stand in two places. Where two
+/// Looks for two camps along every joint's motion, and along ways in which base or target may be in two places. Where two
 /// joints do so each is seen only when whatever the other does is left out of account. The clearest first; none, one or two.
 pub(crate) fn find_splits(machine: &ResidualModel<'_>, returns: &Replicates) -> Vec<Split> {
     let inquiry = Inquiry::of(returns);
@@ -38,7 +38,7 @@ pub(crate) fn find_splits(machine: &ResidualModel<'_>, returns: &Replicates) -> 
     let at_joint = likeliest(ways.iter().filter_map(|way| inquiry.split(way)));
     let elsewhere = likeliest(inquiry.loose_ways().iter().filter_map(|way| inquiry.split(way)));
     let alone = match (at_joint, elsewhere) {
-        // A base that stands in two places moves every point; some joint often does nearly the same, and joints slip more often.
+        // A base that is in two places moves every point; some joint often does nearly the same, and joints slip more often.
         (Some(joint), Some(other)) if other.1 - joint.1 > BASE_OVER_JOINT => Some(other),
         (joint, other) => joint.or(other),
     };
@@ -56,7 +56,7 @@ fn likeliest(found: impl Iterator<Item = (Split, f64)>) -> Option<(Split, f64)> 
     found.max_by(|left, right| left.1.total_cmp(&right.1))
 }
 
-/// A way along which returns may stand in two places.
+/// A way along which returns may be in two places.
 #[derive(Clone)]
 struct Path {
     spot: Spot,
@@ -158,7 +158,7 @@ impl<'r> Inquiry<'r> {
         self.ways.first().map(|way| way.deviations.as_slice()).unwrap_or_default()
     }
 
-    /// Base or a target may stand in two places: in which direction is read off the returns, and paid for.
+    /// Base or a target may be in two places: in which direction is read off the returns, and paid for.
     fn loose_ways(&self) -> Vec<Path> {
         let raw = self.raw();
         let sizes: Vec<f64> = raw.iter().map(|deviation| deviation.norm()).collect();
@@ -291,7 +291,7 @@ mod tests {
         assert!(farthest(&columns, &deviations, &[0.0; 4]).is_none(), "nothing is kept");
     }
 
-    /// Two poses of five replicates, three equations each, that a base which stands in two places moves along its x.
+    /// Two poses of five replicates, three equations each, that a base which is in two places moves along its x.
     fn rocking() -> Replicates {
         let sides = [1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0];
         let aside = [0.03, -0.02, 0.01, 0.04, -0.05, 0.02, -0.01, 0.03, -0.04, 0.01];
@@ -363,7 +363,7 @@ mod tests {
     }
 
     #[test]
-    fn a_joint_that_stands_in_two_places_is_found_by_its_motion_with_the_distance() {
+    fn a_joint_that_is_in_two_places_is_found_by_its_motion_with_the_distance() {
         let lab = crate::testing::two_links(4, "", 0.05, 1, |_| [0.0; 2]);
         let machine = lab.machine(&[]).unwrap();
         let of = |returns: &Replicates| find_splits(&machine, returns);

@@ -1,4 +1,4 @@
-//! What a report of a model tells, and how it is gathered: comparison, diagnosis, the fall of the error, poses to measure. The page itself is made in core/report.
+//! What a report of a model contains, and how it is gathered: comparison, diagnosis, the fall of the error, poses to measure. The page itself is made in core/report.
 
 use serde::Serialize;
 
@@ -16,7 +16,7 @@ pub enum StepKind {
     Start,
     /// Effects whose mechanism is identified, or that the user added.
     Mechanism,
-    /// Effects that predict unseen rows and may stand for others.
+    /// Effects that predict unseen rows and may represent others.
     Correction,
     /// A residual map: it explains nothing.
     ResidualMap,
@@ -49,10 +49,10 @@ pub struct Chapter {
     pub rms: Option<RmsError>,
 }
 
-/// Everything a report tells.
+/// Everything a report contains.
 #[derive(Debug, Clone, Serialize)]
 pub struct Report {
-    /// The model as it stands, against the table.
+    /// The model as it is, against the table.
     pub comparison: Comparison,
     /// What it lacks.
     pub diagnosis: Diagnosis,
@@ -79,7 +79,7 @@ const CANDIDATES_PLOTTED: usize = 3;
 const ADDED_PLOTTED: usize = 6;
 
 impl Laboratory {
-    /// Gathers what a report tells; `story` are the revisions so far.
+    /// Gathers what a report contains; `story` are the revisions so far.
     ///
     /// # Errors
     /// Nothing can be fitted, or cancellation.
@@ -131,7 +131,7 @@ impl Laboratory {
         let mut fall = Vec::new();
         let mut bare: Option<Comparison> = None;
         for count in (0..effects.len()).step_by(group) {
-            progress.report(count as f64 / effects.len() as f64, "telling the fall of the error")?;
+            progress.report(count as f64 / effects.len() as f64, "describing the fall of the error")?;
             let fewer = effects.iter().take(count).cloned().collect();
             let model = Model { effects: fewer, ..without_map.model().clone() };
             let smaller = Self::new(model, self.table().clone(), self.options().clone())?;
@@ -200,7 +200,7 @@ mod tests {
     use crate::testing::two_links;
 
     #[test]
-    fn a_step_of_the_fall_is_told_in_squares() {
+    fn a_step_of_the_fall_is_reported_in_squares() {
         let lab = two_links(60, "joint_zero(*)", 0.3, 4, |_| [0.0; 2]);
         let comparison = lab.compare(&Progress::unwatched()).unwrap();
         let fall = Fall::of("start".to_owned(), StepKind::Start, &comparison);

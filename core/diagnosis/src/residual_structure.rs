@@ -32,7 +32,7 @@ struct Covariate {
     /// Whether it is an angle: radians of a joint.
     turns: bool,
     values: Vec<f64>,
-    /// The categories that stand at 0, 1, ... where it is categorical; none for numbers.
+    /// The categories that are at 0, 1, ... where it is categorical; none for numbers.
     categories: Vec<String>,
 }
 
@@ -121,7 +121,7 @@ fn strongest(sheet: &Sheet, levels: &[Vec<usize>], order: &[usize]) -> Vec<Find>
     each.collect()
 }
 
-/// Squares between levels, within them, and how many levels are used; `order` says whose value stands in each place.
+/// Squares between levels, within them, and how many levels are used; `order` says whose value is in each place.
 fn explained(values: &[f64], levels: &[usize], order: &[usize]) -> (f64, f64, usize) {
     let mut sums = [(0.0, 0.0); MOST_LEVELS];
     let (mut total, mut sum, mut count) = (0.0, 0.0, 0.0);

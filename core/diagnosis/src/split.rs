@@ -119,7 +119,7 @@ impl Poses {
                 q.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), q| (low.min(q), high.max(q)))
             })
             .collect();
-        // A joint that stood still parts nothing.
+        // A joint that did not move parts nothing.
         let places = rows.iter().map(|list| {
             let q = list.first().map_or(&[][..], |row| table.q_of(*row)).iter().zip(&ranges);
             q.map(|(q, (low, high))| if high > low { (q - low) / (high - low) } else { 0.5 }).collect()
@@ -305,7 +305,7 @@ fn last_session(table: &Table) -> Result<Vec<usize>, HoldoutError> {
 
 /// One region in eight, twice, from different ends of pose space. Touched places are the regions where there are any;
 /// poses that were returned to stay in the fit, for they carry the noise floor; very small tables hold out less. So do the few
-/// that lie far from all others, such as those measured afterwards to tell candidates apart: nothing that is fitted could foretell them.
+/// that lie far from all others, such as those measured afterwards to distinguish candidates: nothing that is fitted could foretell them.
 fn regions(poses: &Poses, table: &Table) -> Vec<usize> {
     if table.touch.names.len() >= 4 {
         let last = (table.touch.names.len() - 1) as u32;

@@ -133,7 +133,7 @@ pub(crate) const HYPOTHESES_REFITTED: usize = 6;
 /// A formula must take away this share of the squares beyond the noise (fraction). Why: at 60 poses the best of thousands of wrong forms reaches a half.
 pub(crate) const HYPOTHESIS_SHARE: f64 = 0.6;
 
-/// Sets of residuals with signs drawn by lot, in each of which no formula of the place may explain as much (sets). Why: chance does it once in a hundred times.
+/// Sets of residuals with signs drawn at random, in each of which no formula of the place may explain as much (sets). Why: chance does it once in a hundred times.
 pub(crate) const HYPOTHESIS_TWINS: usize = 99;
 
 // Cross-validation
@@ -245,7 +245,7 @@ pub(crate) const EVIDENCE_STRANGERS: usize = 6;
 /// Of them that may act at once, at most (suspects). Why: time; what is left then is small beside the foremost.
 pub(crate) const EVIDENCE_SET: usize = 4;
 
-/// Of what the foremost takes from what is left, something takes at least this share by itself to stand in its place (fraction). Why: what takes less leaves the rest
+/// Of what the foremost takes from what is left, something takes at least this share by itself to take its place (fraction). Why: what takes less leaves the rest
 /// to the flexible part, and is no rival of its own.
 pub(crate) const RIVAL_SHARE: f64 = 0.5;
 
@@ -271,7 +271,7 @@ pub(crate) const MAP_ROWS: usize = 2500;
 /// Fewer poses than this are few: none can be left out (poses). Why: a fifth of so many is too little to judge by.
 pub(crate) const FEW_POSES: usize = 20;
 
-/// Rows that each of a few poses must have for what goes with the pose to be told from their scatter (rows). Why: two would leave one degree of freedom a pose.
+/// Rows that each of a few poses must have for what goes with the pose to be distinguished from their scatter (rows). Why: two would leave one degree of freedom a pose.
 pub(crate) const FEW_POSES_RETURNS: usize = 3;
 
 // Light stripes

@@ -1,4 +1,4 @@
-//! Mechanisms the library has no name for. They are never named or added; they tell when a named effect would be an
+//! Mechanisms the library has no name for. They are never named or added; they show when a named effect would be an
 //! impostor, and where the real one sits.
 
 use std::sync::Arc;

@@ -29,13 +29,13 @@ pub(crate) struct Finding<'a> {
     pub(crate) stage: Stage<'a>,
     /// What is left when everything that passed is in; nothing if the floor is unknown.
     pub(crate) left_over: Option<LackOfFit>,
-    /// What is left of the model as it stands; nothing if the floor is unknown.
+    /// What is left of the model as it is; nothing if the floor is unknown.
     pub(crate) left_now: Option<LackOfFit>,
     /// The verdict.
     pub(crate) verdict: Verdict,
     /// The place that is known, if that is the verdict.
     pub(crate) place: Option<Spot>,
-    /// Contenders no worse than the best by more than the information criterion can tell.
+    /// Contenders no worse than the best by more than the information criterion can distinguish.
     pub(crate) close: Vec<usize>,
     /// Effects that belong besides the one in question.
     pub(crate) besides: Vec<EffectId>,
@@ -78,7 +78,7 @@ impl Laboratory {
                 progress.report(0.7, "weighing what was found")?;
                 let full = stages.swap_remove(last);
                 let needed = self.most_needed(&full, candidates, progress)?;
-                // The first stage's own finding stands if what was found later does not.
+                // The first stage's own finding holds if what was found later does not.
                 needed.unwrap_or_else(|| stages.swap_remove(0))
             }
         };
@@ -170,7 +170,7 @@ struct Evidence {
     strangers: Vec<Spot>,
     /// Place of something without a name that does better than the effect in question.
     rivals: Option<Spot>,
-    /// Places where, by its direction, all may sit that the model as it stands lacks; the likeliest first.
+    /// Places where, by its direction, all may sit that the model as it is lacks; the likeliest first.
     alone: Vec<Spot>,
     /// Places along whose motion more is left than across it when everything that passed is in.
     uneven: Vec<Spot>,
@@ -263,7 +263,7 @@ impl Evidence {
         self.lack_of_fit.is_some_and(|lack_of_fit| lack_of_fit.is_significant() || sure)
     }
 
-    /// Whether a name at this site may stand for something else that is at work there.
+    /// Whether a name at this site may represent something else that is at work there.
     fn doubts_a_name_at(&self, spot: Spot) -> bool {
         self.strangers.contains(&spot) || self.uneven.contains(&spot) || self.padded == Some(spot)
     }
@@ -332,7 +332,7 @@ fn leaves_noise_alone(best: &Contender, floor: &Floor) -> bool {
     probability_of_noise(squares, freedom, floor).is_some_and(|p| p >= LACK_OF_FIT_LEVEL)
 }
 
-/// Directions tell of rotations about joints. What bends or shifts a link, and reaches the floor so, sits at that link.
+/// Directions speak of rotations about joints. What bends or shifts a link, and reaches the floor so, sits at that link.
 fn is_of_a_joint(id: &EffectId) -> bool {
     effect::kind(&id.name).is_some_and(|kind| kind.family == Family::Joint)
 }
@@ -416,7 +416,7 @@ impl Finding<'_> {
             .then(|| Note::RisesUnderLoad(model.label(&first.id)))
     }
 
-    /// What cannot be told apart, if there is more than one.
+    /// What cannot be distinguished, if there is more than one.
     pub(crate) fn tied(&self) -> Vec<EffectPlace> {
         let asked = matches!(self.verdict, Verdict::Tied | Verdict::Located);
         let alone = self.verdict == Verdict::Located || self.free_first.is_none();
@@ -497,7 +497,7 @@ impl Finding<'_> {
         alike
     }
 
-    /// Candidates that predict rows they have not seen though none may be named, the likeliest first, and the mechanisms each may stand for: itself, what explains
+    /// Candidates that predict rows they have not seen though none may be named, the likeliest first, and the mechanisms each may represent: itself, what explains
     /// as much, and what has no name in the library.
     pub(crate) fn corrections(&self) -> Vec<CorrectionCandidate> {
         let model = self.stage.fitted.machine.model;

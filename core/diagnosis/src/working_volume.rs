@@ -122,7 +122,7 @@ fn inside(model: &Model, state: &State, q: &[f64]) -> bool {
     let tool = state.targets.first().copied().unwrap_or_default();
     // In the frame of the measurements, in which planes and the working volume are given.
     let point = (state.base * Posture::of(&model.chain, q, &[]).flange * Point3::from(tool)).coords;
-    // A free surface stands where the fit puts it, which is no limit for the arm.
+    // A free surface is where the fit puts it, which is no limit for the arm.
     let open = model.surfaces.iter().all(|surface| match surface.shape {
         SurfaceShape::Plane { normal, offset } if !surface.free => normal.dot(&point) >= offset,
         _ => true,

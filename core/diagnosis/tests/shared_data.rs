@@ -40,7 +40,7 @@ fn the_ur5s_error_on_rows_not_fitted_falls_as_zeros_and_geometry_are_freed() {
         let ladder: [&[&str]; 3] = [&[], &["joint_zero(*)"], &["joint_zero(*)", "geometry(*)"]];
         for (mean, free) in means.iter_mut().zip(ladder) {
             let Some(found) = compare("real/ur5.yaml", "real/ur5-grid.csv", holdout, free) else { return };
-            // That its wrist is hardly determined by one reflector on the flange is true, and told.
+            // That its wrist is hardly determined by one reflector on the flange is true, and reported.
             let is_expected = |said: String| said.contains("hardly determine") && said.contains("wrist2");
             assert!(found.warnings.iter().map(note_in_words).all(is_expected), "{:?}", found.warnings);
             *mean += found.rms_mm.check.unwrap() / 3.0;

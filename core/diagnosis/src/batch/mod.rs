@@ -57,7 +57,7 @@ impl Laboratory {
     }
 
     /// The candidates a batch takes in; nothing if no family is at work. Those that are doubted are closed, and the selection
-    /// begins anew: what stood beside them may not stand without them.
+    /// begins anew: what held beside them may not hold without them.
     fn picks(
         &self,
         again: bool,
@@ -100,7 +100,7 @@ impl Laboratory {
         let mut steps = Vec::new();
         for (place, pick) in picks.iter().enumerate() {
             let share = place as f64 / picks.len() as f64;
-            progress.report(0.8 + 0.2 * share, "telling the fall of the error")?;
+            progress.report(0.8 + 0.2 * share, "describing the fall of the error")?;
             let id: &EffectId = &pool.probes[pick.probe].id;
             let value = sized.get(known + place);
             let last = place + 1 == picks.len();

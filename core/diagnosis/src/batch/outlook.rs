@@ -49,8 +49,9 @@ impl Block {
     ) -> Option<Self> {
         let without = Without::of(total, rank, &derivatives.normal(rows))?;
         let columns: Vec<usize> = rows.iter().flat_map(|row| derivatives.equations_of(*row)).collect();
-        let untold = without.untold(machine, rows, || derivatives.jacobian.select_columns(&columns));
-        let rows = rows.iter().filter(|row| !untold.contains(row)).copied().collect();
+        let undetermined =
+            without.undetermined(machine, rows, || derivatives.jacobian.select_columns(&columns));
+        let rows = rows.iter().filter(|row| !undetermined.contains(row)).copied().collect();
         Some(Self { rows, without })
     }
 }
@@ -70,7 +71,7 @@ impl<'m> Outlook<'m> {
         let mut total = derivatives.normal(rows);
         machine.place_distances(state, &mut total);
         progress.check()?;
-        // Once for all blocks: what all rows cannot tell no part of them can.
+        // Once for all blocks: what all rows cannot determine no part of them can.
         let rank = RankRevealingCholesky::new(&total.matrix).rank();
         let mut ways = vec![(None, region_blocks(table, rows))];
         ways.extend(joints.iter().map(|joint| (Some(*joint), joint_blocks(table, rows, *joint))));
@@ -133,7 +134,7 @@ impl<'m> Outlook<'m> {
     }
 
     /// How a fit steps back when an effect's parameters are held at zero: Lagrange's way of holding them, with the factor of the
-    /// fit in which they are free. Zero if that fit cannot tell them.
+    /// fit in which they are free. Zero if that fit cannot determine them.
     fn taken_out(&self, fit: &Without, effect: usize, columns: &[usize]) -> DVector<f64> {
         let size = fit.step.len();
         let pulled: Vec<DVector<f64>> = columns

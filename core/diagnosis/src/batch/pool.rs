@@ -118,7 +118,7 @@ impl Pool {
         let Some(own) = picks.get(place) else { return false };
         let others: Vec<Pick> = picks.iter().filter(|pick| pick.probe != own.probe).copied().collect();
         let beyond = self.beyond(&self.columns(&others));
-        // What the others swallow whole, or what is implausible beside them, stands for nothing.
+        // What the others swallow whole, or what is implausible beside them, represents nothing.
         let Some(mine) = self.worth(own.probe, &beyond) else { return true };
         (0..self.probes.len())
             .filter(|index| picks.iter().all(|pick| pick.probe != *index))

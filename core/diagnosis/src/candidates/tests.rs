@@ -1,4 +1,4 @@
-//! Which variant of a family stands for it and what its search costs, and what the candidates of a small arm are.
+//! Which variant of a family represents it and what its search costs, and what the candidates of a small arm are.
 
 use nalgebra::DMatrix;
 
@@ -31,7 +31,7 @@ fn scored(gain: f64) -> Score {
 }
 
 #[test]
-fn the_best_variant_stands_for_its_family_and_pays_for_the_search() {
+fn the_best_variant_represents_its_family_and_pays_for_the_search() {
     let lab = two_links(8, "", 0.1, 1, |_| [0.0; 2]);
     let kinds = [
         (1, Search::Nothing),
@@ -92,7 +92,7 @@ fn an_effect_that_the_table_cannot_show_is_refused() {
 }
 
 #[test]
-fn of_equal_variants_the_first_stands_and_what_tells_nothing_is_not_charged() {
+fn of_equal_variants_the_first_remains_and_what_adds_nothing_is_not_charged() {
     let lab = two_links(8, "", 0.1, 1, |_| [0.0; 2]);
     let probes =
         [probe(&lab, 1, Search::Nothing), probe(&lab, 1, Search::Nothing), probe(&lab, 2, Search::Smooth)];

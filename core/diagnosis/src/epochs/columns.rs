@@ -16,9 +16,9 @@ use plumb_estimation::Progress;
 pub(super) struct Columns {
     /// The rows looked at, in the order of time.
     pub(super) rows: Vec<usize>,
-    /// Where each of them stands among all rows of the table, in the order of time: between rows that are looked at others may be held out.
+    /// Where each of them is among all rows of the table, in the order of time: between rows that are looked at others may be held out.
     pub(super) positions: Vec<f64>,
-    /// Where each row's equations stand.
+    /// Where each row's equations are.
     pub(super) ranges: Vec<Range<usize>>,
     /// Measured less predicted.
     pub(super) residuals: Vec<f64>,

@@ -1,4 +1,4 @@
-//! Explanations by epoch that the rows cannot tell apart.
+//! Explanations by epoch that the rows cannot distinguish.
 //!
 //! Two models that are not nested are compared by how their squared errors differ, beside the standard error of that difference
 //! (Vuong, Likelihood ratio tests for model selection and non-nested hypotheses, Econometrica 57, 1989). The standard error is that
@@ -19,7 +19,7 @@ fn is_event(id: &EffectId) -> bool {
     kind(&id.name).is_some_and(|kind| kind.is_event)
 }
 
-/// Whether an effect by epoch is one of the instrument: a reading, or where the instrument stands.
+/// Whether an effect by epoch is one of the instrument: a reading, or where the instrument is.
 fn is_of_instrument(id: &EffectId) -> bool {
     let by_epoch = kind(&id.name).is_some_and(|kind| kind.family == Family::Epoch);
     by_epoch && matches!(id.spot, Spot::Reading(_) | Spot::Axis(_) | Spot::Base)
@@ -40,9 +40,9 @@ pub(crate) fn with_rivals(stage: &Stage<'_>, mut close: Vec<usize>) -> Vec<usize
             close.push(*index);
         }
     }
-    // Of several that cannot be told apart the instrument may always be one: a re-set instrument and a re-set joint look alike from where few rows are.
-    let mut told = close.iter().filter_map(|index| contenders.get(*index));
-    let has_instrument = told.any(|one| is_of_instrument(&one.id));
+    // Of several that cannot be distinguished the instrument may always be one: a re-set instrument and a re-set joint look alike from where few rows are.
+    let mut candidates = close.iter().filter_map(|index| contenders.get(*index));
+    let has_instrument = candidates.any(|one| is_of_instrument(&one.id));
     if close.len() > 1 && !has_instrument {
         let instrument = plausible.iter().find(|(_, one)| is_of_instrument(&one.id));
         close.extend(instrument.map(|(index, _)| *index));
@@ -51,7 +51,7 @@ pub(crate) fn with_rivals(stage: &Stage<'_>, mut close: Vec<usize>) -> Vec<usize
     close
 }
 
-/// Whether the rows cannot tell one event from a better one. What has more numbers fits better by them alone: each pays as in Schwarz's criterion, as Vuong (1989) proposes.
+/// Whether the rows cannot distinguish one event from a better one. What has more numbers fits better by them alone: each pays as in Schwarz's criterion, as Vuong (1989) proposes.
 fn is_rival(other: &Contender, best: &Contender) -> bool {
     let (own, least) = (&other.row_residuals, &best.row_residuals);
     if own.is_empty() || own.len() != least.len() {

@@ -52,7 +52,7 @@ pub(super) struct Search<'c> {
 }
 
 /// What is known with some change points in.
-struct Standing {
+struct StepFit {
     /// Fall of the sum of squares by what is fitted and the change points.
     explained: f64,
     rank: f64,
@@ -96,7 +96,7 @@ impl<'c> Search<'c> {
     }
 
     /// Normal equations with change points at these places, and what they explain.
-    fn standing(&self, starts: &[usize]) -> Standing {
+    fn step_fit(&self, starts: &[usize]) -> StepFit {
         let known = self.normal.nrows();
         let size = known + starts.len();
         let mut matrix = self.normal.clone().resize(size, size, 0.0);
@@ -114,12 +114,12 @@ impl<'c> Search<'c> {
         }
         let factor = RankRevealingCholesky::new(&matrix);
         let explained = gradient.dot(&factor.solve(&gradient)).max(0.0);
-        Standing { explained, rank: factor.rank() as f64, factor, gradient }
+        StepFit { explained, rank: factor.rank() as f64, factor, gradient }
     }
 
     /// The place at which one more change point explains most beyond these, and how much.
     fn best_beyond(&self, starts: &[usize]) -> Option<(usize, f64)> {
-        let standing = self.standing(starts);
+        let step_fit = self.step_fit(starts);
         let known = self.normal.nrows();
         let size = known + starts.len();
         let places: Vec<usize> = (JUMP_ROWS..(self.columns.rows.len() + 1).saturating_sub(JUMP_ROWS))
@@ -133,8 +133,8 @@ impl<'c> Search<'c> {
             }
         }
         // A score test at every place at once: what one more step adds beyond everything that is in.
-        let white = standing.factor.whiten(&products);
-        let left = standing.factor.whiten(&DMatrix::from_column_slice(size, 1, standing.gradient.as_slice()));
+        let white = step_fit.factor.whiten(&products);
+        let left = step_fit.factor.whiten(&DMatrix::from_column_slice(size, 1, step_fit.gradient.as_slice()));
         let gains = places.iter().enumerate().filter_map(|(index, place)| {
             let column = white.column(index);
             let beyond = self.own[*place] - column.norm_squared();
@@ -144,7 +144,7 @@ impl<'c> Search<'c> {
         gains.max_by(|one, other| one.1.total_cmp(&other.1))
     }
 
-    /// All change points that stand.
+    /// All change points that remain.
     pub(super) fn changes(&self) -> Changes {
         let none = self.judged(Vec::new());
         let mut best = none;
@@ -197,7 +197,7 @@ impl<'c> Search<'c> {
     /// Whether one change point, the first, explains no more than the best of so many places does by chance.
     fn is_hopeless(&self, starts: &[usize]) -> bool {
         let [_] = starts else { return false };
-        let (none, one) = (self.standing(&[]), self.standing(starts));
+        let (none, one) = (self.step_fit(&[]), self.step_fit(starts));
         let freedom = (self.columns.residuals.len() as f64 - one.rank).max(1.0);
         let left = (self.squares - one.explained).max(self.squares * 1e-12) / freedom;
         let p = f_tail((one.explained - none.explained).max(0.0) / left, 1.0, freedom);
@@ -230,7 +230,7 @@ impl<'c> Search<'c> {
     fn judged(&self, mut starts: Vec<usize>) -> Changes {
         starts.sort_unstable();
         let equations = self.columns.residuals.len() as f64;
-        let full = self.standing(&starts);
+        let full = self.step_fit(&starts);
         let left = (self.squares - full.explained).max(self.squares * 1e-12);
         let cost = 2.0 * starts.len() as f64 * equations.ln();
         let freedom = (equations - full.rank).max(1.0);
@@ -241,7 +241,7 @@ impl<'c> Search<'c> {
             .map(|index| {
                 let mut others = starts.clone();
                 others.remove(index);
-                let gain = full.explained - self.standing(&others).explained;
+                let gain = full.explained - self.step_fit(&others).explained;
                 let p = f_tail(gain.max(0.0) / (left / freedom) / inflation, 1.0, freedom / inflation);
                 (p * tried).min(1.0)
             })
@@ -250,8 +250,8 @@ impl<'c> Search<'c> {
     }
 
     /// By how much the variance of a sum over rows in a row exceeds what rows would give that err independently: at least 1.
-    fn inflation(&self, starts: &[usize], standing: &Standing) -> f64 {
-        let solution = standing.factor.solve(&standing.gradient);
+    fn inflation(&self, starts: &[usize], step_fit: &StepFit) -> f64 {
+        let solution = step_fit.factor.solve(&step_fit.gradient);
         let known = self.normal.nrows();
         let mut products = Vec::with_capacity(self.columns.rows.len());
         for (place, range) in self.columns.ranges.iter().enumerate() {
@@ -376,7 +376,7 @@ impl Span {
         self.part((0..terms).collect())
     }
 
-    /// A curve of a degree with the step and without; nothing where the rows do not tell the step from the curve.
+    /// A curve of a degree with the step and without; nothing where the rows do not distinguish the step from the curve.
     fn fitted(&self, degree: usize) -> Option<Pair> {
         let step = self.normal.nrows() - 1;
         let (with, without) = (self.part((0..=degree).chain([step]).collect()), self.curve(degree + 1));

@@ -196,9 +196,9 @@ fn a_wires_zero_that_jumps_twice_is_in_the_verdict_with_its_rows() {
     let diagnosis = lab.diagnose(&Progress::unwatched()).unwrap();
     let rows: Vec<[usize; 2]> = diagnosis.jumps.iter().map(|jump| jump.between_rows).collect();
     assert_eq!(rows, [[60, 61], [150, 151]]);
-    let told = diagnosis.named.iter().map(|named| &named.effect).chain(&diagnosis.tied);
-    let told: Vec<(&str, &str)> = told.map(|one| (one.effect.as_str(), one.place.as_str())).collect();
-    assert!(told.contains(&("reading_reset", "distance")), "{told:?}: {diagnosis:#?}");
+    let found = diagnosis.named.iter().map(|named| &named.effect).chain(&diagnosis.tied);
+    let found: Vec<(&str, &str)> = found.map(|one| (one.effect.as_str(), one.place.as_str())).collect();
+    assert!(found.contains(&("reading_reset", "distance")), "{found:?}: {diagnosis:#?}");
 }
 
 #[test]

@@ -197,10 +197,16 @@ impl Mixed {
             ratios = next;
         }
         let (ratios, round) = best?;
-        Some(self.told(parameters, suspects, ratios, &round))
+        Some(self.mixed_fit(parameters, suspects, ratios, &round))
     }
 
-    fn told(&self, parameters: &[usize], columns: Vec<usize>, ratios: Vec<f64>, round: &Round) -> MixedFit {
+    fn mixed_fit(
+        &self,
+        parameters: &[usize],
+        columns: Vec<usize>,
+        ratios: Vec<f64>,
+        round: &Round,
+    ) -> MixedFit {
         let units = parameters.iter().map(|one| self.units.get(*one).copied().unwrap_or(0.0));
         let units: Vec<f64> = units.collect();
         let weights = self.weights(round, &columns);

@@ -57,7 +57,7 @@ impl Known {
         let mut distinct: Vec<Vec<u64>> =
             coordinates.iter().map(|q| q.iter().map(|one| one.to_bits()).collect()).collect();
         distinct.sort_unstable();
-        // Replicates of a pose tell no more of how far poses lie apart.
+        // Replicates of a pose say no more of how far poses lie apart.
         distinct.dedup();
         let approach = table.approach.as_ref().map(|_| {
             rows.iter()
@@ -224,7 +224,7 @@ mod tests {
             let apart = [row[0] - q.sin(), row[1] - q.cos(), row[2] - place];
             assert!(apart.iter().all(|one| one.abs() < 1e-12), "{row:?}");
         }
-        // By just under half a turn: its place in its range. A joint that stood still says nothing.
+        // By just under half a turn: its place in its range. A joint that did not move says nothing.
         assert_eq!(of(&[[-1.5, 0.2], [1.5, 0.2]]), [[-1.0], [1.0]]);
     }
 
@@ -246,15 +246,15 @@ mod tests {
     }
 
     #[test]
-    fn conditions_act_with_the_pose_and_time_stands_for_the_order() {
+    fn conditions_act_with_the_pose_and_time_replaces_the_order() {
         let header = "time_s,temperature_c,payload_kg,q1_deg,q2_deg,p1_x_mm";
         let text = format!("{header}\n0,20,1,0,0,1\n5,21,1,1,1,1\n");
         let table = Table::parse("t.csv", &text).unwrap();
         let columns = numbers(&table, &[0, 1]);
-        let told: Vec<(&str, bool, bool)> =
+        let listed: Vec<(&str, bool, bool)> =
             columns.iter().map(|one| (one.name.as_str(), one.with_pose, one.in_order)).collect();
         // The load does not vary.
-        assert_eq!(told, [("time", false, true), ("temperature", true, false)]);
+        assert_eq!(listed, [("time", false, true), ("temperature", true, false)]);
         let plain = Table::parse("t.csv", "q1_deg,q2_deg,p1_x_mm\n0,0,1\n1,1,1\n2,2,1\n").unwrap();
         let columns = numbers(&plain, &[2, 0]);
         assert_eq!((columns[0].name.as_str(), columns[0].values.as_slice()), ("order", &[2.0, 0.0][..]));

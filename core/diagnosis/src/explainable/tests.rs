@@ -1,4 +1,4 @@
-//! What is predictable is told, what is noise is not: known functions and plain noise, on small made-up arms.
+//! What is predictable is reported, what is noise is not: known functions and plain noise, on small made-up arms.
 
 use super::*;
 use crate::laboratory::Laboratory;
@@ -12,10 +12,10 @@ fn ask(lab: &Laboratory) -> Explainable {
 fn of_noise_nothing_is_predictable_and_nothing_is_made_worse() {
     let mut structured = 0;
     for seed in 0..30 {
-        let told = ask(&two_links(80, "joint_zero(*)", 0.1, seed, |_| [0.0; 2]));
-        structured += usize::from(told.is_structured());
-        assert!(told.not_predictable_mm <= told.left_mm, "seed {seed}: {told:?}");
-        assert!(told.to_name_mm < 3.0 * told.scatter_mm + 1e-9, "seed {seed}: {told:?}");
+        let explained = ask(&two_links(80, "joint_zero(*)", 0.1, seed, |_| [0.0; 2]));
+        structured += usize::from(explained.is_structured());
+        assert!(explained.not_predictable_mm <= explained.left_mm, "seed {seed}: {explained:?}");
+        assert!(explained.to_name_mm < 3.0 * explained.scatter_mm + 1e-9, "seed {seed}: {explained:?}");
     }
     assert!(structured <= 2, "{structured} of 30 tables of noise");
 }
@@ -23,36 +23,37 @@ fn of_noise_nothing_is_predictable_and_nothing_is_made_worse() {
 #[test]
 fn a_function_of_the_pose_is_predicted_down_to_the_noise() {
     // A bend of the elbow's coordinate by 2 mrad at 150 mm, in noise of 0.05 mm an axis: 0.087 mm a point.
-    let told = ask(&two_links(200, "joint_zero(*)", 0.05, 3, |q| [0.0, 0.004 * (2.0 * q[1] + 0.4).sin()]));
-    assert!(told.left_mm > 0.3, "{told:?}");
-    assert!(told.not_predictable_mm < 1.15 * 0.05 * 3.0_f64.sqrt(), "{told:?}");
-    assert_eq!(told.kinds(), ["pose"], "{told:?}");
+    let explained =
+        ask(&two_links(200, "joint_zero(*)", 0.05, 3, |q| [0.0, 0.004 * (2.0 * q[1] + 0.4).sin()]));
+    assert!(explained.left_mm > 0.3, "{explained:?}");
+    assert!(explained.not_predictable_mm < 1.15 * 0.05 * 3.0_f64.sqrt(), "{explained:?}");
+    assert_eq!(explained.kinds(), ["pose"], "{explained:?}");
 }
 
 #[test]
-fn the_side_of_approach_is_told_from_the_pose() {
+fn the_side_of_approach_is_distinguished_from_the_pose() {
     // The side from which the shoulder came is known from the row before: the made-up arm lags by 1 mrad.
     let before = std::cell::Cell::new(0.0);
     let lab = two_links(150, "joint_zero(*)", 0.05, 5, |q| {
         let moved = q[0] - before.replace(q[0]);
         [0.002 * moved.signum(), 0.0]
     });
-    let told = ask(&lab);
-    assert_eq!(told.kinds(), ["last move"], "{told:?}");
-    assert!(told.not_predictable_mm < 1.25 * 0.05 * 3.0_f64.sqrt(), "{told:?}");
-    let last_move = told.groups.iter().find(|group| group.group == "last move").unwrap();
-    assert!(last_move.beyond_others_mm > 0.1, "{told:?}");
+    let explained = ask(&lab);
+    assert_eq!(explained.kinds(), ["last move"], "{explained:?}");
+    assert!(explained.not_predictable_mm < 1.25 * 0.05 * 3.0_f64.sqrt(), "{explained:?}");
+    let last_move = explained.groups.iter().find(|group| group.group == "last move").unwrap();
+    assert!(last_move.beyond_others_mm > 0.1, "{explained:?}");
 }
 
 #[test]
-fn a_drift_is_told_as_one_of_order() {
+fn a_drift_is_reported_as_one_of_order() {
     let row = std::cell::Cell::new(0.0);
     let lab = two_links(150, "joint_zero(*)", 0.05, 7, |_| {
         row.set(row.get() + 1.0);
         [0.002 * (row.get() / 40.0_f64).sin(), 0.0]
     });
-    let told = ask(&lab);
-    assert_eq!(told.kinds(), ["order"], "{told:?}");
+    let explained = ask(&lab);
+    assert_eq!(explained.kinds(), ["order"], "{explained:?}");
 }
 
 #[test]

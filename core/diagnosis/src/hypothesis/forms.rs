@@ -278,7 +278,7 @@ impl Effect for Candidate {
     fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
         let factor = self.form.factor.value(situation);
         let values = self.form.shape.values(situation);
-        // A formula is written in degrees, as people write model files; the arm reckons in radians.
+        // A formula is written in degrees, as people write model files; the arm computes in radians.
         let radians = 1.0_f64.to_radians();
         for (index, value) in values.iter().map(|value| factor * value).enumerate() {
             match self.form.site {

@@ -103,7 +103,7 @@ fn factors(lab: &Laboratory, site: Site) -> Vec<Factor> {
     };
     if lab.survey().has_weight() {
         for joint in &near {
-            // Of a joint whose axis stands upright gravity turns nothing.
+            // Of a joint whose axis is upright gravity turns nothing.
             if passport.greatest_moments.get(*joint).is_none_or(|most| *most <= 0.0) {
                 continue;
             }

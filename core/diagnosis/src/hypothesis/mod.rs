@@ -74,7 +74,7 @@ struct Scored {
 }
 
 impl Laboratory {
-    /// A formula that explains what the model as it stands leaves, if one does better than every effect of the library.
+    /// A formula that explains what the model as it is leaves, if one does better than every effect of the library.
     pub(crate) fn hypothesis(
         &self,
         floor: &Floor,
@@ -197,11 +197,14 @@ impl Laboratory {
         if explains < HYPOTHESIS_SHARE {
             return Ok(None);
         }
-        // A formula is one way of writing what the rows show: others that show it as well are told beside it.
+        // A formula is one way of writing what the rows show: others that show it as well are reported beside it.
         let as_well = passing.iter().skip(1).filter(|(one, _)| one.bic - best.bic < TIE_BIC);
         let or = as_well.map(|(_, scored)| self.written(&scored.form)).collect();
         let errors = lab.errors_with(best, &stage.fitted, progress)?;
-        Ok(Some(BorneOut { form: own.form, hypothesis: self.told(&own.form, best, explains, errors, or) }))
+        Ok(Some(BorneOut {
+            form: own.form,
+            hypothesis: self.to_hypothesis(&own.form, best, explains, errors, or),
+        }))
     }
 
     /// Root mean square error of the fitted points without and with a contender, mm.
@@ -227,7 +230,7 @@ impl Laboratory {
         format!("{} {}", self.model().site_name(grammar::spot(form.site)), formulas.join(", "))
     }
 
-    fn told(
+    fn to_hypothesis(
         &self,
         form: &Form,
         best: &Contender,
@@ -271,7 +274,7 @@ fn plausible_gain(score: &Score) -> f64 {
     if score.plausible { score.gain } else { 0.0 }
 }
 
-/// A form that stood every test but that of its twins.
+/// A form that passed every test but that of its twins.
 struct BorneOut {
     form: Form,
     hypothesis: Hypothesis,

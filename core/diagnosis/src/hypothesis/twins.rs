@@ -1,5 +1,5 @@
 //! Whether a formula explains more than formulas of its kind explain where there is nothing to explain. Its twins are all formulas of the same place on the same rows with
-//! the signs of the residuals drawn by lot, pose by pose: a randomization test of the greatest statistic (Westfall & Young 1993; Winkler et al. 2014,
+//! the signs of the residuals drawn at random, pose by pose: a randomization test of the greatest statistic (Westfall & Young 1993; Winkler et al. 2014,
 //! NeuroImage 92, 381: sign flips keep what returns to one pose have in common, and unequal noise).
 
 use std::ops::Range;
@@ -18,7 +18,7 @@ const SEED: u64 = 0x7077_696e;
 /// Share of a column beyond what is fitted below which it holds rounding only.
 const LEAST_LEFT: f64 = 1e-5;
 
-/// Whether what `best` explains is more than any of `all` does with signs drawn by lot.
+/// Whether what `best` explains is more than any of `all` does with signs drawn at random.
 pub(super) fn beaten(fitted: &Fitted<'_>, best: &dyn Effect, all: &[&dyn Effect]) -> bool {
     let (machine, fit) = (&fitted.machine, &fitted.fit);
     let mut probes: Vec<&dyn Effect> = vec![best];

@@ -158,7 +158,7 @@ pub(crate) fn moved(old: &[EffectValue], new: &[EffectValue]) -> Vec<String> {
         .collect()
 }
 
-/// What the residual map is called where an effect's name could stand.
+/// What the residual map is called where an effect's name could be.
 pub(crate) const RESIDUAL_MAP: &str = "residual_map";
 
 /// A model without an effect, or without its residual map, which any change of the effects takes out as well: it was fitted to what they left.

@@ -64,21 +64,21 @@ pub struct EffectValue {
     pub se: f64,
     /// Whether a real machine could have it.
     pub plausible: bool,
-    /// Whether the data cannot tell it (part of a gauge freedom).
+    /// Whether the data cannot determine it (part of a gauge freedom).
     pub held: bool,
-    /// Why the data cannot tell it, where that is known.
+    /// Why the data cannot determine it, where that is known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub held_because: Option<WhyHeld>,
     /// Whether the user added it (else it is one of `free`).
     pub added: bool,
     /// Whether its mechanism is identified.
     pub claim: Claim,
-    /// Of a correction: the mechanisms it may stand for.
+    /// Of a correction: the mechanisms it may represent.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub may_be: Vec<String>,
 }
 
-/// Why the data cannot tell an effect.
+/// Why the data cannot determine an effect.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub enum WhyHeld {
     /// No masses are declared, so that gravity moves nothing.
@@ -342,7 +342,7 @@ impl Laboratory {
         fit: &Fit,
         progress: &Progress,
     ) -> Result<Errors, LaboratoryError> {
-        // A residual map says nothing of regions that were left out: there the model stands alone.
+        // A residual map says nothing of regions that were left out: there the model is alone.
         let cv = match self.without_map() {
             Some(plain) => {
                 let alone = plain.fit_with(&[], None, progress)?;
@@ -380,7 +380,7 @@ impl Laboratory {
             let values = fit.state.effects.get(index).map_or(&[][..], Vec::as_slice);
             let size = part.effect.size(values, &covariance);
             let correction = self.model.correction(&part.id).filter(|_| index >= free);
-            // Of an effect some of whose numbers are free there is a size to tell.
+            // Of an effect some of whose numbers are free there is a size to report.
             let held = slots.iter().all(|slot| fit.factor.dependent.contains(slot));
             all.push(EffectValue {
                 effect: part.id.name.clone(),
@@ -402,7 +402,7 @@ impl Laboratory {
 }
 
 impl Laboratory {
-    /// Why the data cannot tell an effect whose numbers were all left where they were.
+    /// Why the data cannot determine an effect whose numbers were all left where they were.
     fn why_held(
         &self,
         machine: &ResidualModel<'_>,
@@ -412,7 +412,7 @@ impl Laboratory {
     ) -> Option<WhyHeld> {
         let needs_masses = match effect::kind(&part.id.name) {
             Some(kind) => kind.driven_by.is_weight(),
-            // One that the model file defines may reckon with moments.
+            // One that the model file defines may use moments.
             None => part.effect.looks_at() == LooksAt::Gravity,
         };
         if needs_masses && !self.survey().has_weight() {

@@ -12,7 +12,7 @@ pub struct FoundNumber {
     /// mm or deg, as its name says; nothing of a tilt or a turn, which have a standard error alone.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub value: Option<f64>,
-    /// One standard error; nothing where it cannot be told.
+    /// One standard error; nothing where it cannot be determined.
     pub se: Option<f64>,
     /// `mm` or `deg`.
     pub unit: &'static str,
@@ -38,14 +38,14 @@ pub struct FoundSurface {
     pub angles: Vec<FoundAngle>,
 }
 
-/// The angle between two fitted planes. It depends neither on where they are nor on where the base stands: faces that are known to be square show errors of the arm.
+/// The angle between two fitted planes. It depends neither on where they are nor on where the base is: faces that are known to be square show errors of the arm.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FoundAngle {
     /// The other plane.
     pub to: String,
     /// Between their normals, deg.
     pub deg: f64,
-    /// One standard error, deg; nothing where it cannot be told.
+    /// One standard error, deg; nothing where it cannot be determined.
     pub se_deg: Option<f64>,
 }
 
@@ -125,7 +125,7 @@ struct Errors<'a> {
 }
 
 impl Errors<'_> {
-    /// Of one number, mm or rad; nothing where it was held, for the rows cannot tell it.
+    /// Of one number, mm or rad; nothing where it was held, for the rows cannot determine it.
     fn of(&self, which: usize) -> Option<f64> {
         let slots = self.machine.slots();
         let place = slots.iter().position(|known| *known == Slot::Surface(self.index, which))?;

@@ -7,7 +7,7 @@ use plumb_calibration::fit::Fit;
 /// Kept from question to question; `Dated` is the same laboratory with its epochs. A copy knows nothing: it is made to be changed.
 #[derive(Debug)]
 pub(super) struct Known<Dated> {
-    /// Of the model as it stands, to all rows that are not held out.
+    /// Of the model as it is, to all rows that are not held out.
     pub(super) fit: OnceLock<Fit>,
     /// The same rows with the epochs they show; nothing where they show none.
     pub(super) dated: OnceLock<Option<Box<Dated>>>,

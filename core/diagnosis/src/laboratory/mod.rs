@@ -88,7 +88,7 @@ pub enum LaboratoryError {
     /// The fit.
     #[error(transparent)]
     Fit(#[from] FitError),
-    /// It was told to end.
+    /// It was asked to end.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
     /// A file cannot be written.
@@ -105,7 +105,7 @@ pub enum LaboratoryError {
 }
 
 impl LaboratoryError {
-    /// Whether it is only that the work was told to end, wherever it was at that moment.
+    /// Whether it is only that the work was asked to end, wherever it was at that moment.
     pub fn is_cancelled(&self) -> bool {
         matches!(self, Self::Cancelled(_) | Self::Fit(FitError::Cancelled(_)))
     }
@@ -335,7 +335,7 @@ impl Laboratory {
         rows
     }
 
-    /// Fits a machine to the rows that are not held out. That of the model as it stands is fitted once.
+    /// Fits a machine to the rows that are not held out. That of the model as it is is fitted once.
     pub(crate) fn fit(
         &self,
         machine: &ResidualModel<'_>,
@@ -416,7 +416,7 @@ mod tests {
     }
 
     #[test]
-    fn being_told_to_end_is_no_error_of_the_files_wherever_it_was() {
+    fn being_asked_to_end_is_no_error_of_the_files_wherever_it_was() {
         let ended = plumb_estimation::Cancelled;
         assert!(LaboratoryError::from(ended).is_cancelled());
         assert!(LaboratoryError::Fit(FitError::Cancelled(ended)).is_cancelled());

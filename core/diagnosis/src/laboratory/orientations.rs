@@ -1,4 +1,4 @@
-//! Before anything is fitted: can measured orientations be those of this arm as they stand? Wherever base and body sit, the right convention fits the
+//! Before anything is fitted: can measured orientations be those of this arm as they are? Wherever base and body sit, the right convention fits the
 //! nominal arm up to its errors and a wrong one does not, so that quaternions with `w` last, inverted or left-handed orientations and degrees for radians
 //! are known by what would fit.
 
@@ -25,10 +25,10 @@ const FEWEST: usize = 6;
 const FOREIGN: f64 = 0.175;
 
 /// Share of the places' spread that base and body may leave of them, from which orientations do not go with the places: a quaternion with `w` last is that
-/// of an inverted orientation in other axes, and only where the places say how the base is turned are the two told apart.
+/// of an inverted orientation in other axes, and only where the places say how the base is turned are the two distinguished.
 const FOREIGN_PLACES: f64 = 0.1;
 
-/// What another convention may leave, in units of what is foreign, and as a share of what is left as it stands.
+/// What another convention may leave, in units of what is foreign, and as a share of what is left as it is.
 const AGREES: f64 = 0.5;
 const MUCH_BETTER: f64 = 0.25;
 
@@ -128,13 +128,13 @@ struct Left {
 }
 
 impl Left {
-    /// Nothing where the poses cannot tell base and body.
+    /// Nothing where the poses cannot determine base and body.
     fn of(poses: &[SeenPose]) -> Option<Self> {
         let found = two_rotations(poses)?;
         Some(Self { angle: rotations_left(poses, &found), places: places_left(poses, &found) })
     }
 
-    /// Of orientations that do not turn as the flange does: they tell nothing of base and body, and there is no angle.
+    /// Of orientations that do not turn as the flange does: they say nothing of base and body, and there is no angle.
     const STILL: Self = Self { angle: f64::INFINITY, places: 0.0 };
 
     /// The worse of both, 1 where it is foreign.
@@ -199,21 +199,21 @@ fn form_of(model: &Model, table: &Table, body: SeenBody) -> Option<OrientationFo
 /// Looks at all orientations of a table.
 ///
 /// # Errors
-/// Orientations in a convention that can be told.
+/// Orientations in a convention that can be recognized.
 pub(super) fn check(machine: &ResidualModel<'_>) -> Result<Vec<String>, ImplausibleError> {
     let (model, table) = (machine.model, machine.table);
     let state = machine.start();
     let rows: Vec<usize> = (0..table.len()).step_by(table.len().div_ceil(LOOKED_AT).max(1)).collect();
     let mut odd = Vec::new();
     let bodies = machine.seen_bodies();
-    let told_by: Vec<SeenBody> =
-        bodies.iter().copied().filter(|body| tells_its_camera(machine, &state, *body)).collect();
+    let determined_by: Vec<SeenBody> =
+        bodies.iter().copied().filter(|body| determines_its_camera(machine, &state, *body)).collect();
     for body in bodies {
         let poses = machine.seen_poses(&state, &rows, body);
         let name = name_of(model, body);
-        // Where another board tells how the camera sits, one picture tells where this one lies.
+        // Where another board shows how the camera sits, one picture shows where this one lies.
         let elsewhere =
-            told_by.iter().any(|other| *other != body && other.target(machine) == body.target(machine));
+            determined_by.iter().any(|other| *other != body && other.target(machine) == body.target(machine));
         odd.extend(match matches!(body, SeenBody::Board(_)) && elsewhere {
             true => in_few_pictures(machine, &state, body),
             false => one_axis(machine, &poses, body),
@@ -223,14 +223,14 @@ pub(super) fn check(machine: &ResidualModel<'_>) -> Result<Vec<String>, Implausi
         }
         // Where the flange turns about several axes and what was seen does not follow, the two rotations have no solution, and that is the finding.
         let turns = turning(&poses).is_some_and(|(_, across)| across >= ONE_AXIS);
-        let Some(as_it_stands) = Left::of(&poses).or_else(|| turns.then_some(Left::STILL)) else { continue };
-        if as_it_stands.size() < 1.0 {
+        let Some(as_given) = Left::of(&poses).or_else(|| turns.then_some(Left::STILL)) else { continue };
+        if as_given.size() < 1.0 {
             odd.extend(held_otherwise(machine, &state, &poses, body));
             continue;
         }
         let others = others(&poses, body, form_of(model, table, body));
         if let Some((best, _)) = others.first()
-            && best.size() < AGREES.min(MUCH_BETTER * as_it_stands.size())
+            && best.size() < AGREES.min(MUCH_BETTER * as_given.size())
         {
             // On few poses several slips can leave about as little: all that do are named.
             let alike = others.iter().filter(|(left, _)| left.size() <= ALIKE * best.size());
@@ -238,16 +238,16 @@ pub(super) fn check(machine: &ResidualModel<'_>) -> Result<Vec<String>, Implausi
             return Err(ImplausibleError::Orientation {
                 table: table.source.clone(),
                 body: name,
-                off: off_in_words(as_it_stands),
+                off: off_in_words(as_given),
                 what: whats.join(", or "),
                 left_deg: best.angle.to_degrees(),
             });
         }
-        if as_it_stands.angle >= FOREIGN {
+        if as_given.angle >= FOREIGN {
             odd.push(format!(
                 "the orientations of {name} have little to do with those the model expects: {}; check the order and the signs of the joints, the model's rows, \
                  and which axes were measured",
-                off_in_words(as_it_stands)
+                off_in_words(as_given)
             ));
         }
     }
@@ -338,8 +338,8 @@ fn rpy(rotation: &Rotation3<f64>) -> String {
     format!("[{roll:.1}, {pitch:.1}, {yaw:.1}]")
 }
 
-/// Whether a board was seen from so many sides that it tells how its camera sits.
-fn tells_its_camera(machine: &ResidualModel<'_>, state: &State, body: SeenBody) -> bool {
+/// Whether a board was seen from so many sides that it shows how its camera sits.
+fn determines_its_camera(machine: &ResidualModel<'_>, state: &State, body: SeenBody) -> bool {
     let all: Vec<usize> = (0..machine.table.len()).collect();
     let poses = machine.seen_poses(state, &all, body);
     let turned = turning(&poses).is_some_and(|(_, across)| across >= ONE_AXIS);
@@ -385,7 +385,7 @@ fn one_axis(machine: &ResidualModel<'_>, poses: &[SeenPose], body: SeenBody) -> 
     }
     Some(format!(
         "between all poses the hand turned about one axis only ([{:.2}, {:.2}, {:.2}] in the base's frame): how far {name} sits along it, and how it is turned about it, cannot \
-         be told from {other}; add poses that turn the hand by 30 deg or more about another axis",
+         be distinguished from {other}; add poses that turn the hand by 30 deg or more about another axis",
         axis.x, axis.y, axis.z
     ))
 }

@@ -17,13 +17,13 @@ pub struct Placement {
     pub frame: &'static str,
     /// mm.
     pub xyz_mm: [f64; 3],
-    /// One standard error of each; nothing where it is not fitted, or cannot be told.
+    /// One standard error of each; nothing where it is not fitted, or cannot be determined.
     pub se_mm: [Option<f64>; 3],
     /// Roll, pitch and yaw: Rz(yaw) Ry(pitch) Rx(roll).
     pub rpy_deg: [f64; 3],
     /// The same as a unit quaternion: w, x, y, z.
     pub quaternion: [f64; 4],
-    /// One standard error of the turn about each axis of that frame; nothing where it is not fitted, or cannot be told.
+    /// One standard error of the turn about each axis of that frame; nothing where it is not fitted, or cannot be determined.
     pub se_deg: [Option<f64>; 3],
 }
 
@@ -69,7 +69,7 @@ pub(super) fn placements(machine: &ResidualModel<'_>, fit: &Fit) -> Vec<Placemen
         return Vec::new();
     }
     let errors = Errors { machine, fit };
-    // A pose is told only of what an orientation, a board or profiles were read of: of a bare point the turn is not known.
+    // A pose is reported only of what an orientation, a board or profiles were read of: of a bare point the turn is not known.
     let mut seen: Vec<usize> = bodies.iter().map(|body| body.target(machine)).collect();
     let boards = machine.boards_named();
     seen.extend(boards.iter().filter_map(|board| model.boards.get(*board)).map(|board| board.camera));

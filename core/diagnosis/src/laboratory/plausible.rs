@@ -1,5 +1,5 @@
 //! Before anything is fitted: can these numbers be those of this arm at all? Distances between measured points do not
-//! depend on where base and instrument stand, so they tell wrong units whatever is free.
+//! depend on where base and instrument are, so they reveal wrong units whatever is free.
 
 use nalgebra::{IsometryMatrix3, Point3, Vector3};
 use plumb_kinematics::{Motion, Posture};
@@ -51,7 +51,7 @@ pub enum ImplausibleError {
         table: String,
         /// Whose.
         body: String,
-        /// What is left of them as they stand, in words.
+        /// What is left of them as they are, in words.
         off: String,
         /// How they would fit, and what to change.
         what: String,
@@ -154,7 +154,7 @@ fn tip(model: &Model, q: &[f64], target: usize) -> Vector3<f64> {
     (Posture::of(&model.chain, q, &[]).flange * Point3::from(tool)).coords
 }
 
-/// Logarithms of measured over believed distance, for all pairs far enough apart to tell.
+/// Logarithms of measured over believed distance, for all pairs far enough apart to count.
 fn ratios(measured: &[Vector3<f64>], believed: &[Vector3<f64>]) -> Vec<Vec<Option<f64>>> {
     let points: Vec<(&Vector3<f64>, &Vector3<f64>)> = measured.iter().zip(believed).collect();
     let distances = believed.iter().flat_map(|one| believed.iter().map(move |other| (one - other).norm()));
@@ -250,7 +250,7 @@ fn samples(model: &Model, table: &Table, positions: &[[f64; 3]]) -> Vec<Sample> 
 }
 
 /// Whether the model puts a target at one and the same place although the joints differ.
-fn stands_still(samples: &[Sample], believed: &[Vector3<f64>]) -> bool {
+fn is_still(samples: &[Sample], believed: &[Vector3<f64>]) -> bool {
     let distinct = samples.iter().any(|sample| samples.first().is_some_and(|first| first.q != sample.q));
     distinct
         && believed.iter().all(|point| believed.first().is_some_and(|first| (point - first).norm() < 1e-6))
@@ -313,7 +313,7 @@ fn units(model: &Model, table: &Table) -> Result<Option<String>, ImplausibleErro
     let measured: Vec<Vector3<f64>> = samples.iter().map(|sample| sample.measured).collect();
     let mut believed: Vec<Vector3<f64>> =
         samples.iter().map(|sample| tip(model, &sample.q, target)).collect();
-    if stands_still(&samples, &believed) {
+    if is_still(&samples, &believed) {
         return Err(ImplausibleError::Still { arm: model.arm.clone(), rows: table.len() });
     }
     let mut plain = ratios(&measured, &believed);
@@ -342,7 +342,7 @@ fn units(model: &Model, table: &Table) -> Result<Option<String>, ImplausibleErro
     }
 }
 
-/// What to say of a table that no unit brings together with the arm: a joint that counts the other way is told.
+/// What to say of a table that no unit brings together with the arm: a joint that counts the other way is reported.
 fn foreign(
     model: &Model,
     samples: &[Sample],
@@ -404,7 +404,7 @@ fn mixed_rows(
             let q: Vec<f64> = sample.q.iter().map(|q| q * factor).collect();
             (agreeing_share(&sound, &sample.measured, &tip(model, &q, target)), "the pose", *as_what)
         });
-        // Enough of the sound rows must agree with a row read in another unit, and hardly any with it as it stands.
+        // Enough of the sound rows must agree with a row read in another unit, and hardly any with it as it is.
         let slip = lengths.chain(angles).find(|(share, ..)| *share > 0.8 && *share > as_is + 0.3);
         if let Some((_, what, as_what)) = slip {
             let (table, line) = (table.source.clone(), sample.line);
@@ -444,7 +444,7 @@ fn distance_to_known<'t>(
 /// Distances from one pose to two known points must be able to meet.
 fn distances(model: &Model, table: &Table) -> Result<(), ImplausibleError> {
     let Some(column) = table.scalar(&DISTANCE) else { return Ok(()) };
-    // A millimetre for points that are known as well as a ruler tells, and ten sigmas of the instrument.
+    // A millimetre for points that are known as well as a ruler shows, and ten sigmas of the instrument.
     let slack = 1.0 + 10.0 * model.noise.of(&DISTANCE).unwrap_or(0.0);
     let mut by_pose: std::collections::HashMap<Vec<u64>, Vec<usize>> = std::collections::HashMap::new();
     for row in 0..table.len() {

@@ -58,7 +58,7 @@ impl Laboratory {
         })
     }
 
-    /// The effects a text stands for, at zero, without those that are fitted already. What is searched for inside an
+    /// The effects a text means, at zero, without those that are fitted already. What is searched for inside an
     /// effect is set to what the data like best.
     pub(crate) fn wanted(
         &self,

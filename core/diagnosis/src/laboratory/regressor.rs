@@ -77,7 +77,7 @@ fn coordinate(machine: &ResidualModel<'_>, joint: usize) -> Regressor {
     Regressor::over_rows(machine, axis, |row| commanded(machine, row, joint) * factor)
 }
 
-/// Where within a turn of its screw a slide stands.
+/// Where within a turn of its screw a slide is.
 fn turn_of_screw(machine: &ResidualModel<'_>, joint: usize) -> Option<Regressor> {
     let pitch = machine.model.chain.joints.get(joint)?.screw_pitch?;
     let axis = PlotAxis::new(format!("{} within a turn of its screw", name_of(machine, joint)), "mm");

@@ -105,7 +105,7 @@ fn shown_joints(machine: &ResidualModel<'_>, row: usize) -> Vec<f64> {
     shown.collect()
 }
 
-/// The points along the arm in the row whose target stands nearest the middle of all targets.
+/// The points along the arm in the row whose target is nearest the middle of all targets.
 pub(super) fn arm_in_the_middle(
     machine: &ResidualModel<'_>,
     fit: &Fit,
@@ -243,7 +243,7 @@ fn against_conditions(machine: &ResidualModel<'_>, rows: &[RowResidual]) -> Vec<
     all
 }
 
-/// What a plot's axis says of a column: of words, which word stands at which number.
+/// What a plot's axis says of a column: of words, which word is at which number.
 fn covariate_axis(covariate: &Covariate) -> String {
     let words = covariate.levels().iter().enumerate().map(|(index, word)| format!("{index} {word}"));
     let words: Vec<String> = words.collect();

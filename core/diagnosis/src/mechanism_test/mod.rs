@@ -46,7 +46,7 @@ pub(crate) enum Doubt {
 
 /// What the rows say of the contenders of a stage beside a flexible part.
 pub(crate) struct Mechanism {
-    /// Contenders that cannot be told apart, by their places in the stage's list, the foremost first.
+    /// Contenders that cannot be distinguished, by their places in the stage's list, the foremost first.
     pub(crate) close: Vec<usize>,
     /// Nothing where the foremost is identified, or tied with the others of `close` alone.
     pub(crate) doubt: Option<Doubt>,
@@ -118,7 +118,7 @@ impl Bench<'_> {
         sums
     }
 
-    /// What stands in the place of `foremost` in sets that are about as likely as its own: whatever is new there and takes nearly as much from what is left, else the
+    /// What takes the place of `foremost` in sets that are about as likely as its own: whatever is new there and takes nearly as much from what is left, else the
     /// flexible part.
     fn rivals(&self, foremost: usize, own: &Set, sets: &Sets) -> Rivals {
         let mut rivals = Rivals::default();
@@ -126,7 +126,7 @@ impl Bench<'_> {
         for set in others.filter(|set| !set.members.contains(&foremost)) {
             let new = set.members.iter().copied().filter(|one| !own.members.contains(one));
             let instead =
-                self.foremost(new).filter(|one| rules::stands_for(self.gain(*one), self.gain(foremost)));
+                self.foremost(new).filter(|one| rules::is_close_to(self.gain(*one), self.gain(foremost)));
             match instead.and_then(|one| Some((one, self.suspects.get(one)?))) {
                 Some((one, suspect)) => match suspect.who {
                     Who::Unlisted(spot) => rivals.unlisted = Some(spot),
@@ -173,13 +173,13 @@ impl Bench<'_> {
         &self,
         effect: &dyn Effect,
         values: &(DVector<f64>, DMatrix<f64>),
-        told: &Predictions,
+        predictions: &Predictions,
     ) -> bool {
         let (values, covariance) = values;
         let flexible = effect.size(values.as_slice(), covariance);
-        let plain = effect.size(&told.plain, covariance).value;
+        let plain = effect.size(&predictions.plain, covariance).value;
         // What is left is no independent noise: blocks of rows say how far a size moves, where the fit's own error is too small.
-        let [beside, alone] = [&told.values, &told.plain_values].map(|values| {
+        let [beside, alone] = [&predictions.values, &predictions.plain_values].map(|values| {
             predictions::jackknife(values.iter().map(|values| effect.size(values, covariance).value))
         });
         let error = (flexible.error.powi(2) + beside.powi(2) + alone.powi(2)).sqrt();
@@ -206,9 +206,9 @@ impl Bench<'_> {
         if let Some(spot) = rivals.unlisted {
             return Some(Doubt::Unlisted(spot));
         }
-        let told =
+        let predictions =
             sets.without(foremost, set).and_then(|without| Predictions::of(self, foremost, without, set));
-        let gain = told.as_ref().map_or(0.0, |told| told.gain);
+        let gain = predictions.as_ref().map_or(0.0, |predictions| predictions.gain);
         // What a smooth function explains as well in rows that were seen is none if it predicts unseen ones much worse: there it knows nothing, and the effect does.
         if rivals.smooth && !rules::beats_smooth(gain) {
             return Some(Doubt::Smooth);
@@ -228,24 +228,25 @@ impl Bench<'_> {
             return Some(Doubt::MoreAtItsJoint);
         }
         // Where the flexible part holds the same function, as that of the side of approach, it would predict as well with a variance of its own.
-        let Some(told) = told.filter(|told| rules::predicts(told.gain_beside)) else {
+        let Some(predictions) = predictions.filter(|predictions| rules::predicts(predictions.gain_beside))
+        else {
             return Some(Doubt::NotPredicted);
         };
         let model = self.stage.fitted.machine.model;
-        let steady =
-            build(&suspect.id, model).is_ok_and(|one| self.has_steady_size(one.as_ref(), &values, &told));
+        let steady = build(&suspect.id, model)
+            .is_ok_and(|one| self.has_steady_size(one.as_ref(), &values, &predictions));
         (!steady).then_some(Doubt::Size)
     }
 
     /// Which set is asked, and which of its members: of the likeliest the one that takes most from what is left; where another takes far more, and the flexible part
-    /// stands for it in the likeliest set, that other.
+    /// represents it in the likeliest set, that other.
     fn asked<'s>(&self, sets: &'s Sets) -> Option<(usize, &'s Set)> {
         let best = sets.all.first()?;
         let plausible = (0..self.suspects.len()).filter(|one| self.is_plausible(*one));
         // The likeliest set may do without the greatest error where the flexible part stands in for it; what a user wants explained is that error.
         let greatest = self.foremost(plausible)?;
         let own = self.foremost(best.members.iter().copied());
-        match own.filter(|own| rules::stands_for(self.gain(*own), self.gain(greatest))) {
+        match own.filter(|own| rules::is_close_to(self.gain(*own), self.gain(greatest))) {
             Some(own) if self.is_plausible(own) => Some((own, best)),
             _ => Some((greatest, sets.all.iter().find(|set| set.members.contains(&greatest))?)),
         }
@@ -272,7 +273,7 @@ fn imitates(id: &EffectId) -> bool {
     kind(&id.name).is_some_and(|kind| kind.imitates_anything)
 }
 
-/// Directions tell of rotations about joints.
+/// Directions speak of rotations about joints.
 fn is_of_a_joint(id: &EffectId) -> bool {
     kind(&id.name).is_some_and(|kind| kind.family == Family::Joint)
 }
@@ -282,7 +283,7 @@ fn wald((values, covariance): &(DVector<f64>, DMatrix<f64>)) -> (f64, f64) {
     let eigen = covariance.clone().symmetric_eigen();
     let largest = eigen.eigenvalues.iter().copied().fold(0.0, f64::max);
     let pairs = eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter());
-    // Directions in which two parameters do the same have no variance of their own, and tell nothing.
+    // Directions in which two parameters do the same have no variance of their own, and say nothing.
     let known = pairs.filter(|(value, _)| **value > 1e-12 * largest);
     known.fold((0.0, 0.0), |(sum, rank), (value, vector)| {
         (sum + vector.dot(values).powi(2) / value, rank + 1.0)
@@ -295,8 +296,8 @@ impl Mechanism {
         matches!(self.doubt, Some(Doubt::MoreAtItsJoint | Doubt::NotPredicted | Doubt::Size))
     }
 
-    /// Whether there is something to tell: a name, or at least a place.
-    pub(crate) fn is_told(&self) -> bool {
+    /// Whether there is something to report: a name, or at least a place.
+    pub(crate) fn is_reported(&self) -> bool {
         self.doubt.is_none() || self.knows_its_place()
     }
 

@@ -31,7 +31,7 @@ impl Predictions {
         ways.extend(joint.map(|joint| joint_blocks(table, &bench.rows, joint)));
         ways.extend(session_blocks(table, &bench.rows));
         let beside = without.fit.at_ratios_of(&set.fit);
-        let mut told = Self {
+        let mut predictions = Self {
             gain: f64::INFINITY,
             gain_beside: f64::INFINITY,
             plain: bench.part(set, suspect, plain.values.as_slice()).to_vec(),
@@ -52,15 +52,15 @@ impl Predictions {
                 // The jackknife wants blocks of one kind: regions, the first way.
                 if number == 0 {
                     let (_, plain_values) = bench.mixed.predict(&plain, &left_out)?;
-                    told.values.push(bench.part(set, suspect, &values).to_vec());
-                    told.plain_values.push(bench.part(set, suspect, &plain_values).to_vec());
+                    predictions.values.push(bench.part(set, suspect, &values).to_vec());
+                    predictions.plain_values.push(bench.part(set, suspect, &plain_values).to_vec());
                 }
             }
             let [gain, gain_beside] = falls.map(|falls| bench.gain_over(&falls));
-            told.gain = told.gain.min(gain);
-            told.gain_beside = told.gain_beside.min(gain_beside);
+            predictions.gain = predictions.gain.min(gain);
+            predictions.gain_beside = predictions.gain_beside.min(gain_beside);
         }
-        Some(told)
+        Some(predictions)
     }
 }
 

@@ -4,8 +4,8 @@ use crate::thresholds::{
     GAIN_ERRORS, JOINT_LEFT, RIVAL_SHARE, SITE_LEFT, SIZE_ERRORS, SIZE_SHARE, SMOOTH_ERRORS,
 };
 
-/// Whether something takes enough from what is left, by itself, to stand in the place of the foremost.
-pub(super) fn stands_for(own: f64, foremost: f64) -> bool {
+/// Whether something takes enough from what is left, by itself, to take the place of the foremost.
+pub(super) fn is_close_to(own: f64, foremost: f64) -> bool {
     own >= RIVAL_SHARE * foremost
 }
 
@@ -35,8 +35,8 @@ mod tests {
 
     #[test]
     fn a_rival_takes_half_of_what_the_foremost_does() {
-        assert!(stands_for(1.01 * RIVAL_SHARE * 40.0, 40.0));
-        assert!(!stands_for(0.99 * RIVAL_SHARE * 40.0, 40.0));
+        assert!(is_close_to(1.01 * RIVAL_SHARE * 40.0, 40.0));
+        assert!(!is_close_to(0.99 * RIVAL_SHARE * 40.0, 40.0));
     }
 
     #[test]

@@ -20,23 +20,23 @@ fn wave(q: f64) -> f64 {
 #[test]
 fn an_effect_is_named_among_dirt_with_its_size_and_what_is_left() {
     let lab = two_links(150, "joint_zero(*)", 0.05, 3, |q| [dirt(q), wave(q[1])]);
-    let told = lab.diagnose(&Progress::unwatched()).unwrap();
-    let named = told.named.as_ref().unwrap_or_else(|| panic!("{told:#?}"));
+    let diagnosis = lab.diagnose(&Progress::unwatched()).unwrap();
+    let named = diagnosis.named.as_ref().unwrap_or_else(|| panic!("{diagnosis:#?}"));
     assert_eq!((named.effect.effect.as_str(), named.effect.place.as_str()), ("joint_harmonic", "elbow"));
     assert_eq!(named.effect.n, Some(12.0));
     assert!((named.size.to_radians() - WAVE).abs() < 4.0 * named.se.to_radians(), "{named:?}");
     // Dirt of 0.28 mrad RMS on 300 mm, and noise, which nobody knows here.
-    let left = told.left_unexplained_mm.unwrap();
+    let left = diagnosis.left_unexplained_mm.unwrap();
     assert!((0.08..0.16).contains(&left), "{left}");
-    assert!(told.probability.unwrap() > 0.95, "{:?}", told.probability);
+    assert!(diagnosis.probability.unwrap() > 0.95, "{:?}", diagnosis.probability);
 }
 
 #[test]
 fn of_two_effects_in_dirt_the_larger_is_named_first() {
     let both = |q: [f64; 2]| [dirt(q) + 0.0005 * (7.0 * q[0]).sin(), wave(q[1])];
-    let told = two_links(150, "joint_zero(*)", 0.05, 11, both).diagnose(&Progress::unwatched()).unwrap();
-    let named = told.named.as_ref().unwrap_or_else(|| panic!("{told:#?}"));
-    assert_eq!((named.effect.place.as_str(), named.effect.n), ("elbow", Some(12.0)), "{told:#?}");
+    let diagnosis = two_links(150, "joint_zero(*)", 0.05, 11, both).diagnose(&Progress::unwatched()).unwrap();
+    let named = diagnosis.named.as_ref().unwrap_or_else(|| panic!("{diagnosis:#?}"));
+    assert_eq!((named.effect.place.as_str(), named.effect.n), ("elbow", Some(12.0)), "{diagnosis:#?}");
 }
 
 #[test]
@@ -45,8 +45,8 @@ fn a_sawtooth_is_no_wave() {
     let teeth = |q: f64| 2.0 * WAVE * ((12.0 * q / std::f64::consts::TAU).rem_euclid(1.0) - 0.5);
     for seed in 0..3 {
         let lab = two_links(150, "joint_zero(*)", 0.05, seed, |q| [dirt(q), teeth(q[1])]);
-        let told = lab.diagnose(&Progress::unwatched()).unwrap();
-        assert_ne!(told.verdict, Verdict::Named, "{told:#?}");
+        let diagnosis = lab.diagnose(&Progress::unwatched()).unwrap();
+        assert_ne!(diagnosis.verdict, Verdict::Named, "{diagnosis:#?}");
     }
 }
 
@@ -54,8 +54,8 @@ fn a_sawtooth_is_no_wave() {
 fn dirt_alone_gets_no_name() {
     for seed in 0..6 {
         let lab = two_links(150, "joint_zero(*)", 0.05, seed, |q| [dirt(q), 0.0]);
-        let told = lab.diagnose(&Progress::unwatched()).unwrap();
-        assert_ne!(told.verdict, Verdict::Named, "{told:#?}");
+        let diagnosis = lab.diagnose(&Progress::unwatched()).unwrap();
+        assert_ne!(diagnosis.verdict, Verdict::Named, "{diagnosis:#?}");
     }
 }
 
@@ -220,7 +220,7 @@ fn a_place_is_known_unless_something_else_does_as_well() {
     let with = |doubt: Option<Doubt>| {
         let values = (DVector::zeros(1), DMatrix::zeros(1, 1));
         let mechanism = Mechanism { close: vec![0], doubt, probabilities: Vec::new(), values };
-        (mechanism.knows_its_place(), mechanism.is_told())
+        (mechanism.knows_its_place(), mechanism.is_reported())
     };
     assert_eq!(with(None), (false, true), "it has a name");
     for doubt in [Doubt::MoreAtItsJoint, Doubt::NotPredicted, Doubt::Size] {

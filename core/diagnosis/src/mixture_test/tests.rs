@@ -130,7 +130,7 @@ fn positions_nearer_than_the_noise_show_are_not_counted() {
 }
 
 #[test]
-fn what_lies_across_is_told_from_what_lies_along() {
+fn what_lies_across_is_distinguished_from_what_lies_along() {
     let (deviation, way) = (DVector::from_vec(vec![3.0, 4.0, 0.0]), DVector::from_vec(vec![2.0, 0.0, 0.0]));
     let member = Member::of(&deviation, &way, None);
     assert_eq!((member.along, member.across, member.freedom, member.length), (1.5, 16.0, 2.0, 2.0));
@@ -155,18 +155,18 @@ fn members_are_measured_along_their_way_and_what_lies_across_is_noise_of_its_own
         candidates: Vec::new(),
         groups: 2,
     };
-    let told = Lines::along(&returns, &deviations, &[1.0; 6], &path, None).unwrap();
-    assert_eq!(told.lines.len(), 2);
-    for line in &told.lines {
+    let found = Lines::along(&returns, &deviations, &[1.0; 6], &path, None).unwrap();
+    assert_eq!(found.lines.len(), 2);
+    for line in &found.lines {
         assert_eq!(line.places, [-1.0, 0.0, 1.0], "half a unit a sigma");
         assert!((line.spread - 0.5).abs() < 1e-12);
     }
     // Squares across: 1 + 4 + 1 + 4 a group. Two directions across, less a mean in each group.
-    assert!((told.across - 20.0).abs() < 1e-12 && (told.freedom - 8.0).abs() < 1e-12);
-    assert!((told.typical - 2.0).abs() < 1e-12, "sigmas along the way: 2, 0, 2 twice");
+    assert!((found.across - 20.0).abs() < 1e-12 && (found.freedom - 8.0).abs() < 1e-12);
+    assert!((found.typical - 2.0).abs() < 1e-12, "sigmas along the way: 2, 0, 2 twice");
     // The likelihood of what lies across: -8 ln s - 20 / 2 s^2.
-    assert!((told.across(2.0) - (-8.0 * 2.0_f64.ln() - 2.5)).abs() < 1e-12);
-    assert!((told.across(5.0) - (-8.0 * 5.0_f64.ln() - 0.4)).abs() < 1e-12);
+    assert!((found.across(2.0) - (-8.0 * 2.0_f64.ln() - 2.5)).abs() < 1e-12);
+    assert!((found.across(5.0) - (-8.0 * 5.0_f64.ln() - 0.4)).abs() < 1e-12);
     // What moves beside it along y is left out of account, and costs a direction.
     let beside = vec![DVector::from_row_slice(&[0.0, 3.0, 0.0]); 6];
     let aside = Lines::along(&returns, &deviations, &[1.0; 6], &path, Some(&beside)).unwrap();

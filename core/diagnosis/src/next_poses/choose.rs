@@ -42,10 +42,10 @@ pub(super) struct Choice {
 }
 
 impl Choice {
-    /// Least separation of the pairs that are told apart; of none is, the greatest.
+    /// Least separation of the pairs that are distinguished; of none is, the greatest.
     pub(super) fn separation(&self) -> f64 {
-        let told = self.apart.iter().copied().filter(|apart| *apart >= SETTLES);
-        let least = told.fold(f64::INFINITY, f64::min);
+        let distinguished = self.apart.iter().copied().filter(|apart| *apart >= SETTLES);
+        let least = distinguished.fold(f64::INFINITY, f64::min);
         if least.is_finite() { least } else { self.apart.iter().copied().fold(0.0, f64::max) }
     }
 
@@ -74,7 +74,7 @@ pub(super) struct Chooser<'a> {
     surface: Option<Surface>,
     /// What a camera on the hand can see of a board, if it is what measures.
     view: Option<View>,
-    /// Whether each rival is to be told from the first alone: the others are what the rows do not show, and need no telling apart.
+    /// Whether each rival is to be distinguished from the first alone: the others are what the rows do not show, and need no distinguishing.
     from_first: bool,
 }
 
@@ -97,8 +97,8 @@ impl<'a> Chooser<'a> {
         Ok(Self { designer, rivals, noise, sensing: Sensing::AsBefore, surface, view, from_first: false })
     }
 
-    /// Asks for poses that tell each rival from the first; from one another they need not.
-    pub(super) fn tell_from_first(&mut self) {
+    /// Asks for poses that distinguish each rival from the first; from one another they need not.
+    pub(super) fn separate_from_first(&mut self) {
         self.from_first = true;
         self.designer.both_directions = true;
     }
@@ -283,7 +283,7 @@ fn worth_of_pairs(apart: &[f64], more: &[f64]) -> f64 {
 
 /// What is known once readings with these derivatives have been taken: the Kalman update of a covariance.
 fn learn(covariance: &mut DMatrix<f64>, jacobian: &DMatrix<f64>, noise: f64) {
-    // C - C J' (J C J' + R)^-1 J C (Kalman 1960): no reading is needed to know how much one will tell.
+    // C - C J' (J C J' + R)^-1 J C (Kalman 1960): no reading is needed to know how much one will say.
     let across = &*covariance * jacobian.transpose();
     let variance =
         jacobian * &across + DMatrix::identity(jacobian.nrows(), jacobian.nrows()) * (noise * noise);
@@ -336,7 +336,7 @@ mod tests {
     }
 
     #[test]
-    fn the_separation_is_the_least_of_pairs_told_apart_else_the_greatest() {
+    fn the_separation_is_the_least_of_pairs_distinguished_else_the_greatest() {
         assert_eq!(choice(&[1.1 * SETTLES, 9.0, 0.9 * SETTLES]).separation(), 1.1 * SETTLES);
         assert_eq!(choice(&[0.2, 0.9 * SETTLES]).separation(), 0.9 * SETTLES);
         assert_eq!(choice(&[4.0, f64::NAN, 2.0]).least(), 2.0);
@@ -412,7 +412,7 @@ mod tests {
         let (worth, pairs) = chooser.worth(&forecast(&[0.0, 2.0, 6.0]), 0, &known(3));
         assert_eq!(pairs, [1.0, 9.0, 4.0]);
         assert!((worth - pairs.iter().map(|one| answered(*one)).sum::<f64>()).abs() < 1e-12);
-        chooser.tell_from_first();
+        chooser.separate_from_first();
         let (_, pairs) = chooser.worth(&forecast(&[0.0, 2.0, 6.0]), 0, &known(3));
         assert!(pairs[..2] == [1.0, 9.0] && pairs[2].is_nan());
     }

@@ -44,7 +44,7 @@ pub(super) enum Sensing {
 /// Waits before a pose that effects of time are asked with, s: none, ten minutes, an hour.
 const WAITS: [f64; 3] = [0.0, 600.0, 3600.0];
 
-/// What stands for the range of a joint where the hand carries a light stripe, rad: the hand stays over the same surfaces.
+/// What replaces the range of a joint where the hand carries a light stripe, rad: the hand stays over the same surfaces.
 const WIDEST_OF_PICTURES: f64 = 0.3;
 
 /// Where poses are drawn from.
@@ -58,7 +58,7 @@ pub(super) struct Designer<'a> {
     pub(super) both_directions: bool,
 }
 
-/// Least and greatest coordinate of chosen poses. An arm that is told to stand on its limit may refuse: its zeros are what is
+/// Least and greatest coordinate of chosen poses. An arm that is commanded onto its limit may refuse: its zeros are what is
 /// being looked for.
 fn allowed_range(range: JointRange) -> (f64, f64) {
     let (low, high) = range.ends;

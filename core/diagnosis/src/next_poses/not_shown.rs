@@ -38,7 +38,7 @@ impl Laboratory {
         let mut rivals = vec![Rival::of("the model as it is".to_owned(), stage.taken.clone(), &stage.fitted)];
         rivals.extend(faint.iter().map(|one| rival(one, stage, asked_mm(sigma), self)));
         let mut chooser = Chooser::new(&weighty, rivals, noise)?;
-        chooser.tell_from_first();
+        chooser.separate_from_first();
         let wish = Wish { count: wanted.count, keep_out: &wanted.keep_out, payloads: &wanted.payloads };
         let choice = chooser.choose(wish, progress)?;
         if choice.designs.is_empty() {

@@ -3,11 +3,11 @@
 /// What poses are chosen for.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Asked {
-    /// To tell effects in question apart.
+    /// To distinguish effects in question.
     Rivals {
         /// One of them is the name.
         named: bool,
-        /// Pairs that the poses do not tell apart.
+        /// Pairs that the poses do not distinguish.
         alike: Vec<(String, String)>,
     },
     /// To show what the rows do not.
@@ -22,7 +22,7 @@ pub enum Asked {
 /// What does what poses within reach do not.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Instead {
-    /// Another way of measuring tells them apart.
+    /// Another way of measuring distinguishes them.
     Way {
         /// Which.
         way: OtherWay,

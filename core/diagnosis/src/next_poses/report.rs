@@ -1,4 +1,4 @@
-//! Chosen poses as they are told to people.
+//! Chosen poses as people see them.
 
 use serde_json::{Map, Value, json};
 
@@ -123,16 +123,16 @@ mod tests {
     }
 
     #[test]
-    fn a_chosen_pose_is_told_in_degrees_with_its_wait_and_what_each_rival_predicts() {
+    fn a_chosen_pose_is_reported_in_degrees_with_its_wait_and_what_each_rival_predicts() {
         let lab = crate::testing::two_links(8, "", 0.05, 73, |_| [0.0; 2]);
         let chooser = Chooser::new(&lab, Vec::new(), 1.0).unwrap();
         let design = |wait: f64| Design { q: vec![0.5, -1.0], approach: vec![1, -1], payload: 2.0, wait };
-        let told = chooser.to_poses(&[design(0.0), design(600.0)]);
-        assert_eq!(told[0].q_deg, [28.648, -57.296], "to a thousandth of a degree");
-        assert_eq!((told[0].payload_kg, told[0].approach.as_slice()), (2.0, &[1, -1][..]));
-        assert!(told[0].predicted.is_empty(), "there is nothing to wait for");
-        assert_eq!(told[1].predicted["after_waiting_s"], 600.0);
-        assert_eq!(approached_from_the_other_side(&told[0]).approach, [-1, 1]);
+        let poses = chooser.to_poses(&[design(0.0), design(600.0)]);
+        assert_eq!(poses[0].q_deg, [28.648, -57.296], "to a thousandth of a degree");
+        assert_eq!((poses[0].payload_kg, poses[0].approach.as_slice()), (2.0, &[1, -1][..]));
+        assert!(poses[0].predicted.is_empty(), "there is nothing to wait for");
+        assert_eq!(poses[1].predicted["after_waiting_s"], 600.0);
+        assert_eq!(approached_from_the_other_side(&poses[0]).approach, [-1, 1]);
     }
 
     #[test]

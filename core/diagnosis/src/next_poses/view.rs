@@ -45,7 +45,7 @@ impl View {
                 continue;
             }
             let (distance, aside, aslant) = look(&IsometryMatrix3::from_parts(place.into(), turn));
-            // Only what was seen tells what the camera can see: its lens and its board are in no file.
+            // Only what was seen shows what the camera can see: its lens and its board are in no file.
             let known = view.get_or_insert(Self { distances: (distance, distance), aside, aslant });
             known.distances = (known.distances.0.min(distance), known.distances.1.max(distance));
             known.aside = known.aside.max(aside);

@@ -22,7 +22,7 @@ pub(crate) struct Replicates {
     pub(crate) columns: Vec<DMatrix<f64>>,
     /// Per member and joint: how its equations move with the joint, whitened.
     pub(crate) motions: Vec<Vec<DVector<f64>>>,
-    /// Ways in which the base or a target may stand in two places, with what each moves per member: one column a number.
+    /// Ways in which the base or a target may be in two places, with what each moves per member: one column a number.
     pub(crate) loose: Vec<(EffectId, Vec<DMatrix<f64>>)>,
     /// Candidates with the range of their columns.
     pub(crate) candidates: Vec<(EffectId, Range<usize>)>,
@@ -36,7 +36,7 @@ struct Asked {
     conditions: Vec<(EffectId, Box<dyn Effect>)>,
     /// Zero of every joint: how the readings move with it.
     zeros: Vec<Box<dyn Effect>>,
-    /// What may stand in two places besides a joint: base and targets.
+    /// What may be in two places besides a joint: base and targets.
     loose: Vec<(EffectId, Box<dyn Effect>)>,
 }
 
@@ -147,7 +147,7 @@ impl Replicates {
     }
 
     /// Adds one row: `block` holds the derivatives by the fitted parameters (`slots` of them), then by everything asked; `sides`
-    /// tells from which side each joint with a gap arrived.
+    /// says from which side each joint with a gap arrived.
     fn add(
         &mut self,
         (row, group): (usize, usize),
@@ -209,7 +209,7 @@ impl Replicates {
         (residuals, columns)
     }
 
-    /// Degrees of freedom within groups, before any allowance; `kept` tells which members count.
+    /// Degrees of freedom within groups, before any allowance; `kept` says which members count.
     pub(super) fn freedom(&self, kept: &[f64]) -> usize {
         let mut seen = vec![false; self.groups];
         let mut freedom = 0;

@@ -182,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_a_step_and_a_curve_are_told_apart() {
+    fn a_line_a_step_and_a_curve_are_distinguished() {
         let line = classify(&levels(|at| 0.5 * at - 1.0), None).unwrap();
         assert_eq!(line, ResidualShape::Linear { rise: 3.5, from: 0.0, to: 7.0 });
         let step = classify(&levels(|at| if at < 2.5 { 0.0 } else { 2.0 }), None).unwrap();

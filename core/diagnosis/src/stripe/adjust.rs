@@ -15,14 +15,14 @@ use super::surface::Surface;
 use super::table::Scans;
 use crate::laboratory::{Laboratory, LaboratoryError, Options};
 
-/// An arm with a light stripe, what stands under it, and scans of that.
+/// An arm with a light stripe, what is under it, and scans of that.
 #[derive(Debug, Clone, Copy)]
 pub struct StripeScene<'a> {
     /// The arm; its own effects do not count.
     pub model: &'a Model,
     /// The rig as its file has it.
     pub rig: &'a StripeRig,
-    /// What stands there, by name, about where.
+    /// What is there, by name, about where.
     pub surfaces: &'a [(String, Surface)],
     /// What was seen.
     pub scans: &'a Scans,
@@ -55,13 +55,13 @@ pub enum AdjustError {
     /// What is searched for inside an effect cannot be found.
     #[error(transparent)]
     Laboratory(#[from] Box<LaboratoryError>),
-    /// It was told to end.
+    /// It was asked to end.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
 }
 
 impl AdjustError {
-    /// Whether it is only that the adjustment was told to end.
+    /// Whether it is only that the adjustment was asked to end.
     pub fn is_cancelled(&self) -> bool {
         match self {
             Self::Fit(error) => matches!(error, FitError::Cancelled(_)),
@@ -106,7 +106,7 @@ pub struct Adjustment {
     pub floor_mm: f64,
     /// Points that took part.
     pub points: usize,
-    /// Combinations of numbers that no stripe could tell, in words.
+    /// Combinations of numbers that no stripe could determine, in words.
     pub not_observable: Vec<String>,
     /// The effects with their values, free and added.
     pub effects: Vec<AddedEffect>,
@@ -228,13 +228,13 @@ fn with_effects(
         }
         before = members.len();
     }
-    // What is left is told of the points within reach of the state that was reached; far pictures are weighed down now that it is known which are far.
+    // What is left is said of the points within reach of the state that was reached; far pictures are weighed down now that it is known which are far.
     let machine = ResidualModel::new(&model, &table, &nothing, &effects)?;
     table.stretches = stretches(&assigned(&machine, &state, &bodies, scans, limit));
     let fit = fitted((&model, &table), &effects, &state, true, progress)?;
     let machine = ResidualModel::new(&model, &table, &nothing, &effects)?;
     let members = assigned(&machine, &fit.state, &bodies, scans, limit);
-    told(model, table, effects, &fit, &members)
+    to_adjusted(model, table, effects, &fit, &members)
 }
 
 /// The fit of everything to the stretches of a table, from a state on.
@@ -253,7 +253,7 @@ fn fitted(
 }
 
 /// What a fit says of itself.
-fn told(
+fn to_adjusted(
     mut model: Model,
     table: Table,
     mut effects: Vec<AddedEffect>,
@@ -340,7 +340,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_adjustment_that_was_told_to_end_is_told_from_one_that_failed() {
+    fn an_adjustment_that_was_asked_to_end_is_distinguished_from_one_that_failed() {
         assert!(AdjustError::from(Cancelled).is_cancelled());
         assert!(AdjustError::Fit(FitError::Cancelled(Cancelled)).is_cancelled());
         assert!(AdjustError::Laboratory(Box::new(LaboratoryError::from(Cancelled))).is_cancelled());

@@ -40,7 +40,7 @@ impl Member {
     }
 }
 
-/// The pixels of each view, by their places: they stand in the order of the views.
+/// The pixels of each view, by their places: they are in the order of the views.
 fn by_view(scans: &Scans) -> Vec<Vec<&StripePixel>> {
     let mut views: Vec<Vec<&StripePixel>> = vec![Vec::new(); scans.views.len()];
     for pixel in &scans.pixels {
@@ -88,7 +88,7 @@ pub(super) fn assigned(
         });
         members.extend(own);
     }
-    // The points of one surface in one picture stand together, in the order in which they were seen.
+    // The points of one surface in one picture come together, in the order in which they were seen.
     members.sort_by_key(|member| (member.view, member.part));
     without_strays(&members)
 }

@@ -2,7 +2,7 @@
 //!
 //! No instrument measures anything here. That all points of a table lie in one plane, those of a ball on one ball and those of a pyramid on its
 //! faces, whatever the direction they were seen from, is the measurement (Agin 1985 had planes at known heights, and no adjustment). What such
-//! constraints cannot tell is said: a turn of everything about the first joint moves every surface alike, and the last joint's zero is the same as a turn
+//! constraints cannot determine is said: a turn of everything about the first joint moves every surface alike, and the last joint's zero is the same as a turn
 //! of the rig about the flange's axis.
 
 mod adjust;

@@ -7,7 +7,7 @@ use plumb_calibration::effect::{self, EffectId, EffectNameError};
 use super::surface::Surface;
 
 /// Numbers of the rig that every calibration finds: where camera and light are, each once. With the last joint's zero beside them, their common turn about the
-/// flange's axis could not be told.
+/// flange's axis could not be determined.
 const FREE_OF_RIG: [&str; 4] = ["camera_aim", "camera_roll", "stripe_plane", "hand_eye"];
 
 /// The model with the rig and the surfaces, in the base's own frame. What the model file says of targets, instruments and noise is of other measurements.

@@ -1,4 +1,4 @@
-//! What there is to be scanned, as a file: forms, and about where they stand.
+//! What there is to be scanned, as a file: forms, and about where they are.
 //!
 //! ```yaml
 //! surfaces:
@@ -59,7 +59,7 @@ pub fn scene_schema() -> serde_json::Value {
     with_words(schema_of::<RawScene>(), "A scene for the light stripe", &words)
 }
 
-/// Reads a scene: the surfaces in the order of their names, about where they stand, mm in the arm's base frame.
+/// Reads a scene: the surfaces in the order of their names, about where they are, mm in the arm's base frame.
 ///
 /// # Errors
 /// [`SceneError`]
@@ -134,21 +134,21 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_scene_is_read_and_its_mistakes_are_told() {
+    fn a_scene_is_read_and_its_mistakes_are_reported() {
         let good = "surfaces:\n  table: {plane: {normal: [0, 0, 2], offset_mm: -300}}\n  ball: {sphere: {centre_mm: [1, 2, 3], radius_mm: 25}}\n";
         let scene = parse(good, Path::new("scene.yaml")).unwrap();
         assert_eq!(scene.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>(), ["ball", "table"]);
-        let told = |from: &str, to: &str| {
+        let refusal = |from: &str, to: &str| {
             parse(&good.replace(from, to), Path::new("scene.yaml")).err().map(|e| e.to_string())
         };
-        let message = told("radius_mm: 25", "radius_mm: -1").unwrap();
+        let message = refusal("radius_mm: 25", "radius_mm: -1").unwrap();
         assert_eq!(
             message,
             "scene.yaml:3:52: `radius_mm` is -1\n    3 |   ball: {sphere: {centre_mm: [1, 2, 3], radius_mm: -1}}\n      |                                                    ^^\n  = it is above 0\n"
         );
-        assert!(told("[0, 0, 2]", "[0, 0, 0]").unwrap().contains("`normal` has no length"));
-        assert!(told("sphere", "cone").unwrap().contains("unknown key `cone` in `ball`"));
-        let two = told("[0, 0, 2], offset_mm", "[0, 0, 0], ofset_mm").unwrap();
+        assert!(refusal("[0, 0, 2]", "[0, 0, 0]").unwrap().contains("`normal` has no length"));
+        assert!(refusal("sphere", "cone").unwrap().contains("unknown key `cone` in `ball`"));
+        let two = refusal("[0, 0, 2], offset_mm", "[0, 0, 0], ofset_mm").unwrap();
         assert!(two.contains("did you mean `offset_mm`?") && two.contains("`normal` has no length"), "{two}");
         assert!(parse("surfaces: {}", Path::new("scene.yaml")).is_err());
     }

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use plumb_document::{FileKind, read_text};
 
-/// One picture: where the arm was told to be.
+/// One picture: where the arm was commanded to be.
 #[derive(Debug, Clone, PartialEq)]
 pub struct View {
     /// Commanded joints, rad or mm.
@@ -173,7 +173,7 @@ impl Scans {
         Ok(())
     }
 
-    /// The same with only every so many rows of each picture: neighbouring rows tell almost the same.
+    /// The same with only every so many rows of each picture: neighbouring rows say almost the same.
     #[must_use]
     pub fn thinned(mut self, every: u32) -> Self {
         self.pixels.retain(|pixel| (pixel.v_px as u32).is_multiple_of(every.max(1)));
@@ -259,18 +259,18 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_told_with_file_and_line() {
-        let told = |poses: &str, stripes: &str| read(poses, stripes).unwrap_err().to_string();
+    fn what_is_wrong_is_reported_with_file_and_line() {
+        let refusal = |poses: &str, stripes: &str| read(poses, stripes).unwrap_err().to_string();
         let header = "row,u_px,v_px,sigma_px,on\n";
         assert_eq!(
-            told(POSES, &format!("{header}3,1,1,1,x\n")),
+            refusal(POSES, &format!("{header}3,1,1,1,x\n")),
             "a.stripes.csv:2: row 3 is none of the 2 of a.poses.csv"
         );
-        assert!(told(POSES, &format!("{header}1,left,1,1,x\n")).contains(":2: `u_px` is `left`"));
-        assert!(told(POSES, &format!("{header}1,1,1,0,x\n")).contains("`sigma_px` is 0"));
-        assert!(told(POSES, "row,u_px\n1,1\n").contains("no `v_px`"));
-        assert!(told("x\n1\n", header).contains("no `q1_deg`"));
-        assert!(told(POSES, &format!("{header}1,1\n")).starts_with("a.stripes.csv:2"));
+        assert!(refusal(POSES, &format!("{header}1,left,1,1,x\n")).contains(":2: `u_px` is `left`"));
+        assert!(refusal(POSES, &format!("{header}1,1,1,0,x\n")).contains("`sigma_px` is 0"));
+        assert!(refusal(POSES, "row,u_px\n1,1\n").contains("no `v_px`"));
+        assert!(refusal("x\n1\n", header).contains("no `q1_deg`"));
+        assert!(refusal(POSES, &format!("{header}1,1\n")).starts_with("a.stripes.csv:2"));
     }
 
     #[test]

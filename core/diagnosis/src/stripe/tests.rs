@@ -86,8 +86,8 @@ fn views(model: &Model) -> Vec<View> {
 /// What a perfect camera of this rig sees: along each row the column at which the sheet meets the nearest surface.
 fn seen(model: &Model, rig: &StripeRig, deviations: &[Deviation], views: &[View]) -> Vec<StripePixel> {
     let mut pixels = Vec::new();
-    for (view, told) in views.iter().enumerate() {
-        let flange = Posture::of(&model.chain, &told.q, deviations).flange;
+    for (view, pose) in views.iter().enumerate() {
+        let flange = Posture::of(&model.chain, &pose.q, deviations).flange;
         for row in (4..252).step_by(8) {
             let height = |u: f64| Some(self::height(&(flange * rig.point(u, f64::from(row))?)));
             // From the projector's side inward the first sign change is where light meets matter.
@@ -155,7 +155,7 @@ fn errors_of_rig_and_joints_are_found_from_surfaces_alone() {
 }
 
 #[test]
-fn what_no_surface_can_tell_is_named() {
+fn what_no_surface_determines_is_named() {
     let found = found(&rig(), &[], &["joint_zero(waist)", "joint_zero(flange)"]);
     let text = found.not_observable.join("; ");
     println!("{text}");

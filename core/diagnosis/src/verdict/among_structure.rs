@@ -15,7 +15,7 @@ use crate::thresholds::NAMING_LEVEL;
 use plumb_calibration::effect::{self, EffectId};
 use plumb_estimation::Progress;
 
-/// What stands out of a stage beside a flexible part; asked only where chance would hardly make any of its contenders, for it costs as much as the whole search.
+/// What remains of a stage beside a flexible part; asked only where chance would hardly make any of its contenders, for it costs as much as the whole search.
 fn mechanism_of(stage: &Stage<'_>, unlisted: &[Probe]) -> Option<Mechanism> {
     match stage.contenders.iter().any(Contender::is_plausible) {
         true => Mechanism::of(stage, unlisted),
@@ -61,11 +61,11 @@ impl<'a> Finding<'a> {
     }
 
     /// Asks whether an effect is identified although more is left: first with nothing taken in, then beside what was. Where none is, the place of the foremost is
-    /// told if that much is known, else any other verdict stands as it is, and a name only if it is the foremost then too and nothing is to be said against it.
+    /// reported if that much is known, else any other verdict remains as it is, and a name only if it is the foremost then too and nothing is to be said against it.
     fn among_structure(mut self, base: &mut Option<Stage<'a>>, unlisted: &[Probe], floor: &Floor) -> Self {
         let named = self.verdict == Verdict::Named;
         let asked_base = base.as_ref().filter(|_| !named).and_then(|base| mechanism_of(base, unlisted));
-        if let Some(mechanism) = asked_base.filter(Mechanism::is_told)
+        if let Some(mechanism) = asked_base.filter(Mechanism::is_reported)
             && let Some(base) = base.take()
         {
             self.stage = base;
@@ -74,7 +74,7 @@ impl<'a> Finding<'a> {
             return self.settled_by(mechanism, floor);
         }
         match mechanism_of(&self.stage, unlisted) {
-            Some(mechanism) if mechanism.is_told() && !named => self.settled_by(mechanism, floor),
+            Some(mechanism) if mechanism.is_reported() && !named => self.settled_by(mechanism, floor),
             mechanism => {
                 let doubted = mechanism.as_ref().is_some_and(|mechanism| {
                     let likeliest = self.close.first().is_some_and(|best| mechanism.close.contains(best));
@@ -135,7 +135,7 @@ impl<'a> Finding<'a> {
         plausible.iter().zip(posterior(&criteria)).map(|((index, _), likely)| (*index, likely)).collect()
     }
 
-    /// What no pose tells from the effects in question, because on this arm it is the same: said of whatever is named, located or tied.
+    /// What no pose distinguishes from the effects in question, because on this arm it is the same: said of whatever is named, located or tied.
     pub(crate) fn twins(&self) -> Vec<Note> {
         if !matches!(self.verdict, Verdict::Named | Verdict::Located | Verdict::Tied) {
             return Vec::new();
@@ -158,7 +158,7 @@ impl<'a> Finding<'a> {
         (!own.is_empty()).then(|| own.iter().sum::<f64>().min(1.0))
     }
 
-    /// Why a contender is not the name, and which rival stands in its way; nothing for the one that is named.
+    /// Why a contender is not the name, and which rival is in its way; nothing for the one that is named.
     pub(super) fn rejected(&self, contender: &Contender) -> Option<Rejection> {
         let is_best = self.best().is_some_and(|best| best.id == contender.id);
         let close =
@@ -192,7 +192,7 @@ impl<'a> Finding<'a> {
         labels.collect()
     }
 
-    /// What stands in the way of a contender that passes everything but being the likeliest, or undoubted.
+    /// What is in the way of a contender that passes everything but being the likeliest, or undoubted.
     fn rival(&self, contender: &Contender, is_best: bool) -> Rejection {
         let model = self.stage.fitted.machine.model;
         let best = self.best().filter(|_| !is_best);
@@ -233,7 +233,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_left_with_an_effect_in_is_told_beyond_the_noise() {
+    fn what_is_left_with_an_effect_in_is_reported_beyond_the_noise() {
         with_finding(|finding, floor| {
             // 305 squares on 105 degrees of freedom: 200 beyond a noise of 1, in 40 points, sigmas of 0.05 mm.
             let one = Contender { left: (305.0, 105.0), ..contender("joint_gain", 1, 0.0) };
@@ -268,7 +268,7 @@ mod tests {
     }
 
     #[test]
-    fn a_candidate_is_told_the_first_reason_why_it_is_no_name() {
+    fn a_candidate_is_reported_the_first_reason_why_it_is_no_name() {
         with_finding(|finding, _| {
             let named = finding.best().unwrap().id.clone();
             let own = finding.stage.contenders[0].id.clone();
@@ -293,16 +293,16 @@ mod tests {
         });
         with_finding(|finding, _| {
             (finding.verdict, finding.free_first) = (Verdict::Tied, Some(GEOMETRY));
-            let told = finding.rejected(&finding.stage.contenders[0]).unwrap();
-            assert_eq!(told, Rejection::HeldGeometry(GEOMETRY));
+            let rejection = finding.rejected(&finding.stage.contenders[0]).unwrap();
+            assert_eq!(rejection, Rejection::HeldGeometry(GEOMETRY));
         });
         with_finding(|finding, _| {
             finding.verdict = Verdict::Tied;
             finding.close.push(1);
             finding.stage.contenders[1].holm_p = 1e-9;
             finding.stage.contenders[1].score.plausible = true;
-            let told = finding.rejected(&finding.stage.contenders[1]).unwrap();
-            assert_eq!(told, Rejection::IndistinguishableFrom(vec!["joint_gain(elbow)".to_owned()]));
+            let rejection = finding.rejected(&finding.stage.contenders[1]).unwrap();
+            assert_eq!(rejection, Rejection::IndistinguishableFrom(vec!["joint_gain(elbow)".to_owned()]));
         });
     }
 }

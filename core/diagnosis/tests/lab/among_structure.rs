@@ -33,35 +33,35 @@ fn diagnosis(seed: u64, hidden: impl Fn(usize, [f64; 3], [f64; 3]) -> [f64; 3]) 
     laboratory(&model, &text, options).diagnose(&Progress::unwatched()).unwrap()
 }
 
-fn named(told: &Diagnosis) -> (&str, &str) {
-    let named = told.named.as_ref().unwrap_or_else(|| panic!("{}", diagnosis_sentence(told)));
+fn named(diagnosis: &Diagnosis) -> (&str, &str) {
+    let named = diagnosis.named.as_ref().unwrap_or_else(|| panic!("{}", diagnosis_sentence(diagnosis)));
     (named.effect.effect.as_str(), named.effect.place.as_str())
 }
 
 #[test]
 fn play_is_named_from_the_way_of_each_row_where_no_sides_are_logged() {
-    let told = diagnosis(5, |_, _, moved| [0.0, 0.0, -0.05 * moved[2].signum()]);
-    assert_eq!(named(&told), ("joint_backlash", "elbow"));
-    let size = told.named.as_ref().unwrap().size;
+    let diagnosis = diagnosis(5, |_, _, moved| [0.0, 0.0, -0.05 * moved[2].signum()]);
+    assert_eq!(named(&diagnosis), ("joint_backlash", "elbow"));
+    let size = diagnosis.named.as_ref().unwrap().size;
     assert!((size - 0.1).abs() < 0.02, "{size}");
-    assert!(told.left_unexplained_mm.unwrap() > 0.04, "{}", diagnosis_sentence(&told));
+    assert!(diagnosis.left_unexplained_mm.unwrap() > 0.04, "{}", diagnosis_sentence(&diagnosis));
 }
 
 #[test]
 fn a_coupling_is_named_beside_a_jump_of_another_joint_and_unknown_structure() {
-    let told = diagnosis(7, |row, q, _| [0.002 * q[1], if row < 70 { 0.0 } else { 0.03 }, 0.0]);
-    assert_eq!(named(&told), ("joint_coupling", "waist"));
+    let diagnosis = diagnosis(7, |row, q, _| [0.002 * q[1], if row < 70 { 0.0 } else { 0.03 }, 0.0]);
+    assert_eq!(named(&diagnosis), ("joint_coupling", "waist"));
     assert!(
-        diagnosis_sentence(&told).contains("of the rest is not explained yet"),
+        diagnosis_sentence(&diagnosis).contains("of the rest is not explained yet"),
         "{}",
-        diagnosis_sentence(&told)
+        diagnosis_sentence(&diagnosis)
     );
 }
 
 #[test]
 fn structure_alone_gets_no_name() {
     for seed in 0..4 {
-        let told = diagnosis(seed, |_, _, _| [0.0; 3]);
-        assert_ne!(told.verdict, Verdict::Named, "{}", diagnosis_sentence(&told));
+        let diagnosis = diagnosis(seed, |_, _, _| [0.0; 3]);
+        assert_ne!(diagnosis.verdict, Verdict::Named, "{}", diagnosis_sentence(&diagnosis));
     }
 }

@@ -185,7 +185,7 @@ fn fewer_numbers_than_unknowns_are_refused() {
 }
 
 #[test]
-fn an_arm_that_cannot_move_is_told() {
+fn an_arm_that_cannot_move_is_reported() {
     let model = TWO_LINKS.replace("a_mm: 200", "a_mm: 0").replace("a_mm: 150", "a_mm: 0");
     says(
         &complaint(&model, &table(20, |_, _| ())),
@@ -197,7 +197,7 @@ fn an_arm_that_cannot_move_is_told() {
 }
 
 #[test]
-fn freedoms_a_singular_arm_cannot_tell_apart_are_named_not_inverted() {
+fn freedoms_a_singular_arm_cannot_distinguish_are_named_not_inverted() {
     // Two joints on one axis: only the sum of their zeros can be seen.
     let model = "
 arm: twins
@@ -276,7 +276,7 @@ fn decimal_commas_between_commas_are_explained() {
 }
 
 #[test]
-fn an_empty_file_a_header_alone_and_noise_are_told_apart() {
+fn an_empty_file_a_header_alone_and_noise_are_distinguished() {
     says(
         &complaint(TWO_LINKS, ""),
         &["table.csv: the file is empty", "the first line must name the columns"],

@@ -47,7 +47,7 @@ fn a_bend_is_predictable_whatever_measures_it_and_noise_is_not() {
 }
 
 #[test]
-fn a_column_of_words_is_a_group_of_its_own_and_diagnose_tells_it_where_nothing_is_named() {
+fn a_column_of_words_is_a_group_of_its_own_and_diagnose_reports_it_where_nothing_is_named() {
     let mut dice = Dice::seeded(61);
     let mut text = format!("{Q},p1_x_mm,p1_y_mm,p1_z_mm,fixture\n");
     for (row, q) in column_poses(150, 61).into_iter().enumerate() {

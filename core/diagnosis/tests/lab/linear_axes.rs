@@ -52,12 +52,12 @@ fn axis(table: &str) -> Laboratory {
 fn the_play_of_an_axis_is_named_beside_an_error_of_position_which_a_map_then_takes() {
     let watch = Progress::unwatched();
     let lab = axis(&table(3, PLAY, screw));
-    let told = lab.diagnose(&watch).unwrap();
-    assert_eq!(told.verdict, Verdict::Named, "{}", diagnosis_sentence(&told));
-    let named = told.named.as_ref().unwrap();
+    let diagnosis = lab.diagnose(&watch).unwrap();
+    assert_eq!(diagnosis.verdict, Verdict::Named, "{}", diagnosis_sentence(&diagnosis));
+    let named = diagnosis.named.as_ref().unwrap();
     assert_eq!(named.effect.effect, "joint_backlash");
     assert!((named.size - PLAY).abs() < 3.0 * named.se && named.se < 0.001, "{} +- {}", named.size, named.se);
-    let sentence = diagnosis_sentence(&told);
+    let sentence = diagnosis_sentence(&diagnosis);
     assert!(
         sentence.contains("joint_backlash(x) is at work: ") && sentence.contains("; add it. "),
         "{sentence}"
@@ -73,18 +73,26 @@ fn the_play_of_an_axis_is_named_beside_an_error_of_position_which_a_map_then_tak
 }
 
 #[test]
-fn what_goes_with_the_position_is_told_so_where_no_condition_is_at_work() {
-    let told = axis(&table(4, 0.0, screw)).diagnose(&Progress::unwatched()).unwrap();
-    assert!(told.named.is_none() && told.verdict.is_nameless(), "{}", diagnosis_sentence(&told));
+fn what_goes_with_the_position_is_said_so_where_no_condition_is_at_work() {
+    let diagnosis = axis(&table(4, 0.0, screw)).diagnose(&Progress::unwatched()).unwrap();
     assert!(
-        diagnosis_sentence(&told)
+        diagnosis.named.is_none() && diagnosis.verdict.is_nameless(),
+        "{}",
+        diagnosis_sentence(&diagnosis)
+    );
+    assert!(
+        diagnosis_sentence(&diagnosis)
             .to_lowercase()
             .contains("depends on the pose alone, more than the returns to 10 poses scatter"),
         "{}",
-        diagnosis_sentence(&told)
+        diagnosis_sentence(&diagnosis)
     );
-    assert!(!diagnosis_sentence(&told).contains("no single joint"), "{}", diagnosis_sentence(&told));
-    assert_eq!(told.remaining.covariates.first().map(String::as_str), Some("pose"));
+    assert!(
+        !diagnosis_sentence(&diagnosis).contains("no single joint"),
+        "{}",
+        diagnosis_sentence(&diagnosis)
+    );
+    assert_eq!(diagnosis.remaining.covariates.first().map(String::as_str), Some("pose"));
 }
 
 #[test]
@@ -147,12 +155,12 @@ fn a_screw_out_of_true_is_named_with_its_size_beside_play() {
 }
 
 #[test]
-fn at_whole_pitches_no_wave_is_told_and_the_notes_say_what_would_tell_it() {
+fn at_whole_pitches_no_wave_is_reported_and_the_notes_say_what_would_determine_it() {
     let lab = laboratory(&on_a_screw(), &positions(6, 40, true), Options::default());
-    let told = lab.diagnose(&Progress::unwatched()).unwrap();
+    let diagnosis = lab.diagnose(&Progress::unwatched()).unwrap();
     let is_wave = |label: &str| label.starts_with("screw_wave");
-    assert!(!told.candidates.iter().any(|one| is_wave(&one.label)), "{:?}", told.candidates);
-    let mut notes = told.warnings.iter().map(note_in_words);
+    assert!(!diagnosis.candidates.iter().any(|one| is_wave(&one.label)), "{:?}", diagnosis.candidates);
+    let mut notes = diagnosis.warnings.iter().map(note_in_words);
     let note = notes.find(|note| is_wave(note)).expect("a note about the wave");
     assert!(
         note.contains("cannot be identified: at the positions of x that were measured, whole pitches apart, it is the same everywhere. Measure at random within a pitch")

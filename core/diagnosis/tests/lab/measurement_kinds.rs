@@ -74,7 +74,7 @@ fn heights_over_a_plane_of_which_nobody_knows_how_it_lies() {
 }
 
 #[test]
-fn rows_left_out_are_not_asked_of_a_plane_that_nothing_else_tells() {
+fn rows_left_out_are_not_asked_of_a_plane_that_nothing_else_determines() {
     let mut dice = Dice::seeded(7);
     let mut rows: Vec<String> = column_poses(60, 7)
         .into_iter()
@@ -163,7 +163,7 @@ fn tilts_of_the_last_link() {
     let rows: Vec<String> = column_poses(40, 6).into_iter().map(&mut row).collect();
     let level = "level: {after: elbow, rpy_deg: [-90, 0, 0]}\nnoise: {tilt_deg: 0.02}\n";
     finds_the_elbow(&compare(&model(level), &format!("{Q},tilt_x_deg,tilt_y_deg"), &rows));
-    // A level cannot tell the shoulder's zero from the elbow's: it says so.
+    // A level cannot distinguish the shoulder's zero from the elbow's: it says so.
     let both = model(level).replace("joint_zero(elbow)", "joint_zero(shoulder), joint_zero(elbow)");
     let found = compare(&both, &format!("{Q},tilt_x_deg,tilt_y_deg"), &rows);
     let gauge = found.gauges.first().unwrap();
@@ -358,7 +358,7 @@ fn one_pointer_on_marks_of_which_only_a_distance_is_known() {
     finds_the_elbow(&compare(&model(&touch), &format!("{Q},touch"), &rows));
 }
 
-/// A point as an instrument standing askew somewhere reads it.
+/// A point as an instrument placed askew somewhere reads it.
 fn seen([x, y, z]: [f64; 3]) -> [f64; 3] {
     let (sine, cosine) = 35.0_f64.to_radians().sin_cos();
     let (x, y) = (cosine * x - sine * y, sine * x + cosine * y);

@@ -1,4 +1,4 @@
-//! Poses to measure next: within limits, clear of what is kept out, and telling apart what the data cannot.
+//! Poses to measure next: within limits, clear of what is kept out, and distinguishing what the data cannot.
 
 use plumb_diagnosis::laboratory::Options;
 use plumb_diagnosis::split::Holdout;
@@ -59,7 +59,7 @@ fn nothing_of_the_arm_crosses_a_plane_that_is_kept_out() {
 }
 
 #[test]
-fn where_no_pose_tells_them_apart_it_says_so_and_what_would() {
+fn where_no_pose_distinguishes_them_it_says_so_and_what_would() {
     let tight = TWO_LINKS.replace("[-150, 150]", "[59, 61]");
     let poses = next(&tight, Vec::new());
     assert!(poses.separation < 3.0, "{poses:?}");

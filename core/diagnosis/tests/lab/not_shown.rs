@@ -73,7 +73,7 @@ fn poses_all_over_the_range_show_what_narrow_ones_do_not() {
 }
 
 #[test]
-fn where_the_arm_works_in_part_of_its_reach_only_what_matters_there_is_told() {
+fn where_the_arm_works_in_part_of_its_reach_only_what_matters_there_is_reported() {
     // Within the elbow's narrow range the tip lies between 300 and 310 mm out, whatever the shoulder does.
     let narrow = "working_volume: {x_mm: [-310, 310], y_mm: [-310, 310], z_mm: [-1, 1]}\n";
     let (whole, part) = (diagnosed(&lab(59.0, 61.0, 40, "")), diagnosed(&lab(59.0, 61.0, 40, narrow)));

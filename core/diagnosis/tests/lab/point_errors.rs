@@ -1,4 +1,4 @@
-//! The error is told by measured point: a row that reads three targets holds three errors, not one long one.
+//! The error is reported by measured point: a row that reads three targets holds three errors, not one long one.
 
 use plumb_diagnosis::laboratory::{Comparison, Options};
 use plumb_diagnosis::split::Holdout;

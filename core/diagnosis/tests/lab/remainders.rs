@@ -25,7 +25,7 @@ fn model() -> String {
 }
 
 #[test]
-fn what_a_column_of_the_users_own_goes_with_is_told_with_its_shape() {
+fn what_a_column_of_the_users_own_goes_with_is_reported_with_its_shape() {
     for seed in 41..44 {
         let steady = table(&|humidity| 0.004 * (humidity - 40.0), seed);
         let diagnosis =
@@ -48,7 +48,7 @@ fn what_a_column_of_the_users_own_goes_with_is_told_with_its_shape() {
 }
 
 #[test]
-fn effects_that_move_the_readings_alike_are_told_with_how_much_alike() {
+fn effects_that_move_the_readings_alike_are_reported_with_how_much_alike() {
     let mut dice = Dice::seeded(51);
     let mut text = "q1_deg,q2_deg,q3_deg,p1_x_mm,p1_y_mm,p1_z_mm\n".to_owned();
     for _ in 0..100 {
@@ -59,13 +59,17 @@ fn effects_that_move_the_readings_alike_are_told_with_how_much_alike() {
     }
     let diagnosis = laboratory(&model(), &text, Options::default()).diagnose(&Progress::unwatched()).unwrap();
     let mut alike = diagnosis.alike.iter().map(alike_in_words);
-    let told = alike.find(|alike| alike.contains("joint_gain(elbow)"));
-    let told = told.unwrap_or_else(|| panic!("{:?}: {}", diagnosis.alike, diagnosis_sentence(&diagnosis)));
-    assert!(told.contains("link_length(shoulder)") && told.contains("canonical correlation 0.9"), "{told}");
+    let message = alike.find(|alike| alike.contains("joint_gain(elbow)"));
+    let message =
+        message.unwrap_or_else(|| panic!("{:?}: {}", diagnosis.alike, diagnosis_sentence(&diagnosis)));
+    assert!(
+        message.contains("link_length(shoulder)") && message.contains("canonical correlation 0.9"),
+        "{message}"
+    );
 }
 
 #[test]
-fn a_column_of_words_is_told_by_its_words_and_no_level_is_left_out() {
+fn a_column_of_words_is_reported_by_its_words_and_no_level_is_left_out() {
     let mut dice = Dice::seeded(61);
     let mut text = "q1_deg,q2_deg,q3_deg,p1_x_mm,p1_y_mm,p1_z_mm,fixture\n".to_owned();
     for (row, q) in column_poses(150, 61).into_iter().enumerate() {

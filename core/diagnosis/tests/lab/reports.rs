@@ -38,7 +38,7 @@ fn a_template_of_every_robot_reads_and_its_table_has_a_column_for_every_joint() 
 }
 
 #[test]
-fn a_report_is_one_page_that_tells_the_story_and_needs_no_other_file() {
+fn a_report_is_one_page_that_gives_the_story_and_needs_no_other_file() {
     let mut dice = Dice::seeded(51);
     let mut table = "q1_deg,q2_deg,q3_deg,p1_x_mm,p1_y_mm,p1_z_mm\n".to_owned();
     for q in column_poses(60, 51) {
@@ -93,7 +93,7 @@ fn a_report_is_one_page_that_tells_the_story_and_needs_no_other_file() {
     );
 }
 
-/// The sections stand in the order of the questions.
+/// The sections are in the order of the questions.
 fn answers_in_order(page: &str) {
     let headings = [
         "How large the error is",

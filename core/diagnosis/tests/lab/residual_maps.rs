@@ -94,8 +94,9 @@ fn a_map_explains_nothing_and_a_change_of_the_effects_takes_it_out() {
         "{note:?}"
     );
     assert!(before.residual_map.is_none());
-    let explainable =
-        |told: &plumb_diagnosis::laboratory::Comparison| told.explainable.clone().unwrap().left_mm;
+    let explainable = |comparison: &plumb_diagnosis::laboratory::Comparison| {
+        comparison.explainable.clone().unwrap().left_mm
+    };
     assert!(
         (explainable(&with) / explainable(&before) - 1.0).abs() < 0.02,
         "what is mapped is still to be explained"

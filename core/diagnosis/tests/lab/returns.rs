@@ -1,4 +1,4 @@
-//! Returns to one pose that stand in two places: whatever moves between them, no model can be right.
+//! Returns to one pose that be in two places: whatever moves between them, no model can be right.
 
 use plumb_diagnosis::laboratory::Options;
 use plumb_diagnosis::split::Holdout;
@@ -8,7 +8,7 @@ use plumb_report::diagnosis_sentence;
 
 use super::made_up::{COLUMN_ARM, Dice, column_poses, column_tip, laboratory};
 
-/// The column arm: 40 poses, and six to which it returned five times; `moved` shifts a row's point. It is told whether the row is a
+/// The column arm: 40 poses, and six to which it returned five times; `moved` shifts a row's point. It is reported whether the row is a
 /// return, the pose, and a number between 0 and 1.
 fn diagnosed(seed: u64, moved: impl Fn(bool, [f64; 3], f64) -> [f64; 3]) -> Diagnosis {
     let mut dice = Dice::seeded(seed);
@@ -36,7 +36,7 @@ fn diagnosed(seed: u64, moved: impl Fn(bool, [f64; 3], f64) -> [f64; 3]) -> Diag
 }
 
 #[test]
-fn a_base_that_stands_in_two_places_is_the_hardwares_fault() {
+fn a_base_that_is_in_two_places_is_the_hardwares_fault() {
     for seed in 1..=3 {
         let found = diagnosed(seed, |returned, _, chance| {
             [if returned && chance < 0.5 { 0.5 } else { 0.0 }, 0.0, 0.0]
@@ -49,7 +49,7 @@ fn a_base_that_stands_in_two_places_is_the_hardwares_fault() {
 }
 
 #[test]
-fn a_tool_that_stands_in_two_places_in_its_holder_is_the_hardwares_fault() {
+fn a_tool_that_is_in_two_places_in_its_holder_is_the_hardwares_fault() {
     for seed in 1..=3 {
         let found = diagnosed(seed, |returned, [waist, shoulder, elbow], chance| {
             // Along the hand's x, which points where the last link does.

@@ -1,5 +1,5 @@
-//! One arm written down in many ways is one arm: the diagnosis does not depend on the convention, on where rows stand along parallel axes, on which way a joint counts, or on which end
-//! of the base is up. Arms, poses and what is hidden are drawn by lot; the readings come from plain matrices, no code of the laboratory.
+//! One arm written down in many ways is one arm: the diagnosis does not depend on the convention, on where rows are along parallel axes, on which way a joint counts, or on which end
+//! of the base is up. Arms, poses and what is hidden are drawn at random; the readings come from plain matrices, no code of the laboratory.
 
 use std::fmt::Write as _;
 
@@ -318,7 +318,7 @@ fn arms() -> u64 {
 fn the_same_arm_gets_the_same_verdict_however_it_is_written() {
     let arms = arms();
     let numbers: Vec<u64> = (0..arms).collect();
-    let told = for_each(&numbers, |number| {
+    let results = for_each(&numbers, |number| {
         let mut dice = Dice::seeded(1000 + number);
         let arm = Arm::drawn(&mut dice);
         let hidden = drawn(&mut dice, *number);
@@ -334,7 +334,7 @@ fn the_same_arm_gets_the_same_verdict_however_it_is_written() {
         (hidden, verdicts)
     });
     let mut named = 0;
-    for (hidden, verdicts) in told {
+    for (hidden, verdicts) in results {
         let (_, first, size, sentence) = &verdicts[0];
         for (way, other, other_size, other_sentence) in &verdicts[1..] {
             assert_eq!(first, other, "{hidden:?} as {way}:\n{sentence}\n{other_sentence}");

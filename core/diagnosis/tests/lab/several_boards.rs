@@ -1,4 +1,4 @@
-//! Several boards that one camera on the hand sees, each somewhere of its own, told apart by the column `board`.
+//! Several boards that one camera on the hand sees, each somewhere of its own, distinguished by the column `board`.
 
 use plumb_calibration::arm_model::Model;
 use plumb_calibration::file::model_text;
@@ -66,7 +66,7 @@ fn two_boards_and_the_camera_are_found_from_no_start_within_four_standard_errors
 }
 
 #[test]
-fn two_boards_tell_more_of_the_camera_than_one_of_them() {
+fn two_boards_say_more_of_the_camera_than_one_of_them() {
     let declared = "{board_mm: 0.1, board_deg: 0.02}";
     let se = |text: &str| {
         let found = compared(&laboratory(&model("[]", declared), text, without_holdout()));
@@ -82,8 +82,8 @@ fn two_boards_tell_more_of_the_camera_than_one_of_them() {
 fn a_wrong_zero_is_named_by_two_boards() {
     let rows = two(60, 60, 31, &[0.0, 0.0, 0.3, 0.0, 0.0, 0.0]);
     let lab = laboratory(&model("[]", "{board_mm: 0.1, board_deg: 0.02}"), &rows, Options::default());
-    let told = lab.diagnose(&Progress::unwatched()).unwrap();
-    assert!(diagnosis_sentence(&told).contains("joint_zero(j3)"), "{}", diagnosis_sentence(&told));
+    let diagnosis = lab.diagnose(&Progress::unwatched()).unwrap();
+    assert!(diagnosis_sentence(&diagnosis).contains("joint_zero(j3)"), "{}", diagnosis_sentence(&diagnosis));
     let wanted = Wanted { count: 3, keep_out: Vec::new(), payloads: Vec::new() };
     let next = lab.next_poses(&wanted, &Progress::unwatched()).unwrap();
     for pose in &next.next {
@@ -97,23 +97,23 @@ fn a_wrong_zero_is_named_by_two_boards() {
 }
 
 #[test]
-fn a_board_in_one_picture_is_placed_by_the_others_and_told_to_be_unchecked() {
+fn a_board_in_one_picture_is_placed_by_the_others_and_reported_as_unchecked() {
     let lab = laboratory(
         &model("[]", "{board_mm: 0.1, board_deg: 0.02}"),
         &two(15, 1, 77, &SOUND),
         without_holdout(),
     );
-    let told = lab.table().warnings.join("\n");
+    let warnings = lab.table().warnings.join("\n");
     assert!(
-        told.contains("the board wall is in 1 picture only") && told.contains("take 3 at least"),
-        "{told}"
+        warnings.contains("the board wall is in 1 picture only") && warnings.contains("take 3 at least"),
+        "{warnings}"
     );
     let found = compared(&lab);
     // One picture of noise 0.1 mm and 0.02 deg at some 400 mm: no better than that, and no worse than a few times it.
     let wall_found = found.placed.iter().find(|one| one.name == "wall").unwrap();
     assert!(wall_found.se_mm.iter().all(|se| (0.09..1.0).contains(&se.unwrap())), "{wall_found:?}");
     assert!(off(&found, "wall", &wall()) < 4.0 && off(&found, "floor", &board()) < 4.0, "{:?}", found.placed);
-    // Of where alone, without how it is turned, its turn cannot be told.
+    // Of where alone, without how it is turned, its turn cannot be determined.
     let only_place: String = two(15, 1, 77, &SOUND)
         .lines()
         .map(|line| match line.strip_suffix(",wall") {
@@ -139,8 +139,8 @@ fn a_board_in_one_picture_is_placed_by_the_others_and_told_to_be_unchecked() {
 }
 
 #[test]
-fn boards_all_seen_from_one_place_cannot_be_told_from_the_camera() {
-    // One pose, both boards in its picture: refused. Two poses: what cannot be told is held and named.
+fn boards_all_seen_from_one_place_cannot_be_distinguished_from_the_camera() {
+    // One pose, both boards in its picture: refused. Two poses: what cannot be determined is held and named.
     let sees = |q: [f64; 6], board: &Pose| {
         let seen = camera().inverse() * flange(&q, &SOUND).inverse() * board;
         let turn = seen.rotation.scaled_axis();

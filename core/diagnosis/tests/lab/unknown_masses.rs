@@ -32,9 +32,9 @@ fn a_joint_that_sags_under_unknown_masses_is_named_and_the_error_falls_to_the_no
         format!("{COLUMN_ARM}targets: {{p1: {{}}}}\nfree: [joint_zero(*)]\nnoise: {{p1_mm: {NOISE}}}\n");
     for seed in [1, 2, 3] {
         let lab = laboratory(&model, &table(120, seed), Options::default());
-        let told = lab.diagnose(&Progress::unwatched()).unwrap();
-        assert_eq!(told.verdict, Verdict::Named, "{}", diagnosis_sentence(&told));
-        let named = told.named.unwrap().effect;
+        let diagnosis = lab.diagnose(&Progress::unwatched()).unwrap();
+        assert_eq!(diagnosis.verdict, Verdict::Named, "{}", diagnosis_sentence(&diagnosis));
+        let named = diagnosis.named.unwrap().effect;
         assert_eq!((named.effect.as_str(), named.place.as_str()), ("gravity_flexure", "shoulder"));
         let grown = lab.add("gravity_flexure(shoulder)", &Progress::unwatched()).unwrap();
         assert!(grown.rms_mm.check.unwrap() < 1.25 * NOISE * 3.0_f64.sqrt(), "{:?}", grown.rms_mm);
@@ -58,14 +58,14 @@ fn an_effect_of_gravity_that_is_held_says_that_no_masses_are_declared_and_what_t
 }
 
 #[test]
-fn gravity_that_points_up_and_masses_that_are_all_alike_are_told() {
+fn gravity_that_points_up_and_masses_that_are_all_alike_are_reported() {
     let links = "links:\n  - {after: shoulder, mass_kg: 5, centre_mm: [-80, 0, 0]}\n  - {after: elbow, mass_kg: 5, centre_mm: [-60, 0, 0]}\n  - {after: waist, mass_kg: 5, centre_mm: [0, 0, 0]}\n";
     let model = format!(
         "{COLUMN_ARM}{links}targets: {{p1: {{}}}}\nfree: [joint_zero(*)]\nnoise: {{p1_mm: {NOISE}}}\ngravity: [0, 0, 1]\n"
     );
     let lab = laboratory(&model, &table(120, 6), Options::default());
-    let told = lab.diagnose(&Progress::unwatched()).unwrap();
-    let says = |what: &str| told.warnings.iter().any(|note| note_in_words(note).contains(what));
-    assert!(says("look like placeholders: all are 5 kg"), "{:?}", told.warnings);
-    assert!(says("gravity seems to point the other way"), "{:?}", told.warnings);
+    let diagnosis = lab.diagnose(&Progress::unwatched()).unwrap();
+    let says = |what: &str| diagnosis.warnings.iter().any(|note| note_in_words(note).contains(what));
+    assert!(says("look like placeholders: all are 5 kg"), "{:?}", diagnosis.warnings);
+    assert!(says("gravity seems to point the other way"), "{:?}", diagnosis.warnings);
 }

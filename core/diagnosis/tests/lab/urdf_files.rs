@@ -1,4 +1,4 @@
-//! Model files whose arm stands in a URDF file beside them.
+//! Model files whose arm is described in a URDF file beside them.
 
 use std::path::Path;
 
@@ -62,7 +62,7 @@ fn a_model_file_may_leave_its_rows_to_a_urdf_file() {
 }
 
 #[test]
-fn without_a_target_the_tip_is_the_point_and_a_revision_stands_by_itself() {
+fn without_a_target_the_tip_is_the_point_and_a_revision_is_complete() {
     let (_folder, model) = read("arm: column\nconvention: {urdf: arms/column.urdf, tip: hand}\n");
     let model = model.unwrap();
     let q = [-70.0, 10.0, 40.0];
@@ -105,7 +105,7 @@ fn upside_down() -> String {
     ARM.replace("<axis xyz=\"0 0 1\"/>", "<axis xyz=\"0 0 -1\"/>")
 }
 
-/// Where gravity pulls in the measurements' frame, by a model as it stands.
+/// Where gravity pulls in the measurements' frame, by a model as it is.
 fn pull(model: &Model) -> [f64; 3] {
     (model.base.pose.rotation * model.down(&model.base.pose.rotation)).into()
 }
@@ -130,7 +130,7 @@ fn what_is_down_in_a_urdf_file_is_down_for_its_rows_whichever_way_the_first_axis
 }
 
 #[test]
-fn equal_masses_are_told_to_look_like_placeholders() {
+fn equal_masses_are_said_to_look_like_placeholders() {
     let folder = tempfile::tempdir().unwrap();
     let urdf = folder.path().join("column.urdf");
     let inertial = "<inertial><origin xyz=\"0 0 0\"/><mass value=\"2\"/></inertial>";

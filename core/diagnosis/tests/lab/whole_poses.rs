@@ -1,5 +1,5 @@
 //! Orientations beside positions, and a camera on the hand that sees a board: joint zeros that positions cannot show, hand-eye from no start at all, slips of
-//! convention, and motions that cannot tell. The arm is worked out here by plain products of rotations and shifts.
+//! convention, and motions that do not determine anything. The arm is worked out here by plain products of rotations and shifts.
 
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use plumb_calibration::arm_model::Model;
@@ -114,7 +114,7 @@ pub(super) fn without_holdout() -> Options {
     Options { holdout: Holdout::None, ..Options::default() }
 }
 
-/// The first row stands still: its zero is a turn of the base.
+/// The first row does not move: its zero is a turn of the base.
 const FREE: &str = "free: [joint_zero(j2), joint_zero(j3), joint_zero(j4), joint_zero(j5), joint_zero(j6)]\n";
 
 fn tracked_model(target: &str, noise: &str) -> String {
@@ -160,7 +160,7 @@ fn standard_errors_are_those_of_repeated_fits_and_an_undeclared_noise_is_estimat
         let found = compared(&laboratory(&model, &text, without_holdout()));
         let noise = found.noise.iter().find(|one| one.reading == "p1_deg").unwrap();
         assert!((noise.sigma / 0.03 - 1.0).abs() < 0.25, "{noise:?}");
-        // The body's turn about the last axis and that joint's zero are one: the others are told.
+        // The body's turn about the last axis and that joint's zero are one: the others are reported.
         for (effect, truth) in
             found.effects.iter().zip(&ZEROS[1..]).filter(|(effect, _)| effect.label != "joint_zero(j6)")
         {
@@ -179,7 +179,7 @@ fn standard_errors_are_those_of_repeated_fits_and_an_undeclared_noise_is_estimat
 }
 
 #[test]
-fn orientations_of_another_convention_are_recognized_and_told() {
+fn orientations_of_another_convention_are_recognized_and_reported() {
     let body = pose([10.0, 20.0, 60.0], [30.0, -40.0, 100.0]);
     let quaternions = |written: fn(&UnitQuaternion<f64>) -> Vec<f64>| {
         format!("{},p1_qw,p1_qx,p1_qy,p1_qz\n{}", of_positions(), tracked(30, &body, (0.1, 0.05), 5, written))
@@ -221,7 +221,7 @@ fn orientations_of_another_convention_are_recognized_and_told() {
         );
         assert!(!said.contains(", or "), "the places say which: {said}");
     }
-    // Without places, w last is an inverted orientation in other axes: both are told.
+    // Without places, w last is an inverted orientation in other axes: both are reported.
     let bare = |line: &str| {
         format!(
             "{}\n",
@@ -263,18 +263,18 @@ fn orientations_of_another_convention_are_recognized_and_told() {
 }
 
 #[test]
-fn a_body_that_the_model_holds_turned_otherwise_is_told_with_what_would_fit() {
+fn a_body_that_the_model_holds_turned_otherwise_is_reported_with_what_would_fit() {
     let body = pose([0.0, 0.0, 0.0], [180.0, 0.0, 0.0]);
     let text =
         format!("{},p1_qw,p1_qx,p1_qy,p1_qz\n{}", of_positions(), tracked(30, &body, (0.05, 0.02), 6, plain));
     let model = tracked_model("{free: false}", "{}");
     let lab = laboratory(&model, &text, Options::default());
-    let told = lab.table().warnings.join("\n");
+    let warnings = lab.table().warnings.join("\n");
     assert!(
-        told.contains("the orientations of p1 are 1")
-            && told.contains("rpy_deg: [")
-            && told.contains("of p1 would fit"),
-        "{told}"
+        warnings.contains("the orientations of p1 are 1")
+            && warnings.contains("rpy_deg: [")
+            && warnings.contains("of p1 would fit"),
+        "{warnings}"
     );
 }
 
@@ -409,33 +409,35 @@ fn the_arms_own_zeros_are_found_with_the_hand_eye_and_a_gain_that_is_hidden_is_n
         &pictures(80, (0.05, 0.01), 34, &[0.0, 0.0, 0.3, 0.0, 0.0, 0.0], false),
         Options::default(),
     );
-    let told = hidden.diagnose(&Progress::unwatched()).unwrap();
-    assert!(diagnosis_sentence(&told).contains("joint_zero(j3)"), "{}", diagnosis_sentence(&told));
+    let diagnosis = hidden.diagnose(&Progress::unwatched()).unwrap();
+    assert!(diagnosis_sentence(&diagnosis).contains("joint_zero(j3)"), "{}", diagnosis_sentence(&diagnosis));
 }
 
 #[test]
-fn a_hand_that_turned_about_one_axis_is_told_what_it_cannot_find_and_what_to_add() {
+fn a_hand_that_turned_about_one_axis_is_said_what_it_cannot_find_and_what_to_add() {
     let text = pictures(15, (0.1, 0.02), 44, &[0.0; 6], true);
     let lab = laboratory(&hand_eye_model("[]", "{}"), &text, without_holdout());
-    let told = lab.table().warnings.join("\n");
-    assert!(told.contains("the hand turned about one axis only ([0.00, 0.00, 1.00]"), "{told}");
+    let warnings = lab.table().warnings.join("\n");
+    assert!(warnings.contains("the hand turned about one axis only ([0.00, 0.00, 1.00]"), "{warnings}");
     assert!(
-        told.contains("cannot be told from the board; add poses that turn the hand by 30 deg or more"),
-        "{told}"
+        warnings.contains(
+            "cannot be distinguished from the board; add poses that turn the hand by 30 deg or more"
+        ),
+        "{warnings}"
     );
     let found = compared(&lab);
     assert!(!found.gauges.is_empty(), "what cannot be told is held and named");
     let few = pictures(2, (0.1, 0.02), 45, &[0.0; 6], false);
     let lab = laboratory(&hand_eye_model("[]", "{}"), &few, without_holdout());
     assert!(
-        lab.table().warnings.iter().any(|told| told.contains("measure three at least")),
+        lab.table().warnings.iter().any(|warning| warning.contains("measure three at least")),
         "{:?}",
         lab.table().warnings
     );
 }
 
 #[test]
-fn next_poses_keep_the_board_in_view_and_tell_effects_apart() {
+fn next_poses_keep_the_board_in_view_and_distinguish_effects() {
     let text = pictures(25, (0.1, 0.02), 55, &ZEROS, false);
     let lab = laboratory(
         &hand_eye_model("[joint_zero(j2), joint_zero(j3)]", "{board_mm: 0.1, board_deg: 0.02}"),

@@ -1,4 +1,4 @@
-//! Poses of a made-up arm of three joints, worked out here by plain products of turns and shifts: what is said of their orientations and of what they cannot tell.
+//! Poses of a made-up arm of three joints, worked out here by plain products of turns and shifts: what is said of their orientations and of what they cannot determine.
 
 use super::*;
 use nalgebra::IsometryMatrix3;
@@ -40,17 +40,17 @@ fn places_leave_what_base_and_body_do_not_explain_as_a_share_of_their_spread() {
     let mut none = right.clone();
     none.iter_mut().for_each(|pose| pose.seen.translation.vector.fill(f64::NAN));
     assert_eq!(places_left(&none, &found), 0.0, "no place was measured");
-    // Places that were not measured are left out, and those that were still tell.
+    // Places that were not measured are left out, and those that were count.
     let mut some = wrong.clone();
     some[3].seen.translation.vector.fill(f64::NAN);
     assert!((places_left(&some, &found) / left - 1.0).abs() < 0.3);
 }
 
 #[test]
-fn what_does_not_go_together_is_told_by_what_is_foreign() {
-    let told = |angle: f64, places: f64| off_in_words(Left { angle, places });
-    assert_eq!(told(0.5, 0.0), "29 deg of them are left wherever base and body sit");
-    assert!(told(0.99 * FOREIGN, 0.31).ends_with("31 % of the places' spread is left"));
+fn what_does_not_go_together_is_reported_by_what_is_foreign() {
+    let words = |angle: f64, places: f64| off_in_words(Left { angle, places });
+    assert_eq!(words(0.5, 0.0), "29 deg of them are left wherever base and body sit");
+    assert!(words(0.99 * FOREIGN, 0.31).ends_with("31 % of the places' spread is left"));
     assert_eq!(off_in_words(Left::STILL), "they do not turn as the flange does");
     // The worse of the two, 1 where it is foreign.
     let size =
@@ -277,7 +277,7 @@ fn about_one_axis(rows: usize, deg: f64) -> Vec<[f64; 3]> {
 }
 
 #[test]
-fn a_hand_that_turned_about_one_axis_cannot_tell_base_and_body_apart() {
+fn a_hand_that_turned_about_one_axis_cannot_separate_base_and_body() {
     let odd = |lines: &str, rows: &[[f64; 3]]| said(lines, &tracked(rows, |_, seen| seen)).unwrap();
     let noted = odd(ALL_FREE, &about_one_axis(8, 0.0));
     assert!(
@@ -289,7 +289,7 @@ fn a_hand_that_turned_about_one_axis_cannot_tell_base_and_body_apart() {
             || noted[0].contains("0.00, -1.00]"),
         "{noted:?}"
     );
-    assert!(noted[0].contains("cannot be told from the base; add poses"), "{noted:?}");
+    assert!(noted[0].contains("cannot be distinguished from the base; add poses"), "{noted:?}");
     let edge = ONE_AXIS.to_degrees();
     assert_eq!(odd(ALL_FREE, &about_one_axis(9, 0.9 * edge)).len(), 1);
     assert_eq!(odd(ALL_FREE, &about_one_axis(9, 1.2 * edge)), Vec::<String>::new());
@@ -299,7 +299,7 @@ fn a_hand_that_turned_about_one_axis_cannot_tell_base_and_body_apart() {
 }
 
 #[test]
-fn fewer_than_three_poses_cannot_tell_base_and_body_apart_however_they_turn() {
+fn fewer_than_three_poses_cannot_separate_base_and_body_however_they_turn() {
     let odd = |rows: usize| said(ALL_FREE, &tracked(&anywhere(rows), |_, seen| seen)).unwrap();
     let noted = odd(1);
     assert!(
@@ -330,7 +330,7 @@ fn fewer_than_three_poses_cannot_tell_base_and_body_apart_however_they_turn() {
 const BOARDS: &str = "targets: {p1: {}}\nboards: {floor: {seen_by: p1}, wall: {seen_by: p1}}";
 
 #[test]
-fn a_board_in_few_pictures_is_placed_by_a_camera_that_another_board_tells() {
+fn a_board_in_few_pictures_is_placed_by_a_camera_that_another_board_determines() {
     let with_wall = |of_wall: usize, floor_rows: &[[f64; 3]]| {
         let of_floor = floor_rows.iter().map(|q| (*q, "floor", floor()));
         let rows: Vec<_> =
@@ -353,7 +353,10 @@ fn a_board_in_few_pictures_is_placed_by_a_camera_that_another_board_tells() {
         "{neither:?}"
     );
     let turned = with_wall(1, &about_one_axis(12, 0.0));
-    assert!(turned.iter().any(|noted| noted.contains("cannot be told from the board floor")), "{turned:?}");
+    assert!(
+        turned.iter().any(|noted| noted.contains("cannot be distinguished from the board floor")),
+        "{turned:?}"
+    );
     assert!(turned.iter().any(|noted| noted.starts_with("1 poses")), "{turned:?}");
 }
 

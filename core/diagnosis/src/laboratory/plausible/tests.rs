@@ -24,7 +24,7 @@ fn row(number: usize) -> Row {
 }
 
 /// What is said of so many rows, each changed.
-fn told(count: usize, change: impl Fn(usize, &mut Row)) -> Result<Vec<String>, ImplausibleError> {
+fn checked(count: usize, change: impl Fn(usize, &mut Row)) -> Result<Vec<String>, ImplausibleError> {
     let mut text = "q1_deg,q2_deg,p1_x_mm,p1_y_mm,p1_z_mm\n".to_owned();
     for number in 0..count {
         let mut cells = row(number);
@@ -51,28 +51,31 @@ fn stretched(cells: &mut Row, factor: f64) {
 
 #[test]
 fn a_table_that_is_right_is_let_be_and_too_few_rows_say_nothing() {
-    assert_eq!(told(20, |_, _| {}), Ok(Vec::new()));
-    assert_eq!(told(FEWEST - 1, |_, cells| stretched(cells, 1e-3)), Ok(Vec::new()));
-    assert!(told(FEWEST, |_, cells| stretched(cells, 1e-3)).is_err());
+    assert_eq!(checked(20, |_, _| {}), Ok(Vec::new()));
+    assert_eq!(checked(FEWEST - 1, |_, cells| stretched(cells, 1e-3)), Ok(Vec::new()));
+    assert!(checked(FEWEST, |_, cells| stretched(cells, 1e-3)).is_err());
 }
 
 #[test]
 fn every_slip_of_lengths_is_named_for_what_it_is() {
     for (factor, as_what) in LENGTH_SLIPS {
-        assert_eq!(told(20, |_, cells| stretched(cells, 1.0 / factor)), unit("the positions of p1", as_what));
+        assert_eq!(
+            checked(20, |_, cells| stretched(cells, 1.0 / factor)),
+            unit("the positions of p1", as_what)
+        );
     }
     assert_eq!(
-        told(20, |_, cells| cells[3] /= 25.4),
+        checked(20, |_, cells| cells[3] /= 25.4),
         unit("the y coordinates of p1", "25.4 times as long (in for mm?)")
     );
 }
 
 #[test]
 fn angles_in_another_unit_are_named_for_all_joints_or_for_one() {
-    let all = told(20, |_, cells| cells[..2].iter_mut().for_each(|q| *q = q.to_radians()));
+    let all = checked(20, |_, cells| cells[..2].iter_mut().for_each(|q| *q = q.to_radians()));
     assert_eq!(all, unit("the joints", "read as radians"));
     assert_eq!(
-        told(20, |_, cells| cells[1] = cells[1].to_radians()),
+        checked(20, |_, cells| cells[1] = cells[1].to_radians()),
         unit("the values of q2", "read as radians")
     );
 }
@@ -80,7 +83,7 @@ fn angles_in_another_unit_are_named_for_all_joints_or_for_one() {
 #[test]
 fn a_row_in_another_unit_is_named_by_its_line_and_a_row_that_is_merely_off_is_not() {
     let of_row = |wanted: usize, change: fn(&mut Row)| {
-        told(20, move |number, cells| {
+        checked(20, move |number, cells| {
             if number == wanted {
                 change(cells)
             }
@@ -93,10 +96,10 @@ fn a_row_in_another_unit_is_named_by_its_line_and_a_row_that_is_merely_off_is_no
 }
 
 #[test]
-fn a_joint_that_counts_the_other_way_is_told_and_what_fits_no_way_as_well() {
-    let backwards = told(20, |_, cells| cells[1] = -cells[1]).unwrap();
+fn a_joint_that_counts_the_other_way_is_reported_and_what_fits_no_way_as_well() {
+    let backwards = checked(20, |_, cells| cells[1] = -cells[1]).unwrap();
     assert!(backwards[0].contains("if shoulder or elbow counted the other way"), "{backwards:?}");
-    let foreign = told(20, |number, cells| {
+    let foreign = checked(20, |number, cells| {
         let [x, y, z] = [7919, 6271, 3571].map(|step| ((number * step) % 20_000) as f64);
         cells[2..].copy_from_slice(&[x, y, z]);
     });
@@ -113,13 +116,13 @@ fn an_arm_that_cannot_move_its_point_is_refused_and_one_that_was_not_moved_is_no
     };
     let moved = Table::parse("table.csv", &text(|row| 10 * row)).unwrap();
     assert!(matches!(check(&model, &moved), Err(ImplausibleError::Still { rows: 8, .. })));
-    let stood = Table::parse("table.csv", &text(|_| 10)).unwrap();
-    assert_eq!(check(&model, &stood), Ok(Vec::new()));
+    let still = Table::parse("table.csv", &text(|_| 10)).unwrap();
+    assert_eq!(check(&model, &still), Ok(Vec::new()));
 }
 
 #[test]
-fn coordinates_beyond_the_limits_are_counted_and_the_first_is_told() {
-    let odd = told(20, |number, cells| {
+fn coordinates_beyond_the_limits_are_counted_and_the_first_is_reported() {
+    let odd = checked(20, |number, cells| {
         if number >= 18 {
             let turn = if number == 18 { 172.0 } else { -175.0 } - cells[0];
             let (x, y) = (cells[2], cells[3]);
@@ -164,7 +167,7 @@ fn short_distances_are_not_compared() {
 fn a_point_is_still_where_the_joints_move_and_it_does_not() {
     let sample = |q: f64| Sample { line: 1, q: vec![q, 0.0], measured: Vector3::zeros() };
     let still = |qs: [f64; 3], x: [f64; 3]| {
-        stands_still(&qs.map(sample), &x.map(|x| Vector3::new(100.0 + x, -50.0, 20.0)))
+        is_still(&qs.map(sample), &x.map(|x| Vector3::new(100.0 + x, -50.0, 20.0)))
     };
     assert!(still([0.0, 0.5, 0.0], [0.0, 1e-7, -1e-7]));
     assert!(!still([0.0, 0.5, 0.0], [0.0, 0.0, 1e-5]) && !still([0.0, 0.5, 1.0], [0.0, -1e-5, 0.0]));
@@ -172,7 +175,7 @@ fn a_point_is_still_where_the_joints_move_and_it_does_not() {
 }
 
 #[test]
-fn distances_are_compared_where_they_are_long_enough_to_tell() {
+fn distances_are_compared_where_they_are_long_enough_to_matter() {
     let at = |x: f64| Vector3::new(x, 0.0, 0.0);
     // The longest believed distance is 100: pairs from a share of it on count.
     let short = SHORT * 100.0;
