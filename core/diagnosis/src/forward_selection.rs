@@ -6,6 +6,8 @@ use nalgebra::DMatrix;
 use crate::candidates::{Candidates, best_variants};
 use crate::fitted::Fitted;
 use crate::laboratory::{Laboratory, LaboratoryError};
+use crate::lack_of_fit::LackOfFit;
+use crate::noise_floor::Floor;
 use crate::predictive_gain::{Gain, Judge, Promise};
 use crate::score_test::{Noise, Probe, Score, score};
 use crate::thresholds::{
@@ -289,6 +291,7 @@ impl Laboratory {
     pub(crate) fn forward(
         &self,
         candidates: &Candidates,
+        floor: &Floor,
         progress: &Progress,
     ) -> Result<Vec<Stage<'_>>, LaboratoryError> {
         let mut stages = vec![self.stage(Vec::new(), None, candidates, progress)?];
@@ -296,6 +299,10 @@ impl Laboratory {
         while stages.len() <= MOST_EFFECTS {
             progress.report(0.2 + 0.1 * stages.len() as f64, "searching")?;
             let Some(last) = stages.last() else { break };
+            let left = LackOfFit::of(&last.fitted, floor);
+            if is_shared_error(last.fitted.machine.neighbours_err_alike(), left) {
+                break;
+            }
             let Some(best) = last.contenders.iter().find(|contender| contender.passes()) else { break };
             let mut taken = last.taken.clone();
             taken.push(AddedEffect { id: best.id.clone(), values: best.values.clone() });
@@ -311,6 +318,12 @@ impl Laboratory {
     }
 }
 
+/// Whether what is left may be what readings next to each other share: less than the noise, and not random, so that tests against chance find effects in it that are
+/// not there. Nothing more is asked of it.
+pub(crate) fn is_shared_error(neighbours_err_alike: bool, left: Option<LackOfFit>) -> bool {
+    neighbours_err_alike && left.is_some_and(|left| !left.is_significant())
+}
+
 /// Whether chance would do as much as a contender's gain with every row in, squared sigmas, beside this noise.
 fn is_outvoted(contender: &Contender, gain: f64, noise: Noise) -> bool {
     let freedom = contender.score.freedom.max(1) as f64;
@@ -324,6 +337,16 @@ fn is_outvoted(contender: &Contender, gain: f64, noise: Noise) -> bool {
 mod tests {
     use super::*;
     use crate::testing::contender;
+    use crate::thresholds::LACK_OF_FIT_LEVEL;
+
+    #[test]
+    fn of_readings_that_err_alike_nothing_is_asked_once_no_more_than_noise_is_left() {
+        let left = |p: f64| Some(LackOfFit { ratio: 1.0, p });
+        assert!(is_shared_error(true, left(1.01 * LACK_OF_FIT_LEVEL)));
+        assert!(!is_shared_error(true, left(0.99 * LACK_OF_FIT_LEVEL)));
+        assert!(!is_shared_error(true, None), "where nobody knows the noise it may be an effect");
+        assert!(!is_shared_error(false, left(0.5)), "readings that scatter each for itself are asked on");
+    }
 
     #[test]
     fn a_gain_with_every_row_in_is_an_f_test_charged_as_on_the_chosen_rows() {

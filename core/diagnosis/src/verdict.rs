@@ -5,7 +5,7 @@ mod among_structure;
 use crate::candidates::{Candidates, best_variants};
 use crate::direction_test;
 use crate::epochs::with_rivals;
-use crate::forward_selection::{Contender, Stage};
+use crate::forward_selection::{Contender, Stage, is_shared_error};
 use crate::found::{CorrectionCandidate, NOT_LISTED};
 use crate::laboratory::{Laboratory, LaboratoryError, points_in};
 use crate::lack_of_fit::{LackOfFit, probability_of_noise};
@@ -49,6 +49,8 @@ pub(crate) struct Finding<'a> {
     mechanism: Option<Mechanism>,
     /// Whether more than noise may be left with the effect in question in.
     dirty: bool,
+    /// Rows that are no outliers with everything in that was found.
+    rows: Vec<usize>,
 }
 
 impl Laboratory {
@@ -59,18 +61,24 @@ impl Laboratory {
         candidates: &Candidates,
         progress: &Progress,
     ) -> Result<Finding<'a>, LaboratoryError> {
-        let mut stages = self.forward(candidates, progress)?;
+        let mut stages = self.forward(candidates, floor, progress)?;
         let last = stages.len() - 1;
         let left_now = stages.first().and_then(|stage| LackOfFit::of(&stage.fitted, floor));
         let mut evidence = Evidence::default();
+        let mut rows = Vec::new();
         if let (Some(first), Some(full)) = (stages.first(), stages.get(last)) {
+            rows.clone_from(&full.fitted.fit.rows);
+            evidence.errs_alike = full.fitted.machine.neighbours_err_alike();
             evidence.left_over = LackOfFit::of(&full.fitted, floor);
-            evidence.strangers = strangers(full, &candidates.unlisted);
+            let finished = is_shared_error(evidence.errs_alike, evidence.left_over);
+            if !finished {
+                evidence.strangers = strangers(full, &candidates.unlisted);
+            }
             let alone = self.direction_tests(&first.fitted, floor);
             evidence.alone = direction_test::possible_sites(&alone, floor);
             evidence.padded = padded(&full.taken);
             let rest = if last == 0 { alone } else { self.direction_tests(&full.fitted, floor) };
-            evidence.uneven = direction_test::uneven_sites(&rest);
+            evidence.uneven = if finished { Vec::new() } else { direction_test::uneven_sites(&rest) };
         }
         let mut stage = match stages.get(last).map_or(0, |full| full.taken.len()) {
             0 | 1 => stages.swap_remove(0),
@@ -110,6 +118,7 @@ impl Laboratory {
             free_first: None,
             mechanism: None,
             dirty,
+            rows,
         };
         finding.weighed(base, candidates, floor, progress)
     }
@@ -176,6 +185,8 @@ struct Evidence {
     uneven: Vec<Spot>,
     /// Joint on which more than one of the effects sits that can imitate anything.
     padded: Option<Spot>,
+    /// Readings next to each other err alike: chance says nothing of what they share.
+    errs_alike: bool,
 }
 
 /// The joint on which more than one effect sits that imitates anything.
@@ -259,7 +270,7 @@ impl Evidence {
     /// Whether more than noise is left without the effect in question; what is there beyond doubt counts although the sum of
     /// all residuals does not show it.
     fn is_noisy(&self, best: Option<&Contender>) -> bool {
-        let sure = best.is_some_and(|best| best.holm_p < PRESENT_LEVEL);
+        let sure = !self.errs_alike && best.is_some_and(|best| best.holm_p < PRESENT_LEVEL);
         self.lack_of_fit.is_some_and(|lack_of_fit| lack_of_fit.is_significant() || sure)
     }
 

@@ -150,7 +150,12 @@ impl<'a> ResidualModel<'a> {
     /// Variance of one equation at least, declared sigmas squared. Stripes of neighbouring pictures err alike: how little they scatter about a fit does not say how
     /// well anything is known by them; what they are uncertain by does. Other readings scatter each for itself.
     pub fn least_variance(&self) -> f64 {
-        if self.table.is_of_stripes() { 1.0 } else { 0.0 }
+        if self.neighbours_err_alike() { 1.0 } else { 0.0 }
+    }
+
+    /// Whether readings next to each other err alike: those of stripes do.
+    pub fn neighbours_err_alike(&self) -> bool {
+        self.table.is_of_stripes()
     }
 
     /// The epoch of a row, from 0.

@@ -16,10 +16,17 @@ use plumb_calibration::effect::{self, Effect, EffectId};
 pub(crate) const GEOMETRY: &str = "geometry(*)";
 
 /// Whether errors of the geometry that is not free explain what these effects were found to explain. `base` is the stage with nothing taken in, the last of `found`
-/// is the name in question, `listed` are all candidates.
-pub(crate) fn explains_as_well(base: &Stage<'_>, listed: &[Probe], found: &[EffectId]) -> bool {
+/// is the name in question, `listed` are all candidates, `kept` the rows that are no outliers with all of `found` in: an outlier that only the right effect shows to be one
+/// would otherwise be for geometry to explain.
+pub(crate) fn explains_as_well(
+    base: &Stage<'_>,
+    listed: &[Probe],
+    found: &[EffectId],
+    kept: &[usize],
+) -> bool {
     let (machine, fit) = (&base.fitted.machine, &base.fitted.fit);
-    let rows = chosen_rows(machine, fit, EVIDENCE_ROWS);
+    let mut rows = chosen_rows(machine, fit, EVIDENCE_ROWS);
+    rows.retain(|row| kept.contains(row));
     let components = components(base, listed, &rows);
     let built: Vec<Box<dyn Effect>> =
         found.iter().filter_map(|id| effect::build(id, machine.model).ok()).collect();

@@ -52,7 +52,7 @@ impl<'a> Finding<'a> {
         let first = base.unwrap_or(&self.stage);
         let taken = self.stage.taken.iter().map(|taken| taken.id.clone());
         let found: Vec<EffectId> = taken.chain(std::iter::once(name)).collect();
-        if explains_as_well(first, listed, &found) {
+        if explains_as_well(first, listed, &found, &self.rows) {
             self.free_first = Some(GEOMETRY);
             if self.verdict == Verdict::Named {
                 self.verdict = Verdict::Tied;

@@ -261,6 +261,7 @@ fn finding_of<T>(contenders: Vec<Contender>, ask: impl Fn(&mut Finding<'_>) -> T
 /// All contenders are close to the best, and nothing else is known.
 fn finding_of_stage(stage: Stage<'_>) -> Finding<'_> {
     let close = (0..stage.contenders.len()).collect();
+    let rows = stage.fitted.fit.rows.clone();
     Finding {
         stage,
         left_over: None,
@@ -274,6 +275,7 @@ fn finding_of_stage(stage: Stage<'_>) -> Finding<'_> {
         free_first: None,
         mechanism: None,
         dirty: false,
+        rows,
     }
 }
 
@@ -493,6 +495,12 @@ fn more_than_noise_is_left_where_the_rows_show_it_or_the_best_is_there_beyond_do
     assert!(noisy(lack(0.5), 0.99 * PRESENT_LEVEL) && !noisy(lack(0.5), PRESENT_LEVEL));
     assert!(noisy(lack(1e-9), 1.0) && !noisy(None, 0.0), "without a floor nobody knows");
     assert!(Evidence { lack_of_fit: lack(1e-9), ..Evidence::default() }.is_noisy(None));
+    // Of readings that err alike the sum of all residuals decides alone.
+    let best = Contender { holm_p: 0.0, ..contender("joint_gain", 1, 0.0) };
+    let alike = |p: f64| {
+        Evidence { lack_of_fit: lack(p), errs_alike: true, ..Evidence::default() }.is_noisy(Some(&best))
+    };
+    assert!(!alike(0.5) && alike(1e-9));
     assert!(!Evidence { lack_of_fit: lack(0.5), ..Evidence::default() }.is_noisy(None));
 }
 
