@@ -262,13 +262,14 @@ mod assign_tests {
         let aside = rig.point(130.5, 120.0).unwrap() - rig.point(130.0, 120.0).unwrap();
         // Three tenths of a pixel, which half a pixel shows the half of, and what the surface is rough by.
         let sigma = (2.0 * aside.norm() * 0.3).hypot(0.02);
+        let view = std::slice::from_ref(&(0..1));
         for over in [0.4, -0.4] {
-            let (part, distance, own) = given(&[over], &[0..1], 0.41).unwrap();
+            let (part, distance, own) = given(&[over], view, 0.41).unwrap();
             assert!(
                 part == 0 && (distance - over).abs() < 1e-9 && (own - sigma).abs() < 1e-9,
                 "{own} {sigma}"
             );
-            assert_eq!(given(&[over], &[0..1], 0.39), None);
+            assert_eq!(given(&[over], view, 0.39), None);
         }
     }
 
