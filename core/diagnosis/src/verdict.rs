@@ -1,11 +1,11 @@
 //! From stages to one verdict.
 
 mod among_structure;
+mod evidence;
 
-use crate::candidates::{Candidates, best_variants};
-use crate::direction_test;
+use crate::candidates::Candidates;
 use crate::epochs::with_rivals;
-use crate::forward_selection::{Contender, Stage, is_shared_error};
+use crate::forward_selection::{Contender, Stage};
 use crate::found::{CorrectionCandidate, NOT_LISTED};
 use crate::laboratory::{Laboratory, LaboratoryError, points_in};
 use crate::lack_of_fit::{LackOfFit, probability_of_noise};
@@ -13,15 +13,15 @@ use crate::mechanism_test::Mechanism;
 use crate::noise_floor::Floor;
 use crate::note::Note;
 use crate::outcome::{Alike, Candidate, EffectPlace, Located, Named, Verdict};
-use crate::score_test::{Probe, score};
 use crate::thresholds::{
     ALIKE_CORRELATION, COMPARED_CANDIDATES, DETECTABLE_ERRORS, LACK_OF_FIT_LEVEL, NAMING_LEVEL,
-    OVERWHELMING_GAIN, PRESENT_LEVEL, SAME_CORRELATION, SIGN_ERRORS, TIE_BIC, UNLISTED_LEVEL,
+    OVERWHELMING_GAIN, PRESENT_LEVEL, SAME_CORRELATION, SIGN_ERRORS, TIE_BIC,
 };
+use evidence::strangers_against;
 use plumb_calibration::arm_model::AddedEffect;
-use plumb_calibration::effect::{self, EffectId, Family, LooksAt, Search, Size, Spot};
+use plumb_calibration::effect::{self, EffectId, Family, LooksAt, Size, Spot};
 use plumb_calibration::fit::ResidualModel;
-use plumb_estimation::{Progress, bic_above, holm};
+use plumb_estimation::Progress;
 
 /// What the search came to.
 pub(crate) struct Finding<'a> {
@@ -64,22 +64,8 @@ impl Laboratory {
         let mut stages = self.forward(candidates, floor, progress)?;
         let last = stages.len() - 1;
         let left_now = stages.first().and_then(|stage| LackOfFit::of(&stage.fitted, floor));
-        let mut evidence = Evidence::default();
-        let mut rows = Vec::new();
-        if let (Some(first), Some(full)) = (stages.first(), stages.get(last)) {
-            rows.clone_from(&full.fitted.fit.rows);
-            evidence.errs_alike = full.fitted.machine.neighbours_err_alike();
-            evidence.left_over = LackOfFit::of(&full.fitted, floor);
-            let finished = is_shared_error(evidence.errs_alike, evidence.left_over);
-            if !finished {
-                evidence.strangers = strangers(full, &candidates.unlisted);
-            }
-            let alone = self.direction_tests(&first.fitted, floor);
-            evidence.alone = direction_test::possible_sites(&alone, floor);
-            evidence.padded = padded(&full.taken);
-            let rest = if last == 0 { alone } else { self.direction_tests(&full.fitted, floor) };
-            evidence.uneven = if finished { Vec::new() } else { direction_test::uneven_sites(&rest) };
-        }
+        let mut evidence = self.evidence_of(&stages, candidates, floor);
+        let rows = stages.get(last).map_or_else(Vec::new, |full| full.fitted.fit.rows.clone());
         let mut stage = match stages.get(last).map_or(0, |full| full.taken.len()) {
             0 | 1 => stages.swap_remove(0),
             _ => {
@@ -187,61 +173,6 @@ struct Evidence {
     padded: Option<Spot>,
     /// Readings next to each other err alike: chance says nothing of what they share.
     errs_alike: bool,
-}
-
-/// The joint on which more than one effect sits that imitates anything.
-fn padded(taken: &[AddedEffect]) -> Option<Spot> {
-    let flexible = taken.iter().map(|taken| &taken.id);
-    let flexible = flexible.filter(|id| effect::kind(&id.name).is_some_and(|kind| kind.imitates_anything));
-    let mut spots = flexible.map(|id| id.spot);
-    while let Some(spot) = spots.next() {
-        if spots.clone().any(|other| other == spot) {
-            return Some(spot);
-        }
-    }
-    None
-}
-
-/// Sites of those p values that are significant after Holm's correction, the clearest first.
-fn significant_sites(tests: &[(f64, Spot)]) -> Vec<Spot> {
-    let p_values: Vec<f64> = tests.iter().map(|(p, _)| *p).collect();
-    let adjusted = holm(&p_values, &vec![1.0; p_values.len()]);
-    let mut found: Vec<(f64, Spot)> = adjusted
-        .into_iter()
-        .zip(tests)
-        .map(|(p, (_, spot))| (p, *spot))
-        .filter(|(p, _)| *p < UNLISTED_LEVEL)
-        .collect();
-    found.sort_by(|left, right| left.0.total_cmp(&right.0));
-    found.into_iter().map(|(_, spot)| spot).collect()
-}
-
-/// Sites where something the library has no name for is at work beyond a stage, the clearest first.
-fn strangers(stage: &Stage<'_>, unlisted: &[Probe]) -> Vec<Spot> {
-    let scores = best_variants(unlisted, score(&stage.fitted.machine, &stage.fitted.fit, unlisted));
-    let tests = scores.iter().filter_map(|(index, score)| Some((score.p, unlisted.get(*index)?.id.spot)));
-    significant_sites(&tests.collect::<Vec<_>>())
-}
-
-/// Where something without a name does better than every contender, clearly, and is no chance find itself.
-fn strangers_against(stage: &Stage<'_>, unlisted: &[Probe]) -> Option<Spot> {
-    let best =
-        stage.contenders.iter().filter(|contender| contender.score.plausible).map(|contender| contender.bic);
-    let best = best.fold(f64::INFINITY, f64::min);
-    let fit = &stage.fitted.fit;
-    let (squares, equations, rank) = (fit.normal.squares, fit.normal.equations as f64, fit.rank() as f64);
-    let scores = best_variants(unlisted, score(&stage.fitted.machine, fit, unlisted));
-    let p_values: Vec<f64> = scores.iter().map(|(_, score)| score.p).collect();
-    let adjusted = holm(&p_values, &vec![1.0; p_values.len()]);
-    let strongest = scores.iter().zip(adjusted).filter_map(|((index, score), p)| {
-        let promised = (squares - score.gain).max(squares * 1e-9);
-        let cost = Search::Smooth.cost(equations);
-        let least = stage.fitted.machine.least_variance();
-        let own = bic_above(least, promised, equations, rank + score.freedom as f64, cost);
-        Some((own, unlisted.get(*index)?.id.spot)).filter(|_| score.freedom > 0 && p < UNLISTED_LEVEL)
-    });
-    let (own, spot) = strongest.min_by(|left, right| left.0.total_cmp(&right.0))?;
-    (own < best - TIE_BIC && own < stage.bic - TIE_BIC).then_some(spot)
 }
 
 /// The best plausible contender and all that come close to it, by their places in the list (the likeliest first).

@@ -2,9 +2,11 @@
 
 use nalgebra::DMatrix;
 
+use super::evidence::{padded, significant_sites};
 use super::*;
 use crate::noise_floor::FloorSource;
 use crate::testing::{contender, gain};
+use crate::thresholds::UNLISTED_LEVEL;
 
 const FLOOR: Floor = Floor {
     sigma_mm: Some(1.0),

@@ -1,0 +1,94 @@
+//! What a verdict rests on besides the contenders: mechanisms without a name, directions, what is left.
+
+use super::Evidence;
+use crate::candidates::{Candidates, best_variants};
+use crate::direction_test;
+use crate::forward_selection::{Stage, is_shared_error};
+use crate::laboratory::Laboratory;
+use crate::lack_of_fit::LackOfFit;
+use crate::noise_floor::Floor;
+use crate::score_test::{Probe, score};
+use crate::thresholds::{TIE_BIC, UNLISTED_LEVEL};
+use plumb_calibration::arm_model::AddedEffect;
+use plumb_calibration::effect::{self, Search, Spot};
+use plumb_estimation::{bic_above, holm};
+
+impl Laboratory {
+    /// What the stages say besides their contenders, the first with nothing taken in and the last with all. Of what is left where readings next to each other err alike
+    /// no mechanism without a name and no direction is asked once it is less than the noise.
+    pub(super) fn evidence_of(
+        &self,
+        stages: &[Stage<'_>],
+        candidates: &Candidates,
+        floor: &Floor,
+    ) -> Evidence {
+        let mut evidence = Evidence::default();
+        let (Some(first), Some(full)) = (stages.first(), stages.last()) else { return evidence };
+        evidence.errs_alike = full.fitted.machine.neighbours_err_alike();
+        evidence.left_over = LackOfFit::of(&full.fitted, floor);
+        let alone = self.direction_tests(&first.fitted, floor);
+        evidence.alone = direction_test::possible_sites(&alone, floor);
+        evidence.padded = padded(&full.taken);
+        if !is_shared_error(evidence.errs_alike, evidence.left_over) {
+            evidence.strangers = strangers(full, &candidates.unlisted);
+            let rest = if stages.len() == 1 { alone } else { self.direction_tests(&full.fitted, floor) };
+            evidence.uneven = direction_test::uneven_sites(&rest);
+        }
+        evidence
+    }
+}
+
+/// The joint on which more than one effect sits that imitates anything.
+pub(super) fn padded(taken: &[AddedEffect]) -> Option<Spot> {
+    let flexible = taken.iter().map(|taken| &taken.id);
+    let flexible = flexible.filter(|id| effect::kind(&id.name).is_some_and(|kind| kind.imitates_anything));
+    let mut spots = flexible.map(|id| id.spot);
+    while let Some(spot) = spots.next() {
+        if spots.clone().any(|other| other == spot) {
+            return Some(spot);
+        }
+    }
+    None
+}
+
+/// Sites of those p values that are significant after Holm's correction, the clearest first.
+pub(super) fn significant_sites(tests: &[(f64, Spot)]) -> Vec<Spot> {
+    let p_values: Vec<f64> = tests.iter().map(|(p, _)| *p).collect();
+    let adjusted = holm(&p_values, &vec![1.0; p_values.len()]);
+    let mut found: Vec<(f64, Spot)> = adjusted
+        .into_iter()
+        .zip(tests)
+        .map(|(p, (_, spot))| (p, *spot))
+        .filter(|(p, _)| *p < UNLISTED_LEVEL)
+        .collect();
+    found.sort_by(|left, right| left.0.total_cmp(&right.0));
+    found.into_iter().map(|(_, spot)| spot).collect()
+}
+
+/// Sites where something the library has no name for is at work beyond a stage, the clearest first.
+fn strangers(stage: &Stage<'_>, unlisted: &[Probe]) -> Vec<Spot> {
+    let scores = best_variants(unlisted, score(&stage.fitted.machine, &stage.fitted.fit, unlisted));
+    let tests = scores.iter().filter_map(|(index, score)| Some((score.p, unlisted.get(*index)?.id.spot)));
+    significant_sites(&tests.collect::<Vec<_>>())
+}
+
+/// Where something without a name does better than every contender, clearly, and is no chance find itself.
+pub(super) fn strangers_against(stage: &Stage<'_>, unlisted: &[Probe]) -> Option<Spot> {
+    let best =
+        stage.contenders.iter().filter(|contender| contender.score.plausible).map(|contender| contender.bic);
+    let best = best.fold(f64::INFINITY, f64::min);
+    let fit = &stage.fitted.fit;
+    let (squares, equations, rank) = (fit.normal.squares, fit.normal.equations as f64, fit.rank() as f64);
+    let scores = best_variants(unlisted, score(&stage.fitted.machine, fit, unlisted));
+    let p_values: Vec<f64> = scores.iter().map(|(_, score)| score.p).collect();
+    let adjusted = holm(&p_values, &vec![1.0; p_values.len()]);
+    let strongest = scores.iter().zip(adjusted).filter_map(|((index, score), p)| {
+        let promised = (squares - score.gain).max(squares * 1e-9);
+        let cost = Search::Smooth.cost(equations);
+        let least = stage.fitted.machine.least_variance();
+        let own = bic_above(least, promised, equations, rank + score.freedom as f64, cost);
+        Some((own, unlisted.get(*index)?.id.spot)).filter(|_| score.freedom > 0 && p < UNLISTED_LEVEL)
+    });
+    let (own, spot) = strongest.min_by(|left, right| left.0.total_cmp(&right.0))?;
+    (own < best - TIE_BIC && own < stage.bic - TIE_BIC).then_some(spot)
+}
