@@ -17,7 +17,7 @@ use crate::thresholds::{
     ALIKE_CORRELATION, COMPARED_CANDIDATES, DETECTABLE_ERRORS, LACK_OF_FIT_LEVEL, NAMING_LEVEL,
     OVERWHELMING_GAIN, PRESENT_LEVEL, SAME_CORRELATION, SIGN_ERRORS, TIE_BIC,
 };
-use evidence::strangers_against;
+use evidence::{Evidence, strangers_against};
 use plumb_calibration::arm_model::AddedEffect;
 use plumb_calibration::effect::{self, EffectId, Family, LooksAt, Size, Spot};
 use plumb_calibration::fit::ResidualModel;
@@ -152,27 +152,6 @@ impl Laboratory {
         }
         Ok(best.map(|(_, stage)| stage))
     }
-}
-
-/// What a verdict rests on besides the contenders.
-#[derive(Default)]
-struct Evidence {
-    /// What is left without the effect in question.
-    lack_of_fit: Option<LackOfFit>,
-    /// What is left when everything that passed is in.
-    left_over: Option<LackOfFit>,
-    /// Places where something without a name is still at work when everything that passed is in.
-    strangers: Vec<Spot>,
-    /// Place of something without a name that does better than the effect in question.
-    rivals: Option<Spot>,
-    /// Places where, by its direction, all may sit that the model as it is lacks; the likeliest first.
-    alone: Vec<Spot>,
-    /// Places along whose motion more is left than across it when everything that passed is in.
-    uneven: Vec<Spot>,
-    /// Joint on which more than one of the effects sits that can imitate anything.
-    padded: Option<Spot>,
-    /// Readings next to each other err alike: chance says nothing of what they share.
-    errs_alike: bool,
 }
 
 /// The best plausible contender and all that come close to it, by their places in the list (the likeliest first).

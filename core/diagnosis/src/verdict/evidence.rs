@@ -1,6 +1,5 @@
 //! What a verdict rests on besides the contenders: mechanisms without a name, directions, what is left.
 
-use super::Evidence;
 use crate::candidates::{Candidates, best_variants};
 use crate::direction_test;
 use crate::forward_selection::{Stage, is_shared_error};
@@ -12,6 +11,27 @@ use crate::thresholds::{TIE_BIC, UNLISTED_LEVEL};
 use plumb_calibration::arm_model::AddedEffect;
 use plumb_calibration::effect::{self, Search, Spot};
 use plumb_estimation::{bic_above, holm};
+
+/// What a verdict rests on besides the contenders.
+#[derive(Default)]
+pub(super) struct Evidence {
+    /// What is left without the effect in question.
+    pub(super) lack_of_fit: Option<LackOfFit>,
+    /// What is left when everything that passed is in.
+    pub(super) left_over: Option<LackOfFit>,
+    /// Places where something without a name is still at work when everything that passed is in.
+    pub(super) strangers: Vec<Spot>,
+    /// Place of something without a name that does better than the effect in question.
+    pub(super) rivals: Option<Spot>,
+    /// Places where, by its direction, all may sit that the model as it is lacks; the likeliest first.
+    pub(super) alone: Vec<Spot>,
+    /// Places along whose motion more is left than across it when everything that passed is in.
+    pub(super) uneven: Vec<Spot>,
+    /// Joint on which more than one of the effects sits that can imitate anything.
+    pub(super) padded: Option<Spot>,
+    /// Readings next to each other err alike: chance says nothing of what they share.
+    pub(super) errs_alike: bool,
+}
 
 impl Laboratory {
     /// What the stages say besides their contenders, the first with nothing taken in and the last with all. Of what is left where readings next to each other err alike
