@@ -527,9 +527,9 @@ mod tests {
         assert_eq!(beside(1.0 - 0.0014), [0, 1]);
         assert!(!beside(1.0 - 0.0016).contains(&1));
         // A gain of seven percent is none of a real arm, however clear.
-        let mut wild = by_hand(1000, 1, (0.0, [7.0, 0.5]));
-        wild.total.squares = 100.0;
-        assert!(!needed(&wild, &[0, 1]).contains(&0));
+        let mut scattered = by_hand(1000, 1, (0.0, [7.0, 0.5]));
+        scattered.total.squares = 100.0;
+        assert!(!needed(&scattered, &[0, 1]).contains(&0));
     }
 
     #[test]

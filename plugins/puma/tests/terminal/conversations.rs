@@ -86,7 +86,8 @@ fn hold_one(cell: &mut Cell, seed: u64) -> Result<u64, String> {
             Ok(state) => {
                 let made = cell.world.joints();
                 for (place, (made, sent)) in made.iter().zip(pose).enumerate() {
-                    let reported = state.joints.get(place).unwrap_or(f64::NAN).to_degrees();
+                    let missing = || format!("joint {} is not reported", place + 1);
+                    let reported = state.joints.get(place).ok_or_else(missing)?.to_degrees();
                     if !((reported - made).abs() < TAKEN_WITHIN && (sent - made).abs() < TAKEN_WITHIN) {
                         return Err(format!(
                             "joint {}: sent to {sent}, reported {reported}, made {made}",
