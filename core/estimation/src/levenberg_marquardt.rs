@@ -3,11 +3,16 @@
 //! The damped step is Marquardt's (1963), with the diagonal of `J'J` as the scale; the scale never shrinks (Moré 1978). The
 //! damping follows Nielsen's rule `1 - (2g - 1)^3` of the gain ratio `g` (Nielsen 1999; Madsen, Nielsen and Tingleff 2004,
 //! Methods for Non-Linear Least Squares Problems, section 3.2). A descent has converged where the gain that a further step
-//! predicts is small beside the variance of one measurement.
+//! predicts is small beside the variance of one measurement. Where residuals stay large, their curvature counts as well, see
+//! [`curvature`].
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 use crate::{Cancelled, NormalEquations, Progress, RankRevealingCholesky};
+
+mod curvature;
+
+use curvature::Curvature;
 
 /// A nonlinear least-squares problem. Its state may be anything that a vector of parameter changes moves.
 pub trait Problem {
@@ -151,7 +156,9 @@ pub fn descend_from<P: Problem>(
 ) -> Result<Descent<P::State>, Cancelled> {
     let scales = normal.matrix.diagonal();
     let damping = Damping { value: settings.damping, growth: 2.0 };
-    let mut run = Run { problem, held, state, normal, scales, damping, idle: 0, refused: 0, broken: 0 };
+    let curvature = Curvature::unknown(normal.gradient.len());
+    let mut run =
+        Run { problem, held, state, normal, scales, damping, curvature, idle: 0, refused: 0, broken: 0 };
     for step in 0..settings.steps {
         progress.check()?;
         if let Some(converged) = run.step() {
@@ -194,6 +201,7 @@ struct Run<'a, P: Problem> {
     normal: NormalEquations,
     scales: DVector<f64>,
     damping: Damping,
+    curvature: Curvature,
     /// Accepted steps in a row that gained next to nothing.
     idle: usize,
     /// Refused steps in a row.
@@ -214,7 +222,11 @@ impl<P: Problem> Run<'_, P> {
             *scale = scale.max(*fresh);
         }
         let Some((change, predicted)) = self.damped_step() else {
-            self.damping.refuse();
+            // With curvature the matrix need not be positive definite; without, damping makes it so.
+            match self.curvature.added() {
+                Some(_) => self.curvature.set_aside(),
+                None => self.damping.refuse(),
+            }
             return self.damping.is_exhausted().then_some(false);
         };
         let no_gain = NO_GAIN * self.normal.squares / self.normal.equations.max(1) as f64 + NO_GAIN_AT_ALL;
@@ -226,12 +238,14 @@ impl<P: Problem> Run<'_, P> {
         let normal = self.problem.normal_equations(&state);
         let gain = self.normal.squares - normal.squares;
         let gain_ratio = gain / predicted;
+        self.curvature.choose(&self.normal, &change, gain);
         let finite = normal.squares.is_finite() && self.problem.is_finite(&state);
         if finite && gain_ratio > LEAST_GAIN_RATIO {
             self.idle = if gain <= no_gain { self.idle + 1 } else { 0 };
             self.refused = 0;
             let is_broken = self.damping.value > DOWN_THE_GRADIENT && gain_ratio < BROKEN_PROMISE;
             self.broken = if is_broken { self.broken + 1 } else { 0 };
+            self.curvature.learn((&self.normal, &normal), &change, self.held);
             (self.state, self.normal) = (state, normal);
             self.damping.accept(gain_ratio);
             let ends = self.broken >= BROKEN_PROMISES && gain <= UNKEPT_PROMISE * self.normal.squares;
@@ -243,6 +257,9 @@ impl<P: Problem> Run<'_, P> {
     /// The damped step and the gain it predicts; nothing where the damped matrix is not positive definite.
     fn damped_step(&self) -> Option<(DVector<f64>, f64)> {
         let (mut damped, gradient) = without_held(&self.normal, self.held);
+        if let Some(curvature) = self.curvature.added() {
+            damped += curvature;
+        }
         for index in 0..damped.nrows() {
             damped[(index, index)] += self.damping.value * self.scales[index].max(LEAST_SCALE);
         }

@@ -21,4 +21,4 @@ pub use normal_equations::NormalEquations;
 pub use parallel::{for_each, over_chunks};
 pub use progress::{Cancelled, Progress};
 pub use random::Random;
-pub use rank_revealing_cholesky::RankRevealingCholesky;
+pub use rank_revealing_cholesky::{INDISTINCT, RankRevealingCholesky};

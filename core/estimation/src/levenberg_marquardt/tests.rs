@@ -81,6 +81,32 @@ fn powells_singular_function_comes_down_to_nothing() {
     assert!(descent.state.norm() < 1e-2, "{}", descent.state);
 }
 
+/// Problem 16 of the collection: twenty equations that no parameters satisfy, so that the residuals' own curvature counts.
+fn brown_and_dennis(x: &DVector<f64>) -> (DVector<f64>, DMatrix<f64>) {
+    let mut residuals = DVector::zeros(20);
+    let mut jacobian = DMatrix::zeros(20, 4);
+    for index in 0..20 {
+        let time = (index as f64 + 1.0) / 5.0;
+        let (sine, cosine) = time.sin_cos();
+        let (first, second) = (x[0] + time * x[1] - time.exp(), x[2] + sine * x[3] - cosine);
+        residuals[index] = first * first + second * second;
+        let slopes = [2.0 * first, 2.0 * first * time, 2.0 * second, 2.0 * second * sine];
+        jacobian.row_mut(index).copy_from(&DMatrix::from_row_slice(1, 4, &slopes));
+    }
+    (residuals, jacobian)
+}
+
+/// Steps from the collection's own start to the minimum it states, 85822.2.
+#[test]
+fn large_residuals_are_descended_in_a_few_steps() {
+    let descent = solve(&Textbook(brown_and_dennis), &[25.0, 5.0, -5.0, -1.0], &[]);
+    // A gain below NO_GAIN of the scatter counts as none.
+    let excess = descent.normal.squares - 85822.2;
+    assert!((-0.1..NO_GAIN * 85822.2 / 20.0).contains(&excess), "{excess} too much");
+    // J'J alone ends 30 above it.
+    assert!(descent.converged && descent.steps <= 40, "{} steps", descent.steps);
+}
+
 #[test]
 fn a_held_parameter_stays_and_the_others_reach_the_best_beside_it() {
     // With x0 held at 0.5 the minimum of Rosenbrock's function is x1 = x0^2.
