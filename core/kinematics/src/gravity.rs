@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 
-use crate::posture::Posture;
+use crate::posture::{JointFrame, Posture};
 
 /// Standard acceleration of free fall, m/s2.
 pub const GRAVITY: f64 = 9.806_65;
@@ -12,6 +12,15 @@ const PARALLEL: f64 = 0.05;
 
 /// Distance of two axes below which they count as one, mm.
 const SHORT: f64 = 1e-3;
+
+/// Where the common normal of two axes meets the second, base frame, mm; nothing where they count as parallel.
+fn foot(first: &JointFrame, second: &JointFrame) -> Option<Vector3<f64>> {
+    let cosine = first.axis.dot(&second.axis);
+    let sine = first.axis.cross(&second.axis).norm();
+    let apart = first.axis_point - second.axis_point;
+    let along = (second.axis - first.axis * cosine).dot(&apart);
+    (sine > PARALLEL).then(|| second.axis_point + second.axis * (along / (sine * sine)))
+}
 
 /// A mass fixed in the frame after one joint's row.
 #[derive(Debug, Clone, PartialEq)]
@@ -86,18 +95,21 @@ impl Weights<'_> {
         self.beyond(posture, 0).map(|(_, force, place)| place.cross(&force) * 1e-3).sum()
     }
 
-    /// Where the link after a joint begins and ends, base frame, mm: from the joint's axis to the next, or to the flange. Where the two axes are parallel,
-    /// where along them a row's origin is says nothing of the metal: the link then runs straight across, at the height of its own mass, or, without one,
-    /// where its row arrives.
+    /// Where the link after a joint begins and ends, base frame, mm: from the joint's axis to the next, or to the flange, each where the common normal of two axes meets it, so
+    /// that it does not matter where along an axis a row or a URDF puts its origin. Where the two axes are parallel they have no one common normal: the link then runs straight
+    /// across, at the height of its own mass, or, without one, where its row arrives.
     pub fn link(&self, posture: &Posture, joint: usize) -> Option<(Vector3<f64>, Vector3<f64>)> {
         let here = posture.joints.get(joint)?;
-        let start = here.axis_point;
+        let start = self.begins(posture, joint)?;
         let Some(next) = posture.joints.get(joint + 1) else {
             return Some((start, posture.flange.translation.vector));
         };
+        if let Some(end) = foot(here, next) {
+            return Some((start, end));
+        }
         let end = next.axis_point;
         let across = end - start - here.axis * here.axis.dot(&(end - start));
-        if here.axis.cross(&next.axis).norm() > PARALLEL || across.norm() < SHORT {
+        if across.norm() < SHORT {
             return Some((start, end));
         }
         let own = || self.masses.iter().filter(move |mass| mass.after == joint && mass.mass > 0.0);
@@ -106,6 +118,18 @@ impl Weights<'_> {
         let at = if mass > 0.0 { own().map(centre).sum::<Vector3<f64>>() / mass } else { end };
         let start = start + here.axis * here.axis.dot(&(at - start));
         Some((start, start + across))
+    }
+
+    /// Where the link after a joint begins on the joint's axis: where the link before arrives, of the first joint at the point nearest to the base's origin.
+    fn begins(&self, posture: &Posture, joint: usize) -> Option<Vector3<f64>> {
+        let here = posture.joints.get(joint)?;
+        let Some(before) = joint.checked_sub(1) else {
+            return Some(here.axis_point - here.axis * here.axis.dot(&here.axis_point));
+        };
+        match foot(posture.joints.get(before)?, here) {
+            Some(foot) => Some(foot),
+            None => self.link(posture, before).map(|(_, end)| end),
+        }
     }
 
     /// How the link after a joint bends, as a beam clamped at the joint's end (Bernoulli): by the weight beyond its far end,

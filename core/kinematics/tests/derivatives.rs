@@ -293,3 +293,32 @@ fn how_a_link_bends_does_not_depend_on_where_along_parallel_axes_the_rows_are() 
         }
     }
 }
+
+#[test]
+fn where_along_parallel_axes_rows_put_their_origins_says_nothing_of_the_links() {
+    // Joints two and three of a PUMA turn about parallel axes; a part of the offset may as well be the next row's.
+    let rows = [
+        (0.0, -90.0, 0.0),
+        (431.8, 0.0, 149.09),
+        (-20.32, 90.0, 0.0),
+        (0.0, -90.0, 433.07),
+        (0.0, 90.0, 0.0),
+    ];
+    let mut moved = rows;
+    moved[1].2 += 70.0;
+    moved[2].2 -= 70.0;
+    let own = |height: f64| [Mass { after: 1, mass: 5.0, centre: Vector3::new(-200.0, 10.0, height) }];
+    for q in [[0.3, -0.7, 1.1, 0.2, -0.4], [-2.0, 0.4, -1.5, 1.0, 0.9]] {
+        let links = [(rows, own(20.0)), (moved, own(-50.0))].map(|(rows, masses)| {
+            let posture = Posture::of(&chain(Convention::Distal, &rows), &q, &[]);
+            let weights = Weights { masses: &masses, payload: 1.0, down: -Vector3::z() };
+            [0, 1, 2, 3].map(|joint| weights.link(&posture, joint).unwrap())
+        });
+        for (link, (as_published, as_moved)) in links[0].iter().zip(&links[1]).enumerate() {
+            let off = (as_published.0 - as_moved.0).norm() + (as_published.1 - as_moved.1).norm();
+            assert!(off < 1e-9, "link {link}: {as_published:?} {as_moved:?}");
+        }
+        // One link begins where the one before ends.
+        assert!((links[0][1].1 - links[0][2].0).norm() < 1e-9);
+    }
+}

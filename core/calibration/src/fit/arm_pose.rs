@@ -4,6 +4,7 @@ use nalgebra::{IsometryMatrix3, Matrix3, Point3, Rotation3, Vector3};
 use plumb_kinematics::{Chain, Deviation, Knob, Motion, Posture};
 
 use super::state::State;
+use super::yielding::Yielding;
 use crate::arm_model::{Frame, MapEffect, RigNumber, StripeRig};
 use crate::effect::{Channel, Drive, Handle};
 
@@ -47,6 +48,21 @@ impl Changes {
     pub(super) fn clear_bending(&mut self) {
         self.bend_shift = Vector3::zeros();
         self.bend_turn = Vector3::zeros();
+    }
+
+    /// Shift of the base's origin and turn about it that bent links give everything beyond them, base frame.
+    pub(super) fn carried(&self) -> (Vector3<f64>, Vector3<f64>) {
+        (self.bend_shift, self.bend_turn)
+    }
+
+    /// Whether joints' rows and what bent links carry are those of `other`, to within `most` (rad, mm).
+    pub(super) fn bends_as(&self, other: &Self, most: f64) -> bool {
+        let rows = self.deviations.iter().zip(&other.deviations).map(|(own, other)| {
+            let [own, other] = [own, other].map(|row| [row.theta, row.alpha, row.beta, row.d, row.a]);
+            own.iter().zip(other).map(|(own, other)| (own - other).abs()).fold(0.0, f64::max)
+        });
+        let carried = [self.bend_shift - other.bend_shift, self.bend_turn - other.bend_turn];
+        rows.chain(carried.map(|off| off.amax())).all(|off| off <= most)
     }
 
     /// Adds what an effect does at these values of its parameters.
@@ -117,6 +133,8 @@ pub struct ArmPose {
     /// Moments of gravity about the joints' axes, N m.
     pub(crate) moments: Vec<f64>,
     pub(super) changes: Changes,
+    /// How what gravity bends answers to small changes; worked out where derivatives are.
+    pub(super) yielding: Yielding,
     /// The rig of the light stripe, with all that effects change of it.
     pub(super) rig: Option<StripeRig>,
     /// Orientation and origin of the base in the frame of the measurements.
@@ -168,14 +186,30 @@ impl ArmPose {
     pub(super) fn at_flange(&self, point: Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
         // What bends is small: its turn is added as a vector product, and not as a rotation.
         let stiff = (self.posture.flange * Point3::from(point)).coords;
-        let in_base = stiff + self.changes.bend_shift + self.changes.bend_turn.cross(&stiff);
+        let in_base = self.changes.bend_shift + self.carry(stiff);
         (self.base * in_base + self.origin, in_base)
     }
 
     /// A small shift in the flange's frame, in the frame of the measurements.
     pub(crate) fn turned_from_flange(&self, shift: Vector3<f64>) -> Vector3<f64> {
         let stiff = self.posture.flange.rotation * shift;
-        self.base * (stiff + self.changes.bend_turn.cross(&stiff))
+        self.base * self.carry(stiff)
+    }
+
+    /// A vector of what hangs on the arm, base frame, turned as bent links turn it.
+    pub(super) fn carry(&self, vector: Vector3<f64>) -> Vector3<f64> {
+        vector + self.changes.bend_turn.cross(&vector)
+    }
+
+    /// Where a point (base frame, mm) would be without what bent links add.
+    pub(super) fn without_bent_links(&self, in_base: Vector3<f64>) -> Vector3<f64> {
+        let (shift, turn) = self.changes.carried();
+        if shift == Vector3::zeros() && turn == Vector3::zeros() {
+            return in_base;
+        }
+        let carried = Matrix3::identity() + turn.cross_matrix();
+        // One plus what turns about an axis has no eigenvalue of zero.
+        carried.try_inverse().map_or(in_base - shift, |back| back * (in_base - shift))
     }
 
     /// Distance over a surface at which the arm's own sensor triggers by the effects of the row, mm.

@@ -8,9 +8,12 @@ use super::scratch::Scratch;
 use super::state::State;
 use crate::effect::{Drive, LooksAt};
 
-/// Rounds in which a bending arm comes to balance: what bends under its own weight changes the moments that bend it, by a
-/// share that is of the order of the deflection itself (1e-3), so that three rounds leave 1e-9 of it.
-const ROUNDS: usize = 3;
+/// Rounds in which a bending arm comes to balance at most. What bends under its own weight changes the moments that bend it by a share that is of the order of the deflection itself
+/// (1e-3 rad), so that three rounds leave 1e-9 of it; what would need more than this many has no balance that a machine could have.
+const ROUNDS: usize = 20;
+
+/// Change of a deflection (rad, mm) in one round from which on an arm is in balance: a millionth of what any instrument reads at a reach of metres.
+const BALANCED: f64 = 1e-11;
 
 impl ResidualModel<'_> {
     /// Brings the arm into a row's pose: deviations of all effects in, gravity in balance with what it bends.
@@ -49,6 +52,7 @@ impl ResidualModel<'_> {
     fn balance(&self, state: &State, row: usize, drives: &mut Vec<Drive>, pose: &mut ArmPose) {
         let stiff = pose.changes.deviations.clone();
         for _ in 0..ROUNDS {
+            let before = pose.changes.clone();
             self.place(row, state, pose);
             let ArmPose { posture, moments, changes, .. } = pose;
             // Each round begins from the stiff arm: what bends is no sum over the rounds.
@@ -61,6 +65,9 @@ impl ResidualModel<'_> {
                     part.effect.drive(&situation, drives);
                     changes.add(drives, values);
                 }
+            }
+            if changes.bends_as(&before, BALANCED) {
+                return;
             }
         }
     }

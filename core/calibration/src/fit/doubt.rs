@@ -4,9 +4,9 @@ use std::fmt;
 
 use plumb_estimation::{NormalEquations, RankRevealingCholesky};
 
-use super::residual_model::ResidualModel;
+use super::residual_model::{Part, ResidualModel};
 use super::state::{Slot, State};
-use crate::effect::{self, Family, Parameter};
+use crate::effect::{self, Family, LooksAt, Parameter};
 
 /// Factor by which the robust fit may miss the rows it trusts more than plain least squares does: it should miss them less, and the descents end within a few per
 /// cent of their minimum.
@@ -92,12 +92,19 @@ pub(super) fn worse_than_plain(
     (!is_as_good).then_some(FitDoubt::WorseThanPlain { robust, plain })
 }
 
-/// The parameter of a slot of the geometry that has a range.
+/// Whether a number's range counts as prior knowledge: of the geometry, and of what gives under weight to either side, whose terms may nearly cancel each other or a wave of the joint. Alone these
+/// run to bends of half a radian for the sake of what the bends do to each other.
+fn is_bounded(part: &Part, parameter: &Parameter) -> bool {
+    let (low, high) = parameter.range;
+    effect::kind(&part.id.name).is_some_and(|kind| kind.family == Family::Geometry)
+        || (part.effect.looks_at() == LooksAt::Gravity && low < 0.0 && high > 0.0)
+}
+
+/// The parameter of a slot whose range counts.
 fn ranged<'m>(machine: &'m ResidualModel<'_>, slot: &Slot) -> Option<(&'m Parameter, usize, usize)> {
     let Slot::Effect(part, which) = *slot else { return None };
     let known = machine.parts.get(part)?;
-    let is_geometry = effect::kind(&known.id.name).is_some_and(|kind| kind.family == Family::Geometry);
-    let parameter = known.effect.parameters().get(which).filter(|_| is_geometry)?;
+    let parameter = known.effect.parameters().get(which).filter(|parameter| is_bounded(known, parameter))?;
     Some((parameter, part, which))
 }
 
@@ -105,7 +112,7 @@ fn value(state: &State, part: usize, which: usize) -> f64 {
     state.effects.get(part).and_then(|values| values.get(which)).copied().unwrap_or(0.0)
 }
 
-/// Numbers of the geometry outside the range that a machine can have: slot and value, internal unit.
+/// Numbers outside the range that a machine can have: slot and value, internal unit.
 pub(super) fn out_of_range(machine: &ResidualModel<'_>, state: &State) -> Vec<(usize, f64)> {
     let values = machine.slots().iter().enumerate().filter_map(|(index, slot)| {
         let (parameter, part, which) = ranged(machine, slot)?;
@@ -116,7 +123,7 @@ pub(super) fn out_of_range(machine: &ResidualModel<'_>, state: &State) -> Vec<(u
     outside.map(|(index, value, _)| (index, value)).collect()
 }
 
-/// Numbers of the geometry whose standard error is larger than their range where the rows scatter by `scale`: slot and zero.
+/// Numbers whose standard error is larger than their range where the rows scatter by `scale`: slot and zero.
 pub(super) fn undetermined(
     machine: &ResidualModel<'_>,
     factor: &RankRevealingCholesky,
@@ -169,7 +176,7 @@ fn shown_outside(machine: &ResidualModel<'_>, index: usize, value: f64) -> Optio
     Some(format!("{name} ({shown} outside {:.3} to {:.3} {unit})", low * factor, high * factor))
 }
 
-/// Plausible ranges of the geometry as observations of zero (Bayesian least squares: Tarantola 2005, section 3.2).
+/// Plausible ranges as observations of zero (Bayesian least squares: Tarantola 2005, section 3.2).
 pub(super) struct Prior {
     /// Variance of one equation, in declared sigmas squared: what the ranges are weighed against.
     pub(super) variance: f64,

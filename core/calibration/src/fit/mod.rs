@@ -4,6 +4,7 @@ mod align;
 mod arm_pose;
 mod assume;
 mod beliefs;
+mod bending;
 mod doubt;
 mod gauge;
 pub mod hand_eye;
@@ -23,6 +24,7 @@ mod subject_motion;
 mod tangent;
 mod variance_components;
 mod view_of_table;
+mod yielding;
 
 pub use doubt::FitDoubt;
 pub use gauge::Gauge;

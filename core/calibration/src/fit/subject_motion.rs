@@ -11,6 +11,7 @@ use super::arm_pose::ArmPose;
 use super::residual_model::ResidualModel;
 use super::scratch::{Motion, Scratch, SubjectMotion};
 use super::state::{Slot, State};
+use super::yielding::Answer;
 use crate::arm_model::Frame;
 use crate::effect::{Drive, Effect, Handle, Situation};
 use crate::measurement::{SensorShift, Subject};
@@ -22,9 +23,9 @@ const STILL: Motion = (Vector3::new(0.0, 0.0, 0.0), Vector3::new(0.0, 0.0, 0.0))
 struct SubjectFrames<'a> {
     pose: &'a ArmPose,
     subject: Subject,
-    /// The subject's point in the frame of the measurements and in the base's frame, mm.
+    /// The subject's point in the frame of the measurements, and in the base's frame without what bent links add, mm.
     point: Vector3<f64>,
-    in_base: Vector3<f64>,
+    stiff: Vector3<f64>,
     /// How the subject moves when a joint turns, where that has been worked out.
     by_joint: &'a [Motion],
 }
@@ -32,9 +33,10 @@ struct SubjectFrames<'a> {
 impl SubjectFrames<'_> {
     /// How the subject moves with one number of one joint's row.
     fn with_joint(&self, joint: usize, knob: Knob) -> Motion {
-        // The twist is worked out at the point in the base's frame, and turned into that of the measurements.
-        let twist = self.pose.posture.twist(joint, knob, &self.in_base);
-        (self.pose.base * twist.linear, self.pose.base * twist.angular)
+        // The twist is worked out where the point would be without bent links, which then carry it on, and turned into the frame of the measurements.
+        let twist = self.pose.posture.twist(joint, knob, &self.stiff);
+        let [linear, angular] = [twist.linear, twist.angular].map(|vector| self.pose.carry(vector));
+        (self.pose.base * linear, self.pose.base * angular)
     }
 
     /// Whether a joint's row lies beyond the frame whose attitude is measured, so that it does not turn it.
@@ -52,17 +54,16 @@ impl SubjectFrames<'_> {
         match handle {
             // What lies beyond the base does not tilt it.
             Handle::Joint(..) if self.subject == Subject::Frame(Frame::Base) => STILL,
-            Handle::Joint(joint, _) | Handle::Twist { after: joint, .. } if self.is_beyond(joint) => STILL,
-            Handle::Joint(joint, knob) => match (knob, self.by_joint.get(joint)) {
-                // Most effects turn joints: that is worked out once a row.
-                (Knob::Theta, Some(turned)) => *turned,
-                _ => self.with_joint(joint, knob),
-            },
+            Handle::Twist { after: joint, .. } if self.is_beyond(joint) => STILL,
+            Handle::Joint(joint, knob) => {
+                let stiff = self.with_stiff_joint(joint, knob);
+                self.with_answer(stiff, pose.yielding.to_joint(joint, knob))
+            }
             Handle::Twist { shift, turn, about, .. } => {
-                (pose.base * (shift + turn.cross(&(self.in_base - about))), pose.base * turn)
+                (pose.base * (shift + turn.cross(&(self.stiff - about))), pose.base * turn)
             }
             Handle::Target(target, axis) if self.is_of(target) => {
-                (pose.base * pose.posture.flange.rotation.matrix().column(axis.min(2)), Vector3::zeros())
+                (pose.turned_from_flange(Vector3::ith(axis.min(2), 1.0)), Vector3::zeros())
             }
             // What a light stripe or a camera on the hand sees no instrument reads.
             Handle::Reading(_) if matches!(self.subject, Subject::Stretch(_) | Subject::Camera(_)) => STILL,
@@ -79,6 +80,28 @@ impl SubjectFrames<'_> {
             | Handle::ReadingZero(_)
             | Handle::ReadingScale(_) => STILL,
         }
+    }
+
+    /// How the subject moves with one number of one joint's row while nothing bends otherwise.
+    fn with_stiff_joint(&self, joint: usize, knob: Knob) -> Motion {
+        match (knob, self.by_joint.get(joint)) {
+            _ if self.is_beyond(joint) || self.subject == Subject::Frame(Frame::Base) => STILL,
+            // Most effects turn joints: that is worked out once a row.
+            (Knob::Theta, Some(turned)) => *turned,
+            _ => self.with_joint(joint, knob),
+        }
+    }
+
+    /// A motion, and what gravity bends in answer to what makes it.
+    fn with_answer(&self, (mut moved, mut turned): Motion, answer: Option<Answer<'_>>) -> Motion {
+        let Some(answer) = answer else { return (moved, turned) };
+        for (joint, knob, amount) in answer.joints() {
+            let (linear, angular) = self.with_stiff_joint(joint, knob);
+            moved += linear * amount;
+            turned += angular * amount;
+        }
+        let (shift, turn) = answer.carried();
+        (moved + self.pose.base * (shift + turn.cross(&self.stiff)), turned + self.pose.base * turn)
     }
 
     /// Whether the subject sits where a target does.
@@ -157,7 +180,8 @@ impl ResidualModel<'_> {
             }
         };
 
-        let mut frames = SubjectFrames { pose, subject, point, in_base, by_joint: &[] };
+        let stiff = pose.without_bent_links(in_base);
+        let mut frames = SubjectFrames { pose, subject, point, stiff, by_joint: &[] };
         by_joint.clear();
         by_joint.extend((0..self.model.chain.len()).map(|joint| frames.with_joint(joint, Knob::Theta)));
         frames.by_joint = by_joint;
@@ -185,7 +209,9 @@ impl ResidualModel<'_> {
                     // What effects turn the base by comes on top of where it is believed to be.
                     let about = frames.pose.base_turned.column(axis.min(2)).into();
                     let index = motion.extend(1);
-                    motion.add(index, frames.with_base_turned_about(about), 1.0);
+                    let stiff = frames.with_base_turned_about(about);
+                    let answer = frames.pose.yielding.to_base_turn(axis);
+                    motion.add(index, frames.with_answer(stiff, answer), 1.0);
                     continue;
                 }
                 Slot::Target(target, axis) => Handle::Target(target, axis),

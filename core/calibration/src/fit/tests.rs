@@ -2,6 +2,7 @@
 
 mod parts;
 mod places;
+mod yielding;
 
 use plumb_estimation::{Progress, Random};
 

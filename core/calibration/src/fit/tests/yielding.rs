@@ -1,0 +1,79 @@
+//! Derivatives of an arm that bends under its weight, against differences.
+
+use super::*;
+
+/// A six-joint arm with heavy links, upright in a world whose gravity its base is turned in.
+const HEAVY: &str = "
+arm: heavy
+convention: distal
+joints:
+  - {name: j1, a_mm: 0, alpha_deg: 90, d_mm: 90}
+  - {name: j2, a_mm: -425, alpha_deg: 20, d_mm: 0}
+  - {name: j3, a_mm: -392, alpha_deg: -30, d_mm: 20}
+  - {name: j4, a_mm: 10, alpha_deg: 90, d_mm: 109}
+  - {name: j5, a_mm: 0, alpha_deg: -90, d_mm: 95}
+  - {name: j6, a_mm: 0, alpha_deg: 0, d_mm: 82}
+links: [{after: j2, mass_kg: 8, centre_mm: [200, 0, 0]}, {after: j3, mass_kg: 4, centre_mm: [180, 10, 0]}, {after: j6, mass_kg: 2, centre_mm: [0, 0, 20]}]
+base: {xyz_mm: [10, 20, 30], rpy_deg: [2, -3, 20], free: true}
+targets: {p1: {xyz_mm: [5, -10, 40], free: true}}
+";
+
+/// The greatest difference between a derivative and the slope by central differences, of a model with these effects at these values, as a share of the greatest slope of its
+/// number.
+fn worst(effects: &[(&str, &[f64])]) -> f64 {
+    let table = Table::parse(
+        "made.csv",
+        "q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,p1_x_mm,p1_y_mm,p1_z_mm
+10,-60,80,-30,40,20,0,0,0
+-70,-100,30,60,-50,130,0,0,0
+",
+    )
+    .unwrap();
+    let model = Model::parse("heavy.yaml", HEAVY).unwrap();
+    let observations = Observations::new(&model, &table).unwrap();
+    let others = ["joint_zero", "link_length", "link_offset", "link_twist", "axis_skew"];
+    let others = others.iter().flat_map(|name| (1..=6).map(move |joint| format!("{name}(j{joint})")));
+    let mut added: Vec<AddedEffect> = others
+        .filter_map(|text| Some(AddedEffect { id: parse(&text, &model).ok()?, values: vec![0.01] }))
+        .collect();
+    for (text, values) in effects {
+        added.push(AddedEffect { id: parse(text, &model).unwrap(), values: values.to_vec() });
+    }
+    let machine = ResidualModel::new(&model, &table, &observations, &added).unwrap();
+    let state = machine.start();
+    let rows = [0, 1];
+    let block = machine.block(&state, &rows, &[], &[]);
+    let mut worst = 0.0_f64;
+    for slot in 0..machine.slots().len() {
+        let mut step = vec![0.0; machine.slots().len()];
+        let [ahead, behind] = [1e-5, -1e-5].map(|amount| {
+            step[slot] = amount;
+            machine.block(&state.stepped(machine.slots(), &step), &rows, &[], &[]).residuals
+        });
+        let slopes: Vec<f64> =
+            ahead.iter().zip(&behind).map(|(ahead, behind)| (behind - ahead) / 2e-5).collect();
+        let greatest = slopes.iter().fold(0.0_f64, |most, slope| most.max(slope.abs()));
+        for (equation, slope) in slopes.iter().enumerate() {
+            worst = worst.max((block.jacobian[(slot, equation)] - slope).abs() / greatest.max(1e-3));
+        }
+    }
+    worst
+}
+
+#[test]
+fn what_turns_a_link_turns_its_weight_and_what_that_bends() {
+    // Of stiff joints nothing answers.
+    assert!(worst(&[]) < 1e-6, "{}", worst(&[]));
+    // Bends of a tenth of a radian, under known weights and under unknown ones.
+    let flexure: &[f64] = &[0.05, -0.04, 0.03, 0.02, 0.05, -0.03, 0.01, 0.02, 0.04];
+    for effects in [
+        &[("gravity_flexure(j2)", flexure)] as &[(&str, &[f64])],
+        &[("gravity_flexure(j2)", flexure), ("gravity_flexure(j3)", flexure)],
+        &[("joint_compliance(j2)", &[0.003]), ("joint_compliance(j3)", &[0.005])],
+        &[("link_sag(j2)", &[0.0005]), ("joint_compliance(j2)", &[0.003])],
+        &[("link_torsion(j2)", &[0.001]), ("link_sag(j3)", &[0.0002])],
+    ] {
+        let worst = worst(effects);
+        assert!(worst < 1e-5, "{effects:?}: off by {worst} of the slope");
+    }
+}
