@@ -9,7 +9,7 @@ use super::doubt::{FitDoubt, Prior, out_of_range, range_doubts, undetermined, wo
 use super::gauge::Gauge;
 use super::residual_model::ResidualModel;
 use super::robust::Distances;
-use super::state::State;
+use super::state::{Slot, State};
 use super::tangent::Tangent;
 use plumb_estimation::INDISTINCT;
 use plumb_estimation::NormalEquations;
@@ -241,6 +241,13 @@ fn dependent(normal: &NormalEquations, share: f64, spared: &[usize]) -> Vec<usiz
     dependent
 }
 
+/// Of the numbers held at a start those that are held to the end: the spared ones, and all that are no effect's. Where a target sits that cannot be distinguished from where the base is, what an
+/// effect does to both is no measure of it: it would go metres away for the sake of an effect that comes to nothing there.
+fn kept(machine: &ResidualModel<'_>, held: &[usize], spared: &[usize]) -> Vec<usize> {
+    let no_effect = |number: &&usize| !matches!(machine.slots().get(**number), Some(Slot::Effect(..)));
+    held.iter().filter(no_effect).chain(spared).copied().collect()
+}
+
 /// One fit, with plausible ranges as prior knowledge or without.
 fn descend_robustly(
     machine: &ResidualModel<'_>,
@@ -272,7 +279,7 @@ fn descend_robustly(
     for _ in 1..ROUNDS {
         // Numbers that look alike at the start (offsets along axes that should be parallel) may matter at the end.
         let normal = &descent.normal;
-        let fewer = dependent(normal, INDISTINCT, spared);
+        let fewer = dependent(normal, INDISTINCT, &kept(machine, &held, spared));
         let gain = normal.gradient.dot(&full_step(normal, &fewer));
         let released = held.iter().filter(|number| !fewer.contains(number)).count();
         let variance = normal.squares / normal.equations.max(1) as f64;
