@@ -130,14 +130,13 @@ fn a_user_can_measure_more_poses_before_opening_the_seal() {
 #[test]
 fn poses_asked_for_far_from_the_others_are_not_locked_away_and_settle_a_tie() {
     let home = tempfile::tempdir().unwrap();
-    let narrow =
-        ["--seed", "13864674305586939288", "--arm", "puma560", "--narrow", "--effect", "link_twist=1x"];
+    let narrow = ["--seed", "12", "--arm", "puma560", "--narrow", "--effect", "link_twist=1x"];
     let first = diagnosed(home.path(), "t", &narrow);
     assert_eq!(first["verdict"], "tied", "{first}");
     let (model, table) = ("t/model.yaml", "t/table.csv");
     let next = plumb(&["model", "next", model, "--data", table, "--json"], home.path());
     let report: serde_json::Value = serde_json::from_slice(&next.stdout).unwrap();
-    // Standard errors between the two rivals that lie nearest: a link that twists under its load is nearer than a coupling.
+    // Standard errors between the two rivals that lie nearest: an axis out of true and a coupling.
     assert!(report["separation"].as_f64().unwrap() > 15.0, "{report}");
     // Without the returns that come on top.
     let new = &report["next"].as_array().unwrap()[..8];
@@ -148,7 +147,7 @@ fn poses_asked_for_far_from_the_others_are_not_locked_away_and_settle_a_tie() {
     assert_eq!(then["verdict"], "named", "{then}");
     assert_eq!(
         (&then["named"]["effect"], &then["named"]["where"]),
-        (&"link_twist".into(), &"shoulder".into())
+        (&"link_twist".into(), &"waist".into())
     );
 }
 
