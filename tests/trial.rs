@@ -145,10 +145,7 @@ fn poses_asked_for_far_from_the_others_are_not_locked_away_and_settle_a_tie() {
     let said = plumb(&["model", "diagnose", model, "--data", table, "--json"], home.path());
     let then: serde_json::Value = serde_json::from_slice(&said.stdout).unwrap();
     assert_eq!(then["verdict"], "named", "{then}");
-    assert_eq!(
-        (&then["named"]["effect"], &then["named"]["where"]),
-        (&"link_twist".into(), &"waist".into())
-    );
+    assert_eq!((&then["named"]["effect"], &then["named"]["where"]), (&"link_twist".into(), &"waist".into()));
 }
 
 #[test]
@@ -330,7 +327,7 @@ fn an_effect_of_the_library_is_named_among_two_that_it_does_not_know() {
 }
 
 #[test]
-fn wild_rows_make_no_harmonic_where_nothing_is_hidden() {
+fn outliers_make_no_harmonic_where_nothing_is_hidden() {
     let home = tempfile::tempdir().unwrap();
     for (seed, arm) in [
         ("16253423048685897608", "puma560"),

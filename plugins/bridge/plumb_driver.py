@@ -119,7 +119,7 @@ def _answer(host, device, name, arguments):
     if name in ("read_joints", "move_joints", "read_inputs"):
         answer = answer if isinstance(answer, dict) else {"joints": [float(joint) for joint in answer]}
         answer = {"time_ns": time_ns or host.now_ns(), **answer}
-    if name == "move_joints":                     # whoever listens to its streams learns that the move has ended
+    if name == "move_joints":                     # anyone who listens to its streams learns that the move has ended
         host.emit("joints", **{**answer, "moving": 0})
         if type(device).read_inputs is not Robot.read_inputs:
             host.emit("inputs", changed=0, **device.read_inputs())

@@ -32,7 +32,7 @@ impl EndingSignals {
         Ok(Self(SignalFd::with_flags(&signals, SfdFlags::SFD_CLOEXEC)?))
     }
 
-    /// Informs the run of the first of them, and then whoever holds the receiver. With `keep` the run is left to be resumed; Ctrl-C at a terminal
+    /// Informs the run of the first of them, and then anyone who holds the receiver. With `keep` the run is left to be resumed; Ctrl-C at a terminal
     /// without screens is the operator's own abort.
     pub fn watch(self, handle: RunHandle, keep: bool) -> UnboundedReceiver<()> {
         let (heard, receiver) = unbounded_channel();

@@ -12,7 +12,7 @@ pub struct Bytes {
     pub length: usize,
 }
 
-// SAFETY: the bytes are only ever read, and whoever lends them keeps them in place.
+// SAFETY: the bytes are only ever read, and anyone who lends them keeps them in place.
 unsafe impl Send for Bytes {}
 // SAFETY: as above.
 unsafe impl Sync for Bytes {}

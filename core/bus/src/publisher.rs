@@ -28,7 +28,7 @@ const MAX_PUBLISHERS: usize = 2;
 /// How long a sender waits for the ports of its dead predecessors: those of a program killed a moment ago may still be ending.
 const TAKING_OVER_TIME: Duration = Duration::from_secs(1);
 
-/// The sending end of a stream. Writes each message's number and wakes whoever listens.
+/// The sending end of a stream. Writes each message's number and wakes anyone who listens.
 pub struct Publisher {
     stream: String,
     shape: StreamShape,
@@ -146,7 +146,7 @@ impl fmt::Debug for Publisher {
     }
 }
 
-/// The service of a stream, made by whoever comes first.
+/// The service of a stream, made by the first that comes.
 pub(crate) fn stream_service(
     node: &Node,
     name: &str,

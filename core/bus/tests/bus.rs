@@ -436,7 +436,7 @@ fn a_task_that_waits_for_a_signal_goes_on_only_once_it_is_sent() {
 }
 
 #[test]
-fn whoever_waits_for_signals_waits_as_long_as_was_said_or_until_one_is_sent() {
+fn anyone_who_waits_for_signals_waits_as_long_as_was_said_or_until_one_is_sent() {
     let place = place();
     let bus = Bus::open(&place.domain, "test").unwrap();
     let (one, other) = (bus.listener("one").unwrap(), bus.listener("other").unwrap());

@@ -151,7 +151,7 @@ impl Family {
             parent,
             rms,
         });
-        // Made anew or not at all: whoever wrote the same number a moment ago keeps it.
+        // Made anew or not at all: what wrote the same number a moment ago keeps it.
         std::fs::File::create_new(&path)
             .and_then(|mut file| std::io::Write::write_all(&mut file, model_text(&model).as_bytes()))
             .map_err(|source| RevisionError::File { path: path.display().to_string(), source })?;

@@ -1,4 +1,4 @@
-//! What the engine reports to whoever watches a run: a terminal, a file of JSON lines, a test.
+//! What the engine reports to anyone who watches a run: a terminal, a file of JSON lines, a test.
 //!
 //! Every event was committed to the record before it is sent, so what a watcher has seen is never lost by a crash.
 //! Values at this edge are in degrees and millimetres, each with its unit beside it; inside they are mm and rad.

@@ -568,7 +568,7 @@ steps:
 }
 
 #[test]
-fn whoever_decides_about_a_failed_step_may_take_longer_than_the_step_had() {
+fn anyone_who_decides_about_a_failed_step_may_take_longer_than_the_step_had() {
     const TIME_LIMIT_S: f64 = 0.05;
     let steps = format!(
         "

@@ -23,7 +23,7 @@ pub(crate) const KNOWN: i32 = MIGRATIONS.len() as i32;
 const CONNECT_WITHIN: Duration = Duration::from_secs(10);
 
 /// What the server does with a connection whose other end has gone without a word, as when the network is cut: it lets go of it within a quarter of a
-/// minute. By the system's own settings it would keep the transaction open for two hours, and whoever sends the same rows again would wait for it.
+/// minute. By the system's own settings it would keep the transaction open for two hours, and anyone who sends the same rows again would wait for it.
 const SERVER_LETS_GO: [(&str, &str); 5] = [
     ("idle_in_transaction_session_timeout", "15s"),
     ("tcp_keepalives_idle", "5"),
@@ -134,7 +134,7 @@ fn options_of(address: &str) -> Result<PgConnectOptions, CentralError> {
     }
     let options: PgConnectOptions =
         address.parse().map_err(|cause: sqlx::Error| CentralError::Address { reason: cause.to_string() })?;
-    // What goes wrong is said by whoever asked; the library's own log would say it twice.
+    // What goes wrong is said by the caller; the library's own log would say it twice.
     let options = options.application_name("plumb").disable_statement_logging();
     let options = options.options(SERVER_LETS_GO).options(NO_COMPILATION);
     let host = options.get_host().to_owned();

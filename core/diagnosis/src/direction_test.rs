@@ -26,8 +26,8 @@ pub(crate) struct DirectionTest {
     pub(crate) spot: Spot,
     /// Sum of squares across the motion (declared sigmas squared) and its degrees of freedom.
     pub(crate) across: (f64, f64),
-    /// The same, and over all directions, on rows that are not wild in any direction, every instrument's scatter brought to
-    /// one: a wild row that happens to lie along the motion says nothing of it, and a level quieter than was declared would make
+    /// The same, and over all directions, on rows that are not outliers in any direction, every instrument's scatter brought to
+    /// one: an outlier that happens to lie along the motion says nothing of it, and a level quieter than was declared would make
     /// a tracker's rows look as if something were left in them.
     inliers: ((f64, f64), (f64, f64)),
     /// Variance of one reading at least, declared sigmas squared: of readings that err alike.
@@ -277,7 +277,7 @@ fn scatter(
     Some(DVector::from_iterator(instruments.len(), scatter))
 }
 
-/// A place's own view of which rows are wild: those kept, how far each row is off by its fit, and its scatter.
+/// A place's own view of which rows are outliers: those kept, how far each row is off by its fit, and its scatter.
 struct View {
     kept: Vec<bool>,
     distances: Vec<f64>,
@@ -302,7 +302,7 @@ const TURNS: usize = 9;
 fn view(projected: &Projected, full: &DVector<f64>) -> View {
     let rows = &projected.rows;
     let mut view = View { kept: vec![true; rows.len()], distances: Vec::new(), scale: 1.0 };
-    let (typical, wild) = (corners(0.5, rows), corners(INLIER_QUANTILE, rows));
+    let (typical, farthest) = (corners(0.5, rows), corners(INLIER_QUANTILE, rows));
     let mut some = Kept::none(projected);
     for _ in 0..TURNS {
         some.keep(projected, &view.kept);
@@ -313,14 +313,14 @@ fn view(projected: &Projected, full: &DVector<f64>) -> View {
             .collect();
         let measured =
             projected.equations.iter().zip(&view.distances).filter(|(equations, _)| **equations > 0.0);
-        // The median of norms over their own medians: half the rows may be wild and it still gives the scatter of the others.
+        // The median of norms over their own medians: half the rows may be outliers and it still gives the scatter of the others.
         let relative: Vec<f64> =
             measured.map(|(equations, off)| off / corner(&typical, *equations)).collect();
         view.scale = median(&relative) * (some.equations / freedom.max(1.0)).sqrt();
         // A row of which the projection left nothing says nothing against anything, and stays.
         let rows = projected.equations.iter().zip(&view.distances);
-        let near =
-            rows.map(|(equations, off)| *equations <= 0.0 || *off <= view.scale * corner(&wild, *equations));
+        let near = rows
+            .map(|(equations, off)| *equations <= 0.0 || *off <= view.scale * corner(&farthest, *equations));
         let fresh: Vec<bool> = near.collect();
         if fresh == view.kept {
             break;
@@ -330,14 +330,14 @@ fn view(projected: &Projected, full: &DVector<f64>) -> View {
     view
 }
 
-/// What all rows are off for a common scatter, less what noise alone would make it. A wild row costs the same however wild
-/// it is and whatever is left of it: a place that calls rows wild which another explains pays for them.
+/// What all rows are off for a common scatter, less what noise alone would make it. An outlier costs the same however far
+/// it lies and whatever is left of it: a place that calls rows outliers which another explains pays for them.
 fn surplus(projected: &Projected, view: &View, scale: f64) -> f64 {
-    let wild = corners(INLIER_QUANTILE, &projected.rows);
+    let farthest = corners(INLIER_QUANTILE, &projected.rows);
     let rows = projected.equations.iter().zip(&view.distances).filter(|(equations, _)| **equations > 0.0);
     let costs = rows.map(|(equations, off)| {
         let squares = (off / scale).powi(2);
-        let edge = wild.get(*equations as usize).copied().unwrap_or(0.0).powi(2);
+        let edge = farthest.get(*equations as usize).copied().unwrap_or(0.0).powi(2);
         // Chi squared of as many equations has their number as its mean.
         if squares > edge { OUTLIER_COST } else { squares - equations }
     });
@@ -465,7 +465,7 @@ impl Laboratory {
     pub(crate) fn direction_tests(&self, fitted: &Fitted<'_>, floor: &Floor) -> Vec<DirectionTest> {
         let setup = Setup::of(self, fitted);
         let full = &setup.full;
-        // Every site calls other rows wild. Sites are compared on the rows of the likeliest, or each would be judged on rows that suit it.
+        // Every site calls other rows outliers. Sites are compared on the rows of the likeliest, or each would be judged on rows that suit it.
         let views = setup.views();
         let Some(kept) = rows_of_likeliest(&views) else { return Vec::new() };
         let undirected = setup.rows.without(&setup.directions, 0..0);
@@ -738,8 +738,8 @@ mod tests {
         // The median of a row of three: its length over the root of the median of chi squared.
         let expected = 2.0_f64.sqrt() / chi_squared_quantile(0.5, 3.0).sqrt();
         assert!((nothing.scale - expected).abs() < 1e-9, "{}", nothing.scale);
-        assert!(!view(&seen, &DVector::zeros(0)).kept[9], "where it is seen it is wild");
-        // Wild or not, what is not seen costs nothing; nine rows are off by just their degrees of freedom.
+        assert!(!view(&seen, &DVector::zeros(0)).kept[9], "where it is seen it is an outlier");
+        // Outlier or not, what is not seen costs nothing; nine rows are off by just their degrees of freedom.
         let distances = vec![3.0_f64.sqrt(); 10];
         let cost = surplus(&taken, &View { kept: vec![true; 10], distances, scale: 1.0 }, 1.0);
         assert!(cost.abs() < 1e-12, "{cost}");

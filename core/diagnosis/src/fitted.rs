@@ -47,13 +47,13 @@ impl Fitted<'_> {
         self.row_residuals().iter().map(|row| row.iter().map(|one| one * one).sum()).collect()
     }
 
-    /// Fitted rows that are not wild.
-    pub(crate) fn tame(&self) -> Vec<usize> {
+    /// Fitted rows that are not outliers.
+    pub(crate) fn inliers(&self) -> Vec<usize> {
         let distances = Distances::of(&self.machine, &self.fit.residuals);
         // A quantile costs more than a row, and rows have few different numbers of equations.
         let mut edges: BTreeMap<usize, f64> = BTreeMap::new();
-        let mut tame = self.fit.rows.clone();
-        tame.retain(|row| {
+        let mut inliers = self.fit.rows.clone();
+        inliers.retain(|row| {
             distances.rows.get(*row).is_some_and(|(norm, equations)| {
                 let edge = edges.entry(*equations).or_insert_with(|| {
                     chi_squared_quantile(INLIER_QUANTILE, (*equations).max(1) as f64).sqrt()
@@ -62,7 +62,7 @@ impl Fitted<'_> {
                 *norm <= self.fit.scale * *edge || *norm == 0.0
             })
         });
-        tame
+        inliers
     }
 }
 
@@ -219,7 +219,7 @@ impl Laboratory {
         progress: &Progress,
     ) -> Result<Fitted<'a>, LaboratoryError> {
         match near {
-            // Rows that an earlier stage left out come back: what is wild is judged anew.
+            // Rows that an earlier stage left out come back: what is an outlier is judged anew.
             Some(near) => {
                 let ones = vec![1.0; self.table().len()];
                 self.fit_near(more, near, (&self.measured_rows(), &ones), self.options().fit, progress)
@@ -253,17 +253,17 @@ mod tests {
     }
 
     #[test]
-    fn a_row_is_tame_up_to_its_quantile_of_the_scatter() {
+    fn a_row_is_an_inlier_up_to_its_quantile_of_the_scatter() {
         let lab = two_links_with("free: []\nnoise: {p1_mm: 0.05}", 30, 0.05, 92, |_| [0.0; 2]);
         let mut fitted = lab.fit_with(&[], None, &Progress::unwatched()).unwrap();
-        assert_eq!(fitted.tame().len(), 30);
-        // The scatter at which just the farthest row is wild.
+        assert_eq!(fitted.inliers().len(), 30);
+        // The scatter at which just the farthest row is an outlier.
         let farthest = fitted.row_squares().into_iter().fold(0.0, f64::max).sqrt();
         let edge = farthest / chi_squared_quantile(INLIER_QUANTILE, 3.0).sqrt();
         fitted.fit.scale = 1.001 * edge;
-        assert_eq!(fitted.tame().len(), 30);
+        assert_eq!(fitted.inliers().len(), 30);
         fitted.fit.scale = 0.999 * edge;
-        assert_eq!(fitted.tame().len(), 29);
+        assert_eq!(fitted.inliers().len(), 29);
     }
 
     #[test]

@@ -103,7 +103,7 @@ impl Laboratory {
         let probes = &candidates.listed;
         let robust = self.fit_with(&taken, near, progress)?;
         // Plain least squares on rows that are kept: weights that change with the effects would make sums of squares incomparable.
-        let kept = self.tame_rows(&robust, &taken, candidates, progress)?;
+        let kept = self.inlying_rows(&robust, &taken, candidates, progress)?;
         let ones = vec![1.0; self.table().len()];
         let plain = FitOptions { robust: false, ..self.options().fit };
         let fitted = self.fit_near(&taken, &robust, (&kept, &ones), plain, progress)?;
@@ -150,9 +150,9 @@ impl Laboratory {
         Ok((Stage { taken, fitted, bic: own, contenders }, robust))
     }
 
-    /// Rows that are not wild even when the effect that explains most is in, whether it has a name or not: outliers are
+    /// Rows that are not outliers even when the effect that explains most is in, whether it has a name or not: outliers are
     /// judged jointly with what may explain them, never before.
-    fn tame_rows(
+    fn inlying_rows(
         &self,
         robust: &Fitted<'_>,
         taken: &[AddedEffect],
@@ -178,16 +178,16 @@ impl Laboratory {
         let scale = fits.iter().map(|fit| fit.fit.scale).fold(robust.fit.scale, f64::min).max(1e-300);
         let equations = robust.fit.normal.equations as f64;
         let least = robust.machine.least_variance();
-        // With the least scatter for all: each by its own would make a fit look good that calls everything wild.
+        // With the least scatter for all: each by its own would make a fit look good that calls everything an outlier.
         let all = std::iter::once(robust)
             .chain(&fits)
             .map(|fit| (bic_above(least, fit.loss(scale), equations, fit.fit.rank() as f64, 0.0), fit));
         // Of equals the first, without anything added.
         let best = all.min_by(|left, right| left.0.total_cmp(&right.0));
-        Ok(best.map_or_else(|| robust.tame(), |(_, fit)| fit.tame()))
+        Ok(best.map_or_else(|| robust.inliers(), |(_, fit)| fit.inliers()))
     }
 
-    /// Sends contenders away whose evidence lies in the choice of wild rows: with every row in and none judged, each pulling
+    /// Sends contenders away whose evidence lies in the choice of outliers: with every row in and none judged, each pulling
     /// no harder than one at the edge of the scatter, they must stand as well.
     fn ask_all_rows(
         &self,

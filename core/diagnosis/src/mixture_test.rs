@@ -164,7 +164,7 @@ fn shifted(line: &Line, pattern: u32, half: f64) -> Vec<f64> {
 }
 
 /// Both camps have a fair share of members, and of the groups that could show it as many hold both as chance would have: a few
-/// wild returns do not make a camp.
+/// outlying returns do not make a camp.
 fn in_earnest(lines: &[Line], half: f64, sigma: f64) -> bool {
     let (mut members, mut fewer, mut expected, mut split) = (0.0, 0.0, 0.0, 0.0);
     for line in lines {

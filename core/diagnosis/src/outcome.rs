@@ -140,7 +140,7 @@ pub enum Rejection {
     Implausible,
     /// These explain it as well.
     IndistinguishableFrom(Vec<String>),
-    /// It holds only when some rows are called wild.
+    /// It holds only when some rows are called outliers.
     Outvoted,
     /// It explains these rows and does not predict rows it has not seen: there are too few.
     NotPredicted,

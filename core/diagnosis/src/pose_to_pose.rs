@@ -137,8 +137,8 @@ impl Laboratory {
         let Some(mut cells) = self.cells(poses) else { return Ok(FromPoseToPose::Same) };
         let fitted = self.fit_with(std::slice::from_ref(effect), None, progress)?;
         // A row far outside is no observation of a pose.
-        let tame = fitted.tame();
-        cells.iter_mut().for_each(|cell| cell.retain(|row| tame.contains(row)));
+        let inliers = fitted.inliers();
+        cells.iter_mut().for_each(|cell| cell.retain(|row| inliers.contains(row)));
         cells.retain(|cell| !cell.is_empty());
         let Some(own) = Cells::of(&fitted, &cells).filter(|own| own.is_significant(floor)) else {
             return Ok(FromPoseToPose::Same);

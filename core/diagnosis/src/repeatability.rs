@@ -75,9 +75,9 @@ impl Path {
         Self { beside: Some(other.along.clone()), ..self.clone() }
     }
 
-    /// Per return: 0 if it is wild, else 1. What lies far along a joint's motion may be the other camp, however long the lever: of
-    /// that only what lies far across is wild. A base or a target moves by the same amount everywhere.
-    fn tame(&self, deviations: &[DVector<f64>]) -> Vec<f64> {
+    /// Per return: 0 if it is an outlier, else 1. What lies far along a joint's motion may be the other camp, however long the lever: of
+    /// that only what lies far across is an outlier. A base or a target moves by the same amount everywhere.
+    fn inliers(&self, deviations: &[DVector<f64>]) -> Vec<f64> {
         let sizes = deviations.iter().zip(&self.along).enumerate().map(|(member, (deviation, way))| {
             if !matches!(self.spot, Spot::Joint(_)) {
                 return deviation.norm();
@@ -85,7 +85,7 @@ impl Path {
             let other = self.beside.as_ref().and_then(|beside| beside.get(member));
             Member::of(deviation, way, other).across.sqrt()
         });
-        without_wild(&sizes.collect::<Vec<f64>>())
+        without_outliers(&sizes.collect::<Vec<f64>>())
     }
 }
 
@@ -162,7 +162,7 @@ impl<'r> Inquiry<'r> {
     fn loose_ways(&self) -> Vec<Path> {
         let raw = self.raw();
         let sizes: Vec<f64> = raw.iter().map(|deviation| deviation.norm()).collect();
-        let kept = without_wild(&sizes);
+        let kept = without_outliers(&sizes);
         let ways = self.returns.loose.iter().filter_map(|(id, columns)| {
             let direction = farthest(columns, raw, &kept)?;
             let along = columns.iter().map(|columns| columns * &direction).collect();
@@ -196,16 +196,16 @@ impl<'r> Inquiry<'r> {
     /// Two camps along a path, and how much likelier they are than one; nothing if that is not clear. What conditions explain is
     /// no split.
     fn split(&self, path: &Path) -> Option<(Split, f64)> {
-        let kept = path.tame(self.raw());
+        let kept = path.inliers(self.raw());
         // A look at the camps alone is cheap, and rules most paths out.
         self.camps(path, &kept, &self.explained)?;
         let ones: Vec<(Vec<DVector<f64>>, f64)> =
             self.explained.iter().chain(self.jumps()).cloned().collect();
         let first = self.camps(path, &kept, &ones)?;
-        // Replicates that are wild once that is explained which can be make no camp either.
-        let tame = path.tame(first.explained);
-        let tamer: Vec<f64> = kept.iter().zip(tame).map(|(kept, tame)| kept * tame).collect();
-        let best = if tamer == kept { first } else { self.camps(path, &tamer, &ones)? };
+        // Replicates that are outliers once that is explained which can be make no camp either.
+        let inliers = path.inliers(first.explained);
+        let nearer: Vec<f64> = kept.iter().zip(inliers).map(|(kept, inlier)| kept * inlier).collect();
+        let best = if nearer == kept { first } else { self.camps(path, &nearer, &ones)? };
         Some((Split { spot: path.spot, apart: best.apart, turns: path.turns }, best.likelier))
     }
 
@@ -262,9 +262,9 @@ fn farthest(columns: &[DMatrix<f64>], deviations: &[DVector<f64>], kept: &[f64])
     direction.try_normalize(1e-300)
 }
 
-/// Members that are not wild: nearer their group's mean than four times what three in four are. (Of two camps, more than
+/// Members that are not outliers: nearer their group's mean than four times what three in four are. (Of two camps, more than
 /// one in four members is far from the mean.)
-fn without_wild(sizes: &[f64]) -> Vec<f64> {
+fn without_outliers(sizes: &[f64]) -> Vec<f64> {
     let mut sorted = sizes.to_vec();
     sorted.sort_by(f64::total_cmp);
     let edge = REPLICATE_OUTLIER * sorted.get(sorted.len() * 3 / 4).copied().unwrap_or(f64::INFINITY);
@@ -283,11 +283,11 @@ mod tests {
             [[0.1, 3.0], [0.0, -3.0], [-0.1, 2.0], [0.0, -2.0]].map(|two| DVector::from_row_slice(&two));
         let found = farthest(&columns, &deviations, &[1.0; 4]).unwrap();
         assert!(found[1].abs() > 0.99 && (found.norm() - 1.0).abs() < 1e-12, "{found}");
-        // A wild replicate along the first does not count once it is left out.
-        let mut wild = deviations.to_vec();
-        wild[3] = DVector::from_row_slice(&[90.0, 0.0]);
-        assert!(farthest(&columns, &wild, &[1.0; 4]).unwrap()[0].abs() > 0.99);
-        assert!(farthest(&columns, &wild, &[1.0, 1.0, 1.0, 0.0]).unwrap()[1].abs() > 0.99);
+        // An outlying replicate along the first does not count once it is left out.
+        let mut with_outlier = deviations.to_vec();
+        with_outlier[3] = DVector::from_row_slice(&[90.0, 0.0]);
+        assert!(farthest(&columns, &with_outlier, &[1.0; 4]).unwrap()[0].abs() > 0.99);
+        assert!(farthest(&columns, &with_outlier, &[1.0, 1.0, 1.0, 0.0]).unwrap()[1].abs() > 0.99);
         assert!(farthest(&columns, &deviations, &[0.0; 4]).is_none(), "nothing is kept");
     }
 
@@ -311,18 +311,18 @@ mod tests {
     }
 
     #[test]
-    fn of_a_joint_only_what_lies_across_is_wild_and_of_a_base_whatever_lies_far() {
+    fn of_a_joint_only_what_lies_across_is_an_outlier_and_of_a_base_whatever_lies_far() {
         let far = |along: f64, across: f64| DVector::from_row_slice(&[along, across, 0.0]);
         let mut deviations: Vec<DVector<f64>> = (0..8).map(|_| far(1.0, 1.0)).collect();
         deviations.extend([far(50.0, 1.0), far(1.0, 50.0)]);
-        let tame = |spot: Spot| {
+        let inliers = |spot: Spot| {
             let along = vec![DVector::from_row_slice(&[2.0, 0.0, 0.0]); 10];
             let path = Path { spot, turns: true, along, beside: None, price: 0.0 };
-            path.tame(&deviations)
+            path.inliers(&deviations)
         };
-        let of_joint = tame(Spot::Joint(0));
+        let of_joint = inliers(Spot::Joint(0));
         assert!(of_joint[..9].iter().all(|kept| *kept == 1.0) && of_joint[9] == 0.0, "{of_joint:?}");
-        let of_base = tame(Spot::Base);
+        let of_base = inliers(Spot::Base);
         assert!(of_base[..8].iter().all(|kept| *kept == 1.0) && of_base[8..] == [0.0, 0.0], "{of_base:?}");
     }
 
@@ -439,11 +439,11 @@ mod tests {
     }
 
     #[test]
-    fn a_return_is_wild_beyond_four_times_the_upper_quartile() {
+    fn a_return_is_an_outlier_beyond_four_times_the_upper_quartile() {
         let mut sizes = vec![0.5, 0.5, 0.5, 0.5, 0.5, 0.5, 0.5, 1.0, 1.0, 1.0];
         (sizes[8], sizes[9]) = (0.99 * REPLICATE_OUTLIER, 1.01 * REPLICATE_OUTLIER);
-        let kept = without_wild(&sizes);
+        let kept = without_outliers(&sizes);
         assert!(kept[..9].iter().all(|kept| *kept == 1.0) && kept[9] == 0.0, "{kept:?}");
-        assert_eq!(without_wild(&[]), Vec::<f64>::new());
+        assert_eq!(without_outliers(&[]), Vec::<f64>::new());
     }
 }

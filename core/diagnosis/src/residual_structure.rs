@@ -257,7 +257,7 @@ fn vector(fitted: &Fitted<'_>, row: usize) -> Option<Vector3<f64>> {
             any = true;
         }
     }
-    // Weighed as in the fit: one wild row must not make a shape.
+    // Weighed as in the fit: one outlier must not make a shape.
     any.then(|| sum * fit.weights.get(row).copied().unwrap_or(1.0))
 }
 

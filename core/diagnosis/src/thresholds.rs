@@ -310,7 +310,7 @@ pub(crate) const CLEAR_OF_LIMITS: f64 = 0.02;
 pub(crate) const TURNS_LIMITED: f64 = 1.9;
 
 /// Limits as far apart say nothing of where a sliding joint works (mm). Why: 100 m is longer than any
-/// travelling axis; whoever does not know a slide's limits writes far more.
+/// travelling axis; anyone who does not know a slide's limits writes far more.
 pub(crate) const LONGEST_SLIDE: f64 = 100_000.0;
 
 /// Beyond what was measured, for joints without limits (fraction of the range). Why: judgement.

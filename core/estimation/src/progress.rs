@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::{Mutex, PoisonError};
 
-/// A handle shared between a computation and whoever watches it. Cloning shares it.
+/// A handle shared between a computation and anyone who watches it. Cloning shares it.
 #[derive(Debug, Clone, Default)]
 pub struct Progress {
     shared: Arc<Shared>,
@@ -71,7 +71,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn whoever_watches_sees_how_far_it_is_and_can_end_it() {
+    fn anyone_who_watches_sees_how_far_it_is_and_can_end_it() {
         let progress = Progress::default();
         let watched = progress.clone();
         assert_eq!(watched.state(), (0.0, String::new()));

@@ -1,8 +1,8 @@
 //! The outbox: what leaves the record for a central database.
 //!
 //! Every row that is written to another table, and every row that is changed, is appended to the table `outbox` as JSON by a
-//! trigger of SQLite. So it happens in the same transaction as the change itself, whoever makes it, and no writing method
-//! can forget it. Sequence numbers grow with the order of the transactions, for SQLite has one writer at a time: whoever has
+//! trigger of SQLite. So it happens in the same transaction as the change itself, no matter who makes it, and no writing method
+//! can forget it. Sequence numbers grow with the order of the transactions, for SQLite has one writer at a time: anyone who has
 //! seen number n has seen everything before it.
 
 use rusqlite::{OptionalExtension as _, Row, params};

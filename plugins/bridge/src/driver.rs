@@ -37,7 +37,7 @@ pub(crate) struct Driver {
 }
 
 impl Driver {
-    /// Starts the command of a manifest in the manifest's folder. It belongs to the host's group of processes: whoever ends the host ends it.
+    /// Starts the command of a manifest in the manifest's folder. It belongs to the host's group of processes: anyone who ends the host ends it.
     pub(crate) fn start(manifest: &Manifest, folder: &Path, host: Host) -> Result<Self, PluginError> {
         let command = manifest.driver.join(" ");
         let Some((program, arguments)) = manifest.driver.split_first() else {

@@ -1,4 +1,4 @@
-//! What a driver says, read as it comes: its answers go to whoever called it, all else to the host.
+//! What a driver says, read as it comes: its answers go to the caller, all else to the host.
 
 use std::collections::BTreeMap;
 use std::io::{self, BufRead, BufReader, Read, Write};
@@ -62,7 +62,7 @@ impl Reader {
         Self { host, layouts: streams.chain(inputs).collect(), shared, answers }
     }
 
-    /// Reads to the end; whoever waits for an answer learns of it, because the channel of answers ends with this.
+    /// Reads to the end; anyone who waits for an answer learns of it, because the channel of answers ends with this.
     pub(crate) fn run(self, output: ChildStdout) {
         let mut output = BufReader::new(output);
         let mut line = Vec::new();

@@ -254,7 +254,7 @@ impl LightStripe {
             _ if !self.has_pose => (JointVector::zeros(0), JointVector::zeros(0)),
             Pose::At(joints, speeds) => (joints, speeds),
             Pose::NotYet => return Ok(false),
-            // A stripe without a pose: whoever knows that the robot was at rest for the picture can do without.
+            // A stripe without a pose: anyone who knows that the robot was at rest for the picture can do without.
             Pose::Untold => (JointVector::zeros(0), JointVector::zeros(0)),
             Pose::Before(by_ns) => return Err(PluginError::InputLost(too_early(by_ns))),
         };

@@ -297,7 +297,7 @@ impl ArmWorld {
             self.go_on(due_ns);
             match self.exposure() {
                 Ok(exposure) => self.shutter.took(exposure),
-                // An arm that finds no equilibrium takes no pictures; whoever asks for one learns why.
+                // An arm that finds no equilibrium takes no pictures; anyone who asks for one learns why.
                 Err(_) => break,
             }
         }

@@ -133,7 +133,7 @@ impl SimulatedRobot {
         })
     }
 
-    /// Makes a call and emits all that happens meanwhile; at its end the joints and, last, the input levels, so that whoever has
+    /// Makes a call and emits all that happens meanwhile; at its end the joints and, last, the input levels, so that anyone who has
     /// seen these has seen everything before them.
     fn ask(&mut self, verb: Verb) -> Result<Reading, PluginError> {
         let Self { host, world, .. } = self;

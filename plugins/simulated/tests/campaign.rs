@@ -210,7 +210,7 @@ fn accepted_verdicts_follow_from_what_is_hidden() {
         case(&hiding("puma560", &[("not_repeatable", 3.0)]), 1).truth.accept_verdict,
         [Verdict::NotRepeatable]
     );
-    // A tenth of the noise is no sure find, whoever looks.
+    // A tenth of the noise is no sure find, no matter who looks.
     let faint = case(&hiding("puma560", &[("joint_backlash", 0.1)]), 1).truth.accept_verdict;
     assert!(faint.contains(&Verdict::AtFloor) && faint.contains(&Verdict::Named));
     let pair = case(&hiding("puma560", &[("joint_compliance", 3.0), ("joint_backlash", 3.0)]), 1).truth;

@@ -20,7 +20,7 @@ const LONGEST: usize = 4096;
 pub(crate) fn ask(address: &str, port: u16, question: &str) -> Result<String, PluginError> {
     let mut stream = connect(address, port, "the dashboard server")?;
     let mut heard = Vec::new();
-    // It greets whoever connects.
+    // It greets anyone who connects.
     line(&mut stream, &mut heard)?;
     stream.write_all(format!("{question}\n").as_bytes())?;
     line(&mut stream, &mut heard)

@@ -255,7 +255,7 @@ fn read_for(text: &str, kind: &PromptKind) -> Result<Answer, String> {
         }
         PromptKind::Photo if text.is_empty() => Err(right()),
         PromptKind::Photo => {
-            // Whoever runs the procedure may be in another directory.
+            // Anyone who runs the procedure may be in another directory.
             let file = std::path::absolute(text).map_err(|error| error.to_string())?;
             Ok(Answer::Photo { file: file.display().to_string() })
         }

@@ -14,7 +14,7 @@ pub(crate) const SIMULATED: &str = "simulated";
 /// Checks what can be known of a cell from manifests and from the file of its world.
 ///
 /// # Errors
-/// Every mistake of the cell's files. That the world's file cannot be opened is left to whoever starts it: a resumed run has its world already.
+/// Every mistake of the cell's files. That the world's file cannot be opened is left to what starts it: a resumed run has its world already.
 pub(crate) fn check_with_world(cell: &Workcell, catalogue: &Catalogue) -> Result<(), Vec<FileProblems>> {
     let mut wrong = Vec::new();
     let mut lines = Vec::new();

@@ -66,7 +66,7 @@ fn run_on_screens(prepared: Prepared, signals: EndingSignals) -> CommandResult {
         handle.send(Command::Keep);
         // The robots come to rest and the devices' processes end; a simulated world waits for the resume.
         let _left_by_the_operator = running.thread.join();
-        // Whoever read along may have gone: the state of the run counts.
+        // Anyone who read along may have gone: the state of the run counts.
         let run = running.run.0;
         drop(say!("Run {run} is kept; go on with: plumb run --resume {run}{record}"));
         return Ok(ExitCode::from(RunOutcome::NeedsOperator.exit_code()));

@@ -68,7 +68,7 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
         std::io::stdout().write_all(text.as_bytes())?;
     }
     if let Some(socket) = &arguments.purpose.socket {
-        // The world outlives whoever started it: what a terminal sends to a cell's processes must not end it. Started from a shell
+        // The world outlives anyone who started it: what a terminal sends to a cell's processes must not end it. Started from a shell
         // by hand it leads a group already, is refused this, and obeys the keyboard.
         let _leads_already = nix::unistd::setsid();
         let served = serve(&ServeOptions {
@@ -82,7 +82,7 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
             idle: Duration::from_secs_f64(arguments.idle_minutes * 60.0),
         });
         if let (Ok(()), true, Some(directory)) = (&served, arguments.owns_directory, socket.parent()) {
-            // Whoever ended this world may be removing it as well.
+            // Anyone who ended this world may be removing it as well.
             let _removed = std::fs::remove_dir_all(directory);
         }
         served?;

@@ -14,7 +14,7 @@ use super::model::{LabAnswer, LabRequest};
 pub(crate) enum Message {
     /// A key was pressed. The stop keys come as [`Message::StopKey`].
     Key(KeyEvent),
-    /// A stop key was pressed; whoever read it has informed the robots already.
+    /// A stop key was pressed; anyone who read it has informed the robots already.
     StopKey {
         /// The key also asks to leave.
         leave: bool,

@@ -98,7 +98,7 @@ pub fn compensated_targets(
         let wrong = |reason: String| TargetsError::Pose { path: poses.source.clone(), line: *line, reason };
         let sides = sides(before, q);
         before = Some(q);
-        // Where whoever worked out the target believed the hand to be: by the drawing, which has no play.
+        // Where the one who worked out the target believed the hand to be: by the drawing, which has no play.
         let wanted = drawn.at(q, &[]);
         // From the old target on: the new one is a fraction of a degree away, on the same branch.
         let found =

@@ -52,7 +52,7 @@ impl Checker<'_> {
                 format!("`{}` cannot be an effect's name; use letters, digits and _", name.value),
             );
         }
-        // A name means one effect, whoever defined it.
+        // A name means one effect, no matter who defined it.
         let taken = model.definitions.iter().any(|known| known.name == name.value);
         if effect::kind(&name.value).is_some() || name.value == "geometry" || taken {
             return self.fail(

@@ -10,19 +10,19 @@ use nalgebra::{
 };
 use plumb_estimation::RankRevealingCholesky;
 
-/// A flange in the base, and the body that it carries as whoever measures sees it; mm.
+/// A flange in the base, and the body that it carries as what measures sees it; mm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SeenPose {
     /// The flange, base frame.
     pub flange: IsometryMatrix3<f64>,
-    /// The body, frame of whoever measures; of its origin NaN where that was not measured.
+    /// The body, frame of what measures; of its origin NaN where that was not measured.
     pub seen: IsometryMatrix3<f64>,
 }
 
 /// The two rotations that are the same for all poses.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TwoRotations {
-    /// From the base's axes to those of whoever measures.
+    /// From the base's axes to those of what measures.
     pub base: Rotation3<f64>,
     /// From the body's axes to the flange's.
     pub body: Rotation3<f64>,

@@ -112,7 +112,7 @@ impl ResidualModel<'_> {
     }
 }
 
-/// The pose of the base as whoever sees a body has it: of a board, its own.
+/// The pose of the base as an instrument that sees a body has it: of a board, its own.
 fn base_seen(state: &State, body: SeenBody) -> IsometryMatrix3<f64> {
     match body {
         SeenBody::Target(_) => state.base,

@@ -290,7 +290,7 @@ impl Table {
         first..end
     }
 
-    /// The orientation of a body in a row, from its axes to those of whoever measured it.
+    /// The orientation of a body in a row, from its axes to those of the instrument that measured it.
     pub fn turn_of(&self, body: Body, row: usize) -> Option<Rotation3<f64>> {
         self.orientations_as(body)?.turns.get(row).copied().flatten()
     }

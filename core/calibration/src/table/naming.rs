@@ -85,7 +85,7 @@ pub(super) fn refused_orientation(header: &str) -> Option<String> {
     });
     let (body, what) = numbered.unwrap_or(("p1", place));
     let is_angle = unit.is_none_or(|unit| unit == "deg" || unit == "rad");
-    // What is read, or lacks its unit, is reported by whoever reads headers.
+    // What is read, or lacks its unit, is reported by what reads headers.
     let is_read = header == lower && numbered.is_some() && READ.contains(&what);
     if !is_angle || !ORIENTATIONS.contains(&what) || is_read {
         return None;

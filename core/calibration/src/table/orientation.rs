@@ -1,6 +1,6 @@
 //! Orientations in a table: unit quaternions or rotation vectors, and what is wrong with those that are neither.
 //!
-//! A quaternion is `w + xi + yj + zk` after Hamilton, of the turn that takes the body's axes to those of whoever measured it; a rotation vector is the axis of
+//! A quaternion is `w + xi + yj + zk` after Hamilton, of the turn that takes the body's axes to those of the instrument that measured it; a rotation vector is the axis of
 //! that turn times its angle (Diebel, Representing Attitude, 2006, sections 6 and 7; OpenCV's `rvec`).
 
 use nalgebra::{Quaternion, Rotation3, UnitQuaternion, Vector3};
@@ -75,7 +75,7 @@ pub struct OrientationColumns {
     pub body: Body,
     /// How they are written.
     pub form: OrientationForm,
-    /// Per row: the turn from the body's axes to those of whoever measured it; nothing where it was not measured.
+    /// Per row: the turn from the body's axes to those of the instrument that measured it; nothing where it was not measured.
     pub turns: Vec<Option<Rotation3<f64>>>,
     /// Whether the rows are poses to come: what will be measured is what is believed.
     pub to_come: bool,

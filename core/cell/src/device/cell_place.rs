@@ -55,7 +55,7 @@ impl CellPlace {
         &self.domain
     }
 
-    /// The file that whoever runs the cell holds locked.
+    /// The file that the process that runs the cell holds locked.
     pub fn lock_file(&self) -> PathBuf {
         self.beside("lock")
     }

@@ -16,7 +16,7 @@ pub struct KeptDevices {
 }
 
 impl KeptDevices {
-    /// For a run that begins. The devices are ended by whoever keeps them.
+    /// For a run that begins. The devices are ended by what keeps them.
     pub fn new(devices: &Arc<Mutex<HostedDevices>>) -> Self {
         Self { devices: Arc::clone(devices), connected: BTreeSet::new() }
     }
@@ -51,7 +51,7 @@ impl DeviceLinks for KeptDevices {
     }
 
     fn is_new_world(&self) -> bool {
-        // Whoever keeps the devices runs one procedure after the other and puts the world back between them.
+        // Anyone who keeps the devices runs one procedure after the other and puts the world back between them.
         true
     }
 
@@ -91,7 +91,7 @@ mod tests {
         let lines: Vec<String> = kept.log_lines().into_iter().map(|line| line.message).collect();
         assert_eq!(lines, ["hello"]);
         kept.shut_down(false);
-        assert!(kept.world_socket().is_some(), "whoever keeps the devices ends them");
+        assert!(kept.world_socket().is_some(), "anyone who keeps the devices ends them");
         let (_place, devices) = devices_without_world();
         let kept = KeptDevices::new(&Arc::new(Mutex::new(devices)));
         assert_eq!((kept.world_socket(), kept.clock_ns().is_some()), (None, true));

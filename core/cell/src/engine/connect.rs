@@ -17,7 +17,7 @@ impl Engine {
     /// Starts every device of the cell. Nothing moves.
     pub(crate) fn connect_all(&mut self) -> Result<(), StepError> {
         let cell = Arc::clone(&self.cell);
-        // Their hosts start at once: whoever comes first makes a stream, the other finds it there.
+        // Their hosts start at once: the first makes a stream, the other finds it there.
         let mut wanted = Vec::new();
         for device in &cell.devices {
             wanted.push((device, self.guard_of(&device.name)?));

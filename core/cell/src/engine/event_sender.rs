@@ -6,7 +6,7 @@ use tokio::sync::mpsc::UnboundedSender;
 
 use crate::event::{Event, StampedEvent};
 
-/// Stamps events and sends them to whoever watches; events of several threads keep one sequence.
+/// Stamps events and sends them to anyone who watches; events of several threads keep one sequence.
 #[derive(Clone)]
 pub struct EventSender {
     next: Arc<Mutex<u64>>,

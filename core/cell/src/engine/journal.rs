@@ -112,7 +112,7 @@ impl Journal {
         self.show(Event::StepProgress { step: step.clone(), fraction, text });
     }
 
-    /// Shows a stripe to whoever watches; it goes into the record with its scan.
+    /// Shows a stripe to anyone who watches; it goes into the record with its scan.
     pub(crate) fn stripe(&self, step: &StepPath, device: &str, stripe: u32, points: Vec<[f32; 3]>) {
         self.show(Event::StripeTaken { step: step.clone(), device: device.to_owned(), stripe, points });
     }

@@ -1,4 +1,4 @@
-//! Asking: the first valid answer wins, whoever gives it; in an unattended run the answers file gives it or the run ends.
+//! Asking: the first valid answer wins, no matter who gives it; in an unattended run the answers file gives it or the run ends.
 
 use std::time::Duration;
 
@@ -135,7 +135,7 @@ impl Engine {
         Ok(of_world)
     }
 
-    /// Says why an answer is not taken, to whoever gave it.
+    /// Says why an answer is not taken, to the one who gave it.
     pub(crate) fn refuse(&mut self, prompt: &Prompt, reason: &str) {
         if let Some((_, offer)) = self.offered.take().filter(|(asked, _)| *asked == prompt.id)
             && let Err(error) = self.journal.record.refuse_offer(offer, reason)

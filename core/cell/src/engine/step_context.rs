@@ -78,7 +78,7 @@ impl StepContext {
         Ok(left)
     }
 
-    /// Whether whoever is asked in it has taken too long to answer.
+    /// Whether anyone who is asked in it has taken too long to answer.
     pub(crate) fn is_patience_over(&self) -> bool {
         self.limit.as_ref().is_some_and(|limit| limit.began.elapsed() >= limit.within)
     }

@@ -44,7 +44,7 @@ fn a_bubble_that_was_come_to_from_the_wrong_side_is_not_taken() {
 }
 
 #[test]
-fn whoever_has_not_moved_a_joint_has_not_brought_it_from_anywhere() {
+fn anyone_who_has_not_moved_a_joint_has_not_brought_it_from_anywhere() {
     let mut refused = 0;
     let mut operator = Patient::default();
     let (outcome, _, _, _) = run_attended(STEPS, |event, handle| {

@@ -124,7 +124,7 @@ fn a_new_simulated_world_for_each_run_loses_nothing() {
 }
 
 #[test]
-fn an_arm_moved_with_its_pendant_asks_whoever_is_there_whether_its_power_stayed_on() {
+fn an_arm_moved_with_its_pendant_asks_anyone_who_is_there_whether_its_power_stayed_on() {
     for (key, ended) in [("hold", RunOutcome::Passed), ("lost", RunOutcome::NeedsOperator)] {
         let (record, steps) = (place(), place());
         let world = initialized(&record);

@@ -64,7 +64,7 @@ fn a_simulated_operator_does_what_is_said_to_be_done_and_instruments_offer_what_
 }
 
 #[test]
-fn whoever_drives_the_arm_there_is_not_driven_elsewhere() {
+fn anyone_who_drives_the_arm_there_is_not_driven_elsewhere() {
     let (outcome, events, _, world) = run_attended(STEPS, jogs_first());
     assert_eq!((outcome, message_of(&events)), (RunOutcome::Passed, "all steps passed"));
     let acts = world.acts.lock().expect("no test panicked").clone();
@@ -83,7 +83,7 @@ steps:
 }
 
 #[test]
-fn whoever_jogs_a_simulated_arm_to_a_level_is_shown_what_it_reads_after_each_jog() {
+fn anyone_who_jogs_a_simulated_arm_to_a_level_is_shown_what_it_reads_after_each_jog() {
     let steps = "
 steps:
   - {id: over, do: {prompt: {text: To the bubble., jog_to: {robot: arm}, simulated: {drive_to_level: {joint: waist, at: hand, turned: true}}}}}

@@ -66,7 +66,7 @@ fn errors_go_through_the_equations_into_a_budget_that_is_kept() {
     let correlation = correlation.and_then(|(one, other)| one.correlation(other)).expect("both are known");
     assert!((correlation + 1.0).abs() < 1e-9, "one is the other turned round: {correlation}");
     assert!((of("waist").uncertainty.expect("known") - 0.3 / 3.0_f64.sqrt()).abs() < 1e-9);
-    assert_eq!(proposed(&events)[0].budget, of("shoulder").budget, "whoever watches sees it as well");
+    assert_eq!(proposed(&events)[0].budget, of("shoulder").budget, "anyone who watches sees it as well");
 }
 
 #[test]

@@ -47,7 +47,7 @@ impl Laboratory {
         let Some(picks) = self.picks(again, &pool, &fitted, floor, progress)? else { return Ok(None) };
         progress.report(0.6, "fitting what was chosen")?;
         let (more, moved) = pool.effects(&picks);
-        // The weights stay: what is wild is judged anew once, when all is in.
+        // The weights stay: what is an outlier is judged anew once, when all is in.
         let plain = FitOptions { robust: false, ..self.options().fit };
         let after = self.fit_beside(&more, &fitted, &moved, plain, progress)?;
         let model = self.adopted(&after);

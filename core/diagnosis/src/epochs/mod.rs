@@ -134,7 +134,7 @@ impl Laboratory {
         // A large jump bends the arm's geometry so far that a fit from there may stop in a valley of its own.
         let near = self.fit_with(&more, Some(without), progress)?;
         let anew = self.fit_with(&more, None, progress)?;
-        // The same scale for both: a fit that calls half the rows wild has a small loss by its own.
+        // The same scale for both: a fit that calls half the rows outliers has a small loss by its own.
         let scale = near.fit.scale.min(anew.fit.scale);
         Ok(if anew.loss(scale) < near.loss(scale) { anew } else { near })
     }

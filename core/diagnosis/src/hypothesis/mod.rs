@@ -89,7 +89,7 @@ impl Laboratory {
         let robust = searched.fit_with(&[], None, progress)?;
         let ones = vec![1.0; searched.table().len()];
         let plain = FitOptions { robust: false, ..searched.options().fit };
-        let fitted = searched.fit_near(&[], &robust, (&robust.tame(), &ones), plain, progress)?;
+        let fitted = searched.fit_near(&[], &robust, (&robust.inliers(), &ones), plain, progress)?;
         let scored = searched.scored_forms(&fitted);
         let Some(best) = searched.borne_out(&scored, &fitted, floor, progress)? else { return Ok(None) };
         let candidates = grammar::probes(searched);

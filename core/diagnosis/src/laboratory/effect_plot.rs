@@ -281,7 +281,7 @@ fn row_parts(fitted: &Fitted<'_>, valued: &Valued, unit: Option<&UnitMotion>) ->
     let ones = vec![1.0; machine.table.len()];
     let mut all = Vec::new();
     for row in (0..machine.table.len()).filter(|row| !machine.observations.range(*row).is_empty()) {
-        // Without the fit's weights: a wild row is drawn where it is.
+        // Without the fit's weights: an outlier is drawn where it is.
         let block = machine.block(&fit.state, &[row], &ones, &probes);
         let mut parts = RowParts { row, left: Vec::new(), does: Vec::new(), motion: Vec::new(), points: 1.0 };
         for (index, equation) in machine.observations.of_row(row).iter().enumerate() {

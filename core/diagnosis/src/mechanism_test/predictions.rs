@@ -125,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn the_scale_of_residuals_does_not_feel_a_few_wild_ones() {
+    fn the_scale_of_residuals_does_not_feel_a_few_outliers() {
         let mut residuals: Vec<f64> = (1..100).map(|one| f64::from(one - 50) * 0.06).collect();
         let sound = robust_scale(&residuals);
         // Amounts of 0 to 2.94, evenly: their median is 1.5, a sigma 1.5 / 0.6745.

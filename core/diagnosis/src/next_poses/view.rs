@@ -28,7 +28,7 @@ fn look(board: &IsometryMatrix3<f64>) -> (f64, f64, f64) {
     let place = board.translation.vector;
     let distance = place.norm().max(f64::MIN_POSITIVE);
     let normal = board.rotation.matrix().column(2);
-    // A board is seen from either side of its z, by whoever defined it.
+    // A board is seen from either side of its z, no matter who defined it.
     let aslant = (normal.dot(&place) / distance).abs().clamp(0.0, 1.0).acos();
     (distance, (place.z / distance).clamp(-1.0, 1.0).acos(), aslant)
 }

@@ -87,7 +87,7 @@ fn two_joints_that_stand_in_two_places_each_are_both_found() {
 }
 
 #[test]
-fn the_camp_of_the_fewer_is_no_wild_reading_however_long_the_lever() {
+fn the_camp_of_the_fewer_is_no_outlier_however_long_the_lever() {
     for seed in 1..=4 {
         let found =
             diagnosed(seed, |_, pose, chance| turned(pose, [if chance < 0.3 { 0.4 } else { 0.0 }, 0.0]));
@@ -97,29 +97,29 @@ fn the_camp_of_the_fewer_is_no_wild_reading_however_long_the_lever() {
 }
 
 #[test]
-fn returns_that_scatter_alike_or_of_which_a_few_are_wild_are_no_fault() {
+fn returns_that_scatter_alike_or_of_which_a_few_are_outliers_are_no_fault() {
     for seed in 1..=3 {
         let quiet = diagnosed(seed, |_, _, _| [0.0; 3]);
         assert_ne!(quiet.verdict, Verdict::NotRepeatable, "{}", diagnosis_sentence(&quiet));
-        let wild =
+        let noisy =
             diagnosed(
                 seed,
                 |_, _, chance| {
                     if chance < 0.08 { [12.0 * chance, 1.0 - 20.0 * chance, 0.7] } else { [0.0; 3] }
                 },
             );
-        assert_ne!(wild.verdict, Verdict::NotRepeatable, "{}", diagnosis_sentence(&wild));
+        assert_ne!(noisy.verdict, Verdict::NotRepeatable, "{}", diagnosis_sentence(&noisy));
     }
 }
 
-/// A joint that jumps half-way through 120 poses, one reading in twelve wild, all of these along that joint's motion; what is said.
+/// A joint that jumps half-way through 120 poses, one reading in twelve an outlier, all of these along that joint's motion; what is said.
 fn jumped(seed: u64) -> Diagnosis {
     let mut dice = Dice::seeded(seed);
     let mut text = "q1_deg,q2_deg,q3_deg,p1_x_mm,p1_y_mm,p1_z_mm\n".to_owned();
     for (row, pose) in column_poses(120, seed).into_iter().enumerate() {
         let step = if row >= 60 { 0.06 } else { 0.0 };
         let point = column_tip([pose[0], pose[1], pose[2] + step]);
-        let wild = if dice.unit() < 1.0 / 12.0 { dice.between(-1.5, 1.5) } else { 0.0 };
+        let slip = if dice.unit() < 1.0 / 12.0 { dice.between(-1.5, 1.5) } else { 0.0 };
         let further = column_tip([pose[0], pose[1], pose[2] + step + 0.5]);
         // Half a degree of the elbow moves the tip by 1.3 mm.
         let along: Vec<f64> = further.iter().zip(point).map(|(there, here)| (there - here) / 1.3).collect();
@@ -127,7 +127,7 @@ fn jumped(seed: u64) -> Diagnosis {
         let read: Vec<String> = point
             .iter()
             .zip(along)
-            .map(|(part, along)| format!("{:.4}", part + wild * along + dice.noise(0.05)))
+            .map(|(part, along)| format!("{:.4}", part + slip * along + dice.noise(0.05)))
             .collect();
         text.push_str(&format!("{},{}\n", cells.join(","), read.join(",")));
     }
@@ -139,7 +139,7 @@ fn jumped(seed: u64) -> Diagnosis {
 }
 
 #[test]
-fn a_wild_reading_that_happens_to_lie_along_a_joints_motion_speaks_against_no_name() {
+fn an_outlier_that_happens_to_lie_along_a_joints_motion_speaks_against_no_name() {
     for seed in 1..=4 {
         let found = jumped(seed);
         let named =

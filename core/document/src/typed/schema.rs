@@ -2,7 +2,7 @@
 //! variant in turn, and a type that knows only how to be read thereby says what it is made of. So an editor's schema cannot forget a key.
 //!
 //! A type is read many times over, each time with another variant where it has some, and with one key left out: if it is then refused, the key
-//! is required. A type whose own reader refuses an empty text or a 0 cannot be found out this way. Where a type takes anything (`deserialize_any`), so does its schema; whoever knows better replaces that part.
+//! is required. A type whose own reader refuses an empty text or a 0 cannot be found out this way. Where a type takes anything (`deserialize_any`), so does its schema; anyone who knows better replaces that part.
 
 use serde::de::{DeserializeOwned, Deserializer, Visitor};
 use serde_json::{Value, json};

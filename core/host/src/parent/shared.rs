@@ -140,7 +140,7 @@ impl Shared {
         self.bus.clean_after_the_dead();
         self.life().reason = Some(reason.clone());
         self.ended.notify_all();
-        // Whoever waits for an answer learns now that none will come.
+        // Anyone who waits for an answer learns now that none will come.
         if let Ok(signal) = self.bus.reply_signal(&self.device) {
             let _ = signal.notify();
         }

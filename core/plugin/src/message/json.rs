@@ -1,4 +1,4 @@
-//! Messages as JSON: for drivers of other languages, and for whoever prints a stream.
+//! Messages as JSON: for drivers of other languages, and for anyone who prints a stream.
 
 use serde_json::{Map, Number, Value, json};
 

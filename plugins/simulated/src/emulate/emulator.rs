@@ -70,7 +70,7 @@ pub trait Controls: Send + 'static {
 /// What its thread is given.
 #[derive(Debug)]
 enum Order<Event> {
-    /// Something happens; whoever reports it waits until it has happened.
+    /// Something happens; anyone who reports it waits until it has happened.
     Happen(Event, SyncSender<()>),
     End,
 }
@@ -144,7 +144,7 @@ impl<C: Controls> fmt::Debug for Emulator<C> {
 
 impl<C: Controls> Drop for Emulator<C> {
     fn drop(&mut self) {
-        // Whoever wants to know why it ended asks with `stop`.
+        // Anyone who wants to know why it ended asks with `stop`.
         let _ = self.end();
     }
 }
@@ -177,12 +177,12 @@ fn serve<C: Controls>(
         }
         line.receive()?;
         controller.work(line)?;
-        // Whoever has read an answer finds the controller as it was when it answered; the port may be gone once it was sent.
+        // Anyone who has read an answer finds the controller as it was when it answered; the port may be gone once it was sent.
         publish(controller, line, status);
         line.send()?;
         publish(controller, line, status);
         for done in happened {
-            // Whoever reported it may have gone.
+            // Anyone who reported it may have gone.
             let _ = done.send(());
         }
     }

@@ -21,7 +21,7 @@ pub(super) struct Address {
 
 impl Address {
     /// Takes hold of the address, prepares what has to be there before anybody connects, and listens. A socket left by a world that died is
-    /// replaced; the new one appears at its place only once it listens, so that whoever sees it can connect.
+    /// replaced; the new one appears at its place only once it listens, so that anyone who sees it can connect.
     pub(super) fn take<T>(
         socket: &Path,
         prepare: impl FnOnce() -> Result<T, ServeError>,

@@ -145,7 +145,7 @@ impl HalfSteps {
     }
 
     /// Every motor's position at the nearest whole half-step. A position within a millionth of the middle between two goes to
-    /// the one further from `from`: an edge found on a half-step is reported in its middle, and whoever returns there from the
+    /// the one further from `from`: an edge found on a half-step is reported in its middle, and anyone who returns there from the
     /// same side shall have it behind him.
     pub fn rounded_from(&self, from: &HalfSteps) -> HalfSteps {
         HalfSteps(std::array::from_fn(|axis| {

@@ -205,7 +205,7 @@ impl World {
         world.began_ns = other.time_ns;
         world.changes_seen = other.changes_seen;
         world.fired = other.fired;
-        // Whoever watches the line hears of it if it is another now.
+        // Anyone who watches the line hears of it if it is another now.
         world.watch_at_rest();
         world
     }

@@ -67,7 +67,7 @@ impl TeachMover {
         JointState::new(self.host.now_ns(), vector(&self.joints()), moving)
     }
 
-    /// Reports to the streams where the arm is, and that its inputs have been seen up to then: whoever waits for the inputs to be as new as the
+    /// Reports to the streams where the arm is, and that its inputs have been seen up to then: anyone who waits for the inputs to be as new as the
     /// state finds them so.
     ///
     /// # Errors

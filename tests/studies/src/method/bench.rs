@@ -28,7 +28,7 @@ use plumb::commands::study::study_file::{Common, lay_over};
 /// How far from where the world file says an operator leaves the arm, where it does not say: what an eye judges.
 const TOLERANCE: &str = "{waist_deg: 3, shoulder_deg: 3, elbow_deg: 5, wrist_pitch_deg: 1}";
 
-/// A directory that goes with whoever made it; in memory where there is such a place, as nothing in it is kept.
+/// A directory that goes with what made it; in memory where there is such a place, as nothing in it is kept.
 pub(super) struct Place(PathBuf);
 
 impl Place {

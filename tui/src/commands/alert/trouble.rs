@@ -12,7 +12,7 @@ use crate::commands::answer::is_alive;
 /// Runs that are looked at. More that go on at once than this are on no machine.
 const RUNS: u32 = 200;
 
-/// How many days after its end a run's end is still reported: whoever comes back after a weekend has seen an older one.
+/// How many days after its end a run's end is still reported: anyone who comes back after a weekend has seen an older one.
 pub(super) const RECENT_DAYS: u32 = 3;
 
 /// When something is reported.

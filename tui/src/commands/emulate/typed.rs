@@ -48,7 +48,7 @@ impl Typing {
             return Ok(None);
         }
         if input && !self.read_some()? {
-            // Whoever started it has nothing more to type; it works on.
+            // Anyone who started it has nothing more to type; it works on.
             self.input = None;
         }
         Ok(Some(self.whole_lines()))

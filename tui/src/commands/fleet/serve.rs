@@ -42,7 +42,7 @@ enum ServeError {
 /// What all requests share.
 struct Shared {
     names: Vec<String>,
-    /// Whoever asks has it alone.
+    /// Anyone who asks has it alone.
     reader: tokio::sync::Mutex<Reader>,
     /// The list of cells, and when it was read.
     cells: Mutex<Option<(Instant, String)>>,

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-/// How long a lease holds after its holder was last heard of. A page renews it every few seconds; whoever closes it is out of
+/// How long a lease holds after its holder was last heard of. A page renews it every few seconds; anyone who closes it is out of
 /// the others' way within half a minute.
 pub(super) const HOLDS: Duration = Duration::from_secs(30);
 

@@ -15,7 +15,7 @@ pub(super) struct PythonCell<'a> {
     /// Its file, as it was named.
     pub(super) file: String,
     pub(super) domain: &'a Domain,
-    /// The file that whoever runs the cell holds locked.
+    /// The file that the process that runs the cell holds locked.
     pub(super) lock: String,
 }
 

@@ -59,7 +59,7 @@ pub(crate) struct Archive {
 }
 
 impl Archive {
-    /// Opens the record in `directory` for reading, beside whoever writes it.
+    /// Opens the record in `directory` for reading, beside anyone who writes it.
     pub(crate) fn open(directory: PathBuf) -> Self {
         let (requests, to_do) = channel();
         let (to_screens, answers) = unbounded_channel();

@@ -207,7 +207,7 @@ impl Engine {
         self.jog_done(robot, &here).map(Some)
     }
 
-    /// Whoever says it is done without having moved the arm leaves the driving to the simulated operator, who has the pendant in the hand
+    /// Anyone who says it is done without having moved the arm leaves the driving to the simulated operator, who has the pendant in the hand
     /// where there is one to be had.
     fn simulate_unless_moved(
         &mut self,

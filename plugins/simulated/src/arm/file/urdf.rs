@@ -115,7 +115,7 @@ fn tip_of<'doc>(
     }
 }
 
-/// The joints from the root to a link. Whoever comes to more joints than there are, or to a link that two joints hold, goes in a loop.
+/// The joints from the root to a link. Anyone who comes to more joints than there are, or to a link that two joints hold, goes in a loop.
 fn chain<'all, 'doc>(
     joints: &'all [Typed<'doc>],
     tip: &'doc str,

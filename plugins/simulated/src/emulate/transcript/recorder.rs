@@ -41,7 +41,7 @@ pub struct Recording {
 pub type Recorder = Emulator<Service>;
 
 impl Recorder {
-    /// Passes bytes on between whoever opens the port and a device; `note` is informed of every turn when the other side begins to send, or the recording ends.
+    /// Passes bytes on between anyone who opens the port and a device; `note` is informed of every turn when the other side begins to send, or the recording ends.
     ///
     /// # Errors
     /// [`EmulatorError`] when no pseudo-terminal or link can be made.
@@ -84,7 +84,7 @@ impl Service {
 
 impl Drop for Service {
     fn drop(&mut self) {
-        // Whoever reads the transcript finds it one turn short.
+        // Anyone who reads the transcript finds it one turn short.
         let _ = self.end_turn();
     }
 }

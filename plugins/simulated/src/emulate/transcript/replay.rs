@@ -24,7 +24,7 @@ pub struct Replayed {
 pub type Replay = Emulator<Service>;
 
 impl Replay {
-    /// Plays a transcript to whoever opens the port.
+    /// Plays a transcript to anyone who opens the port.
     ///
     /// # Errors
     /// [`EmulatorError`] when no pseudo-terminal or link can be made.

@@ -3,7 +3,7 @@
 use super::controller::Controller;
 use super::states::{RobotMode, RuntimeState, SafetyMode, Series};
 
-/// Said to whoever connects.
+/// Said to anyone who connects.
 pub(super) const GREETING: &str = "Connected: Universal Robots Dashboard Server\n";
 
 /// The answer to one line. Commands that change something are taken in remote control only.

@@ -173,7 +173,7 @@ impl fmt::Debug for Emulator {
 
 impl Drop for Emulator {
     fn drop(&mut self) {
-        // Whoever wants to know why it ended asks with `stop`.
+        // Anyone who wants to know why it ended asks with `stop`.
         let _ = self.end();
     }
 }
@@ -225,7 +225,7 @@ impl Service {
             self.clients.retain(|client| !client.ended);
             *status.lock().unwrap_or_else(PoisonError::into_inner) = self.status();
             for done in happened {
-                // Whoever reported it may have gone.
+                // Anyone who reported it may have gone.
                 let _ = done.send(());
             }
         }

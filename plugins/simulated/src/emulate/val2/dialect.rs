@@ -82,7 +82,7 @@ impl Dialect {
         if self == Dialect::Late { character.to_ascii_uppercase() } else { character }
     }
 
-    /// What greets whoever switches it on.
+    /// What greets anyone who switches it on.
     pub(super) fn greeting(self) -> &'static str {
         match self {
             Dialect::Mark2 => "VAL-II  1.4B\r\nLoad VAL from floppy (Y/N)? N\r\n",

@@ -465,7 +465,7 @@ impl Monitor {
     }
 
     fn back_to_commands(&mut self) {
-        // Whoever was typing behind a `*` finds a new line.
+        // Anyone who was typing behind a `*` finds a new line.
         if self.is_moving() && self.dialect.busy_prompt().is_some() {
             self.line.clear();
             self.newline();

@@ -1,4 +1,4 @@
-//! The seal on a trial's answer. It keeps a glance from giving the answer away; it is not cryptography: whoever has the file and this program can open
+//! The seal on a trial's answer. It keeps a glance from giving the answer away; it is not cryptography: anyone who has the file and this program can open
 //! it, as `plumb trial reveal` does.
 
 use serde::{Deserialize, Serialize};

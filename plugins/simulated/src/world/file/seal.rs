@@ -1,5 +1,5 @@
 //! Sealed world files: a cell whose faults nobody sees by looking at its file. It keeps a glance from giving them away; it is not
-//! cryptography, for whoever has this program can open it.
+//! cryptography, for anyone who has this program can open it.
 
 use super::WorldFileError;
 use crate::chance;
@@ -7,7 +7,7 @@ use crate::chance;
 /// The first line of a sealed file.
 const HEADING: &str =
     "# plumb world, sealed (a seal, not a cipher): its faults stay hidden until it is revealed";
-/// The keys with which it is a world file to whoever recognises files by their keys.
+/// The keys with which it is a world file to anything that recognises files by their keys.
 const KEYS: &str = "world: sealed\nsealed: |";
 const COLUMNS: usize = 100;
 
