@@ -1,7 +1,7 @@
 //! The arm a model file describes, its effects and all: where its flange is.
 
 use nalgebra::{IsometryMatrix3, Rotation3, Translation3, Vector3};
-use plumb_kinematics::{Deviation, Knob, Motion, Posture, Weights};
+use plumb_kinematics::{Deviation, DhParameter, Motion, Posture, Weights};
 
 use crate::arm_model::{MapEffect, Model};
 use crate::effect::{self, Drive, Effect, EffectNameError, Handle, LooksAt, Situation};
@@ -93,8 +93,8 @@ fn done(
     let amounts = mapped.map_or(&[][..], |mapped| &mapped.joints);
     for (deviation, (joint, amount)) in done.deviations.iter_mut().zip(model.chain.joints.iter().zip(amounts))
     {
-        let knob = if joint.motion == Motion::Slides { Knob::D } else { Knob::Theta };
-        deviation.add(knob, joint.sign * amount);
+        let dh_parameter = if joint.motion == Motion::Slides { DhParameter::D } else { DhParameter::Theta };
+        deviation.add(dh_parameter, joint.sign * amount);
     }
     in_pose(model, q, approach, posture, |situation| {
         let mut drives = Vec::new();
@@ -104,9 +104,9 @@ fn done(
             for drive in &drives {
                 let amount = drive.rate * values.get(drive.parameter).copied().unwrap_or(0.0);
                 match drive.handle {
-                    Handle::Joint(joint, knob) => {
+                    Handle::Joint(joint, dh_parameter) => {
                         if let Some(deviation) = done.deviations.get_mut(joint) {
-                            deviation.add(knob, amount);
+                            deviation.add(dh_parameter, amount);
                         }
                     }
                     Handle::Twist { shift, turn, about, .. } => {

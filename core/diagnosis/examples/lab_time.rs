@@ -15,7 +15,7 @@ use plumb_diagnosis::laboratory::{Laboratory, Options};
 use plumb_diagnosis::split::Holdout;
 use plumb_estimation::Progress;
 use plumb_estimation::Random;
-use plumb_kinematics::{Deviation, Knob, Posture};
+use plumb_kinematics::{Deviation, DhParameter, Posture};
 use plumb_report::diagnosis_sentence;
 
 const MODEL: &str = "
@@ -49,10 +49,10 @@ fn table(model: &Model, rows: usize) -> Result<String, std::fmt::Error> {
         let q: Vec<f64> = degrees.iter().map(|angle| angle.to_radians()).collect();
         let mut off = vec![Deviation::default(); 6];
         for (deviation, zero) in off.iter_mut().zip(&zeros) {
-            deviation.add(Knob::Theta, *zero);
+            deviation.add(DhParameter::Theta, *zero);
         }
         if let (Some(deviation), Some(angle)) = (off.get_mut(1), q.get(1)) {
-            deviation.add(Knob::Theta, 3.5e-4 * (2.0 * angle + 0.7).sin());
+            deviation.add(DhParameter::Theta, 3.5e-4 * (2.0 * angle + 0.7).sin());
         }
         let point = Posture::of(&model.chain, &q, &off).flange * Point3::new(3.0, -2.0, 30.0);
         for angle in &degrees {

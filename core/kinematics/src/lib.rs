@@ -18,4 +18,4 @@ pub use chain::{Chain, ChainError, Convention, Joint, Motion};
 pub use gravity::{GRAVITY, Mass, Sag, Weights};
 pub use half_space::HalfSpace;
 pub use inverse::{OutOfReach, inverse};
-pub use posture::{Deviation, JointFrame, Knob, Posture, Twist};
+pub use posture::{Deviation, DhParameter, JointFrame, Posture, Twist};

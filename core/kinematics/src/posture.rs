@@ -21,7 +21,7 @@ pub struct Deviation {
 
 /// One of the five numbers of a row that an error may move.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Knob {
+pub enum DhParameter {
     /// Turn about the joint's axis.
     Theta,
     /// Shift along the joint's axis.
@@ -36,13 +36,13 @@ pub enum Knob {
 
 impl Deviation {
     /// Adds `amount` (mm or rad) to one of the five numbers.
-    pub fn add(&mut self, knob: Knob, amount: f64) {
-        match knob {
-            Knob::Theta => self.theta += amount,
-            Knob::D => self.d += amount,
-            Knob::A => self.a += amount,
-            Knob::Alpha => self.alpha += amount,
-            Knob::Beta => self.beta += amount,
+    pub fn add(&mut self, dh_parameter: DhParameter, amount: f64) {
+        match dh_parameter {
+            DhParameter::Theta => self.theta += amount,
+            DhParameter::D => self.d += amount,
+            DhParameter::A => self.a += amount,
+            DhParameter::Alpha => self.alpha += amount,
+            DhParameter::Beta => self.beta += amount,
         }
     }
 }
@@ -257,7 +257,7 @@ impl Posture {
 
     /// How `point` (base frame, mm, carried by the flange) moves per unit of one number of one row; zero for a joint
     /// the chain does not have.
-    pub fn twist(&self, joint: usize, knob: Knob, point: &Vector3<f64>) -> Twist {
+    pub fn twist(&self, joint: usize, dh_parameter: DhParameter, point: &Vector3<f64>) -> Twist {
         let Some(frame) = self.joints.get(joint) else {
             return Twist { linear: Vector3::zeros(), angular: Vector3::zeros() };
         };
@@ -266,8 +266,8 @@ impl Posture {
             angular: axis,
         };
         let shift = |direction: Vector3<f64>| Twist { linear: direction, angular: Vector3::zeros() };
-        match knob {
-            Knob::Theta => {
+        match dh_parameter {
+            DhParameter::Theta => {
                 let mut twist = turn(frame.axis, frame.axis_point);
                 for kept in self.kept.iter().filter(|kept| kept.drive == joint) {
                     if let Some(other) = self.joints.get(kept.joint) {
@@ -278,10 +278,10 @@ impl Posture {
                 }
                 twist
             }
-            Knob::D => shift(frame.axis),
-            Knob::A => shift(frame.normal),
-            Knob::Alpha => turn(frame.normal, frame.normal_point),
-            Knob::Beta => turn(frame.skew, frame.skew_point),
+            DhParameter::D => shift(frame.axis),
+            DhParameter::A => shift(frame.normal),
+            DhParameter::Alpha => turn(frame.normal, frame.normal_point),
+            DhParameter::Beta => turn(frame.skew, frame.skew_point),
         }
     }
 }

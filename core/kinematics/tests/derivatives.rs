@@ -2,7 +2,7 @@
 //! Frames against plain homogeneous matrices, and twists and moments against finite differences.
 
 use nalgebra::{Matrix4, Vector3, Vector4};
-use plumb_kinematics::{Chain, Convention, Deviation, Joint, Knob, Mass, Motion, Posture, Weights};
+use plumb_kinematics::{Chain, Convention, Deviation, DhParameter, Joint, Mass, Motion, Posture, Weights};
 use proptest::prelude::*;
 
 fn puma() -> Chain {
@@ -99,14 +99,14 @@ proptest! {
             let posture = Posture::of(&chain, &q, &deviations);
             let tip: Vector3<f64> = tip_of(&deviations);
             for joint in 0..chain.len() {
-                for knob in [Knob::Theta, Knob::D, Knob::A, Knob::Alpha, Knob::Beta] {
+                for dh_parameter in [DhParameter::Theta, DhParameter::D, DhParameter::A, DhParameter::Alpha, DhParameter::Beta] {
                     let step = 1e-5;
                     let (mut up, mut down) = (deviations.clone(), deviations.clone());
-                    up[joint].add(knob, step);
-                    down[joint].add(knob, -step);
+                    up[joint].add(dh_parameter, step);
+                    down[joint].add(dh_parameter, -step);
                     let numeric = (tip_of(&up) - tip_of(&down)) / (2.0 * step);
-                    let twist = posture.twist(joint, knob, &tip);
-                    prop_assert!((twist.linear - numeric).norm() < 1e-4, "joint {joint} {knob:?}: {} against {numeric}", twist.linear);
+                    let twist = posture.twist(joint, dh_parameter, &tip);
+                    prop_assert!((twist.linear - numeric).norm() < 1e-4, "joint {joint} {dh_parameter:?}: {} against {numeric}", twist.linear);
                 }
             }
         }
@@ -246,7 +246,7 @@ proptest! {
             };
             let at = |by: f64| Posture::of(&chain, &q, &nudged(by)).flange.translation.vector;
             let numeric = (at(step) - at(-step)) / (2.0 * step);
-            let twist = posture.twist(joint, Knob::Theta, &tip);
+            let twist = posture.twist(joint, DhParameter::Theta, &tip);
             prop_assert!((twist.linear - numeric).norm() < 1e-4, "joint {joint}: {} against {numeric}", twist.linear);
             let moment = (fallen(&nudged(step)) - fallen(&nudged(-step))) / (2.0 * step);
             prop_assert!((moments[joint] - moment).abs() < 1e-5, "joint {joint}: {} against {moment}", moments[joint]);
@@ -297,20 +297,14 @@ fn how_a_link_bends_does_not_depend_on_where_along_parallel_axes_the_rows_are() 
 #[test]
 fn where_along_parallel_axes_rows_put_their_origins_says_nothing_of_the_links() {
     // Joints two and three of a PUMA turn about parallel axes; a part of the offset may as well be the next row's.
-    let rows = [
-        (0.0, -90.0, 0.0),
-        (431.8, 0.0, 149.09),
-        (-20.32, 90.0, 0.0),
-        (0.0, -90.0, 433.07),
-        (0.0, 90.0, 0.0),
-    ];
-    let mut moved = rows;
-    moved[1].2 += 70.0;
-    moved[2].2 -= 70.0;
+    let published = puma();
+    let mut moved = puma();
+    moved.joints[1].d += 70.0;
+    moved.joints[2].d -= 70.0;
     let own = |height: f64| [Mass { after: 1, mass: 5.0, centre: Vector3::new(-200.0, 10.0, height) }];
     for q in [[0.3, -0.7, 1.1, 0.2, -0.4], [-2.0, 0.4, -1.5, 1.0, 0.9]] {
-        let links = [(rows, own(20.0)), (moved, own(-50.0))].map(|(rows, masses)| {
-            let posture = Posture::of(&chain(Convention::Distal, &rows), &q, &[]);
+        let links = [(&published, own(20.0)), (&moved, own(-50.0))].map(|(chain, masses)| {
+            let posture = Posture::of(chain, &q, &[]);
             let weights = Weights { masses: &masses, payload: 1.0, down: -Vector3::z() };
             [0, 1, 2, 3].map(|joint| weights.link(&posture, joint).unwrap())
         });

@@ -1,7 +1,7 @@
 //! A joint's axis leans in the plane of the link before it: Hayati's parameter, which the four of Denavit and Hartenberg
 //! lack at parallel axes.
 
-use plumb_kinematics::Knob;
+use plumb_kinematics::DhParameter;
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
 use super::row_error::RowError;
@@ -23,7 +23,7 @@ pub(super) const KIND: Kind = Kind {
     sketch: ["    ╎ ╱ the axis leans", "    ╎╱", "  ━━◯━━━━"],
     build: |setting: &Setting<'_>| {
         let parameter = Parameter::new("skew_deg", Unit::DEG, (-0.1, 0.1));
-        Ok(Box::new(RowError::new(setting, Knob::Beta, parameter)?))
+        Ok(Box::new(RowError::new(setting, DhParameter::Beta, parameter)?))
     },
     candidates: |survey| survey.every_joint("axis_skew"),
 };

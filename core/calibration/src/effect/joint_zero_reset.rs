@@ -1,6 +1,6 @@
 //! A joint's zero was found anew between two stretches of rows.
 
-use plumb_kinematics::Knob;
+use plumb_kinematics::DhParameter;
 
 use super::epoch_steps::{EpochSteps, Step};
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
@@ -31,8 +31,8 @@ pub(super) const KIND: Kind = Kind {
         // The row turns by it in the coordinate's sense.
         let rate = row.map_or(1.0, |row| row.sign);
         let (number, name, unit, most) = match setting.slides(joint) {
-            false => (Knob::Theta, "deg", Unit::DEG, MOST_RAD),
-            true => (Knob::D, "mm", Unit::MM, MOST_MM),
+            false => (DhParameter::Theta, "deg", Unit::DEG, MOST_RAD),
+            true => (DhParameter::D, "mm", Unit::MM, MOST_MM),
         };
         let step = Step { handle: Handle::Joint(joint, number), rate, name, unit, most };
         Ok(Box::new(EpochSteps::new(setting, vec![step], 1)?))

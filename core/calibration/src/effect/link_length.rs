@@ -1,6 +1,6 @@
 //! A link is longer or shorter than its drawing says.
 
-use plumb_kinematics::Knob;
+use plumb_kinematics::DhParameter;
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
 use super::row_error::RowError;
@@ -22,7 +22,7 @@ pub(super) const KIND: Kind = Kind {
     sketch: ["  ◯━━━━━━━━━━━◯ built", "  ◯╌╌╌╌╌╌╌╌◯ drawn", "            ←→"],
     build: |setting: &Setting<'_>| {
         let parameter = Parameter::new("length_mm", Unit::MM, (-20.0, 20.0));
-        Ok(Box::new(RowError::new(setting, Knob::A, parameter)?))
+        Ok(Box::new(RowError::new(setting, DhParameter::A, parameter)?))
     },
     candidates: |survey| survey.every_joint("link_length"),
 };

@@ -1,6 +1,6 @@
 //! A link sits shifted along its joint's axis.
 
-use plumb_kinematics::Knob;
+use plumb_kinematics::DhParameter;
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
 use super::row_error::RowError;
@@ -22,7 +22,7 @@ pub(super) const KIND: Kind = Kind {
     sketch: ["   ━━◯╌╌╌ drawn", "     ┃ ↕", "     ◯━━━ built"],
     build: |setting: &Setting<'_>| {
         let parameter = Parameter::new("offset_mm", Unit::MM, (-20.0, 20.0));
-        Ok(Box::new(RowError::new(setting, Knob::D, parameter)?))
+        Ok(Box::new(RowError::new(setting, DhParameter::D, parameter)?))
     },
     candidates: |survey| survey.every_joint("link_offset"),
 };

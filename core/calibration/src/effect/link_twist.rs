@@ -1,6 +1,6 @@
 //! Two axes are twisted against each other, about their common normal.
 
-use plumb_kinematics::Knob;
+use plumb_kinematics::DhParameter;
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
 use super::row_error::RowError;
@@ -22,7 +22,7 @@ pub(super) const KIND: Kind = Kind {
     sketch: ["  ╎ drawn   ╱ built", "  ◯━━━━━━━━◯", "           ╱"],
     build: |setting: &Setting<'_>| {
         let parameter = Parameter::new("twist_deg", Unit::DEG, (-0.1, 0.1));
-        Ok(Box::new(RowError::new(setting, Knob::Alpha, parameter)?))
+        Ok(Box::new(RowError::new(setting, DhParameter::Alpha, parameter)?))
     },
     candidates: |survey| survey.every_joint("link_twist"),
 };

@@ -80,7 +80,7 @@ pub use positions::{not_at_these_positions, waves_not_shown};
 pub use situation::{Situation, Trigger};
 
 use nalgebra::{DMatrix, Vector3};
-use plumb_kinematics::{Chain, Knob};
+use plumb_kinematics::{Chain, DhParameter};
 
 use crate::arm_model::RigNumber;
 
@@ -88,7 +88,7 @@ use crate::arm_model::RigNumber;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Handle {
     /// One number of a joint's row, mm or rad.
-    Joint(usize, Knob),
+    Joint(usize, DhParameter),
     /// A coordinate of a target in the flange's frame, mm.
     Target(usize, usize),
     /// Shift of the base along an axis of the measurements' frame, mm.

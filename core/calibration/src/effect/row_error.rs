@@ -1,6 +1,6 @@
 //! What errors of an arm's shape share: one number of one joint's row is other than the model says, in every pose alike.
 
-use plumb_kinematics::Knob;
+use plumb_kinematics::DhParameter;
 
 use super::kind::Setting;
 use super::{Drive, Effect, EffectNameError, Handle, Parameter, Situation};
@@ -19,7 +19,7 @@ impl RowError {
     /// The effect has no joint to act on.
     pub(super) fn new(
         setting: &Setting<'_>,
-        number: Knob,
+        number: DhParameter,
         parameter: Parameter,
     ) -> Result<Self, EffectNameError> {
         Ok(Self { handle: Handle::Joint(setting.joint()?, number), parameters: [parameter] })

@@ -1,7 +1,7 @@
 //! What an effect may know of a row.
 
 use nalgebra::{Matrix3, Vector3};
-use plumb_kinematics::{Chain, Knob, Motion, Posture, Weights};
+use plumb_kinematics::{Chain, DhParameter, Motion, Posture, Weights};
 
 use super::{Drive, Handle};
 use crate::arm_model::Sensor;
@@ -113,12 +113,12 @@ impl Situation<'_> {
         // In its row a coordinate counts times its sign; whatever changes the coordinate does too.
         let sign = row.map_or(1.0, |row| row.sign);
         let slides = row.is_some_and(|row| row.motion == Motion::Slides);
-        let knob = if slides { Knob::D } else { Knob::Theta };
-        Drive { parameter, handle: Handle::Joint(joint, knob), rate: rate * sign }
+        let dh_parameter = if slides { DhParameter::D } else { DhParameter::Theta };
+        Drive { parameter, handle: Handle::Joint(joint, dh_parameter), rate: rate * sign }
     }
 
     /// A turn about a joint's axis in the axis's own sense.
     pub fn turn_joint(&self, joint: usize, parameter: usize, rate: f64) -> Drive {
-        Drive { parameter, handle: Handle::Joint(joint, Knob::Theta), rate }
+        Drive { parameter, handle: Handle::Joint(joint, DhParameter::Theta), rate }
     }
 }

@@ -1,6 +1,6 @@
 //! A link grows with temperature.
 
-use plumb_kinematics::Knob;
+use plumb_kinematics::DhParameter;
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
 use super::{Drive, Effect, Handle, Parameter, Situation, Unit};
@@ -21,10 +21,10 @@ impl Effect for ThermalGrowth {
     fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
         let warmer = situation.warmer_than_reference();
         // Lengths grow as they are long, and angles stay: dl = l alpha dT.
-        let sizes = [(Knob::A, self.length), (Knob::D, self.offset)];
-        drives.extend(sizes.map(|(knob, size)| Drive {
+        let sizes = [(DhParameter::A, self.length), (DhParameter::D, self.offset)];
+        drives.extend(sizes.map(|(dh_parameter, size)| Drive {
             parameter: 0,
-            handle: Handle::Joint(self.joint, knob),
+            handle: Handle::Joint(self.joint, dh_parameter),
             rate: size * warmer,
         }));
     }

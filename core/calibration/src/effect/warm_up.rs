@@ -1,6 +1,6 @@
 //! Something moves while the machine warms up, fast at first and then ever slower.
 
-use plumb_kinematics::Knob;
+use plumb_kinematics::DhParameter;
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
 use super::{Drive, Effect, EffectId, EffectNameError, Handle, Parameter, Quantity, Situation, Unit};
@@ -25,12 +25,12 @@ impl Effect for WarmUp {
         let time = if situation.time.is_finite() { situation.time } else { 0.0 };
         // One heat store that loses heat to the room in proportion to what it has (Newton's law of cooling).
         let rate = 1.0 - (-time / self.time_constant).exp();
-        let knob = match self.of {
+        let dh_parameter = match self.of {
             Quantity::Zero => return drives.push(situation.drive_joint(self.joint, 0, rate)),
-            Quantity::Length => Knob::A,
-            Quantity::Offset => Knob::D,
+            Quantity::Length => DhParameter::A,
+            Quantity::Offset => DhParameter::D,
         };
-        drives.push(Drive { parameter: 0, handle: Handle::Joint(self.joint, knob), rate });
+        drives.push(Drive { parameter: 0, handle: Handle::Joint(self.joint, dh_parameter), rate });
     }
 }
 

@@ -1,7 +1,7 @@
 //! The part of a model that is the same in every pose, as links and joints.
 
 use nalgebra::{IsometryMatrix3, Matrix3, Rotation3, Translation3, Vector3};
-use plumb_kinematics::{Convention, Deviation, Knob, Motion, Posture};
+use plumb_kinematics::{Convention, Deviation, DhParameter, Motion, Posture};
 use thiserror::Error;
 
 use crate::arm_model::{AddedEffect, Model};
@@ -173,7 +173,7 @@ impl Constants {
         for drive in constant_drives(model, built.as_ref()) {
             let amount = drive.rate * added.values.get(drive.parameter).copied().unwrap_or(0.0);
             match drive.handle {
-                Handle::Joint(joint, knob) => self.shift_row(joint, knob, amount),
+                Handle::Joint(joint, dh_parameter) => self.shift_row(joint, dh_parameter, amount),
                 Handle::Target(target, axis) => {
                     let place = self.targets.get_mut(target).and_then(|(_, place)| place.get_mut(axis));
                     place.into_iter().for_each(|place| *place += amount);
@@ -189,9 +189,9 @@ impl Constants {
         Ok(())
     }
 
-    fn shift_row(&mut self, joint: usize, knob: Knob, amount: f64) {
+    fn shift_row(&mut self, joint: usize, dh_parameter: DhParameter, amount: f64) {
         if let Some(deviation) = self.deviations.get_mut(joint) {
-            deviation.add(knob, amount);
+            deviation.add(dh_parameter, amount);
         }
     }
 }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use plumb_document::Spanned;
-use plumb_kinematics::Knob;
+use plumb_kinematics::DhParameter;
 
 use super::raw::{RawAdds, RawDefinition, RawParameter};
 use super::validate::{Checked, Checker};
@@ -142,14 +142,14 @@ impl Checker<'_> {
         let joint = self.joint_named(name, &model.chain)?;
         let place = match key {
             0 => DefinedPlace::Coordinate(joint),
-            1 => DefinedPlace::Row(joint, Knob::A),
-            2 => DefinedPlace::Row(joint, Knob::D),
-            3 => DefinedPlace::Row(joint, Knob::Alpha),
-            _ => DefinedPlace::Row(joint, Knob::Beta),
+            1 => DefinedPlace::Row(joint, DhParameter::A),
+            2 => DefinedPlace::Row(joint, DhParameter::D),
+            3 => DefinedPlace::Row(joint, DhParameter::Alpha),
+            _ => DefinedPlace::Row(joint, DhParameter::Beta),
         };
         let is_length = match &place {
             DefinedPlace::Coordinate(joint) => model.slides(*joint),
-            DefinedPlace::Row(_, knob) => matches!(knob, Knob::A | Knob::D),
+            DefinedPlace::Row(_, dh_parameter) => matches!(dh_parameter, DhParameter::A | DhParameter::D),
             _ => false,
         };
         let unit = if is_length { "mm" } else { "deg" };

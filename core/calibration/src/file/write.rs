@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use nalgebra::{Rotation3, Vector3};
-use plumb_kinematics::{Convention, Knob, Motion};
+use plumb_kinematics::{Convention, DhParameter, Motion};
 
 use super::residual_map::write_measured;
 use super::yaml_text::{number, text};
@@ -162,9 +162,9 @@ fn definitions(out: &mut String, model: &Model) -> std::fmt::Result {
         for addend in &definition.addends {
             let on = match addend.place {
                 DefinedPlace::Coordinate(index) => Some(format!("joint: {}", joint(index))),
-                DefinedPlace::Row(index, Knob::A) => Some(format!("length: {}", joint(index))),
-                DefinedPlace::Row(index, Knob::D) => Some(format!("offset: {}", joint(index))),
-                DefinedPlace::Row(index, Knob::Alpha) => Some(format!("twist: {}", joint(index))),
+                DefinedPlace::Row(index, DhParameter::A) => Some(format!("length: {}", joint(index))),
+                DefinedPlace::Row(index, DhParameter::D) => Some(format!("offset: {}", joint(index))),
+                DefinedPlace::Row(index, DhParameter::Alpha) => Some(format!("twist: {}", joint(index))),
                 DefinedPlace::Row(index, _) => Some(format!("skew: {}", joint(index))),
                 DefinedPlace::Target(index, _) => {
                     model.targets.get(index).map(|target| format!("target: {}", target.name))

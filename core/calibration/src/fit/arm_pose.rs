@@ -1,10 +1,10 @@
 //! The arm in one row: its frames with all that the effects change, gravity in balance with what it bends.
 
 use nalgebra::{IsometryMatrix3, Matrix3, Point3, Rotation3, Vector3};
-use plumb_kinematics::{Chain, Deviation, Knob, Motion, Posture};
+use plumb_kinematics::{Chain, Deviation, DhParameter, Motion, Posture};
 
+use super::response::Response;
 use super::state::State;
-use super::yielding::Yielding;
 use crate::arm_model::{Frame, MapEffect, RigNumber, StripeRig};
 use crate::effect::{Channel, Drive, Handle};
 
@@ -80,16 +80,17 @@ impl Changes {
         for (deviation, (joint, amount)) in
             self.deviations.iter_mut().zip(chain.joints.iter().zip(&mapped.joints))
         {
-            let knob = if joint.motion == Motion::Slides { Knob::D } else { Knob::Theta };
-            deviation.add(knob, joint.sign * amount);
+            let dh_parameter =
+                if joint.motion == Motion::Slides { DhParameter::D } else { DhParameter::Theta };
+            deviation.add(dh_parameter, joint.sign * amount);
         }
     }
 
     fn add_one(&mut self, handle: Handle, amount: f64) {
         let part = match handle {
-            Handle::Joint(joint, knob) => {
+            Handle::Joint(joint, dh_parameter) => {
                 if let Some(deviation) = self.deviations.get_mut(joint) {
-                    deviation.add(knob, amount);
+                    deviation.add(dh_parameter, amount);
                 }
                 return;
             }
@@ -134,7 +135,7 @@ pub struct ArmPose {
     pub(crate) moments: Vec<f64>,
     pub(super) changes: Changes,
     /// How what gravity bends answers to small changes; worked out where derivatives are.
-    pub(super) yielding: Yielding,
+    pub(super) response: Response,
     /// The rig of the light stripe, with all that effects change of it.
     pub(super) rig: Option<StripeRig>,
     /// Orientation and origin of the base in the frame of the measurements.

@@ -2,11 +2,11 @@
 
 use plumb_kinematics::Posture;
 
-use super::arm_pose::ArmPose;
+use super::arm_pose::{ArmPose, Changes};
 use super::residual_model::ResidualModel;
 use super::scratch::Scratch;
 use super::state::State;
-use crate::effect::{Drive, LooksAt};
+use crate::effect::{Drive, LooksAt, Situation};
 
 /// Rounds in which a bending arm comes to balance at most. What bends under its own weight changes the moments that bend it by a share that is of the order of the deflection itself
 /// (1e-3 rad), so that three rounds leave 1e-9 of it; what would need more than this many has no balance that a machine could have.
@@ -59,15 +59,26 @@ impl ResidualModel<'_> {
             changes.deviations.clone_from(&stiff);
             changes.clear_bending();
             let situation = self.situation(state, row, posture, moments, None);
-            for (part, values) in self.parts.iter().zip(&state.effects) {
-                if part.effect.looks_at() == LooksAt::Gravity {
-                    drives.clear();
-                    part.effect.drive(&situation, drives);
-                    changes.add(drives, values);
-                }
-            }
+            self.add_bends(state, &situation, drives, changes);
             if changes.bends_as(&before, BALANCED) {
                 return;
+            }
+        }
+    }
+
+    /// Adds what gravity bends in a situation.
+    pub(super) fn add_bends(
+        &self,
+        state: &State,
+        situation: &Situation<'_>,
+        drives: &mut Vec<Drive>,
+        changes: &mut Changes,
+    ) {
+        for (part, values) in self.parts.iter().zip(&state.effects) {
+            if part.effect.looks_at() == LooksAt::Gravity {
+                drives.clear();
+                part.effect.drive(situation, drives);
+                changes.add(drives, values);
             }
         }
     }

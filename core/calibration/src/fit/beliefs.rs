@@ -1,7 +1,7 @@
 //! What a state of the arm says beside residuals: where its points are, what pulls on its joints, whether it stays clear.
 
 use nalgebra::{IsometryMatrix3, Point3, Rotation3, Vector3};
-use plumb_kinematics::{HalfSpace, Knob};
+use plumb_kinematics::{DhParameter, HalfSpace};
 
 use super::residual_model::ResidualModel;
 use super::scratch::Scratch;
@@ -108,7 +108,7 @@ impl ResidualModel<'_> {
         let pose = self.in_row(state, row).pose;
         let (_, in_base) = pose.point(state, 0);
         let by_joint = (0..self.model.chain.len())
-            .map(|joint| pose.base * pose.posture.twist(joint, Knob::Theta, &in_base).linear)
+            .map(|joint| pose.base * pose.posture.twist(joint, DhParameter::Theta, &in_base).linear)
             .collect();
         RowDetails { moments: pose.moments, by_joint }
     }

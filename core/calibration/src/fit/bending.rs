@@ -5,9 +5,9 @@ use plumb_kinematics::{Posture, Weights};
 
 use super::arm_pose::{ArmPose, Changes};
 use super::residual_model::ResidualModel;
+use super::response::{CARRIED, DH_PARAMETERS, Response, TURNS};
 use super::scratch::Scratch;
 use super::state::State;
-use super::yielding::{CARRIED, KNOBS, TURNS, Yielding};
 use crate::effect::{Drive, LooksAt, Situation};
 
 /// Changes with which derivatives are taken, rad and mm: their squares are below rounding beside a bend, and they are far above it.
@@ -23,35 +23,16 @@ fn as_column(bent: &Changes, column: &mut [f64]) {
 }
 
 impl ResidualModel<'_> {
-    /// Works out how the arm of a row whose pose is known answers to small changes.
-    pub(super) fn yielding(&self, state: &State, row: usize, scratch: &mut Scratch) {
+    /// Works out how the arm of a row whose pose is known responds to small changes.
+    pub(super) fn response(&self, state: &State, row: usize, scratch: &mut Scratch) {
         let Scratch { pose, drives, .. } = scratch;
         let bends = self.parts.iter().zip(&state.effects).any(|(part, values)| {
             part.effect.looks_at() == LooksAt::Gravity && values.iter().any(|value| *value != 0.0)
         });
-        pose.yielding = match bends {
-            true => Yielding::of(&self.bends_alone(state, row, pose, drives)),
-            false => Yielding::default(),
+        pose.response = match bends {
+            true => Response::of(&self.bends_alone(state, row, pose, drives)),
+            false => Response::default(),
         };
-    }
-
-    /// What gravity bends in a situation, as one column.
-    fn bend(
-        &self,
-        state: &State,
-        situation: &Situation<'_>,
-        (bent, drives): (&mut Changes, &mut Vec<Drive>),
-        column: &mut [f64],
-    ) {
-        bent.clear(self.model.chain.len(), state.targets.len());
-        for (part, values) in self.parts.iter().zip(&state.effects) {
-            if part.effect.looks_at() == LooksAt::Gravity {
-                drives.clear();
-                part.effect.drive(situation, drives);
-                bent.add(drives, values);
-            }
-        }
-        as_column(bent, column);
     }
 
     /// How what gravity bends changes with each source while all else of the posture stays.
@@ -62,12 +43,14 @@ impl ResidualModel<'_> {
         pose: &ArmPose,
         drives: &mut Vec<Drive>,
     ) -> DMatrix<f64> {
-        let numbers = KNOBS.len() * self.model.chain.len();
+        let numbers = DH_PARAMETERS.len() * self.model.chain.len();
         let weights = self.weights(state, row);
         let mut bent = Changes::default();
         let mut bend = |posture: &Posture, moments: &[f64], weights: Weights<'_>, column: &mut [f64]| {
             let situation = self.situation(state, row, posture, moments, None);
-            self.bend(state, &Situation { weights, ..situation }, (&mut bent, drives), column);
+            bent.clear(self.model.chain.len(), state.targets.len());
+            self.add_bends(state, &Situation { weights, ..situation }, drives, &mut bent);
+            as_column(&bent, column);
         };
         let mut here = DVector::zeros(numbers + CARRIED);
         bend(&pose.posture, &pose.moments, weights, here.as_mut_slice());
@@ -75,15 +58,16 @@ impl ResidualModel<'_> {
         let (mut posture, mut moments) = (Posture::default(), pose.moments.clone());
         let mut deviations = pose.changes.deviations.clone();
         let is_weighed = pose.moments.iter().any(|moment| *moment != 0.0);
+        let shifts_matter = is_weighed || here.rows(numbers, CARRIED).amax() > 0.0;
         for number in 0..numbers {
-            let (joint, place) = (number / KNOBS.len(), number % KNOBS.len());
-            if place >= TURNS && !is_weighed {
+            let (joint, place) = (number / DH_PARAMETERS.len(), number % DH_PARAMETERS.len());
+            if place >= TURNS && !shifts_matter {
                 continue;
             }
             let small = if place < TURNS { SMALL_TURN } else { SMALL_SHIFT };
             let whole = deviations.get(joint).copied();
-            if let (Some(row), Some(knob)) = (deviations.get_mut(joint), KNOBS.get(place)) {
-                row.add(*knob, small);
+            if let (Some(row), Some(dh_parameter)) = (deviations.get_mut(joint), DH_PARAMETERS.get(place)) {
+                row.add(*dh_parameter, small);
             }
             posture.update(&self.model.chain, self.table.q_of(row), &deviations);
             if let (Some(row), Some(whole)) = (deviations.get_mut(joint), whole) {

@@ -15,6 +15,7 @@ mod place_bodies;
 mod place_profiles;
 mod problem;
 mod residual_model;
+mod response;
 mod robust;
 mod scratch;
 mod seen;
@@ -24,7 +25,6 @@ mod subject_motion;
 mod tangent;
 mod variance_components;
 mod view_of_table;
-mod yielding;
 
 pub use doubt::FitDoubt;
 pub use gauge::Gauge;

@@ -320,7 +320,7 @@ impl<'a> ResidualModel<'a> {
         mut column: usize,
     ) -> usize {
         self.assume(state, row, scratch);
-        self.yielding(state, row, scratch);
+        self.response(state, row, scratch);
         let mut known = None;
         for equation in self.observations.of_row(row) {
             let subject = self.subject(equation);

@@ -5,13 +5,13 @@
 //! prosthetic arms and manipulators, 1972): a point p by `v + w x p`, an attitude by `w`.
 
 use nalgebra::Vector3;
-use plumb_kinematics::Knob;
+use plumb_kinematics::DhParameter;
 
 use super::arm_pose::ArmPose;
 use super::residual_model::ResidualModel;
+use super::response::ResponseTo;
 use super::scratch::{Motion, Scratch, SubjectMotion};
 use super::state::{Slot, State};
-use super::yielding::Answer;
 use crate::arm_model::Frame;
 use crate::effect::{Drive, Effect, Handle, Situation};
 use crate::measurement::{SensorShift, Subject};
@@ -32,9 +32,9 @@ struct SubjectFrames<'a> {
 
 impl SubjectFrames<'_> {
     /// How the subject moves with one number of one joint's row.
-    fn with_joint(&self, joint: usize, knob: Knob) -> Motion {
+    fn with_joint(&self, joint: usize, dh_parameter: DhParameter) -> Motion {
         // The twist is worked out where the point would be without bent links, which then carry it on, and turned into the frame of the measurements.
-        let twist = self.pose.posture.twist(joint, knob, &self.stiff);
+        let twist = self.pose.posture.twist(joint, dh_parameter, &self.stiff);
         let [linear, angular] = [twist.linear, twist.angular].map(|vector| self.pose.carry(vector));
         (self.pose.base * linear, self.pose.base * angular)
     }
@@ -55,9 +55,9 @@ impl SubjectFrames<'_> {
             // What lies beyond the base does not tilt it.
             Handle::Joint(..) if self.subject == Subject::Frame(Frame::Base) => STILL,
             Handle::Twist { after: joint, .. } if self.is_beyond(joint) => STILL,
-            Handle::Joint(joint, knob) => {
-                let stiff = self.with_stiff_joint(joint, knob);
-                self.with_answer(stiff, pose.yielding.to_joint(joint, knob))
+            Handle::Joint(joint, dh_parameter) => {
+                let stiff = self.with_stiff_joint(joint, dh_parameter);
+                self.with_response(stiff, pose.response.to_joint(joint, dh_parameter))
             }
             Handle::Twist { shift, turn, about, .. } => {
                 (pose.base * (shift + turn.cross(&(self.stiff - about))), pose.base * turn)
@@ -83,24 +83,24 @@ impl SubjectFrames<'_> {
     }
 
     /// How the subject moves with one number of one joint's row while nothing bends otherwise.
-    fn with_stiff_joint(&self, joint: usize, knob: Knob) -> Motion {
-        match (knob, self.by_joint.get(joint)) {
+    fn with_stiff_joint(&self, joint: usize, dh_parameter: DhParameter) -> Motion {
+        match (dh_parameter, self.by_joint.get(joint)) {
             _ if self.is_beyond(joint) || self.subject == Subject::Frame(Frame::Base) => STILL,
             // Most effects turn joints: that is worked out once a row.
-            (Knob::Theta, Some(turned)) => *turned,
-            _ => self.with_joint(joint, knob),
+            (DhParameter::Theta, Some(turned)) => *turned,
+            _ => self.with_joint(joint, dh_parameter),
         }
     }
 
-    /// A motion, and what gravity bends in answer to what makes it.
-    fn with_answer(&self, (mut moved, mut turned): Motion, answer: Option<Answer<'_>>) -> Motion {
-        let Some(answer) = answer else { return (moved, turned) };
-        for (joint, knob, amount) in answer.joints() {
-            let (linear, angular) = self.with_stiff_joint(joint, knob);
+    /// A motion, and what gravity bends in response to what makes it.
+    fn with_response(&self, (mut moved, mut turned): Motion, response: Option<ResponseTo<'_>>) -> Motion {
+        let Some(response) = response else { return (moved, turned) };
+        for (joint, dh_parameter, amount) in response.joints() {
+            let (linear, angular) = self.with_stiff_joint(joint, dh_parameter);
             moved += linear * amount;
             turned += angular * amount;
         }
-        let (shift, turn) = answer.carried();
+        let (shift, turn) = response.carried();
         (moved + self.pose.base * (shift + turn.cross(&self.stiff)), turned + self.pose.base * turn)
     }
 
@@ -183,7 +183,8 @@ impl ResidualModel<'_> {
         let stiff = pose.without_bent_links(in_base);
         let mut frames = SubjectFrames { pose, subject, point, stiff, by_joint: &[] };
         by_joint.clear();
-        by_joint.extend((0..self.model.chain.len()).map(|joint| frames.with_joint(joint, Knob::Theta)));
+        by_joint
+            .extend((0..self.model.chain.len()).map(|joint| frames.with_joint(joint, DhParameter::Theta)));
         frames.by_joint = by_joint;
 
         let of_probes: usize = probes.iter().map(|probe| probe.parameters().len()).sum();
@@ -210,8 +211,8 @@ impl ResidualModel<'_> {
                     let about = frames.pose.base_turned.column(axis.min(2)).into();
                     let index = motion.extend(1);
                     let stiff = frames.with_base_turned_about(about);
-                    let answer = frames.pose.yielding.to_base_turn(axis);
-                    motion.add(index, frames.with_answer(stiff, answer), 1.0);
+                    let response = frames.pose.response.to_base_turn(axis);
+                    motion.add(index, frames.with_response(stiff, response), 1.0);
                     continue;
                 }
                 Slot::Target(target, axis) => Handle::Target(target, axis),

@@ -2,7 +2,7 @@
 
 mod parts;
 mod places;
-mod yielding;
+mod response;
 
 use plumb_estimation::{Progress, Random};
 

@@ -177,7 +177,7 @@ impl Laboratory {
     /// What the vertical axis shows: along which motion.
     fn motion_name(&self, valued: &Valued, motion: &CommonMotion) -> String {
         match motion.unit.handles.first() {
-            Some((Handle::Joint(joint, plumb_kinematics::Knob::Theta), _)) => {
+            Some((Handle::Joint(joint, plumb_kinematics::DhParameter::Theta), _)) => {
                 format!(
                     "left without it, along the motion of {}",
                     self.model().site_name(Spot::Joint(*joint))
@@ -453,7 +453,7 @@ mod tests {
 
     #[test]
     fn what_one_parameter_drives_keeps_its_proportions_or_does_not() {
-        let handle = |joint: usize| Handle::Joint(joint, plumb_kinematics::Knob::Theta);
+        let handle = |joint: usize| Handle::Joint(joint, plumb_kinematics::DhParameter::Theta);
         let drive = |joint: usize, rate: f64| Drive { parameter: 0, handle: handle(joint), rate };
         let strongest = [(handle(0), 2.0), (handle(1), -1.0)];
         let row = |scale: f64, other: f64| vec![drive(0, 2.0 * scale), drive(1, -scale + other)];

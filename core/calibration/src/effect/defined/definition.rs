@@ -1,6 +1,6 @@
 //! What a user defines: where it acts, what it adds, its parameters.
 
-use plumb_kinematics::Knob;
+use plumb_kinematics::DhParameter;
 use thiserror::Error;
 
 use super::formula::{Formula, FormulaError};
@@ -15,7 +15,7 @@ pub enum Place {
     /// A joint's coordinate, rad or mm.
     Coordinate(usize),
     /// Another number of a joint's row, mm or rad.
-    Row(usize, Knob),
+    Row(usize, DhParameter),
     /// A coordinate of a target in the flange's frame, mm.
     Target(usize, usize),
     /// Shift of the base along an axis, mm.
@@ -164,7 +164,9 @@ impl Definition {
                 let rate = if rate.is_finite() { rate * addend.scale } else { 0.0 };
                 drives.push(match addend.place {
                     Place::Coordinate(joint) => situation.drive_joint(joint, parameter, rate),
-                    Place::Row(joint, knob) => Drive { parameter, handle: Handle::Joint(joint, knob), rate },
+                    Place::Row(joint, dh_parameter) => {
+                        Drive { parameter, handle: Handle::Joint(joint, dh_parameter), rate }
+                    }
                     Place::Target(target, axis) => {
                         Drive { parameter, handle: Handle::Target(target, axis), rate }
                     }

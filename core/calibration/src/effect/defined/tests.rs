@@ -1,7 +1,7 @@
 //! Formulas of a user's own: what they may say, what they come to in a row, and what is refused.
 
 use nalgebra::{Matrix3, Vector3};
-use plumb_kinematics::{Knob, Posture, Weights};
+use plumb_kinematics::{DhParameter, Posture, Weights};
 
 use super::formula::{Formula, FormulaError};
 use super::variables::Variable;
@@ -214,12 +214,12 @@ fn moved(adds: &str, unit: &str) -> (Vec<Drive>, LooksAt) {
 fn what_is_added_moves_the_number_it_is_added_to_in_inner_units() {
     let degree = 1_f64.to_radians();
     for (adds, unit, handle, rate) in [
-        ("joint: column, deg: \"a*q3\"", "deg", Handle::Joint(0, Knob::Theta), -50.0 * degree),
-        ("joint: slide, mm: \"a*q3\"", "mm", Handle::Joint(2, Knob::D), 50.0),
-        ("length: arm, mm: \"a*2\"", "mm", Handle::Joint(1, Knob::A), 2.0),
-        ("offset: arm, mm: \"a*2\"", "mm", Handle::Joint(1, Knob::D), 2.0),
-        ("twist: arm, deg: \"a*2\"", "deg", Handle::Joint(1, Knob::Alpha), 2.0 * degree),
-        ("skew: arm, deg: \"a*2\"", "deg", Handle::Joint(1, Knob::Beta), 2.0 * degree),
+        ("joint: column, deg: \"a*q3\"", "deg", Handle::Joint(0, DhParameter::Theta), -50.0 * degree),
+        ("joint: slide, mm: \"a*q3\"", "mm", Handle::Joint(2, DhParameter::D), 50.0),
+        ("length: arm, mm: \"a*2\"", "mm", Handle::Joint(1, DhParameter::A), 2.0),
+        ("offset: arm, mm: \"a*2\"", "mm", Handle::Joint(1, DhParameter::D), 2.0),
+        ("twist: arm, deg: \"a*2\"", "deg", Handle::Joint(1, DhParameter::Alpha), 2.0 * degree),
+        ("skew: arm, deg: \"a*2\"", "deg", Handle::Joint(1, DhParameter::Beta), 2.0 * degree),
         ("target: p2, y_mm: \"a*q3\"", "mm", Handle::Target(1, 1), 50.0),
         ("base_z_mm: \"a*2\"", "mm", Handle::BaseShift(2), 2.0),
         ("base_x_deg: \"a*2\"", "deg", Handle::BaseTurn(0), 2.0 * degree),

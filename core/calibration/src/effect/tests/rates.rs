@@ -3,7 +3,7 @@
 use std::f64::consts::FRAC_PI_2;
 
 use nalgebra::{Matrix3, Vector3};
-use plumb_kinematics::{Knob, Posture, Weights};
+use plumb_kinematics::{DhParameter, Posture, Weights};
 
 use crate::arm_model::{Epochs, Model, RigNumber, Sensor, StripeRig};
 use crate::effect::{Channel, Drive, EffectId, Handle, Situation, Trigger, build, parse};
@@ -92,9 +92,9 @@ fn assert_same(found: &[Drive], expected: &[Drive], what: &str) {
     );
 }
 
-const COLUMN: Handle = Handle::Joint(0, Knob::Theta);
-const ARM_ANGLE: Handle = Handle::Joint(1, Knob::Theta);
-const SLIDE: Handle = Handle::Joint(2, Knob::D);
+const COLUMN: Handle = Handle::Joint(0, DhParameter::Theta);
+const ARM_ANGLE: Handle = Handle::Joint(1, DhParameter::Theta);
+const SLIDE: Handle = Handle::Joint(2, DhParameter::D);
 
 #[test]
 fn what_changes_a_coordinate_turns_the_row_in_the_coordinates_own_sense() {
@@ -170,15 +170,18 @@ fn what_goes_with_time_and_warmth_is_nothing_where_they_are_not_logged() {
     let warm = |effect: &str| searched(effect, 600.0, |row| row.time = 600.0);
     let part = 1.0 - (-1.0_f64).exp();
     assert_same(&warm("warm_up(column, zero)"), &one(COLUMN, -part), "zero, in the coordinate's sense");
-    assert_same(&warm("warm_up(arm, length)"), &one(Handle::Joint(1, Knob::A), part), "length");
-    assert_same(&warm("warm_up(arm, offset)"), &one(Handle::Joint(1, Knob::D), part), "offset");
+    assert_same(&warm("warm_up(arm, length)"), &one(Handle::Joint(1, DhParameter::A), part), "length");
+    assert_same(&warm("warm_up(arm, offset)"), &one(Handle::Joint(1, DhParameter::D), part), "offset");
     let cold = searched("warm_up(arm, length)", 600.0, |_| {});
-    assert_same(&cold, &one(Handle::Joint(1, Knob::A), 0.0), "no time: as cold as at first");
+    assert_same(&cold, &one(Handle::Joint(1, DhParameter::A), 0.0), "no time: as cold as at first");
     // A row of 400 mm and an offset of 20 mm grow by as many mm for each 1/K and kelvin above 20 deg C (ISO 1).
     let grown = |warmer: f64| {
-        let part =
-            |knob, size: f64| Drive { parameter: 0, handle: Handle::Joint(1, knob), rate: size * warmer };
-        [part(Knob::A, 400.0), part(Knob::D, 20.0)]
+        let part = |dh_parameter, size: f64| Drive {
+            parameter: 0,
+            handle: Handle::Joint(1, dh_parameter),
+            rate: size * warmer,
+        };
+        [part(DhParameter::A, 400.0), part(DhParameter::D, 20.0)]
     };
     assert_same(&drives("thermal_growth(arm)", |row| row.temperature = 25.0), &grown(5.0), "5 K warmer");
     assert_same(&drives("thermal_growth(arm)", |row| row.temperature = 18.5), &grown(-1.5), "colder");
@@ -188,10 +191,10 @@ fn what_goes_with_time_and_warmth_is_nothing_where_they_are_not_logged() {
 #[test]
 fn errors_of_a_row_a_target_and_the_base_move_one_number_each() {
     for (effect, handle) in [
-        ("link_length(arm)", Handle::Joint(1, Knob::A)),
-        ("link_offset(arm)", Handle::Joint(1, Knob::D)),
-        ("link_twist(arm)", Handle::Joint(1, Knob::Alpha)),
-        ("axis_skew(arm)", Handle::Joint(1, Knob::Beta)),
+        ("link_length(arm)", Handle::Joint(1, DhParameter::A)),
+        ("link_offset(arm)", Handle::Joint(1, DhParameter::D)),
+        ("link_twist(arm)", Handle::Joint(1, DhParameter::Alpha)),
+        ("axis_skew(arm)", Handle::Joint(1, DhParameter::Beta)),
         ("trigger_height", Handle::Trigger),
     ] {
         assert_same(&drives(effect, |_| {}), &one(handle, 1.0), effect);

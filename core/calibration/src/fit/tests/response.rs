@@ -21,20 +21,24 @@ targets: {p1: {xyz_mm: [5, -10, 40], free: true}}
 /// The greatest difference between a derivative and the slope by central differences, of a model with these effects at these values, as a share of the greatest slope of its
 /// number.
 fn worst(effects: &[(&str, &[f64])]) -> f64 {
-    let table = Table::parse(
-        "made.csv",
-        "q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,p1_x_mm,p1_y_mm,p1_z_mm
-10,-60,80,-30,40,20,0,0,0
--70,-100,30,60,-50,130,0,0,0
-",
-    )
-    .unwrap();
-    let model = Model::parse("heavy.yaml", HEAVY).unwrap();
-    let observations = Observations::new(&model, &table).unwrap();
     let others = ["joint_zero", "link_length", "link_offset", "link_twist", "axis_skew"];
     let others = others.iter().flat_map(|name| (1..=6).map(move |joint| format!("{name}(j{joint})")));
+    worst_of(HEAVY, TURNED, others.collect(), effects)
+}
+
+const TURNED: &str = "q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,p1_x_mm,p1_y_mm,p1_z_mm
+10,-60,80,-30,40,20,0,0,0
+-70,-100,30,60,-50,130,0,0,0
+";
+
+/// The same of any arm and table, with these other effects taking part at a hundredth of their unit.
+fn worst_of(arm: &str, table: &str, others: Vec<String>, effects: &[(&str, &[f64])]) -> f64 {
+    let table = Table::parse("made.csv", table).unwrap();
+    let model = Model::parse("arm.yaml", arm).unwrap();
+    let observations = Observations::new(&model, &table).unwrap();
     let mut added: Vec<AddedEffect> = others
-        .filter_map(|text| Some(AddedEffect { id: parse(&text, &model).ok()?, values: vec![0.01] }))
+        .iter()
+        .filter_map(|text| Some(AddedEffect { id: parse(text, &model).ok()?, values: vec![0.01] }))
         .collect();
     for (text, values) in effects {
         added.push(AddedEffect { id: parse(text, &model).unwrap(), values: values.to_vec() });
@@ -76,4 +80,31 @@ fn what_turns_a_link_turns_its_weight_and_what_that_bends() {
         let worst = worst(effects);
         assert!(worst < 1e-5, "{effects:?}: off by {worst} of the slope");
     }
+}
+
+/// Three slides one upon the other: what turns a carriage turns about where the ones before have brought it.
+const GANTRY: &str = "
+arm: gantry
+convention: proximal
+joints:
+  - {name: y, slides: true, alpha_deg: -90, theta_deg: 90}
+  - {name: x, slides: true, a_mm: -400, alpha_deg: 90, theta_deg: 90}
+  - {name: z, slides: true, alpha_deg: 90}
+base: {xyz_mm: [0, 0, 0], rpy_deg: [2, -3, 20], free: true}
+targets: {p1: {xyz_mm: [20, 15, 120], free: true}}
+measured_from: world
+";
+
+#[test]
+fn what_shifts_a_slide_shifts_where_the_carriages_upon_it_turn() {
+    let table = "q1_mm,q2_mm,q3_mm,p1_x_mm,p1_y_mm,p1_z_mm
+112,524,105,0,0,0
+748,228,43,0,0,0
+";
+    let others = ["joint_zero", "link_length", "link_offset", "link_twist", "axis_skew"];
+    let others: Vec<String> =
+        others.iter().flat_map(|name| ["y", "x", "z"].map(|joint| format!("{name}({joint})"))).collect();
+    // A degree a metre, many times what a machine has.
+    let worst = worst_of(GANTRY, table, others, &[("axis_roll(x)", &[2e-5]), ("axis_yaw(z)", &[2e-5])]);
+    assert!(worst < 1e-5, "off by {worst} of the slope");
 }
