@@ -54,15 +54,15 @@ impl Response {
     /// The response to a number of a joint's row.
     pub(super) fn to_joint(&self, joint: usize, dh_parameter: DhParameter) -> Option<ResponseTo<'_>> {
         let place = DH_PARAMETERS.iter().position(|known| *known == dh_parameter)?;
-        self.from_source(joint * DH_PARAMETERS.len() + place)
+        self.to_source(joint * DH_PARAMETERS.len() + place)
     }
 
     /// The response to a turn of the base about an axis of the frame of the measurements.
     pub(super) fn to_base_turn(&self, axis: usize) -> Option<ResponseTo<'_>> {
-        self.from_source(self.joints.ncols().checked_sub(3)? + axis)
+        self.to_source(self.joints.ncols().checked_sub(3)? + axis)
     }
 
-    fn from_source(&self, source: usize) -> Option<ResponseTo<'_>> {
+    fn to_source(&self, source: usize) -> Option<ResponseTo<'_>> {
         (source < self.joints.ncols()).then_some(ResponseTo { response: self, source })
     }
 
