@@ -11,7 +11,7 @@ use std::process::{Child, ChildStdout, Stdio};
 use std::time::Instant;
 
 use plumb_calibration::arm_model::Model;
-use plumb_kinematics::Posture;
+use plumb_kinematics::LinkFrames;
 use plumb_simulated::client::WorldClient;
 use serde_json::json;
 
@@ -61,7 +61,7 @@ fn the_model_puts_the_cup_where_a_magician_reads_it() {
     let model = Model::read(&lab.path("magician.model.yaml")).unwrap();
     let cup = |base: f64, rear_arm: f64, forearm: f64| {
         let joints = [base, rear_arm, forearm, 0.0, 0.0].map(f64::to_radians);
-        let place = Posture::of(&model.chain, &joints, &[]).flange.translation.vector;
+        let place = LinkFrames::of(&model.chain, &joints, &[]).flange.translation.vector;
         // The maker counts z from the shoulder.
         [place.x, place.y, place.z - 138.0]
     };

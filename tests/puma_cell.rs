@@ -194,8 +194,8 @@ fn a_user_sees_the_true_error_fall_to_the_floor_and_lefty_agree_with_righty() {
         (events, shown["run"]["run"].to_string())
     };
     let model = |arguments: &[&str]| {
-        let (code, said, complaint) = cells.plumb(&[&["model"], arguments].concat());
-        assert_eq!(code, Some(0), "{arguments:?}: {said}\n{complaint}");
+        let (code, said, error) = cells.plumb(&[&["model"], arguments].concat());
+        assert_eq!(code, Some(0), "{arguments:?}: {said}\n{error}");
         said
     };
     let table = |runs: &[&str]| {
@@ -245,9 +245,9 @@ fn the_certificate_says_what_each_zero_rests_on_and_that_joint_1_was_not_determi
     let cells = Cells::new();
     let (code, events, said) = cells.run("cell.yaml", &["--set", "quadrants=1", "--set", "demonstrations=0"]);
     assert_eq!(code, Some(0), "{said}\n{:?}", events.last());
-    let (code, said, complaint) =
+    let (code, said, error) =
         cells.plumb(&["certificate", "1", "--record", "record", "-o", "certificate.html"]);
-    assert_eq!(code, Some(0), "{said}{complaint}");
+    assert_eq!(code, Some(0), "{said}{error}");
     let certificate = std::fs::read_to_string(cells.puma().join("certificate.html")).unwrap();
     let row = |joint: &str| {
         let from = certificate.find(&format!("controller zero of arm {joint}")).unwrap();
@@ -287,14 +287,10 @@ fn the_first_day_ends_where_something_goes_otherwise_than_it_should() {
 fn the_cell_of_a_real_arm_is_in_order() {
     let cells = Cells::new();
     for cell in ["cell.yaml", "cell-serial.yaml", "cell-hardware.yaml", "cell-trial.yaml"] {
-        let (code, said, complaint) = cells.plumb(&["check", cell]);
-        assert_eq!(code, Some(0), "{cell}: {said}{complaint}");
+        let (code, said, error) = cells.plumb(&["check", cell]);
+        assert_eq!(code, Some(0), "{cell}: {said}{error}");
     }
-    let (_, said, complaint) =
-        cells.plumb(&["run", "cell-hardware.yaml", "--headless", "--record", "record"]);
+    let (_, said, error) = cells.plumb(&["run", "cell-hardware.yaml", "--headless", "--record", "record"]);
     // Nobody's answers come with it: a real arm has an operator.
-    assert!(
-        complaint.contains("this needs an operator: no answers are given for `clear`"),
-        "{said}{complaint}"
-    );
+    assert!(error.contains("this needs an operator: no answers are given for `clear`"), "{said}{error}");
 }

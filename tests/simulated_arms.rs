@@ -2,11 +2,11 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
-use plumb_kinematics::{Chain, Convention, Deviation, Joint, Mass, Posture, Weights};
+use plumb_kinematics::{Chain, Convention, Deviation, Joint, LinkFrames, Mass, Weights};
 use plumb_simulated::physics::arms;
 use plumb_simulated::physics::description::{self, ArmDescription};
 use plumb_simulated::physics::imperfection::{Imperfection, Mechanism};
-use plumb_simulated::physics::machine::{Conditions, Machine, Stance};
+use plumb_simulated::physics::machine::{ArmState, Conditions, Machine};
 use plumb_simulated::physics::random::Random;
 
 const QUIET: Conditions = Conditions { time_s: 0.0, temperature_c: 20.0, payload_kg: 0.0 };
@@ -32,15 +32,15 @@ fn poses(arm: &ArmDescription) -> Vec<Vec<f64>> {
     (0..50).map(|_| arm.joints.iter().map(|_| random.between(-3.0, 3.0)).collect()).collect()
 }
 
-fn equilibrium(arm: &ArmDescription, imperfections: &[Imperfection], pose: &[f64]) -> Stance {
+fn equilibrium(arm: &ArmDescription, imperfections: &[Imperfection], pose: &[f64]) -> ArmState {
     let mut machine = Machine::new(arm, imperfections);
     machine.go(pose, 0.0);
     machine.equilibrium(&QUIET).unwrap()
 }
 
 /// Greatest difference between the two flanges: mm, and of any direction cosine times a metre.
-fn flanges_apart(stance: &Stance, posture: &Posture) -> f64 {
-    let (world, lab) = (stance.posture.world_from_flange, posture.flange);
+fn flanges_apart(arm_state: &ArmState, link_frames: &LinkFrames) -> f64 {
+    let (world, lab) = (arm_state.link_frames.world_from_flange, link_frames.flange);
     let place: [f64; 3] = world.translation.into();
     let columns: [[f64; 3]; 3] = [world.rotation.x.into(), world.rotation.y.into(), world.rotation.z.into()];
     let mut apart = 0.0_f64;
@@ -58,7 +58,7 @@ fn ideal_poses_of_the_world_are_those_of_the_lab() {
     for arm in all_arms() {
         let chain = chain(&arm);
         for pose in poses(&arm) {
-            let apart = flanges_apart(&equilibrium(&arm, &[], &pose), &Posture::of(&chain, &pose, &[]));
+            let apart = flanges_apart(&equilibrium(&arm, &[], &pose), &LinkFrames::of(&chain, &pose, &[]));
             assert!(apart < 1e-9, "{} at {pose:?}: {apart} mm", arm.name);
         }
     }
@@ -81,8 +81,9 @@ fn a_row_that_is_off_moves_both_arms_alike() {
             ] {
                 let mut deviations = vec![Deviation::default(); arm.joints.len()];
                 deviations[joint] = deviation;
-                let stance = equilibrium(&arm, &[Imperfection { mechanism: mechanism.clone(), size }], &pose);
-                let apart = flanges_apart(&stance, &Posture::of(&chain, &pose, &deviations));
+                let arm_state =
+                    equilibrium(&arm, &[Imperfection { mechanism: mechanism.clone(), size }], &pose);
+                let apart = flanges_apart(&arm_state, &LinkFrames::of(&chain, &pose, &deviations));
                 assert!(apart < 1e-9, "{}, {mechanism:?}: {apart} mm", arm.name);
             }
         }
@@ -103,12 +104,13 @@ fn gravity_pulls_both_arms_alike() {
             })
             .collect();
         for pose in poses(&arm) {
-            let stance = equilibrium(&arm, &[], &pose);
-            let posture = Posture::of(&chain, &pose, &[]);
+            let arm_state = equilibrium(&arm, &[], &pose);
+            let link_frames = LinkFrames::of(&chain, &pose, &[]);
             let mut lab = Vec::new();
             let weights = Weights { masses: &masses, payload: 0.0, down: [0.0, 0.0, -1.0].into() };
-            weights.moments(&posture, &mut lab);
-            for (joint, ((world, lab), row)) in stance.moments.iter().zip(&lab).zip(&chain.joints).enumerate()
+            weights.moments(&link_frames, &mut lab);
+            for (joint, ((world, lab), row)) in
+                arm_state.moments.iter().zip(&lab).zip(&chain.joints).enumerate()
             {
                 let apart = world - row.sign * lab;
                 assert!(apart.abs() < 1e-9, "{}, joint {joint}: {world} and {lab} N m", arm.name);

@@ -162,8 +162,8 @@ fn a_shipper_that_ends_while_the_database_is_gone_says_that_its_cells_will_count
         server.asked("SELECT count(*) FROM runs").as_deref() == Some("1")
     });
     server.kill();
-    let complaint = shipper.end();
-    assert!(complaint.contains("its cells will count as silent"), "{complaint}");
+    let error = shipper.end();
+    assert!(error.contains("its cells will count as silent"), "{error}");
 }
 
 #[test]

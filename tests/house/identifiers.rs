@@ -19,6 +19,14 @@ pub(crate) const RETIRED: &[(&str, &str)] = &[
     ("stood", "was, or stopped"),
     ("standing", "status or pose"),
     ("reckon", "count, compute or use"),
+    ("survey", "context of candidates"),
+    ("passport", "dataset summary"),
+    ("posture", "link frames or configuration"),
+    ("stance", "state of the arm"),
+    ("complaint", "error or message"),
+    ("camps", "clusters"),
+    ("drawl", "delay of replies"),
+    ("knob", "DH parameter"),
 ];
 
 /// Identifiers that still contain a retired word, as `file: identifier`. This list may only shrink.

@@ -207,9 +207,9 @@ struct Lab<'a> {
 impl Lab<'_> {
     /// Runs a procedure; the run's number. A calibration whose second pass finds something has calibrated all the same.
     fn run(&self, procedure: &str) -> i64 {
-        let (code, said, complaint) =
+        let (code, said, message) =
             self.cells.plumb(&["run", "cell.yaml", procedure, "--headless", "--record", "record"]);
-        assert!(matches!(code, Some(0 | 1)), "{procedure}: {said}\n{complaint}");
+        assert!(matches!(code, Some(0 | 1)), "{procedure}: {said}\n{message}");
         let (_, json, _) = self.cells.plumb(&["show", "--record", "record", "--json"]);
         let shown: Value = serde_json::from_str(&json).unwrap();
         shown["run"]["run"].as_i64().unwrap()
@@ -248,8 +248,8 @@ impl Lab<'_> {
         all.push("lab.yaml");
         all.extend(behind);
         all.extend(["--data", "table.csv"]);
-        let (code, said, complaint) = self.cells.plumb(&all);
-        assert_eq!(code, Some(0), "{arguments:?}: {complaint}");
+        let (code, said, message) = self.cells.plumb(&all);
+        assert_eq!(code, Some(0), "{arguments:?}: {message}");
         said
     }
 

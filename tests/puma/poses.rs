@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use plumb_calibration::arm_model::Model;
-use plumb_kinematics::{Chain, Posture};
+use plumb_kinematics::{Chain, LinkFrames};
 
 /// How many poses: a point each lefty and righty.
 pub(crate) const FRESH: usize = 30;
@@ -83,12 +83,12 @@ fn reach(chain: &Chain, wanted: [f64; 3], start: [f64; 3], dice: &mut Dice) -> O
     })
 }
 
-fn posture(chain: &Chain, q: &[f64; 6]) -> Posture {
-    Posture::of(chain, &q.map(f64::to_radians), &[])
+fn link_frames(chain: &Chain, q: &[f64; 6]) -> LinkFrames {
+    LinkFrames::of(chain, &q.map(f64::to_radians), &[])
 }
 
 fn tip(chain: &Chain, q: &[f64; 6]) -> [f64; 3] {
-    let flange = posture(chain, q).flange;
+    let flange = link_frames(chain, q).flange;
     (flange.rotation * nalgebra::Vector3::from(TIP_MM) + flange.translation.vector).into()
 }
 
@@ -100,7 +100,7 @@ fn inside(chain: &Chain, q: &[f64; 6]) -> bool {
 }
 
 fn clear(chain: &Chain, q: &[f64; 6]) -> bool {
-    posture(chain, q).joints.iter().all(|joint| joint.end.translation.z > LOWEST_MM)
+    link_frames(chain, q).joints.iter().all(|joint| joint.end.translation.z > LOWEST_MM)
 }
 
 /// Solves three equations whose columns are given.

@@ -216,7 +216,7 @@ impl Running {
     /// Reads on to the first event that fits.
     pub(crate) fn until(&mut self, fits: impl Fn(&Value) -> bool) -> Value {
         loop {
-            let event = self.event().unwrap_or_else(|| panic!("the run ended first: {}", self.complaint()));
+            let event = self.event().unwrap_or_else(|| panic!("the run ended first: {}", self.message()));
             if fits(&event) {
                 return event;
             }
@@ -263,7 +263,7 @@ impl Running {
         hosts_of(self.process())
     }
 
-    fn complaint(&mut self) -> String {
+    fn message(&mut self) -> String {
         let mut text = String::new();
         if let Some(mut errors) = self.child.stderr.take() {
             let _ = std::io::Read::read_to_string(&mut errors, &mut text);

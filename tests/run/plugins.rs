@@ -103,6 +103,6 @@ fn a_host_started_by_hand_says_what_it_is_for() {
     let elsewhere = tempfile::tempdir().unwrap();
     let host = plumb(&["host"], elsewhere.path());
     assert_eq!(host.status.code(), Some(70));
-    let complaint = text(&host.stderr);
-    assert!(complaint.starts_with("plumb host is started by plumb itself: "), "{complaint}");
+    let message = text(&host.stderr);
+    assert!(message.starts_with("plumb host is started by plumb itself: "), "{message}");
 }

@@ -24,7 +24,7 @@ fn a_listing_whose_reader_has_gone_ends_without_a_word() {
         let (reader, writer) = std::io::pipe().unwrap();
         drop(reader);
         let listing = lab.command(arguments).stdout(writer).stderr(Stdio::piped()).output().unwrap();
-        let complaint = String::from_utf8_lossy(&listing.stderr);
-        assert_eq!((listing.status.code(), complaint.as_ref()), (Some(0), ""), "{arguments:?}");
+        let message = String::from_utf8_lossy(&listing.stderr);
+        assert_eq!((listing.status.code(), message.as_ref()), (Some(0), ""), "{arguments:?}");
     }
 }

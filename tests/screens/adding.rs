@@ -18,7 +18,7 @@ fn add(pair: &[String; 2], effect: &str, more: &[&str]) -> Output {
     command.output().expect("the program runs")
 }
 
-fn complaint(output: &Output) -> String {
+fn message(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
@@ -33,22 +33,22 @@ fn what_the_lab_would_not_name_is_not_added_where_nobody_can_be_asked() {
     let pair = machine(folder.path());
     for more in [&[][..], &["--json"]] {
         let refused = add(&pair, "joint_gain( elbow )", more);
-        let said = complaint(&refused);
+        let said = message(&refused);
         assert_eq!(refused.status.code(), Some(2), "{said}");
         assert!(said.contains("joint_gain( elbow ) was not named: ") && said.contains("--yes"), "{said}");
         assert!(refused.stdout.is_empty() && !is_written(&folder, 1));
     }
     // What is named, and what only frees numbers, needs no leave.
     let added = add(&pair, "joint_zero(shoulder)", &[]);
-    assert_eq!(added.status.code(), Some(0), "{}", complaint(&added));
+    assert_eq!(added.status.code(), Some(0), "{}", message(&added));
     let freed = add(&pair, "link_length(*)", &[]);
-    assert_eq!(freed.status.code(), Some(0), "{}", complaint(&freed));
+    assert_eq!(freed.status.code(), Some(0), "{}", message(&freed));
     assert!(is_written(&folder, 1) && is_written(&folder, 2) && !is_written(&folder, 3));
     // At the floor chance explains the rest: adding more is asked about too.
     let refused = add(&pair, "joint_gain(elbow)", &[]);
-    assert_eq!(refused.status.code(), Some(2), "{}", complaint(&refused));
+    assert_eq!(refused.status.code(), Some(2), "{}", message(&refused));
     let forced = add(&pair, "joint_gain(elbow)", &["--yes"]);
-    assert_eq!(forced.status.code(), Some(0), "{}", complaint(&forced));
+    assert_eq!(forced.status.code(), Some(0), "{}", message(&forced));
     assert!(is_written(&folder, 3));
 }
 

@@ -191,21 +191,20 @@ pub fn with_boards(
     if let Some((lost, _)) = pictures.keys().find(|(picture, _)| !taken(picture)) {
         return Err(BoardTableError::NoPose { file: corners.name.to_owned(), picture: lost.clone() });
     }
-    let cells = |record: &StringRecord| record.iter().map(quoted).collect::<Vec<_>>().join(",");
     let mut text = format!(
         "{},{}board_x_mm,board_y_mm,board_z_mm,board_rx_rad,board_ry_rad,board_rz_rad,corners_off_px\n",
-        cells(&header),
+        csv_line(&header),
         if several { "board," } else { "" }
     );
     let none = if several { ",".repeat(7) } else { ",".repeat(6) };
     for row in &rows {
         let seen = row.get(place).and_then(|picture| found.get(picture)).map_or(&[][..], Vec::as_slice);
         if seen.is_empty() {
-            text.push_str(&format!("{},{none}\n", cells(row)));
+            text.push_str(&format!("{},{none}\n", csv_line(row)));
         }
         for (board, pose) in seen {
             let board = board.map_or_else(String::new, |board| format!("{},", quoted(board)));
-            text.push_str(&format!("{},{board}{}\n", cells(row), pose_cells(pose)));
+            text.push_str(&format!("{},{board}{}\n", csv_line(row), pose_cells(pose)));
         }
     }
     Ok(text)
@@ -225,6 +224,11 @@ pub(crate) fn quoted(cell: &str) -> String {
     } else {
         cell.to_owned()
     }
+}
+
+/// A record as a line of a table, without its end.
+pub(crate) fn csv_line(record: &StringRecord) -> String {
+    record.iter().map(quoted).collect::<Vec<_>>().join(",")
 }
 
 #[cfg(test)]

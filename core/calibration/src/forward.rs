@@ -1,7 +1,7 @@
 //! The arm a model file describes, its effects and all: where its flange is.
 
 use nalgebra::{IsometryMatrix3, Rotation3, Translation3, Vector3};
-use plumb_kinematics::{Deviation, DhParameter, Motion, Posture, Weights};
+use plumb_kinematics::{Deviation, DhParameter, LinkFrames, Motion, Weights};
 
 use crate::arm_model::{MapEffect, Model};
 use crate::effect::{self, Drive, Effect, EffectNameError, Handle, LooksAt, Situation};
@@ -58,19 +58,19 @@ pub fn flange<'a>(
         (Some(map), Some(region)) => map.at(region, q, approach),
         _ => None,
     };
-    let mut posture = Posture::of(&model.chain, q, &[]);
+    let mut link_frames = LinkFrames::of(&model.chain, q, &[]);
     // The nominal arm: asked many times a second while a cell plans.
     if effects.is_empty() && mapped.is_none() {
-        return posture.flange;
+        return link_frames.flange;
     }
     // Only what bends under its own weight has to come to balance.
     let yields = effects.iter().any(|(effect, _)| effect.looks_at() == LooksAt::Gravity);
-    let mut done = done(model, &effects, (q, approach), &posture, mapped.as_ref());
+    let mut done = done(model, &effects, (q, approach), &link_frames, mapped.as_ref());
     for _ in 1..if yields { ROUNDS } else { 1 } {
-        posture = Posture::of(&model.chain, q, &done.deviations);
-        done = self::done(model, &effects, (q, approach), &posture, mapped.as_ref());
+        link_frames = LinkFrames::of(&model.chain, q, &done.deviations);
+        done = self::done(model, &effects, (q, approach), &link_frames, mapped.as_ref());
     }
-    let stiff = Posture::of(&model.chain, q, &done.deviations).flange;
+    let stiff = LinkFrames::of(&model.chain, q, &done.deviations).flange;
     let at = stiff.translation.vector;
     // Bent links turn what lies beyond about the base's origin, and shift it.
     let turned = Rotation3::new(done.turn) * stiff.rotation;
@@ -82,7 +82,7 @@ fn done(
     model: &Model,
     effects: &[(&dyn Effect, &[f64])],
     (q, approach): (&[f64], &[i8]),
-    posture: &Posture,
+    link_frames: &LinkFrames,
     mapped: Option<&MapEffect>,
 ) -> Done {
     let mut done = Done {
@@ -96,7 +96,7 @@ fn done(
         let dh_parameter = if joint.motion == Motion::Slides { DhParameter::D } else { DhParameter::Theta };
         deviation.add(dh_parameter, joint.sign * amount);
     }
-    in_pose(model, q, approach, posture, |situation| {
+    in_pose(model, q, approach, link_frames, |situation| {
         let mut drives = Vec::new();
         for (effect, values) in effects {
             drives.clear();
@@ -125,17 +125,17 @@ fn done(
 /// What an effect moves that does the same in every pose: looked at where all joints are at zero.
 pub(crate) fn constant_drives(model: &Model, effect: &dyn Effect) -> Vec<Drive> {
     let q = vec![0.0; model.chain.len()];
-    let posture = Posture::of(&model.chain, &q, &[]);
+    let link_frames = LinkFrames::of(&model.chain, &q, &[]);
     let mut drives = Vec::new();
-    in_pose(model, &q, &[], &posture, |situation| effect.drive(situation, &mut drives));
+    in_pose(model, &q, &[], &link_frames, |situation| effect.drive(situation, &mut drives));
     drives
 }
 
 /// How fast each of an effect's parameters changes a joint's coordinate in a pose; for an effect that does nothing else.
 pub fn rates(model: &Model, effect: &dyn Effect, q: &[f64], approach: &[i8]) -> Vec<f64> {
     let mut rates = vec![0.0; effect.parameters().len()];
-    let posture = Posture::of(&model.chain, q, &[]);
-    in_pose(model, q, approach, &posture, |situation| {
+    let link_frames = LinkFrames::of(&model.chain, q, &[]);
+    in_pose(model, q, approach, &link_frames, |situation| {
         let mut drives = Vec::new();
         effect.drive(situation, &mut drives);
         for drive in &drives {
@@ -152,13 +152,13 @@ fn in_pose(
     model: &Model,
     q: &[f64],
     approach: &[i8],
-    posture: &Posture,
+    link_frames: &LinkFrames,
     mut ask: impl FnMut(&Situation<'_>),
 ) {
     let weights =
         Weights { masses: &model.masses, payload: 0.0, down: model.down(&model.base.pose.rotation) };
     let mut moments = Vec::new();
-    weights.moments(posture, &mut moments);
+    weights.moments(link_frames, &mut moments);
     ask(&Situation {
         chain: &model.chain,
         q,
@@ -172,9 +172,9 @@ fn in_pose(
         temperature: f64::NAN,
         moments: &moments,
         weights,
-        posture,
-        point: posture.flange.translation.vector,
-        hand: posture.flange.rotation.into_inner(),
+        link_frames,
+        point: link_frames.flange.translation.vector,
+        hand: link_frames.flange.rotation.into_inner(),
         trigger: None,
     });
 }

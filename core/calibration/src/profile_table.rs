@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::{Matrix3, Vector3};
 use thiserror::Error;
 
-use crate::board_table::{BoardTableError, NamedText, quoted};
+use crate::board_table::{BoardTableError, NamedText, csv_line};
 
 /// Why a table of points and a table of poses do not make one.
 #[derive(Debug, Error)]
@@ -78,6 +78,11 @@ fn height(points: &[[f64; 2]], middle: f64) -> Option<Vector3<f64>> {
     matrix.try_inverse().map(|inverse| inverse * right)
 }
 
+/// Where the middle of some points is along the profile, mm.
+fn mean_x(points: &[[f64; 2]]) -> f64 {
+    points.iter().map(|point| point[0]).sum::<f64>() / points.len() as f64
+}
+
 /// One point for a part of a profile: on the parabola through its points, where their middle is. What a plane, a ball or a cylinder is within so small a part a
 /// parabola follows to far less than the noise; a mean would cut the corner of what bends.
 fn one_point(part: &[[f64; 2]]) -> Option<[f64; 2]> {
@@ -85,18 +90,18 @@ fn one_point(part: &[[f64; 2]]) -> Option<[f64; 2]> {
     if part.len() < FEWEST_FOR_A_PARABOLA {
         return Some(median);
     }
-    let mean = |points: &[[f64; 2]]| points.iter().map(|point| point[0]).sum::<f64>() / points.len() as f64;
-    let middle = mean(part);
+    let middle = mean_x(part);
     let Some(parabola) = height(part, middle) else { return Some(median) };
     let off = |[x, z]: &[f64; 2]| {
         let along = x - middle;
         (z - parabola.dot(&Vector3::new(1.0, along, along * along))).abs()
     };
+    // What belongs to something else, a burr or a stray reflection, lies far from the parabola of the rest.
     let mut sizes: Vec<f64> = part.iter().map(off).collect();
     sizes.sort_by(f64::total_cmp);
     let limit = OUTLYING * sizes.get(sizes.len() / 2).copied().unwrap_or(0.0);
     let kept: Vec<[f64; 2]> = part.iter().copied().filter(|point| off(point) <= limit).collect();
-    let middle = mean(&kept);
+    let middle = mean_x(&kept);
     let found = (kept.len() >= FEWEST_FOR_A_PARABOLA).then(|| height(&kept, middle)).flatten();
     Some(found.map_or(median, |parabola| [middle, parabola.x]))
 }
@@ -127,15 +132,14 @@ pub fn with_profiles(
     {
         return Err(ProfileTableError::NoPose { file: points.name.to_owned(), profile: lost.clone() });
     }
-    let cells = |record: &csv::StringRecord| record.iter().map(quoted).collect::<Vec<_>>().join(",");
     let headers: Vec<String> = (1..=keep).map(|n| format!("profile{n}_x_mm,profile{n}_z_mm")).collect();
-    let mut text = format!("{},{}\n", cells(&header), headers.join(","));
+    let mut text = format!("{},{}\n", csv_line(&header), headers.join(","));
     for row in &rows {
         let seen = row.get(place).and_then(|name| profiles.get(name)).map_or(&[][..], Vec::as_slice);
         let mut kept: Vec<String> =
             thinned(seen, keep).iter().map(|[x, z]| format!("{x:.5},{z:.5}")).collect();
         kept.resize(keep, ",".to_owned());
-        text.push_str(&format!("{},{}\n", cells(row), kept.join(",")));
+        text.push_str(&format!("{},{}\n", csv_line(row), kept.join(",")));
     }
     Ok(text)
 }

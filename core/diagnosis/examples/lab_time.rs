@@ -15,7 +15,7 @@ use plumb_diagnosis::laboratory::{Laboratory, Options};
 use plumb_diagnosis::split::Holdout;
 use plumb_estimation::Progress;
 use plumb_estimation::Random;
-use plumb_kinematics::{Deviation, DhParameter, Posture};
+use plumb_kinematics::{Deviation, DhParameter, LinkFrames};
 use plumb_report::diagnosis_sentence;
 
 const MODEL: &str = "
@@ -54,7 +54,7 @@ fn table(model: &Model, rows: usize) -> Result<String, std::fmt::Error> {
         if let (Some(deviation), Some(angle)) = (off.get_mut(1), q.get(1)) {
             deviation.add(DhParameter::Theta, 3.5e-4 * (2.0 * angle + 0.7).sin());
         }
-        let point = Posture::of(&model.chain, &q, &off).flange * Point3::new(3.0, -2.0, 30.0);
+        let point = LinkFrames::of(&model.chain, &q, &off).flange * Point3::new(3.0, -2.0, 30.0);
         for angle in &degrees {
             write!(text, "{angle},")?;
         }

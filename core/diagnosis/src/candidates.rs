@@ -7,7 +7,7 @@ use crate::laboratory::{Laboratory, LaboratoryError};
 use crate::score_test::{Probe, Score, score};
 use crate::thresholds::{HIGH_ORDER, HIGH_ORDER_WEIGHT, ORDERS_SEARCHED};
 use plumb_calibration::arm_model::Epochs;
-use plumb_calibration::effect::{self, EffectId, Family, Search, Survey};
+use plumb_calibration::effect::{self, CandidateContext, EffectId, Family, Search};
 use plumb_estimation::Progress;
 
 /// Everything that could be at work.
@@ -20,12 +20,12 @@ pub(crate) struct Candidates {
 
 /// All candidates a table could show, ready to be scored.
 pub(crate) fn probes(lab: &Laboratory) -> Vec<Probe> {
-    let survey: Survey<'_> = lab.survey();
+    let context: CandidateContext<'_> = lab.context();
     let fitted = lab.fitted_effects().unwrap_or_default();
     let mut probes: Vec<Probe> = Vec::new();
     let mut family = 0;
     for kind in effect::kinds() {
-        for id in (kind.candidates)(&survey) {
+        for id in (kind.candidates)(&context) {
             // What is fitted already explains all it can.
             if fitted.iter().any(|known| known.id.same_as(&id)) {
                 continue;
@@ -53,7 +53,7 @@ pub(crate) fn probes(lab: &Laboratory) -> Vec<Probe> {
         }
     }
     for definition in &lab.model().definitions {
-        let id = EffectId::at(&definition.name, definition.spot);
+        let id = EffectId::at(&definition.name, definition.site);
         if let (false, Ok(built)) =
             (fitted.iter().any(|known| known.id.same_as(&id)), effect::build(&id, lab.model()))
         {

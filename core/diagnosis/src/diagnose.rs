@@ -15,7 +15,7 @@ use crate::thresholds::SEARCH_ROWS;
 use crate::unlisted;
 use crate::verdict::Finding;
 use plumb_calibration::arm_model::AddedEffect;
-use plumb_calibration::effect::{EffectId, Spot, kind};
+use plumb_calibration::effect::{EffectId, Site, kind};
 use plumb_estimation::Progress;
 
 /// Candidates a diagnosis lists.
@@ -171,7 +171,7 @@ impl Laboratory {
         let machine = self.machine(&[])?;
         let fit = self.fit(&machine, progress)?;
         progress.report(0.1, "noise floor")?;
-        let replicates = Replicates::gather(&machine, &fit, &self.survey());
+        let replicates = Replicates::gather(&machine, &fit, &self.context());
         let floor = Floor::among(&machine, replicates.as_ref());
         let splits = replicates.as_ref().map(|replicates| repeatability::find_splits(&machine, replicates));
         // Asked of the model as it is: replicates share their pose, so that no missing effect of the pose can part them.
@@ -222,7 +222,7 @@ impl Laboratory {
         if matches!(finding.verdict, Verdict::Located | Verdict::Unknown) {
             let rest = residual_structure(&finding.stage.fitted);
             diagnosis.remaining = Remaining {
-                places: finding.places.iter().map(|spot| self.place_name(*spot)).collect(),
+                places: finding.places.iter().map(|site| self.place_name(*site)).collect(),
                 shape: Some(Rest::Structure(rest.shape)),
                 covariates: rest.covariates,
             };
@@ -252,7 +252,7 @@ impl Laboratory {
             .iter()
             .map(|split| {
                 let (apart, unit) = split.shown();
-                TwoPositions { place: self.place_name(split.spot), apart, unit }
+                TwoPositions { place: self.place_name(split.site), apart, unit }
             })
             .collect();
         Remaining {
@@ -263,8 +263,8 @@ impl Laboratory {
     }
 
     /// The name of a site: a joint, a target, `base`.
-    fn place_name(&self, spot: Spot) -> String {
-        self.model().site_name(spot)
+    fn place_name(&self, site: Site) -> String {
+        self.model().site_name(site)
     }
 
     /// The diagnosis of a model to which no candidate can be added any more: at the floor, or something unknown is left.
@@ -273,7 +273,7 @@ impl Laboratory {
         fitted: &Fitted<'_>,
         progress: &Progress,
     ) -> Result<Diagnosis, LaboratoryError> {
-        let replicates = Replicates::gather(&fitted.machine, &fitted.fit, &self.survey());
+        let replicates = Replicates::gather(&fitted.machine, &fitted.fit, &self.context());
         let floor = Floor::among(&fitted.machine, replicates.as_ref());
         let comparison = self.comparison(&fitted.machine, &fitted.fit, progress)?;
         let lack_of_fit = LackOfFit::of(fitted, &floor);
@@ -435,8 +435,8 @@ mod tests {
     #[test]
     fn what_is_left_of_two_positions_is_by_place_and_size() {
         let lab = crate::testing::two_links(6, "", 0.05, 31, |_| [0.0; 2]);
-        let joint = Split { spot: Spot::Joint(1), apart: 0.5_f64.to_radians(), turns: true };
-        let base = Split { spot: Spot::Base, apart: 0.3, turns: false };
+        let joint = Split { site: Site::Joint(1), apart: 0.5_f64.to_radians(), turns: true };
+        let base = Split { site: Site::Base, apart: 0.3, turns: false };
         let left = lab.remaining_of_splits(&[joint, base]);
         assert_eq!((left.places, left.covariates), (vec!["elbow".to_owned(), "base".to_owned()], Vec::new()));
         let Some(Rest::TwoPositions(two)) = left.shape else { panic!("{:?}", left.shape) };

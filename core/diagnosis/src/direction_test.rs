@@ -15,7 +15,7 @@ use crate::thresholds::{
     DIRECTION_FREEDOM, DIRECTION_LEVEL, DIRECTION_ROWS, INLIER_QUANTILE, LACK_OF_FIT_LEVEL, OUTLIER_COST,
     SITE_LIKELIHOOD,
 };
-use plumb_calibration::effect::{Drive, Effect, Handle, LooksAt, Parameter, Situation, Spot, Unit};
+use plumb_calibration::effect::{Drive, Effect, Handle, LooksAt, Parameter, Site, Situation, Unit};
 use plumb_estimation::{NormalEquations, RankRevealingCholesky, for_each};
 use plumb_estimation::{chi_squared_quantile, f_tail, median};
 
@@ -23,7 +23,7 @@ use plumb_estimation::{chi_squared_quantile, f_tail, median};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct DirectionTest {
     /// The place.
-    pub(crate) spot: Spot,
+    pub(crate) site: Site,
     /// Sum of squares across the motion (declared sigmas squared) and its degrees of freedom.
     pub(crate) across: (f64, f64),
     /// The same, and over all directions, on rows that are not outliers in any direction, every instrument's scatter brought to
@@ -62,16 +62,16 @@ const CHUNK: usize = 128;
 /// A place that may move by any amount in any row.
 #[derive(Debug)]
 struct Loose {
-    spot: Spot,
+    site: Site,
     parameters: Vec<Parameter>,
 }
 
 impl Loose {
-    fn at(spot: Spot) -> Self {
+    fn at(site: Site) -> Self {
         // A base tilts about the two horizontal axes; its turn about the vertical is that of a first joint that is upright.
-        let numbers = 0..if spot == Spot::Base { 2 } else { 1 };
+        let numbers = 0..if site == Site::Base { 2 } else { 1 };
         let parameters = numbers.map(|number| Parameter::new(&number.to_string(), Unit::RATIO, (-1.0, 1.0)));
-        Self { spot, parameters: parameters.collect() }
+        Self { site, parameters: parameters.collect() }
     }
 }
 
@@ -81,8 +81,8 @@ impl Effect for Loose {
     }
 
     fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
-        match self.spot {
-            Spot::Joint(joint) => drives.push(situation.drive_joint(joint, 0, 1.0)),
+        match self.site {
+            Site::Joint(joint) => drives.push(situation.drive_joint(joint, 0, 1.0)),
             _ => {
                 let (first, second) = plumb_calibration::arm_model::square_to(&situation.weights.down);
                 drives.extend([first, second].into_iter().enumerate().map(|(parameter, turn)| {
@@ -350,7 +350,7 @@ struct Setup {
     /// Motions of all sites, by equations.
     directions: DMatrix<f64>,
     /// Each site's motions among them.
-    ranges: Vec<(Spot, Range<usize>)>,
+    ranges: Vec<(Site, Range<usize>)>,
     /// Squared length of each free parameter's column.
     full: DVector<f64>,
     /// The instrument of each equation.
@@ -359,15 +359,15 @@ struct Setup {
 
 /// The sites that are asked: every joint, and the base.
 fn sites(joints: usize) -> Vec<Loose> {
-    (0..joints).map(Spot::Joint).chain([Spot::Base]).map(Loose::at).collect()
+    (0..joints).map(Site::Joint).chain([Site::Base]).map(Loose::at).collect()
 }
 
 /// Where each site's motions are among those of all.
-fn motion_ranges(sites: &[Loose]) -> Vec<(Spot, Range<usize>)> {
-    let mut ranges: Vec<(Spot, Range<usize>)> = Vec::new();
+fn motion_ranges(sites: &[Loose]) -> Vec<(Site, Range<usize>)> {
+    let mut ranges: Vec<(Site, Range<usize>)> = Vec::new();
     for site in sites {
         let start = ranges.last().map_or(0, |(_, last)| last.end);
-        ranges.push((site.spot, start..start + site.parameters.len()));
+        ranges.push((site.site, start..start + site.parameters.len()));
     }
     ranges
 }
@@ -412,11 +412,11 @@ impl Setup {
 
     /// Each site's own view of the rows; sites about which the table says too little are left out.
     fn views(&self) -> Vec<SiteView> {
-        let views = for_each(&self.ranges, |(spot, range)| {
+        let views = for_each(&self.ranges, |(site, range)| {
             let projected = self.rows.without(&self.directions, range.clone());
             let view = view(&projected, &self.full);
             let enough = left_of(&projected, &view.kept, &self.full).1 >= DIRECTION_FREEDOM;
-            enough.then(|| SiteView { spot: *spot, range: range.clone(), projected, view })
+            enough.then(|| SiteView { site: *site, range: range.clone(), projected, view })
         });
         views.into_iter().flatten().collect()
     }
@@ -445,7 +445,7 @@ impl Setup {
 
 /// A site, the rows without its motion, and its view of which of them are outliers.
 struct SiteView {
-    spot: Spot,
+    site: Site,
     range: Range<usize>,
     projected: Projected,
     view: View,
@@ -479,7 +479,7 @@ impl Laboratory {
             let across =
                 setup.left_of_inliers(levelled.as_ref(), site.range.clone(), &site.projected, &inliers);
             DirectionTest {
-                spot: site.spot,
+                site: site.site,
                 across: (squares, freedom.max(1.0)),
                 inliers: (across, whole),
                 least_variance: fitted.machine.least_variance(),
@@ -499,30 +499,30 @@ fn unlikeliness(test: &DirectionTest, variance: f64) -> f64 {
 }
 
 /// Of some sites those that pass and are not much less likely than the likeliest, in the order given.
-fn likely_sites(tests: &[&DirectionTest], variance: f64) -> Vec<Spot> {
+fn likely_sites(tests: &[&DirectionTest], variance: f64) -> Vec<Site> {
     let passing: Vec<&&DirectionTest> = tests.iter().filter(|test| test.passes()).collect();
     let least = passing.iter().map(|test| unlikeliness(test, variance)).fold(f64::INFINITY, f64::min);
     let near = passing.iter().filter(|test| unlikeliness(test, variance) - least < SITE_LIKELIHOOD);
-    near.map(|test| test.spot).collect()
+    near.map(|test| test.site).collect()
 }
 
 /// The sites where everything may sit that is not noise, the likeliest first. A joint goes before the base, whose two
 /// rotations take more away. Without a floor the likeliest site is the measure of the others.
-pub(crate) fn possible_sites(tests: &[DirectionTest], floor: &Floor) -> Vec<Spot> {
+pub(crate) fn possible_sites(tests: &[DirectionTest], floor: &Floor) -> Vec<Site> {
     let variance = match (floor.scale, tests.first()) {
         (Some(scale), _) => scale * scale,
         // Relative to the best: then only how much worse the others are is asked.
         (None, Some(best)) => best.across.0 / best.across.1,
         (None, None) => return Vec::new(),
     };
-    let (base, joints): (Vec<_>, Vec<_>) = tests.iter().partition(|test| test.spot == Spot::Base);
+    let (base, joints): (Vec<_>, Vec<_>) = tests.iter().partition(|test| test.site == Site::Base);
     let joints = likely_sites(&joints, variance);
     if joints.is_empty() { likely_sites(&base, variance) } else { joints }
 }
 
 /// Sites along whose motion more is left than across it.
-pub(crate) fn uneven_sites(tests: &[DirectionTest]) -> Vec<Spot> {
-    tests.iter().filter(|test| test.along() < DIRECTION_LEVEL).map(|test| test.spot).collect()
+pub(crate) fn uneven_sites(tests: &[DirectionTest]) -> Vec<Site> {
+    tests.iter().filter(|test| test.along() < DIRECTION_LEVEL).map(|test| test.site).collect()
 }
 
 #[cfg(test)]
@@ -539,10 +539,10 @@ mod tests {
     };
 
     /// A site across whose motion so much is left, on 100 degrees of freedom.
-    fn site(spot: Spot, squares: f64) -> DirectionTest {
+    fn site(site: Site, squares: f64) -> DirectionTest {
         let p = probability_of_noise(squares, 100.0, &FLOOR).unwrap();
         DirectionTest {
-            spot,
+            site,
             across: (squares, 100.0),
             inliers: ((squares, 100.0), (squares, 101.0)),
             least_variance: 0.0,
@@ -553,33 +553,33 @@ mod tests {
     #[test]
     fn a_site_is_possible_where_only_noise_is_left_across_its_motion() {
         // Upper 0.2 % point of chi squared with 100 degrees of freedom: 145.6 (R: qchisq(0.998, 100)).
-        let tests = [site(Spot::Joint(1), 100.0), site(Spot::Joint(2), 150.0), site(Spot::Base, 90.0)];
+        let tests = [site(Site::Joint(1), 100.0), site(Site::Joint(2), 150.0), site(Site::Base, 90.0)];
         assert!(tests[0].passes() && !tests[1].passes());
-        assert!(site(Spot::Base, 145.0).passes() && !site(Spot::Base, 146.5).passes());
-        assert_eq!(possible_sites(&tests, &FLOOR), [Spot::Joint(1)], "a joint goes before the base");
-        assert_eq!(possible_sites(&tests[1..], &FLOOR), [Spot::Base], "the base where no joint passes");
+        assert!(site(Site::Base, 145.0).passes() && !site(Site::Base, 146.5).passes());
+        assert_eq!(possible_sites(&tests, &FLOOR), [Site::Joint(1)], "a joint goes before the base");
+        assert_eq!(possible_sites(&tests[1..], &FLOOR), [Site::Base], "the base where no joint passes");
         assert_eq!(possible_sites(&tests[1..2], &FLOOR), []);
     }
 
     #[test]
     fn a_site_with_more_degrees_of_freedom_may_leave_more() {
         // A normal likelihood: squares over the variance, less a degree of freedom each.
-        let test = DirectionTest { across: (40.0, 15.0), ..site(Spot::Joint(0), 100.0) };
+        let test = DirectionTest { across: (40.0, 15.0), ..site(Site::Joint(0), 100.0) };
         assert!((unlikeliness(&test, 2.0) - 5.0).abs() < 1e-12);
     }
 
     #[test]
     fn a_much_less_likely_site_is_ruled_out_by_a_likelier_one() {
-        let near = [site(Spot::Joint(0), 100.0), site(Spot::Joint(3), 100.0 + 0.9 * SITE_LIKELIHOOD)];
-        assert_eq!(possible_sites(&near, &FLOOR), [Spot::Joint(0), Spot::Joint(3)]);
-        let far = [site(Spot::Joint(0), 100.0), site(Spot::Joint(3), 100.0 + 1.1 * SITE_LIKELIHOOD)];
-        assert_eq!(possible_sites(&far, &FLOOR), [Spot::Joint(0)]);
+        let near = [site(Site::Joint(0), 100.0), site(Site::Joint(3), 100.0 + 0.9 * SITE_LIKELIHOOD)];
+        assert_eq!(possible_sites(&near, &FLOOR), [Site::Joint(0), Site::Joint(3)]);
+        let far = [site(Site::Joint(0), 100.0), site(Site::Joint(3), 100.0 + 1.1 * SITE_LIKELIHOOD)];
+        assert_eq!(possible_sites(&far, &FLOOR), [Site::Joint(0)]);
     }
 
     #[test]
     fn what_is_left_along_a_motion_is_held_against_what_is_left_across_it() {
         let test = |along: f64| DirectionTest {
-            spot: Spot::Joint(0),
+            site: Site::Joint(0),
             across: (20.0, 20.0),
             inliers: ((20.0, 20.0), (20.0 + 3.0 * along, 23.0)),
             least_variance: 0.0,
@@ -588,7 +588,7 @@ mod tests {
         // Upper 5 % point of F with 3 and 20 degrees of freedom: 3.0984.
         assert!((test(3.098_391).along() - 0.05).abs() < 1e-6, "{}", test(3.098_391).along());
         // Upper 0.3 % point of F with 3 and 20 degrees of freedom: 6.499 (bracketed).
-        assert_eq!(uneven_sites(&[test(6.8), test(6.2)]), [Spot::Joint(0)]);
+        assert_eq!(uneven_sites(&[test(6.8), test(6.2)]), [Site::Joint(0)]);
         // One degree of freedom is enough: upper 5 % point of F with 1 and 100 degrees of freedom: 3.9361.
         let one = |freedom: f64| {
             let whole = (103.936_1, 100.0 + freedom);
@@ -665,15 +665,15 @@ mod tests {
         let lab = crate::testing::two_links(60, "joint_zero(*)", 0.05, 4, wave);
         let fitted = lab.fit_with(&[], None, &plumb_estimation::Progress::unwatched()).unwrap();
         let tests = lab.direction_tests(&fitted, &FLOOR);
-        assert!(tests.len() > 1 && tests[0].spot == Spot::Joint(1), "{tests:?}");
+        assert!(tests.len() > 1 && tests[0].site == Site::Joint(1), "{tests:?}");
         let ratios: Vec<f64> = tests.iter().map(|test| test.across.0 / test.across.1).collect();
         assert!(ratios.windows(2).all(|pair| pair[0] <= pair[1]), "{ratios:?}");
     }
 
     #[test]
     fn a_base_tilts_about_two_axes_and_a_joint_turns_about_its_own() {
-        assert_eq!(Loose::at(Spot::Base).parameters().len(), 2);
-        assert_eq!(Loose::at(Spot::Joint(1)).parameters().len(), 1);
+        assert_eq!(Loose::at(Site::Base).parameters().len(), 2);
+        assert_eq!(Loose::at(Site::Joint(1)).parameters().len(), 1);
     }
 
     #[test]
@@ -747,8 +747,8 @@ mod tests {
 
     #[test]
     fn a_site_at_the_limit_of_likelihood_is_ruled_out_and_eight_readings_identify_an_instrument() {
-        let tests = [site(Spot::Joint(0), 100.0), site(Spot::Joint(3), 100.0 + SITE_LIKELIHOOD)];
-        assert_eq!(possible_sites(&tests, &FLOOR), [Spot::Joint(0)]);
+        let tests = [site(Site::Joint(0), 100.0), site(Site::Joint(3), 100.0 + SITE_LIKELIHOOD)];
+        assert_eq!(possible_sites(&tests, &FLOOR), [Site::Joint(0)]);
         let residuals: Vec<[f64; 3]> = (0..8).map(|_| [1.0, 3.0, 3.0]).collect();
         let all = rows(&residuals).without(&DMatrix::zeros(0, 24), 0..0);
         let instruments: Vec<&str> =

@@ -13,7 +13,7 @@ use crate::pose_to_pose::{FromPoseToPose, point_residual};
 use crate::thresholds::{FEW_POSES, FEW_POSES_RETURNS, LACK_OF_FIT_LEVEL};
 use crate::verdict::effect_place;
 use plumb_calibration::arm_model::AddedEffect;
-use plumb_calibration::effect::{self, EffectId, Spot};
+use plumb_calibration::effect::{self, EffectId, Site};
 use plumb_estimation::{Progress, f_tail};
 
 impl PoseShare {
@@ -129,17 +129,17 @@ impl Laboratory {
 
     /// Where a slide alone was moved: the effect that holds its positioning error as a curve, with as many pieces as the positions show.
     fn curve_of_the_axis(&self) -> Option<String> {
-        let passport = self.passport();
-        let mut moved = passport.ranges.iter().enumerate().filter(|(_, (low, high))| high > low);
+        let summary = self.summary();
+        let mut moved = summary.ranges.iter().enumerate().filter(|(_, (low, high))| high > low);
         let (joint, None) = (moved.next()?.0, moved.next()) else { return None };
-        let positions = passport.places.get(joint).map_or(0, Vec::len);
+        let positions = summary.places.get(joint).map_or(0, Vec::len);
         let mut curves = (1..positions).rev().map(|pieces| EffectId {
             order: Some(pieces as f64),
-            ..EffectId::at("positioning_error", Spot::Joint(joint))
+            ..EffectId::at("positioning_error", Site::Joint(joint))
         });
         let id = curves.find(|id| {
             effect::build(id, self.model()).is_ok()
-                && effect::not_at_these_positions(&self.survey(), id).is_none()
+                && effect::not_at_these_positions(&self.context(), id).is_none()
         })?;
         Some(self.model().label(&id))
     }
@@ -301,7 +301,7 @@ free: [joint_zero(x)]
         let groups = lab.few_poses().unwrap();
         let beside = lab.beside_pose_errors(&groups);
         let progress = Progress::unwatched();
-        let effect = AddedEffect { id: EffectId::at("joint_backlash", Spot::Joint(0)), values: vec![0.0] };
+        let effect = AddedEffect { id: EffectId::at("joint_backlash", Site::Joint(0)), values: vec![0.0] };
         let named = Named {
             effect: crate::testing::place("joint_backlash", "x"),
             size: 0.02,
@@ -309,7 +309,7 @@ free: [joint_zero(x)]
             se: 0.001,
         };
         let fitted = beside.fit_with(&[], None, &progress).unwrap();
-        let floor = crate::noise_floor::Floor::of(&fitted.machine, &fitted.fit, &beside.survey());
+        let floor = crate::noise_floor::Floor::of(&fitted.machine, &fitted.fit, &beside.context());
         let candidates = ["joint_settling", "joint_gain"].map(|name| crate::testing::candidate(name, "x"));
         beside.judged_from_pose_to_pose(&groups, (&effect, &named), (&floor, &candidates), &progress).unwrap()
     }

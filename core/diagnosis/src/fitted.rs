@@ -237,7 +237,7 @@ impl Laboratory {
 mod tests {
     use super::*;
     use crate::testing::{two_links, two_links_with};
-    use plumb_calibration::effect::{EffectId, Spot};
+    use plumb_calibration::effect::{EffectId, Site};
 
     #[test]
     fn a_row_counts_by_its_square_up_to_the_corner_and_along_a_tangent_beyond() {
@@ -276,7 +276,7 @@ mod tests {
         for (step, taken, least, most) in
             [(0.01, 0.01, 0.0, 0.2), (0.05, 0.0125, 0.0, 0.2), (-0.01, 0.0, 0.999, 1.001)]
         {
-            let gain = AddedEffect { id: EffectId::at("joint_gain", Spot::Joint(1)), values: vec![step] };
+            let gain = AddedEffect { id: EffectId::at("joint_gain", Site::Joint(1)), values: vec![step] };
             let machine = lab.machine(&[gain]).unwrap();
             let start = start_toward(&machine, &near, &[], (rows, weights));
             assert_eq!(start.effects.last().unwrap(), &[taken]);
@@ -288,7 +288,7 @@ mod tests {
     #[test]
     fn squares_fall_pose_by_pose_by_what_an_effect_takes_away() {
         let lab = two_links(20, "", 0.01, 93, |q| [0.0, 0.01 * q[1]]);
-        let gain = AddedEffect { id: EffectId::at("joint_gain", Spot::Joint(1)), values: vec![0.0] };
+        let gain = AddedEffect { id: EffectId::at("joint_gain", Site::Joint(1)), values: vec![0.0] };
         let before = lab.fit_with(&[], None, &Progress::unwatched()).unwrap();
         let after = lab.fit_with(&[gain], None, &Progress::unwatched()).unwrap();
         let rows = [3, 7, 11];

@@ -16,7 +16,7 @@ pub(crate) struct JointRange {
 
 /// Where a joint of a laboratory's model works.
 pub(crate) fn joint_range(lab: &Laboratory, joint: usize) -> JointRange {
-    let measured = lab.passport().ranges.get(joint).copied().unwrap_or((-1.0, 1.0));
+    let measured = lab.summary().ranges.get(joint).copied().unwrap_or((-1.0, 1.0));
     let row = lab.model().chain.joints.get(joint);
     row.map_or(JointRange { ends: measured, limited: false }, |row| {
         range_within(row.motion, row.limits, measured)

@@ -80,13 +80,13 @@ impl Lines {
             all.lines.push(Line { spread: 1.0 / first.length, places });
         }
         all.typical = median(&sizes).max(1e-12);
-        // Two camps have three numbers more than one (where, how far apart, how tight): with fewer returns anything fits.
+        // Two clusters have three numbers more than one (where, how far apart, how tight): with fewer returns anything fits.
         (all.lines.iter().map(|line| line.places.len()).sum::<usize>() >= 6).then_some(all)
     }
 
     fn sigmas(&self) -> impl Iterator<Item = f64> {
         let typical = self.typical;
-        // A grid from a fiftieth of the typical deviation to eight times it: the likelihood of two camps has several peaks, and a climb would stop at one.
+        // A grid from a fiftieth of the typical deviation to eight times it: the likelihood of two clusters has several peaks, and a climb would stop at one.
         (0..28).map(move |step| typical * 0.02 * 1.25_f64.powi(step))
     }
 
@@ -98,12 +98,12 @@ impl Lines {
         self.across(sigma) + self.lines.iter().map(|line| one_camp(line, sigma, extra)).sum::<f64>()
     }
 
-    /// Greatest log likelihood of one camp.
+    /// Greatest log likelihood of one cluster.
     pub(super) fn one_camp(&self) -> f64 {
         self.sigmas().map(|sigma| self.normal(sigma, 0.0)).fold(f64::NEG_INFINITY, f64::max)
     }
 
-    /// How far apart two camps are, and how much likelier than one camp, if that is clear.
+    /// How far apart two clusters are, and how much likelier than one cluster, if that is clear.
     pub(super) fn judge(&self, one: f64) -> Option<(f64, f64)> {
         let reach: f64 = self
             .lines
@@ -116,14 +116,15 @@ impl Lines {
             let common = self.across(sigma);
             for step in &steps {
                 wide = wide.max(self.normal(sigma, *step));
-                let camps = common + self.lines.iter().map(|line| two_camps(line, sigma, *step)).sum::<f64>();
-                if camps > two.0 {
-                    two = (camps, *step, sigma);
+                let clusters =
+                    common + self.lines.iter().map(|line| two_clusters(line, sigma, *step)).sum::<f64>();
+                if clusters > two.0 {
+                    two = (clusters, *step, sigma);
                 }
             }
         }
         let (likelihood, half, sigma) = two;
-        // Against one camp for the find itself, against a wider one so that mere scatter of two sizes is no split.
+        // Against one cluster for the find itself, against a wider one so that mere scatter of two sizes is no split.
         let clear = likelihood - one > TWO_OVER_ONE && likelihood - wide > TWO_OVER_WIDE;
         (clear && in_earnest(&self.lines, half, sigma)).then_some((2.0 * half, likelihood - one))
     }
@@ -136,14 +137,14 @@ fn squares(places: &[f64]) -> f64 {
 
 /// Log likelihood of a group scattered about one place, its mean unknown.
 fn one_camp(line: &Line, sigma: f64, extra: f64) -> f64 {
-    // A wider camp scatters along the motion besides, by the same number of rad or mm everywhere; noise is the same in mm.
+    // A wider cluster scatters along the motion besides, by the same number of rad or mm everywhere; noise is the same in mm.
     let variance = (sigma * line.spread).powi(2) + extra * extra;
     let freedom = line.places.len() as f64 - 1.0;
     -0.5 * (freedom * variance.ln() + squares(&line.places) / variance) + freedom * line.spread.ln()
 }
 
 /// Log likelihood of a group whose members each chose one of two places `half` to either side, their middle unknown.
-fn two_camps(line: &Line, sigma: f64, half: f64) -> f64 {
+fn two_clusters(line: &Line, sigma: f64, half: f64) -> f64 {
     let variance = (sigma * line.spread).powi(2);
     let count = line.places.len();
     let freedom = count as f64 - 1.0;
@@ -163,8 +164,8 @@ fn shifted(line: &Line, pattern: u32, half: f64) -> Vec<f64> {
     moved.collect()
 }
 
-/// Both camps have a fair share of members, and of the groups that could show it as many hold both as chance would have: a few
-/// outlying returns do not make a camp.
+/// Both clusters have a fair share of members, and of the groups that could show it as many hold both as chance would have: a few
+/// outlying returns do not make a cluster.
 fn in_earnest(lines: &[Line], half: f64, sigma: f64) -> bool {
     let (mut members, mut fewer, mut expected, mut split) = (0.0, 0.0, 0.0, 0.0);
     for line in lines {

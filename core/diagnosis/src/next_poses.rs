@@ -71,7 +71,7 @@ impl Laboratory {
         let lab = thin.as_ref().unwrap_or(self);
         let machine = lab.machine(&[])?;
         let fit = lab.fit(&machine, progress)?;
-        let returns = Replicates::gather(&machine, &fit, &lab.survey());
+        let returns = Replicates::gather(&machine, &fit, &lab.context());
         let floor = Floor::among(&machine, returns.as_ref());
         let candidates = Candidates { listed: candidates::probes(lab), unlisted: unlisted::probes(lab) };
         let finding = lab.find(&floor, &candidates, progress)?;

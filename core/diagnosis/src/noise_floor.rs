@@ -11,7 +11,7 @@ pub(crate) use scatter::Scatter;
 use serde::Serialize;
 
 use crate::thresholds::{CONDITION_LEVEL, FLOOR_FREEDOM, MOST_CONDITIONS};
-use plumb_calibration::effect::Survey;
+use plumb_calibration::effect::CandidateContext;
 use plumb_calibration::fit::{Fit, ResidualModel};
 use plumb_estimation::{f_tail, holm};
 
@@ -50,8 +50,8 @@ const ROUNDING: f64 = 1e-9;
 
 impl Floor {
     /// The floor of the data a machine was fitted to.
-    pub(crate) fn of(machine: &ResidualModel<'_>, fit: &Fit, survey: &Survey<'_>) -> Self {
-        Self::among(machine, Replicates::gather(machine, fit, survey).as_ref())
+    pub(crate) fn of(machine: &ResidualModel<'_>, fit: &Fit, context: &CandidateContext<'_>) -> Self {
+        Self::among(machine, Replicates::gather(machine, fit, context).as_ref())
     }
 
     /// The floor these returns show, else what was declared.

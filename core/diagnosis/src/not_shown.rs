@@ -20,7 +20,7 @@ use super::working_volume::Volume;
 use crate::laboratory::{Laboratory, LaboratoryError};
 use crate::noise_floor::Floor;
 use plumb_calibration::arm_model::{AddedEffect, Model};
-use plumb_calibration::effect::{self, Effect, EffectId, Family, Survey};
+use plumb_calibration::effect::{self, CandidateContext, Effect, EffectId, Family};
 use plumb_calibration::fit::ResidualModel;
 use plumb_calibration::measurement::ReadingUnit;
 
@@ -106,7 +106,7 @@ impl Laboratory {
             let one =
                 Faint { id: id.clone(), values, beside, error_mm, any_size, effect: Arc::clone(effect) };
             // Of waves and couplings of one joint the one that could do most represents all.
-            match found.iter_mut().find(|other| other.id.name == id.name && other.id.spot == id.spot) {
+            match found.iter_mut().find(|other| other.id.name == id.name && other.id.site == id.site) {
                 Some(known) if known.error_mm < error_mm => *known = one,
                 Some(_) => {}
                 None => found.push(one),
@@ -118,18 +118,18 @@ impl Laboratory {
 
     /// Every effect of the library that this arm can have and that is not fitted, whether or not the table could show it.
     fn asked(&self, model: &Model, taken: &[AddedEffect]) -> Vec<(EffectId, Arc<dyn Effect>)> {
-        let mut passport = self.passport().clone();
+        let mut summary = self.summary().clone();
         if self.table().approach.is_some() {
             // A side that was never arrived from hides play: it is asked about as if it had been.
-            passport.both_sides = vec![true; model.chain.len()];
+            summary.both_sides = vec![true; model.chain.len()];
         }
-        let survey = Survey { model, passport: &passport };
+        let context = CandidateContext { model, summary: &summary };
         // What time and temperature will do is no property of the rows.
         let mut all: Vec<(EffectId, Arc<dyn Effect>)> = Vec::new();
         for id in effect::kinds()
             .iter()
             .filter(|kind| kind.family != Family::Instrument && !kind.depends_on_time)
-            .flat_map(|kind| (kind.candidates)(&survey))
+            .flat_map(|kind| (kind.candidates)(&context))
         {
             let known = taken.iter().any(|taken| taken.id.same_as(&id))
                 || all.last().is_some_and(|(last, _)| last.same_as(&id));
@@ -202,12 +202,12 @@ fn greatest(shown: &DMatrix<f64>, off: &DMatrix<f64>, effect: &dyn Effect) -> Op
 mod tests {
     use super::*;
     use crate::testing::{two_links, two_links_with};
-    use plumb_calibration::effect::Spot;
+    use plumb_calibration::effect::Site;
 
     #[test]
     fn the_greatest_error_of_one_number_is_where_its_range_and_the_rows_bound_it_together() {
         let lab = two_links(8, "", 0.1, 1, |_| [0.0; 2]);
-        let gain = effect::build(&EffectId::at("joint_gain", Spot::Joint(1)), lab.model()).unwrap();
+        let gain = effect::build(&EffectId::at("joint_gain", Site::Joint(1)), lab.model()).unwrap();
         let (low, high) = gain.parameters()[0].range;
         let widest = low.abs().max(high.abs());
         let one = |value: f64| DMatrix::from_element(1, 1, value);
@@ -222,7 +222,7 @@ mod tests {
     fn without_a_floor_nothing_is_said_and_a_weightless_arm_is_given_a_mass_to_ask_with() {
         let lab = two_links(20, "joint_zero(*)", 0.05, 2, |_| [0.0; 2]);
         let fitted = lab.fit_with(&[], None, &plumb_estimation::Progress::unwatched()).unwrap();
-        let unknown = Floor::of(&fitted.machine, &fitted.fit, &lab.survey());
+        let unknown = Floor::of(&fitted.machine, &fitted.fit, &lab.context());
         assert!(unknown.scale.is_none() && lab.faint(&fitted, &unknown).unwrap().is_empty());
         assert_eq!(with_weight(lab.model()).masses.len(), 1);
         assert_eq!(with_weight(&with_weight(lab.model())).masses.len(), 1);
@@ -232,7 +232,7 @@ mod tests {
     fn what_a_narrow_table_hides_comes_first_by_how_far_it_moves_the_tip() {
         let lab = two_links_with("free: [joint_zero(*)]\nnoise: {p1_mm: 0.05}", 12, 0.05, 3, |_| [0.0; 2]);
         let fitted = lab.fit_with(&[], None, &plumb_estimation::Progress::unwatched()).unwrap();
-        let floor = Floor::of(&fitted.machine, &fitted.fit, &lab.survey());
+        let floor = Floor::of(&fitted.machine, &fitted.fit, &lab.context());
         let hidden = lab.not_shown(&fitted, &floor).unwrap();
         assert!(!hidden.is_empty(), "of twelve poses something stays hidden");
         let sizes: Vec<f64> = hidden.iter().filter_map(|one| one.up_to_mm).collect();
@@ -260,7 +260,7 @@ mod tests {
         let lab = two_links_with("free: [joint_zero(*)]\nnoise: {p1_mm: 0.05}", 12, 0.05, 3, |_| [0.0; 2]);
         let watch = plumb_estimation::Progress::unwatched();
         let fitted = lab.fit_with(&[], None, &watch).unwrap();
-        let floor = Floor { scale: Some(1.3), ..Floor::of(&fitted.machine, &fitted.fit, &lab.survey()) };
+        let floor = Floor { scale: Some(1.3), ..Floor::of(&fitted.machine, &fitted.fit, &lab.context()) };
         let faint = lab.faint(&fitted, &floor).unwrap();
         assert!(faint.windows(2).all(|pair| pair[0].error_mm >= pair[1].error_mm));
         let mut asked = 0;

@@ -246,7 +246,7 @@ mod tests {
     use super::*;
     use crate::laboratory::{Laboratory, Options};
     use plumb_calibration::arm_model::Model;
-    use plumb_calibration::effect::{EffectId, Spot, build};
+    use plumb_calibration::effect::{EffectId, Site, build};
     use plumb_calibration::table::Table;
     use plumb_estimation::Progress;
 
@@ -288,7 +288,7 @@ free: [joint_zero(turn)]
     #[test]
     fn what_shares_a_joints_way_has_the_products_of_derivatives_of_its_own() {
         let model = Model::parse("arm.yaml", &format!("{ARM}level: {{after: tip}}\n")).unwrap();
-        let id = |name: &str, joint: usize| EffectId::at(name, Spot::Joint(joint));
+        let id = |name: &str, joint: usize| EffectId::at(name, Site::Joint(joint));
         let wheel = EffectId { order: Some(3.0), ..id("joint_harmonic", 2) };
         let jump = EffectId { inner: Some(8.0), ..id("joint_step", 1) };
         let pulled = EffectId { with: Some(2), ..id("joint_coupling", 0) };

@@ -68,7 +68,7 @@ impl Laboratory {
         let Some(first) = stage.contenders.first() else { return Ok(()) };
         let Some(tried) = first.id.inner else { return Ok(()) };
         let (id, start) = (first.id.clone(), first.values.clone());
-        let clocks = &self.passport().clocks;
+        let clocks = &self.summary().clocks;
         let mut place = clocks.partition_point(|clock| *clock < tried);
         // Half the distance between two moments of the coarse grid, and the rows that see nothing.
         let near = clocks.len().div_ceil(2 * joint_step::MOMENTS) + BLIND_ROWS;

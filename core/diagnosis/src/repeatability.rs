@@ -9,15 +9,15 @@ use plumb_kinematics::Motion;
 use super::mixture_test::{Lines, Member};
 use crate::noise_floor::{Replicates, SIDE_OF_APPROACH, Scatter, allow};
 use crate::thresholds::{BASE_OVER_JOINT, REPLICATE_OUTLIER};
-use plumb_calibration::effect::{EffectId, Spot};
+use plumb_calibration::effect::{EffectId, Site};
 use plumb_calibration::fit::ResidualModel;
 
-/// Replicates that fall into two camps.
+/// Replicates that fall into two clusters.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Split {
-    /// What lies between the two camps.
-    pub(crate) spot: Spot,
-    /// Distance of the camps, rad or mm.
+    /// What lies between the two clusters.
+    pub(crate) site: Site,
+    /// Distance of the clusters, rad or mm.
     pub(crate) apart: f64,
     /// Whether that is an angle.
     pub(crate) turns: bool,
@@ -30,7 +30,7 @@ impl Split {
     }
 }
 
-/// Looks for two camps along every joint's motion, and along ways in which base or target may be in two places. Where two
+/// Looks for two clusters along every joint's motion, and along ways in which base or target may be in two places. Where two
 /// joints do so each is seen only when whatever the other does is left out of account. The clearest first; none, one or two.
 pub(crate) fn find_splits(machine: &ResidualModel<'_>, returns: &Replicates) -> Vec<Split> {
     let inquiry = Inquiry::of(returns);
@@ -44,14 +44,14 @@ pub(crate) fn find_splits(machine: &ResidualModel<'_>, returns: &Replicates) -> 
     };
     let first =
         alone.or_else(|| likeliest((0..ways.len()).filter_map(|first| inquiry.another(&ways, first))));
-    let second = first.as_ref().and_then(|(split, _)| match split.spot {
-        Spot::Joint(joint) => inquiry.another(&ways, joint),
+    let second = first.as_ref().and_then(|(split, _)| match split.site {
+        Site::Joint(joint) => inquiry.another(&ways, joint),
         _ => None,
     });
     [first, second].into_iter().flatten().map(|(split, _)| split).collect()
 }
 
-/// The clearest of several finds, each with how much likelier it is than one camp.
+/// The clearest of several finds, each with how much likelier it is than one cluster.
 fn likeliest(found: impl Iterator<Item = (Split, f64)>) -> Option<(Split, f64)> {
     found.max_by(|left, right| left.1.total_cmp(&right.1))
 }
@@ -59,7 +59,7 @@ fn likeliest(found: impl Iterator<Item = (Split, f64)>) -> Option<(Split, f64)> 
 /// A way along which returns may be in two places.
 #[derive(Clone)]
 struct Path {
-    spot: Spot,
+    site: Site,
     turns: bool,
     /// Per member: how its equations move, whitened.
     along: Vec<DVector<f64>>,
@@ -75,11 +75,11 @@ impl Path {
         Self { beside: Some(other.along.clone()), ..self.clone() }
     }
 
-    /// Per return: 0 if it is an outlier, else 1. What lies far along a joint's motion may be the other camp, however long the lever: of
+    /// Per return: 0 if it is an outlier, else 1. What lies far along a joint's motion may be the other cluster, however long the lever: of
     /// that only what lies far across is an outlier. A base or a target moves by the same amount everywhere.
     fn inliers(&self, deviations: &[DVector<f64>]) -> Vec<f64> {
         let sizes = deviations.iter().zip(&self.along).enumerate().map(|(member, (deviation, way))| {
-            if !matches!(self.spot, Spot::Joint(_)) {
+            if !matches!(self.site, Site::Joint(_)) {
                 return deviation.norm();
             }
             let other = self.beside.as_ref().and_then(|beside| beside.get(member));
@@ -94,7 +94,7 @@ fn joint_ways(machine: &ResidualModel<'_>, returns: &Replicates) -> Vec<Path> {
     let ways = joints.map(|(joint, row)| {
         let along = returns.motions.iter().map(|motions| motions.get(joint).cloned());
         Path {
-            spot: Spot::Joint(joint),
+            site: Site::Joint(joint),
             turns: row.motion == Motion::Turns,
             along: along.map(|along| along.unwrap_or_else(|| DVector::zeros(0))).collect(),
             beside: None,
@@ -105,13 +105,13 @@ fn joint_ways(machine: &ResidualModel<'_>, returns: &Replicates) -> Vec<Path> {
     ways.collect()
 }
 
-/// Two camps along a path.
-struct Camps<'o> {
+/// Two clusters along a path.
+struct Clusters<'o> {
     /// How far apart they are, rad or mm.
     apart: f64,
     /// How much likelier they are than one, natural logarithms.
     likelier: f64,
-    /// What one camp had best be explained by: deviations without it.
+    /// What one cluster had best be explained by: deviations without it.
     explained: &'o [DVector<f64>],
 }
 
@@ -123,7 +123,7 @@ struct Inquiry<'r> {
     ways: Vec<Scatter>,
     /// Columns of the effects of conditions that the floor allows.
     wanted: Vec<usize>,
-    /// What one camp has to be explained by: conditions, or the two sides of approach of some joint with a gap that differs from
+    /// What one cluster has to be explained by: conditions, or the two sides of approach of some joint with a gap that differs from
     /// pose to pose. Each with its price in natural logarithms.
     explained: Vec<(Vec<DVector<f64>>, f64)>,
     /// What one number costs, natural logarithms.
@@ -166,20 +166,20 @@ impl<'r> Inquiry<'r> {
         let ways = self.returns.loose.iter().filter_map(|(id, columns)| {
             let direction = farthest(columns, raw, &kept)?;
             let along = columns.iter().map(|columns| columns * &direction).collect();
-            // A direction of n numbers has n - 1 of its own: its length is the distance of the camps.
+            // A direction of n numbers has n - 1 of its own: its length is the distance of the clusters.
             let price = self.a_number * (direction.len() as f64 - 1.0);
-            Some(Path { spot: id.spot, turns: id.name == "base_tilt", along, beside: None, price })
+            Some(Path { site: id.site, turns: id.name == "base_tilt", along, beside: None, price })
         });
         ways.collect()
     }
 
     /// The clearest split along any way but one joint's, with whatever that joint does left out of account.
     fn another(&self, ways: &[Path], first: usize) -> Option<(Split, f64)> {
-        let beside = ways.iter().filter(|way| way.spot != Spot::Joint(first));
+        let beside = ways.iter().filter(|way| way.site != Site::Joint(first));
         likeliest(beside.filter_map(|way| self.split(&way.beside(ways.get(first)?))))
     }
 
-    /// One jump of any joint, at a moment between two of the returns, explains them with one camp as well.
+    /// One jump of any joint, at a moment between two of the returns, explains them with one cluster as well.
     fn jumps(&self) -> &[(Vec<DVector<f64>>, f64)] {
         self.jumps.get_or_init(|| {
             let steps = self.returns.candidates.iter().filter(|(id, _)| is_event(id));
@@ -193,39 +193,39 @@ impl<'r> Inquiry<'r> {
         })
     }
 
-    /// Two camps along a path, and how much likelier they are than one; nothing if that is not clear. What conditions explain is
+    /// Two clusters along a path, and how much likelier they are than one; nothing if that is not clear. What conditions explain is
     /// no split.
     fn split(&self, path: &Path) -> Option<(Split, f64)> {
         let kept = path.inliers(self.raw());
-        // A look at the camps alone is cheap, and rules most paths out.
-        self.camps(path, &kept, &self.explained)?;
+        // A look at the clusters alone is cheap, and rules most paths out.
+        self.clusters(path, &kept, &self.explained)?;
         let ones: Vec<(Vec<DVector<f64>>, f64)> =
             self.explained.iter().chain(self.jumps()).cloned().collect();
-        let first = self.camps(path, &kept, &ones)?;
-        // Replicates that are outliers once that is explained which can be make no camp either.
+        let first = self.clusters(path, &kept, &ones)?;
+        // Replicates that are outliers once that is explained which can be make no cluster either.
         let inliers = path.inliers(first.explained);
         let nearer: Vec<f64> = kept.iter().zip(inliers).map(|(kept, inlier)| kept * inlier).collect();
-        let best = if nearer == kept { first } else { self.camps(path, &nearer, &ones)? };
-        Some((Split { spot: path.spot, apart: best.apart, turns: path.turns }, best.likelier))
+        let best = if nearer == kept { first } else { self.clusters(path, &nearer, &ones)? };
+        Some((Split { site: path.site, apart: best.apart, turns: path.turns }, best.likelier))
     }
 
-    /// Two camps, held against the likeliest of `ones`.
-    fn camps<'o>(
+    /// Two clusters, held against the likeliest of `ones`.
+    fn clusters<'o>(
         &self,
         path: &Path,
         kept: &[f64],
         ones: &'o [(Vec<DVector<f64>>, f64)],
-    ) -> Option<Camps<'o>> {
+    ) -> Option<Clusters<'o>> {
         let likelihoods = ones.iter().filter_map(|(one, price)| {
             Some((self.lines(one, kept, path)?.one_camp() - price, one.as_slice()))
         });
         let (one, explained) = likelihoods.max_by(|left, right| left.0.total_cmp(&right.0))?;
-        let camps = self
+        let clusters = self
             .ways
             .iter()
             .filter_map(|way| self.lines(&way.deviations, kept, path)?.judge(one + path.price));
-        let (apart, likelier) = camps.max_by(|left, right| left.1.total_cmp(&right.1))?;
-        Some(Camps { apart, likelier, explained })
+        let (apart, likelier) = clusters.max_by(|left, right| left.1.total_cmp(&right.1))?;
+        Some(Clusters { apart, likelier, explained })
     }
 }
 
@@ -262,7 +262,7 @@ fn farthest(columns: &[DMatrix<f64>], deviations: &[DVector<f64>], kept: &[f64])
     direction.try_normalize(1e-300)
 }
 
-/// Members that are not outliers: nearer their group's mean than four times what three in four are. (Of two camps, more than
+/// Members that are not outliers: nearer their group's mean than four times what three in four are. (Of two clusters, more than
 /// one in four members is far from the mean.)
 fn without_outliers(sizes: &[f64]) -> Vec<f64> {
     let mut sorted = sizes.to_vec();
@@ -304,7 +304,7 @@ mod tests {
             residuals: residuals.collect(),
             columns: vec![DMatrix::zeros(3, 0); 10],
             motions: Vec::new(),
-            loose: vec![(EffectId::at("base_position", Spot::Base), vec![DMatrix::identity(3, 3); 10])],
+            loose: vec![(EffectId::at("base_position", Site::Base), vec![DMatrix::identity(3, 3); 10])],
             candidates: Vec::new(),
             groups: 2,
         }
@@ -315,14 +315,14 @@ mod tests {
         let far = |along: f64, across: f64| DVector::from_row_slice(&[along, across, 0.0]);
         let mut deviations: Vec<DVector<f64>> = (0..8).map(|_| far(1.0, 1.0)).collect();
         deviations.extend([far(50.0, 1.0), far(1.0, 50.0)]);
-        let inliers = |spot: Spot| {
+        let inliers = |site: Site| {
             let along = vec![DVector::from_row_slice(&[2.0, 0.0, 0.0]); 10];
-            let path = Path { spot, turns: true, along, beside: None, price: 0.0 };
+            let path = Path { site, turns: true, along, beside: None, price: 0.0 };
             path.inliers(&deviations)
         };
-        let of_joint = inliers(Spot::Joint(0));
+        let of_joint = inliers(Site::Joint(0));
         assert!(of_joint[..9].iter().all(|kept| *kept == 1.0) && of_joint[9] == 0.0, "{of_joint:?}");
-        let of_base = inliers(Spot::Base);
+        let of_base = inliers(Site::Base);
         assert!(of_base[..8].iter().all(|kept| *kept == 1.0) && of_base[8..] == [0.0, 0.0], "{of_base:?}");
     }
 
@@ -333,7 +333,7 @@ mod tests {
         // Schwarz: half the logarithm of ten replicates a number.
         assert!((inquiry.a_number - 0.5 * 10.0_f64.ln()).abs() < 1e-12);
         let ways = inquiry.loose_ways();
-        assert_eq!((ways.len(), ways[0].spot, ways[0].turns), (1, Spot::Base, false));
+        assert_eq!((ways.len(), ways[0].site, ways[0].turns), (1, Site::Base, false));
         assert!(ways[0].along.iter().all(|way| way[0].abs() > 0.99), "{:?}", ways[0].along);
         // A direction in space has two numbers of its own.
         assert!((ways[0].price - 10.0_f64.ln()).abs() < 1e-12, "{}", ways[0].price);
@@ -341,7 +341,7 @@ mod tests {
 
     #[test]
     fn the_distance_of_a_split_is_shown_in_the_unit_of_its_motion() {
-        let split = |turns: bool, apart: f64| Split { spot: Spot::Joint(0), turns, apart };
+        let split = |turns: bool, apart: f64| Split { site: Site::Joint(0), turns, apart };
         let (angle, unit) = split(true, 0.01).shown();
         assert!((angle - 0.572_958).abs() < 1e-6 && unit == "deg", "{angle} {unit}");
         assert_eq!(split(false, 0.25).shown(), (0.25, "mm"));
@@ -357,8 +357,8 @@ mod tests {
         }
     }
 
-    /// Two camps three apart from their middle along x, and what lies beside.
-    fn camps() -> Vec<[f64; 3]> {
+    /// Two clusters three apart from their middle along x, and what lies beside.
+    fn clusters() -> Vec<[f64; 3]> {
         rocking().residuals.iter().map(|own| [own[0], own[1], own[2]]).collect()
     }
 
@@ -368,16 +368,16 @@ mod tests {
         let machine = lab.machine(&[]).unwrap();
         let of = |returns: &Replicates| find_splits(&machine, returns);
         // The second joint moves along x by 2 a radian: 6 apart are 3 rad.
-        let found = of(&jointed(camps(), [[0.0, 1.0, 0.0], [2.0, 0.0, 0.0]]));
+        let found = of(&jointed(clusters(), [[0.0, 1.0, 0.0], [2.0, 0.0, 0.0]]));
         assert_eq!(found.len(), 1, "{found:?}");
-        assert!(found[0].spot == Spot::Joint(1) && found[0].turns, "{found:?}");
+        assert!(found[0].site == Site::Joint(1) && found[0].turns, "{found:?}");
         assert!((found[0].apart - 3.0).abs() < 0.05, "{found:?}");
         // Where no joint moves that way the base does.
-        let found = of(&jointed(camps(), [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]));
-        assert!(found.len() == 1 && found[0].spot == Spot::Base && !found[0].turns, "{found:?}");
+        let found = of(&jointed(clusters(), [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]));
+        assert!(found.len() == 1 && found[0].site == Site::Base && !found[0].turns, "{found:?}");
         assert!((found[0].apart - 6.0).abs() < 0.1, "{found:?}");
         // One place, and scatter about it.
-        let scattered = camps().iter().map(|own| [own[1], own[2], own[1]]).collect();
+        let scattered = clusters().iter().map(|own| [own[1], own[2], own[1]]).collect();
         assert_eq!(of(&jointed(scattered, [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])), []);
     }
 
@@ -388,14 +388,14 @@ mod tests {
         let mut seen = [0; 2];
         // The joint's motion is the farther from that of the base the more it goes aside.
         for aside in [0.0, 0.01, 0.02, 0.03, 0.05, 0.1, 0.2] {
-            let returns = jointed(camps(), [[0.0, 1.0, 0.0], [2.0, aside, 0.0]]);
+            let returns = jointed(clusters(), [[0.0, 1.0, 0.0], [2.0, aside, 0.0]]);
             let inquiry = Inquiry::of(&returns);
             let joint = inquiry.split(&joint_ways(&machine, &returns)[1]).unwrap().1;
             let base = inquiry.split(&inquiry.loose_ways()[0]).unwrap().1;
             let found = find_splits(&machine, &returns);
-            let expected = if base - joint > BASE_OVER_JOINT { Spot::Base } else { Spot::Joint(1) };
-            assert_eq!(found[0].spot, expected, "{aside}: {joint} {base}");
-            seen[usize::from(expected == Spot::Base)] += 1;
+            let expected = if base - joint > BASE_OVER_JOINT { Site::Base } else { Site::Joint(1) };
+            assert_eq!(found[0].site, expected, "{aside}: {joint} {base}");
+            seen[usize::from(expected == Site::Base)] += 1;
         }
         assert!(seen[0] > 0 && seen[1] > 0, "{seen:?}");
     }
@@ -406,12 +406,12 @@ mod tests {
         let machine = lab.machine(&[]).unwrap();
         // The first joint moves along y by 1 a radian, the second along x by 2; they change sides independently.
         let sides = [1.0, 1.0, -1.0, -1.0, 1.0, -1.0, 1.0, 1.0, -1.0, -1.0];
-        let both = camps().into_iter().zip(sides).map(|(own, side)| [own[0], 2.0 * side + own[1], own[2]]);
+        let both = clusters().into_iter().zip(sides).map(|(own, side)| [own[0], 2.0 * side + own[1], own[2]]);
         let returns = jointed(both.collect(), [[0.0, 1.0, 0.0], [2.0, 0.0, 0.0]]);
         let found = find_splits(&machine, &returns);
-        let mut joints: Vec<(Spot, f64)> = found.iter().map(|one| (one.spot, one.apart)).collect();
+        let mut joints: Vec<(Site, f64)> = found.iter().map(|one| (one.site, one.apart)).collect();
         joints.sort_by(|one, other| one.1.total_cmp(&other.1));
-        assert_eq!(joints.iter().map(|one| one.0).collect::<Vec<_>>(), [Spot::Joint(1), Spot::Joint(0)]);
+        assert_eq!(joints.iter().map(|one| one.0).collect::<Vec<_>>(), [Site::Joint(1), Site::Joint(0)]);
         assert!((joints[0].1 - 3.0).abs() < 0.1 && (joints[1].1 - 4.0).abs() < 0.15, "{joints:?}");
     }
 
@@ -422,8 +422,8 @@ mod tests {
             Replicates { candidates, columns: vec![DMatrix::zeros(3, count); 10], ..rocking() }
         };
         let number = 0.5 * 10.0_f64.ln();
-        let gap = (EffectId::at(SIDE_OF_APPROACH, Spot::Joint(0)), 0..2);
-        let step = |joint: usize| (EffectId::at("joint_step", Spot::Joint(joint)), 2 + joint..3 + joint);
+        let gap = (EffectId::at(SIDE_OF_APPROACH, Site::Joint(0)), 0..2);
+        let step = |joint: usize| (EffectId::at("joint_step", Site::Joint(joint)), 2 + joint..3 + joint);
         let returns = with(vec![gap, step(0), step(1), step(2)]);
         let inquiry = Inquiry::of(&returns);
         // Two poses have a gap each; what the floor allows, nothing, is free.

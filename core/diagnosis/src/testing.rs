@@ -9,7 +9,7 @@ use crate::predictive_gain::Gain;
 use crate::score_test::Score;
 use crate::split::Holdout;
 use plumb_calibration::arm_model::Model;
-use plumb_calibration::effect::{EffectId, Size, Spot};
+use plumb_calibration::effect::{EffectId, Site, Size};
 use plumb_calibration::table::Table;
 use plumb_estimation::Random;
 
@@ -174,7 +174,7 @@ pub(crate) fn contender(name: &str, joint: usize, bic: f64) -> Contender {
     };
     Contender {
         row_residuals: Vec::new(),
-        id: EffectId::at(name, Spot::Joint(joint)),
+        id: EffectId::at(name, Site::Joint(joint)),
         score,
         holm_p: 1e-10,
         bic,

@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 use super::score_test::Probe;
 use crate::laboratory::Laboratory;
 use plumb_calibration::effect::{
-    Drive, Effect, EffectId, Handle, LooksAt, Parameter, Search, Situation, Spot, Unit,
+    Drive, Effect, EffectId, Handle, LooksAt, Parameter, Search, Site, Situation, Unit,
 };
 
 /// What a mechanism without a name does.
@@ -70,7 +70,7 @@ impl Effect for Unlisted {
                 drives.push(situation.drive_joint(self.joint, 1, (sum + at).min(0.0)));
             }
             Shape::RockingBase { limit } => {
-                let tipping = situation.weights.overturning(situation.posture);
+                let tipping = situation.weights.overturning(situation.link_frames);
                 for (parameter, (moment, axis)) in
                     [(tipping.x, 0), (tipping.x, 1), (tipping.y, 0), (tipping.y, 1)].into_iter().enumerate()
                 {
@@ -100,9 +100,9 @@ const HINGES: [f64; 4] = [0.0, 0.25, 0.4, 0.55];
 /// Moments at which a foot that rocks comes to its stop, as shares of the greatest moment that any joint bears.
 const STOPS: [f64; 3] = [0.03, 0.1, 0.3];
 
-fn probe((joint, spot, shape): (usize, Spot, Shape), family: usize) -> Probe {
+fn probe((joint, site, shape): (usize, Site, Shape), family: usize) -> Probe {
     Probe {
-        id: EffectId::at("unlisted", spot),
+        id: EffectId::at("unlisted", site),
         effect: Arc::new(Unlisted::new(joint, shape)),
         search: Search::Jumps,
         family,
@@ -120,32 +120,32 @@ pub(super) fn probes(lab: &Laboratory) -> Vec<Probe> {
 }
 
 /// Everything that has no name, by joint, place and shape; those that differ in a searched number together.
-fn families(lab: &Laboratory) -> Vec<Vec<(usize, Spot, Shape)>> {
-    let (model, passport) = (lab.model(), lab.passport());
-    let mut families: Vec<Vec<(usize, Spot, Shape)>> = Vec::new();
-    for joint in (0..model.chain.len()).filter(|joint| lab.survey().turns(*joint)) {
-        let spot = Spot::Joint(joint);
-        if passport.has_both_sides(joint) {
-            families.push(vec![(joint, spot, Shape::PlayByAngle)]);
-            if lab.survey().has_weight() {
-                families.push(vec![(joint, spot, Shape::PlayByLoad)]);
+fn families(lab: &Laboratory) -> Vec<Vec<(usize, Site, Shape)>> {
+    let (model, summary) = (lab.model(), lab.summary());
+    let mut families: Vec<Vec<(usize, Site, Shape)>> = Vec::new();
+    for joint in (0..model.chain.len()).filter(|joint| lab.context().turns(*joint)) {
+        let site = Site::Joint(joint);
+        if summary.has_both_sides(joint) {
+            families.push(vec![(joint, site, Shape::PlayByAngle)]);
+            if lab.context().has_weight() {
+                families.push(vec![(joint, site, Shape::PlayByLoad)]);
             }
         }
         let others = [joint.checked_sub(1), Some(joint + 1).filter(|other| *other < model.chain.len())];
         for other in [None].into_iter().chain(others.into_iter().flatten().map(Some)) {
             let [(low, high), (other_low, other_high)] = [Some(joint), other].map(|joint| {
-                joint.and_then(|joint| passport.ranges.get(joint)).copied().unwrap_or((0.0, 0.0))
+                joint.and_then(|joint| summary.ranges.get(joint)).copied().unwrap_or((0.0, 0.0))
             });
             // Where the sum cannot reach a hinge nothing would be seen of it.
             let farthest = (low + other_low).abs().max((high + other_high).abs());
-            let hinges = HINGES.map(|share| (joint, spot, Shape::Hinge { other, at: share * farthest }));
+            let hinges = HINGES.map(|share| (joint, site, Shape::Hinge { other, at: share * farthest }));
             families.push(hinges.to_vec());
         }
     }
-    if lab.survey().has_weight() {
-        let greatest = passport.greatest_moments.iter().copied().fold(0.0, f64::max);
-        families.push(vec![(0, Spot::Base, Shape::RockingBase { limit: None })]);
-        let limits = STOPS.map(|share| (0, Spot::Base, Shape::RockingBase { limit: Some(share * greatest) }));
+    if lab.context().has_weight() {
+        let greatest = summary.greatest_moments.iter().copied().fold(0.0, f64::max);
+        families.push(vec![(0, Site::Base, Shape::RockingBase { limit: None })]);
+        let limits = STOPS.map(|share| (0, Site::Base, Shape::RockingBase { limit: Some(share * greatest) }));
         families.push(limits.into_iter().filter(|_| greatest > 0.0).collect());
     }
     families
@@ -172,8 +172,8 @@ mod tests {
             [(0, None, reach(shoulder)), (0, Some(1), both), (1, None, reach(elbow)), (1, Some(0), both)];
         assert_eq!(found.len(), expected.len());
         for (family, (joint, other, farthest)) in found.iter().zip(expected) {
-            for ((at_joint, spot, shape), share) in family.iter().zip(HINGES) {
-                assert_eq!((*at_joint, *spot), (joint, Spot::Joint(joint)));
+            for ((at_joint, site, shape), share) in family.iter().zip(HINGES) {
+                assert_eq!((*at_joint, *site), (joint, Site::Joint(joint)));
                 let Shape::Hinge { other: beside, at } = shape else { panic!("{shape:?}") };
                 assert!(*beside == other && (at - share * farthest).abs() < 1e-12, "{shape:?}");
             }
@@ -187,7 +187,7 @@ mod tests {
         let lab = two_links(4, "", 0.05, 1, |_| [0.0; 2]);
         let chain = &lab.model().chain;
         let q = [0.3 * sense, 0.5 * sense];
-        let posture = plumb_kinematics::Posture::of(chain, &q, &[]);
+        let link_frames = plumb_kinematics::LinkFrames::of(chain, &q, &[]);
         let situation = Situation {
             chain,
             q: &q,
@@ -200,7 +200,7 @@ mod tests {
             temperature: f64::NAN,
             moments: &[5.0, -2.0],
             weights: plumb_kinematics::Weights { masses: &[], payload: 0.0, down: -Vector3::z() },
-            posture: &posture,
+            link_frames: &link_frames,
             point: Vector3::zeros(),
             hand: nalgebra::Matrix3::identity(),
             trigger: None,

@@ -19,7 +19,7 @@ use crate::thresholds::{
 };
 use evidence::{Evidence, strangers_against};
 use plumb_calibration::arm_model::AddedEffect;
-use plumb_calibration::effect::{self, EffectId, Family, LooksAt, Size, Spot};
+use plumb_calibration::effect::{self, EffectId, Family, LooksAt, Site, Size};
 use plumb_calibration::fit::ResidualModel;
 use plumb_estimation::Progress;
 
@@ -34,13 +34,13 @@ pub(crate) struct Finding<'a> {
     /// The verdict.
     pub(crate) verdict: Verdict,
     /// The place that is known, if that is the verdict.
-    pub(crate) place: Option<Spot>,
+    pub(crate) place: Option<Site>,
     /// Contenders no worse than the best by more than the information criterion can distinguish.
     pub(crate) close: Vec<usize>,
     /// Effects that belong besides the one in question.
     pub(crate) besides: Vec<EffectId>,
     /// Places where, by its direction, all may sit that the model lacks; the likeliest first.
-    pub(crate) places: Vec<Spot>,
+    pub(crate) places: Vec<Site>,
     /// What is left with the effect in question in, less the noise, mm; where it was named, located or tied although more than noise is left.
     pub(crate) left_unexplained_mm: Option<f64>,
     /// The group of the geometry that is to be freed before anything is named; where errors of it explain as much as what would be named.
@@ -169,10 +169,10 @@ fn close_contenders(contenders: &[Contender], equations: f64) -> Vec<usize> {
 
 impl Evidence {
     /// Something is there that nothing may be named for: it sits where its direction says, else where `otherwise` does.
-    fn nameless(&self, otherwise: Option<Spot>) -> (Verdict, Option<Spot>) {
-        let otherwise = otherwise.filter(|spot| self.alone.is_empty() || self.alone.contains(spot));
+    fn nameless(&self, otherwise: Option<Site>) -> (Verdict, Option<Site>) {
+        let otherwise = otherwise.filter(|site| self.alone.is_empty() || self.alone.contains(site));
         match otherwise.or(self.alone.first().copied()) {
-            Some(spot) => (Verdict::Located, Some(spot)),
+            Some(site) => (Verdict::Located, Some(site)),
             None => (Verdict::Unknown, None),
         }
     }
@@ -185,13 +185,13 @@ impl Evidence {
     }
 
     /// Whether a name at this site may represent something else that is at work there.
-    fn doubts_a_name_at(&self, spot: Spot) -> bool {
-        self.strangers.contains(&spot) || self.uneven.contains(&spot) || self.padded == Some(spot)
+    fn doubts_a_name_at(&self, site: Site) -> bool {
+        self.strangers.contains(&site) || self.uneven.contains(&site) || self.padded == Some(site)
     }
 }
 
 /// The verdict on the close contenders (the likeliest first), and the site if only that is known.
-fn judge(contenders: &[&Contender], evidence: &Evidence, floor: &Floor) -> (Verdict, Option<Spot>) {
+fn judge(contenders: &[&Contender], evidence: &Evidence, floor: &Floor) -> (Verdict, Option<Site>) {
     let best = contenders.first().copied();
     let noisy = evidence.is_noisy(best);
     let quiet = match (evidence.lack_of_fit, floor.scale) {
@@ -206,12 +206,12 @@ fn judge(contenders: &[&Contender], evidence: &Evidence, floor: &Floor) -> (Verd
     if evidence.rivals.is_some() {
         return evidence.nameless(evidence.rivals);
     }
-    let one_place = contenders.iter().all(|contender| contender.id.spot == best.id.spot);
+    let one_place = contenders.iter().all(|contender| contender.id.site == best.id.site);
     let explains = explains_all(best, floor);
     // The directions speak of joints and the base alone: what explains all and sits elsewhere keeps its place.
     let at_best = match explains && !is_of_a_joint(&best.id) {
-        true => (Verdict::Located, Some(best.id.spot)),
-        false => evidence.nameless(Some(best.id.spot)),
+        true => (Verdict::Located, Some(best.id.site)),
+        false => evidence.nameless(Some(best.id.site)),
     };
     if !best.passes() {
         // What does not predict rows it has not seen is no finding, unless something must be there.
@@ -220,17 +220,17 @@ fn judge(contenders: &[&Contender], evidence: &Evidence, floor: &Floor) -> (Verd
             (true, true) => at_best,
             (true, false) => match evidence.alone.as_slice() {
                 // What does not reach the floor is no explanation to be tied with others.
-                [spot] if !explains => (Verdict::Located, Some(*spot)),
+                [site] if !explains => (Verdict::Located, Some(*site)),
                 _ => (Verdict::Tied, None),
             },
         };
     }
     let unfinished = evidence.left_over.is_some_and(|lack_of_fit| lack_of_fit.is_significant());
-    let doubtful = unfinished || evidence.doubts_a_name_at(best.id.spot);
+    let doubtful = unfinished || evidence.doubts_a_name_at(best.id.site);
     match (contenders.len(), one_place) {
         _ if doubtful && !is_overwhelming(best) => at_best,
         (1, _) => (Verdict::Named, None),
-        (_, true) => (Verdict::Located, Some(best.id.spot)),
+        (_, true) => (Verdict::Located, Some(best.id.site)),
         _ => (Verdict::Tied, None),
     }
 }
@@ -277,7 +277,7 @@ fn is_of_sensor(id: &EffectId) -> bool {
 pub(crate) fn effect_place(machine: &ResidualModel<'_>, id: &EffectId) -> EffectPlace {
     EffectPlace {
         effect: id.name.clone(),
-        place: machine.model.site_name(id.spot),
+        place: machine.model.site_name(id.site),
         with: id.with.and_then(|index| machine.model.chain.joints.get(index).map(|joint| joint.name.clone())),
         n: id.order,
         of: id.of.map(|of| of.name().to_owned()),
@@ -314,16 +314,16 @@ impl Finding<'_> {
 
     /// The known place, if that is the verdict.
     pub(crate) fn located(&self) -> Option<Located> {
-        let spot = self.place.filter(|_| self.verdict == Verdict::Located)?;
+        let site = self.place.filter(|_| self.verdict == Verdict::Located)?;
         let model = self.stage.fitted.machine.model;
         let mut family: Vec<String> = Vec::new();
         let close = self.close.iter().filter_map(|index| self.at(*index)).map(|contender| &contender.id);
-        for id in close.chain(&self.besides).filter(|id| id.spot == spot) {
+        for id in close.chain(&self.besides).filter(|id| id.site == site) {
             if !family.contains(&id.name) {
                 family.push(id.name.clone());
             }
         }
-        Some(Located { place: model.site_name(spot), family })
+        Some(Located { place: model.site_name(site), family })
     }
 
     /// Of all candidates a joint or link that yields against gravity explains most, clearly: the model's idea of what is down may be wrong.

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use nalgebra::{DMatrix, Point3};
-use plumb_kinematics::Posture;
+use plumb_kinematics::LinkFrames;
 
 use crate::joint_range::joint_range;
 use crate::laboratory::{Laboratory, LaboratoryError};
@@ -121,7 +121,7 @@ impl Derivatives {
 fn inside(model: &Model, state: &State, q: &[f64]) -> bool {
     let tool = state.targets.first().copied().unwrap_or_default();
     // In the frame of the measurements, in which planes and the working volume are given.
-    let point = (state.base * Posture::of(&model.chain, q, &[]).flange * Point3::from(tool)).coords;
+    let point = (state.base * LinkFrames::of(&model.chain, q, &[]).flange * Point3::from(tool)).coords;
     // A free surface is where the fit puts it, which is no limit for the arm.
     let open = model.surfaces.iter().all(|surface| match surface.shape {
         SurfaceShape::Plane { normal, offset } if !surface.free => normal.dot(&point) >= offset,

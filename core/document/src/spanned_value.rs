@@ -5,7 +5,7 @@ use std::ops::RangeInclusive;
 use crate::{Problems, Spanned};
 
 impl Spanned<f64> {
-    /// The number if it is within the range (in `unit`), or NaN after a complaint. No complaint is made of a stand-in, or where the range
+    /// The number if it is within the range (in `unit`), or NaN after an error. No error is made of a stand-in, or where the range
     /// itself rests on one.
     #[must_use]
     pub fn between(&self, what: &str, range: RangeInclusive<f64>, unit: &str, problems: &Problems) -> f64 {

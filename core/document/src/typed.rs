@@ -3,7 +3,7 @@
 //! serde gives up at the first error. Here a value that does not fit is reported and replaced by a stand-in, so that the rest is read too.
 //! What cannot be replaced at once (a missing key, a value that a type's own reader refuses) is remembered, and the tree is read again with
 //! a stand-in there; each reading remembers one more, so that it ends. A stand-in for a number is NaN and its [`Span`] is [`Span::NONE`], of
-//! which [`Problems::add`] keeps no complaint: what depends on a broken value is not accused.
+//! which [`Problems::add`] keeps no error: what depends on a broken value is not accused.
 
 mod reader;
 mod reading;

@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 
-use crate::posture::{JointFrame, Posture};
+use crate::link_frames::{JointFrame, LinkFrames};
 
 /// Standard acceleration of free fall, m/s2.
 pub const GRAVITY: f64 = 9.806_65;
@@ -60,49 +60,50 @@ impl Weights<'_> {
     /// the joint is `usize::MAX`.
     pub fn beyond<'p>(
         &'p self,
-        posture: &'p Posture,
+        link_frames: &'p LinkFrames,
         first: usize,
     ) -> impl Iterator<Item = (usize, Vector3<f64>, Vector3<f64>)> + 'p {
         let masses = self.masses.iter().filter(move |mass| mass.after >= first).filter_map(|mass| {
-            let link = posture.joints.get(mass.after)?;
+            let link = link_frames.joints.get(mass.after)?;
             Some((
                 mass.after,
                 self.down * (mass.mass * GRAVITY),
                 (link.end * Point3::from(mass.centre)).coords,
             ))
         });
-        let carried = (self.payload != 0.0)
-            .then(|| (usize::MAX, self.down * (self.payload * GRAVITY), posture.flange.translation.vector));
+        let carried = (self.payload != 0.0).then(|| {
+            (usize::MAX, self.down * (self.payload * GRAVITY), link_frames.flange.translation.vector)
+        });
         masses.chain(carried)
     }
 
     /// The moment of gravity about each joint's axis, N m, positive in the axis's sense, into `moments` (cleared first). For
     /// a sliding joint it is still the moment about its axis. Where a later joint keeps its attitude, what rests on it does not rest on the drive
     /// before it: that one bears the moment it would have to do work against.
-    pub fn moments(&self, posture: &Posture, moments: &mut Vec<f64>) {
+    pub fn moments(&self, link_frames: &LinkFrames, moments: &mut Vec<f64>) {
         moments.clear();
-        for (index, joint) in posture.joints.iter().enumerate() {
+        for (index, joint) in link_frames.joints.iter().enumerate() {
             let about = |(_, force, place): (usize, Vector3<f64>, Vector3<f64>)| {
                 joint.axis.dot(&(place - joint.axis_point).cross(&force)) * 1e-3
             };
-            moments.push(self.beyond(posture, index).map(about).sum());
+            moments.push(self.beyond(link_frames, index).map(about).sum());
         }
-        posture.about_drives(moments);
+        link_frames.about_drives(moments);
     }
 
     /// The moment of gravity about the base's origin, N m, base frame: what would tip the arm over.
-    pub fn overturning(&self, posture: &Posture) -> Vector3<f64> {
-        self.beyond(posture, 0).map(|(_, force, place)| place.cross(&force) * 1e-3).sum()
+    pub fn overturning(&self, link_frames: &LinkFrames) -> Vector3<f64> {
+        self.beyond(link_frames, 0).map(|(_, force, place)| place.cross(&force) * 1e-3).sum()
     }
 
     /// Where the link after a joint begins and ends, base frame, mm: from the joint's axis to the next, or to the flange, each where the common normal of two axes meets it, so
     /// that it does not matter where along an axis a row or a URDF puts its origin. Where the two axes are parallel they have no one common normal: the link then runs straight
     /// across, at the height of its own mass, or, without one, where its row arrives.
-    pub fn link(&self, posture: &Posture, joint: usize) -> Option<(Vector3<f64>, Vector3<f64>)> {
-        let here = posture.joints.get(joint)?;
-        let start = self.begins(posture, joint)?;
-        let Some(next) = posture.joints.get(joint + 1) else {
-            return Some((start, posture.flange.translation.vector));
+    pub fn link(&self, link_frames: &LinkFrames, joint: usize) -> Option<(Vector3<f64>, Vector3<f64>)> {
+        let here = link_frames.joints.get(joint)?;
+        let start = self.begins(link_frames, joint)?;
+        let Some(next) = link_frames.joints.get(joint + 1) else {
+            return Some((start, link_frames.flange.translation.vector));
         };
         if let Some(end) = foot(here, next) {
             return Some((start, end));
@@ -121,26 +122,26 @@ impl Weights<'_> {
     }
 
     /// Where the link after a joint begins on the joint's axis: where the link before arrives, of the first joint at the point nearest to the base's origin.
-    fn begins(&self, posture: &Posture, joint: usize) -> Option<Vector3<f64>> {
-        let here = posture.joints.get(joint)?;
+    fn begins(&self, link_frames: &LinkFrames, joint: usize) -> Option<Vector3<f64>> {
+        let here = link_frames.joints.get(joint)?;
         let Some(before) = joint.checked_sub(1) else {
             return Some(here.axis_point - here.axis * here.axis.dot(&here.axis_point));
         };
-        match foot(posture.joints.get(before)?, here) {
+        match foot(link_frames.joints.get(before)?, here) {
             Some(foot) => Some(foot),
-            None => self.link(posture, before).map(|(_, end)| end),
+            None => self.link(link_frames, before).map(|(_, end)| end),
         }
     }
 
     /// How the link after a joint bends, as a beam clamped at the joint's end (Bernoulli): by the weight beyond its far end,
     /// and by its own where that sits along it. Nothing for a link without length.
-    pub fn sag(&self, posture: &Posture, joint: usize) -> Option<Sag> {
-        let (start, end) = self.link(posture, joint)?;
+    pub fn sag(&self, link_frames: &LinkFrames, joint: usize) -> Option<Sag> {
+        let (start, end) = self.link(link_frames, joint)?;
         let along = end - start;
         let length = along.norm() * 1e-3;
         let direction = along.try_normalize(1e-6)?;
         let (mut shift, mut turn) = (Vector3::zeros(), Vector3::zeros());
-        for (after, force, place) in self.beyond(posture, joint) {
+        for (after, force, place) in self.beyond(link_frames, joint) {
             // The load acts where it hangs on: its own place along the link, or the far end and beyond.
             let reach = ((place - start).dot(&direction) * 1e-3).clamp(0.0, length);
             let at = if after == joint { reach } else { length };

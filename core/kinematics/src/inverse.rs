@@ -94,7 +94,7 @@ fn derivative(flange_of: &impl Fn(&[f64]) -> IsometryMatrix3<f64>, joints: &[f64
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Chain, Convention, Joint, Posture};
+    use crate::{Chain, Convention, Joint, LinkFrames};
 
     fn puma() -> Chain {
         let quarter = std::f64::consts::FRAC_PI_2;
@@ -113,7 +113,7 @@ mod tests {
     #[test]
     fn the_joints_of_a_pose_are_found_from_nearby() {
         let chain = puma();
-        let flange_of = |joints: &[f64]| Posture::of(&chain, joints, &[]).flange;
+        let flange_of = |joints: &[f64]| LinkFrames::of(&chain, joints, &[]).flange;
         let joints = [0.4, -0.5, 0.3, 0.2, 1.1, -0.7];
         let start = joints.map(|joint| joint + 0.15);
         let found = inverse(flange_of, &flange_of(&joints), &start).unwrap();
@@ -125,7 +125,7 @@ mod tests {
     #[test]
     fn what_is_out_of_reach_says_how_far() {
         let chain = puma();
-        let flange_of = |joints: &[f64]| Posture::of(&chain, joints, &[]).flange;
+        let flange_of = |joints: &[f64]| LinkFrames::of(&chain, joints, &[]).flange;
         let mut wanted = flange_of(&[0.0; 6]);
         wanted.translation.vector = Vector3::new(2000.0, 0.0, 0.0);
         let error = inverse(flange_of, &wanted, &[0.0, -0.5, 0.3, 0.0, 1.0, 0.0]).unwrap_err();

@@ -10,7 +10,7 @@ pub mod closed_form;
 mod gravity;
 mod half_space;
 mod inverse;
-mod posture;
+mod link_frames;
 pub mod urdf;
 pub mod yang_siegel;
 
@@ -18,4 +18,4 @@ pub use chain::{Chain, ChainError, Convention, Joint, Motion};
 pub use gravity::{GRAVITY, Mass, Sag, Weights};
 pub use half_space::HalfSpace;
 pub use inverse::{OutOfReach, inverse};
-pub use posture::{Deviation, DhParameter, JointFrame, Posture, Twist};
+pub use link_frames::{Deviation, DhParameter, JointFrame, LinkFrames, Twist};

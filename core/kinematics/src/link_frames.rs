@@ -77,7 +77,7 @@ pub struct JointFrame {
 
 /// All frames of a chain at one pose. Reused from row to row to save allocation.
 #[derive(Debug, Clone)]
-pub struct Posture {
+pub struct LinkFrames {
     /// One per joint.
     pub joints: Vec<JointFrame>,
     /// The flange: the end of the last row, in the base frame.
@@ -94,7 +94,7 @@ struct Kept {
     share: f64,
 }
 
-impl Default for Posture {
+impl Default for LinkFrames {
     fn default() -> Self {
         Self { joints: Vec::new(), flange: IsometryMatrix3::identity(), kept: Vec::new() }
     }
@@ -216,7 +216,7 @@ fn place(
     }
 }
 
-impl Posture {
+impl LinkFrames {
     /// Computes every frame of `chain` for coordinates `q` (rad or mm, one per joint) and the rows' deviations.
     /// Missing coordinates or deviations count as zero.
     pub fn update(&mut self, chain: &Chain, q: &[f64], deviations: &[Deviation]) {
@@ -248,11 +248,11 @@ impl Posture {
         }
     }
 
-    /// The posture of `chain` at `q`.
+    /// The configuration of `chain` at `q`.
     pub fn of(chain: &Chain, q: &[f64], deviations: &[Deviation]) -> Self {
-        let mut posture = Self::default();
-        posture.update(chain, q, deviations);
-        posture
+        let mut link_frames = Self::default();
+        link_frames.update(chain, q, deviations);
+        link_frames
     }
 
     /// How `point` (base frame, mm, carried by the flange) moves per unit of one number of one row; zero for a joint

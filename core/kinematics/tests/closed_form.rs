@@ -9,7 +9,7 @@ use plumb_kinematics::closed_form::{
     NoSolution, PumaConfiguration, PumaGeometry, Side, TeachMoverConfiguration, TeachMoverGeometry,
     TeachMoverPose, Wrist,
 };
-use plumb_kinematics::{Chain, Convention, Joint, Posture};
+use plumb_kinematics::{Chain, Convention, Joint, LinkFrames};
 use proptest::prelude::*;
 
 const ARM: PumaGeometry = PumaGeometry::PUMA_560;
@@ -37,7 +37,7 @@ fn apart(left: f64, right: f64) -> f64 {
 proptest! {
     #[test]
     fn the_puma_comes_back_to_the_joints_it_was_at(q in prop::array::uniform6(-3.1..3.1f64)) {
-        let flange = Posture::of(&puma(), &q, &[]).flange;
+        let flange = LinkFrames::of(&puma(), &q, &[]).flange;
         let joints = ARM.inverse(&flange, ARM.configuration(&q), q[3]).unwrap();
         // Where the arm is stretched or the wrist straight, two solutions meet and the angles are only as good as the root of the rounding.
         let bent = apart(q[2], 433.07_f64.atan2(-20.32)).min(apart(q[2], 433.07_f64.atan2(-20.32) + PI));
@@ -47,17 +47,17 @@ proptest! {
                 prop_assert!(apart(*found, *original) < 1e-6, "{joints:?} for {q:?}");
             }
         }
-        let there = Posture::of(&puma(), &joints, &[]).flange;
+        let there = LinkFrames::of(&puma(), &joints, &[]).flange;
         prop_assert!((there.translation.vector - flange.translation.vector).norm() < 1e-6);
         prop_assert!((there.rotation.matrix() - flange.rotation.matrix()).norm() < 1e-6);
     }
 
     #[test]
     fn every_configuration_of_the_puma_reaches_the_pose_and_is_what_it_says(q in prop::array::uniform6(-3.1..3.1f64)) {
-        let flange = Posture::of(&puma(), &q, &[]).flange;
+        let flange = LinkFrames::of(&puma(), &q, &[]).flange;
         for configuration in PumaConfiguration::all() {
             let joints = ARM.inverse(&flange, configuration, 0.0).unwrap();
-            let there = Posture::of(&puma(), &joints, &[]).flange;
+            let there = LinkFrames::of(&puma(), &joints, &[]).flange;
             prop_assert!((there.translation.vector - flange.translation.vector).norm() < 1e-6, "{configuration:?}");
             prop_assert!((there.rotation.matrix() - flange.rotation.matrix()).norm() < 1e-6, "{configuration:?}");
             let bent = apart(joints[2], 433.07_f64.atan2(-20.32));
@@ -91,11 +91,11 @@ proptest! {
 #[test]
 fn a_straight_wrist_keeps_its_first_turn() {
     let q = [0.3, -0.4, 0.2, 0.7, 0.0, -0.2];
-    let flange = Posture::of(&puma(), &q, &[]).flange;
+    let flange = LinkFrames::of(&puma(), &q, &[]).flange;
     let configuration = PumaConfiguration { wrist: Wrist::NoFlip, ..ARM.configuration(&q) };
     let joints = ARM.inverse(&flange, configuration, 0.7).unwrap();
     assert!((joints[3] - 0.7).abs() < 1e-12 && (joints[5] + 0.2).abs() < 1e-9, "{joints:?}");
-    let there = Posture::of(&puma(), &joints, &[]).flange;
+    let there = LinkFrames::of(&puma(), &joints, &[]).flange;
     assert!((there.rotation.matrix() - flange.rotation.matrix()).norm() < 1e-9);
 }
 
@@ -104,11 +104,11 @@ fn a_stretched_puma_reaches_and_one_too_short_says_by_how_much() {
     let chain = puma();
     let stretched = 433.07_f64.atan2(-20.32);
     let q = [0.0, -0.3, stretched, 0.1, 0.5, 0.2];
-    let mut flange = Posture::of(&chain, &q, &[]).flange;
+    let mut flange = LinkFrames::of(&chain, &q, &[]).flange;
     for configuration in PumaConfiguration::all().filter(|one| one.shoulder == ARM.configuration(&q).shoulder)
     {
         let joints = ARM.inverse(&flange, configuration, 0.1).unwrap();
-        let there = Posture::of(&chain, &joints, &[]).flange;
+        let there = LinkFrames::of(&chain, &joints, &[]).flange;
         assert!((there.translation.vector - flange.translation.vector).norm() < 1e-3, "{configuration:?}");
     }
     let outward = flange.translation.vector.normalize();
@@ -120,7 +120,7 @@ fn a_stretched_puma_reaches_and_one_too_short_says_by_how_much() {
 
 #[test]
 fn over_the_first_axis_both_arms_say_so() {
-    let mut flange = Posture::of(&puma(), &[0.0; 6], &[]).flange;
+    let mut flange = LinkFrames::of(&puma(), &[0.0; 6], &[]).flange;
     flange.translation.vector = Vector3::new(0.0, 100.0, 300.0) + flange.rotation * Vector3::z() * 56.25;
     let configuration = ARM.configuration(&[0.0; 6]);
     assert!(matches!(ARM.inverse(&flange, configuration, 0.0), Err(NoSolution::OnFirstAxis { .. })));
@@ -131,7 +131,7 @@ fn over_the_first_axis_both_arms_say_so() {
 
 #[test]
 fn agins_two_poses_are_distinguished_as_left_and_right() {
-    // Section 3.3 of the paper: the same hand attitude and wrist height by two postures of the arm.
+    // Section 3.3 of the paper: the same hand attitude and wrist height by two configurations of the arm.
     let first = [90.0, 0.0, -180.0, 90.0, 0.0, 45.0_f64].map(f64::to_radians);
     let second = [-51.656, -180.0, 0.0, -51.656, 0.0, 45.0_f64].map(f64::to_radians);
     assert_ne!(ARM.configuration(&first).shoulder, ARM.configuration(&second).shoulder);

@@ -2,7 +2,7 @@
 //! Frames against plain homogeneous matrices, and twists and moments against finite differences.
 
 use nalgebra::{Matrix4, Vector3, Vector4};
-use plumb_kinematics::{Chain, Convention, Deviation, DhParameter, Joint, Mass, Motion, Posture, Weights};
+use plumb_kinematics::{Chain, Convention, Deviation, DhParameter, Joint, LinkFrames, Mass, Motion, Weights};
 use proptest::prelude::*;
 
 fn puma() -> Chain {
@@ -85,7 +85,7 @@ proptest! {
     fn the_flange_is_the_product_of_the_rows(q in prop::collection::vec(-3.0..3.0f64, 7), v in prop::collection::vec(-1.0..1.0f64, 35)) {
         for chain in [puma(), panda()] {
             let deviations = deviations(&v);
-            let flange = Posture::of(&chain, &q, &deviations).flange.to_homogeneous();
+            let flange = LinkFrames::of(&chain, &q, &deviations).flange.to_homogeneous();
             prop_assert!((flange - flange_by_matrices(&chain, &q, &deviations)).norm() < 1e-9);
         }
     }
@@ -96,7 +96,7 @@ proptest! {
         for chain in [puma(), panda()] {
             let deviations = deviations(&v);
             let tip_of = |d: &[Deviation]| (flange_by_matrices(&chain, &q, d) * tool).xyz();
-            let posture = Posture::of(&chain, &q, &deviations);
+            let link_frames = LinkFrames::of(&chain, &q, &deviations);
             let tip: Vector3<f64> = tip_of(&deviations);
             for joint in 0..chain.len() {
                 for dh_parameter in [DhParameter::Theta, DhParameter::D, DhParameter::A, DhParameter::Alpha, DhParameter::Beta] {
@@ -105,7 +105,7 @@ proptest! {
                     up[joint].add(dh_parameter, step);
                     down[joint].add(dh_parameter, -step);
                     let numeric = (tip_of(&up) - tip_of(&down)) / (2.0 * step);
-                    let twist = posture.twist(joint, dh_parameter, &tip);
+                    let twist = link_frames.twist(joint, dh_parameter, &tip);
                     prop_assert!((twist.linear - numeric).norm() < 1e-4, "joint {joint} {dh_parameter:?}: {} against {numeric}", twist.linear);
                 }
             }
@@ -123,13 +123,13 @@ proptest! {
         let down = Vector3::new(0.1, -0.2, -0.97).normalize();
         let payload = 1.5;
         let fallen = |q: &[f64]| {
-            let posture = Posture::of(&chain, q, &[]);
-            let carried: f64 = masses.iter().map(|m| m.mass * (posture.joints[m.after].end * nalgebra::Point3::from(m.centre)).coords.dot(&down)).sum();
-            (carried + payload * posture.flange.translation.vector.dot(&down)) * 9.80665e-3
+            let link_frames = LinkFrames::of(&chain, q, &[]);
+            let carried: f64 = masses.iter().map(|m| m.mass * (link_frames.joints[m.after].end * nalgebra::Point3::from(m.centre)).coords.dot(&down)).sum();
+            (carried + payload * link_frames.flange.translation.vector.dot(&down)) * 9.80665e-3
         };
-        let posture = Posture::of(&chain, &q, &[]);
+        let link_frames = LinkFrames::of(&chain, &q, &[]);
         let mut computed = Vec::new();
-        Weights { masses: &masses, payload, down }.moments(&posture, &mut computed);
+        Weights { masses: &masses, payload, down }.moments(&link_frames, &mut computed);
         for joint in 0..6 {
             let step = 1e-5;
             let (mut up, mut down_q) = (q.clone(), q.clone());
@@ -144,7 +144,7 @@ proptest! {
 #[test]
 fn val_poses_of_the_puma_agree_as_the_paper_needs() {
     let chain = puma();
-    let flange = |q: [f64; 6]| Posture::of(&chain, &q.map(f64::to_radians), &[]).flange;
+    let flange = |q: [f64; 6]| LinkFrames::of(&chain, &q.map(f64::to_radians), &[]).flange;
     let (first, second) =
         (flange([90.0, 0.0, -180.0, 90.0, 0.0, 45.0]), flange([-51.656, -180.0, 0.0, -51.656, 0.0, 45.0]));
     assert!(first.rotation.angle_to(&second.rotation) < 1e-9);
@@ -161,7 +161,7 @@ fn a_sliding_joint_moves_the_tip_along_its_axis() {
     joints[1].motion = Motion::Slides;
     joints[1].sign = -1.0;
     let chain = Chain::new(Convention::Distal, joints).unwrap();
-    let tip = Posture::of(&chain, &[0.0, 20.0], &[]).flange.translation.vector;
+    let tip = LinkFrames::of(&chain, &[0.0, 20.0], &[]).flange.translation.vector;
     assert!((tip - Vector3::new(300.0, 0.0, 30.0)).norm() < 1e-12);
 }
 
@@ -179,7 +179,7 @@ fn a_level_link_sags_as_the_textbook_says() {
     let chain = Chain::new(Convention::Distal, vec![Joint::turning("root", 1000.0, 0.0, 0.0, 0.0)]).unwrap();
     let masses = [Mass { after: 0, mass: 3.0, centre: Vector3::new(-500.0, 0.0, 0.0) }];
     let weights = Weights { masses: &masses, payload: 2.0, down: -Vector3::z() };
-    let sag = weights.sag(&Posture::of(&chain, &[0.0], &[]), 0).unwrap();
+    let sag = weights.sag(&LinkFrames::of(&chain, &[0.0], &[]), 0).unwrap();
     let g = 9.806_65;
     let expected = -(2.0 * g / 3.0 + 5.0 * 3.0 * g / 48.0) * 1e3;
     assert!(
@@ -209,7 +209,7 @@ fn attitude_keeping() -> Chain {
 #[test]
 fn a_drive_that_keeps_attitudes_turns_the_upper_arm_alone() {
     let chain = attitude_keeping();
-    let tip = |q: [f64; 5]| Posture::of(&chain, &q, &[]).flange.translation.vector;
+    let tip = |q: [f64; 5]| LinkFrames::of(&chain, &q, &[]).flange.translation.vector;
     let (a, b, pitch) = (0.6_f64, -1.4_f64, -1.5_f64);
     let radius = 177.8 * a.cos() + 177.8 * b.cos() + 109.0 * pitch.cos();
     let height = 195.0 + 177.8 * a.sin() + 177.8 * b.sin() + 109.0 * pitch.sin();
@@ -228,14 +228,14 @@ proptest! {
             Mass { after: 4, mass: 0.4, centre: Vector3::new(0.0, 0.0, -54.5) },
         ];
         let down = -Vector3::z();
-        let posture = Posture::of(&chain, &q, &[]);
-        let tip = posture.flange.translation.vector;
+        let link_frames = LinkFrames::of(&chain, &q, &[]);
+        let tip = link_frames.flange.translation.vector;
         let mut moments = Vec::new();
-        Weights { masses: &masses, payload: 0.3, down }.moments(&posture, &mut moments);
+        Weights { masses: &masses, payload: 0.3, down }.moments(&link_frames, &mut moments);
         let fallen = |deviations: &[Deviation]| {
-            let posture = Posture::of(&chain, &q, deviations);
-            let carried: f64 = masses.iter().map(|m| m.mass * (posture.joints[m.after].end * nalgebra::Point3::from(m.centre)).coords.dot(&down)).sum();
-            (carried + 0.3 * posture.flange.translation.vector.dot(&down)) * 9.80665e-3
+            let link_frames = LinkFrames::of(&chain, &q, deviations);
+            let carried: f64 = masses.iter().map(|m| m.mass * (link_frames.joints[m.after].end * nalgebra::Point3::from(m.centre)).coords.dot(&down)).sum();
+            (carried + 0.3 * link_frames.flange.translation.vector.dot(&down)) * 9.80665e-3
         };
         for joint in 0..5 {
             let step = 1e-5;
@@ -244,15 +244,15 @@ proptest! {
                 all[joint].theta = by;
                 all
             };
-            let at = |by: f64| Posture::of(&chain, &q, &nudged(by)).flange.translation.vector;
+            let at = |by: f64| LinkFrames::of(&chain, &q, &nudged(by)).flange.translation.vector;
             let numeric = (at(step) - at(-step)) / (2.0 * step);
-            let twist = posture.twist(joint, DhParameter::Theta, &tip);
+            let twist = link_frames.twist(joint, DhParameter::Theta, &tip);
             prop_assert!((twist.linear - numeric).norm() < 1e-4, "joint {joint}: {} against {numeric}", twist.linear);
             let moment = (fallen(&nudged(step)) - fallen(&nudged(-step))) / (2.0 * step);
             prop_assert!((moments[joint] - moment).abs() < 1e-5, "joint {joint}: {} against {moment}", moments[joint]);
             let mut turned = q.clone();
             turned[joint] += step;
-            let by_coordinate = Posture::of(&chain, &turned, &[]).flange.translation.vector;
+            let by_coordinate = LinkFrames::of(&chain, &turned, &[]).flange.translation.vector;
             let by_deviation = at(step * chain.joints[joint].sign);
             prop_assert!((by_coordinate - by_deviation).norm() < 1e-9);
         }
@@ -280,7 +280,7 @@ fn how_a_link_bends_does_not_depend_on_where_along_parallel_axes_the_rows_are() 
     let bent = |drawn: [f64; 3], place: Vector3<f64>| {
         let (chain, base, masses) = scara(drawn);
         let weights = Weights { masses: &masses, payload: 0.0, down: -Vector3::z() };
-        let sag = weights.sag(&Posture::of(&chain, &[0.4, -1.1], &[]), 0).unwrap();
+        let sag = weights.sag(&LinkFrames::of(&chain, &[0.4, -1.1], &[]), 0).unwrap();
         let here = place - Vector3::z() * base;
         sag.shift + sag.turn.cross(&(here - sag.end))
     };
@@ -304,9 +304,9 @@ fn where_along_parallel_axes_rows_put_their_origins_says_nothing_of_the_links() 
     let own = |height: f64| [Mass { after: 1, mass: 5.0, centre: Vector3::new(-200.0, 10.0, height) }];
     for q in [[0.3, -0.7, 1.1, 0.2, -0.4], [-2.0, 0.4, -1.5, 1.0, 0.9]] {
         let links = [(&published, own(20.0)), (&moved, own(-50.0))].map(|(chain, masses)| {
-            let posture = Posture::of(chain, &q, &[]);
+            let link_frames = LinkFrames::of(chain, &q, &[]);
             let weights = Weights { masses: &masses, payload: 1.0, down: -Vector3::z() };
-            [0, 1, 2, 3].map(|joint| weights.link(&posture, joint).unwrap())
+            [0, 1, 2, 3].map(|joint| weights.link(&link_frames, joint).unwrap())
         });
         for (link, (as_published, as_moved)) in links[0].iter().zip(&links[1]).enumerate() {
             let off = (as_published.0 - as_moved.0).norm() + (as_published.1 - as_moved.1).norm();

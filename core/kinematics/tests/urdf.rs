@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 use nalgebra::{IsometryMatrix3, Rotation3, Translation3, Unit, Vector3};
-use plumb_kinematics::Posture;
+use plumb_kinematics::LinkFrames;
 use plumb_kinematics::urdf::{UrdfArm, UrdfError};
 
 /// Joints of all kinds: crossing, skew and parallel axes, a fixed joint between, a slide, a camera on a branch.
@@ -57,7 +57,7 @@ fn the_rows_move_the_tip_as_the_file_says() {
     let arm = UrdfArm::parse(ARM, None).unwrap();
     assert_eq!(arm.ends, ("world".to_owned(), "tool".to_owned()));
     for q in [[0.0; 4], [0.3, -0.7, 1.1, 40.0], [-1.9, 2.4, -2.8, 210.0]] {
-        let there = arm.root_from_base * Posture::of(&arm.chain, &q, &[]).flange * arm.flange_from_tip;
+        let there = arm.root_from_base * LinkFrames::of(&arm.chain, &q, &[]).flange * arm.flange_from_tip;
         let wanted = tip(q);
         assert!((there.translation.vector - wanted.translation.vector).norm() < 1e-9, "{q:?}");
         assert!((there.rotation.matrix() - wanted.rotation.matrix()).norm() < 1e-9, "{q:?}");
@@ -70,8 +70,8 @@ fn the_rows_move_the_tip_as_the_file_says() {
 fn a_mass_moves_with_its_link() {
     let arm = UrdfArm::parse(ARM, None).unwrap();
     let at = |q: f64| {
-        let posture = Posture::of(&arm.chain, &[q], &[]);
-        arm.root_from_base * posture.joints[0].end * nalgebra::Point3::from(arm.masses[0].centre)
+        let link_frames = LinkFrames::of(&arm.chain, &[q], &[]);
+        arm.root_from_base * link_frames.joints[0].end * nalgebra::Point3::from(arm.masses[0].centre)
     };
     let by_file = |q: f64| {
         let stand = IsometryMatrix3::from_parts(

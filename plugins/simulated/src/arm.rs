@@ -26,7 +26,7 @@ pub use drive::{Drive, JointDrive, MotorCoupling};
 pub use measuring::MeasuringError;
 
 use crate::light::Switches;
-use crate::physics::machine::{Conditions, Machine, NoEquilibrium, Stance};
+use crate::physics::machine::{ArmState, Conditions, Machine, NoEquilibrium};
 use shutter::Shutter;
 use travel::Travel;
 
@@ -171,7 +171,7 @@ impl ArmWorld {
     ///
     /// # Errors
     /// [`NoEquilibrium`] for an arm that is too soft for its weight.
-    pub fn stance(&self) -> Result<Stance, NoEquilibrium> {
+    pub fn arm_state(&self) -> Result<ArmState, NoEquilibrium> {
         self.machine.equilibrium(&Conditions {
             time_s: (self.time_ns - self.began_ns) as f64 * 1e-9,
             temperature_c: ROOM_C,

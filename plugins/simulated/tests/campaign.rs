@@ -182,7 +182,7 @@ fn a_ball_sits_in_its_socket_however_the_arm_comes() {
             temperature_c: visit.temperature_c,
             payload_kg: visit.payload_kg,
         };
-        let target: [f64; 3] = machine.equilibrium(&conditions).unwrap().posture.target.into();
+        let target: [f64; 3] = machine.equilibrium(&conditions).unwrap().link_frames.target.into();
         let place = [target[0] - off[0], target[1] - off[1], target[2] - off[2]];
         seated[visit.touch.unwrap()].push(place);
     }

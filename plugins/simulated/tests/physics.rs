@@ -6,7 +6,7 @@ use plumb_simulated::physics::arms;
 use plumb_simulated::physics::description::{ArmDescription, GRAVITY};
 use plumb_simulated::physics::drive::{Detents, EccentricWheel, Play, Settling};
 use plumb_simulated::physics::imperfection::{Imperfection, Mechanism, Warming};
-use plumb_simulated::physics::machine::{Conditions, Machine, Stance};
+use plumb_simulated::physics::machine::{ArmState, Conditions, Machine};
 use plumb_simulated::physics::random::Random;
 use plumb_simulated::physics::rigid::Vector;
 use plumb_simulated::physics::shape::Shape;
@@ -26,7 +26,7 @@ fn equilibrium(
     imperfections: &[(Mechanism, f64)],
     angles: &[f64],
     conditions: &Conditions,
-) -> Stance {
+) -> ArmState {
     let imperfections: Vec<Imperfection> = imperfections
         .iter()
         .map(|(mechanism, size)| Imperfection { mechanism: mechanism.clone(), size: *size })
@@ -41,7 +41,7 @@ fn a_springy_pendulum_rests_where_spring_and_weight_balance() {
     // Rod of 0.4 m to its 3 kg: theta = commanded + c m g r cos(theta), here at a compliance soft enough that the bent pose matters.
     let compliance = 0.02;
     for commanded in [-1.2, -0.3, 0.0, 0.8, 1.5] {
-        let stance = equilibrium(
+        let arm_state = equilibrium(
             &pendulum(),
             &[(Mechanism::JointCompliance { joint: 1 }, compliance)],
             &[0.4, commanded],
@@ -61,11 +61,11 @@ fn a_springy_pendulum_rests_where_spring_and_weight_balance() {
             }
         }
         assert!(
-            (stance.angles[1] - low).abs() < 1e-12,
+            (arm_state.angles[1] - low).abs() < 1e-12,
             "commanded {commanded}: {} against {low}",
-            stance.angles[1]
+            arm_state.angles[1]
         );
-        assert_eq!(stance.angles[0], 0.4, "gravity has no moment about a vertical axis");
+        assert_eq!(arm_state.angles[0], 0.4, "gravity has no moment about a vertical axis");
     }
 }
 
@@ -89,16 +89,16 @@ fn a_sagging_link_bends_as_the_cantilever_of_the_textbook() {
     arm.weights.clear();
     let flexibility = 1e-7;
     let load = Conditions { payload_kg: 10.0, ..QUIET };
-    let stance = equilibrium(&arm, &[(Mechanism::LinkSag { joint: 1 }, flexibility)], &[0.0, 0.0], &load);
+    let arm_state = equilibrium(&arm, &[(Mechanism::LinkSag { joint: 1 }, flexibility)], &[0.0, 0.0], &load);
     let force = 10.0 * GRAVITY;
     let drop_mm = force * 0.5_f64.powi(3) / 3.0 * flexibility * 1e3;
     let turn = force * 0.5_f64.powi(2) / 2.0 * flexibility;
     assert!(
-        (stance.posture.target.z + drop_mm).abs() < 1e-6 * drop_mm,
+        (arm_state.link_frames.target.z + drop_mm).abs() < 1e-6 * drop_mm,
         "{} against {drop_mm}",
-        stance.posture.target.z
+        arm_state.link_frames.target.z
     );
-    let sloped = -stance.posture.world_from_flange.rotation.x.z;
+    let sloped = -arm_state.link_frames.world_from_flange.rotation.x.z;
     assert!((sloped - turn).abs() < 1e-6 * turn, "{sloped} against {turn}");
 }
 
@@ -112,8 +112,8 @@ fn a_twisted_link_turns_as_the_shaft_of_the_textbook() {
     let flexibility = 1e-4;
     let load = Conditions { payload_kg: 10.0, ..QUIET };
     let drop = |imperfections: &[(Mechanism, f64)]| {
-        let stance = equilibrium(&arm, imperfections, &[0.0, 0.0], &load);
-        (-stance.posture.target.z, stance.posture.target.x)
+        let arm_state = equilibrium(&arm, imperfections, &[0.0, 0.0], &load);
+        (-arm_state.link_frames.target.z, arm_state.link_frames.target.x)
     };
     let angle = 10.0 * GRAVITY * 0.2 * 0.5 * flexibility;
     let (down, ahead) = drop(&[(Mechanism::LinkTorsion { joint: 1 }, flexibility)]);
@@ -228,11 +228,11 @@ fn heat_and_time_change_the_shape_as_they_should() {
     let arm = pendulum();
     let warm = Conditions { temperature_c: 30.0, ..QUIET };
     let grown = equilibrium(&arm, &[(Mechanism::ThermalGrowth { joint: 1 }, 1.2e-5)], &[0.0, 0.0], &warm);
-    assert!((grown.posture.target.x - 500.0 * (1.0 + 1.2e-4)).abs() < 1e-9);
+    assert!((grown.link_frames.target.x - 500.0 * (1.0 + 1.2e-4)).abs() < 1e-9);
     let mechanism = Mechanism::WarmUp { joint: 1, of: Warming::Length, time_constant_s: 600.0 };
     let later = Conditions { time_s: 600.0, ..QUIET };
     let warmed = equilibrium(&arm, &[(mechanism, 0.5)], &[0.0, 0.0], &later);
-    assert!((warmed.posture.target.x - 500.0 - 0.5 * (1.0 - (-1.0_f64).exp())).abs() < 1e-9);
+    assert!((warmed.link_frames.target.x - 500.0 - 0.5 * (1.0 - (-1.0_f64).exp())).abs() < 1e-9);
 }
 
 #[test]
@@ -257,12 +257,12 @@ fn gravity_moments_are_the_slope_of_the_potential_energy() {
         let angles: Vec<f64> = arm.joints.iter().map(|_| random.between(-1.5, 1.5)).collect();
         let payload = 0.7;
         let energy = |angles: &[f64]| {
-            let posture = body.posture(angles, &[], plumb_simulated::physics::rigid::Rigid::IDENTITY);
-            let all = body.loads(&posture, payload)[0];
+            let link_frames = body.link_frames(angles, &[], plumb_simulated::physics::rigid::Rigid::IDENTITY);
+            let all = body.loads(&link_frames, payload)[0];
             GRAVITY * all.first_moment.z * 1e-3
         };
-        let posture = body.posture(&angles, &[], plumb_simulated::physics::rigid::Rigid::IDENTITY);
-        let moments = body.gravity_moments(&posture, &body.loads(&posture, payload));
+        let link_frames = body.link_frames(&angles, &[], plumb_simulated::physics::rigid::Rigid::IDENTITY);
+        let moments = body.gravity_moments(&link_frames, &body.loads(&link_frames, payload));
         for joint in 0..angles.len() {
             let moved = |by: f64| {
                 let mut angles = angles.clone();
@@ -344,16 +344,16 @@ fn a_copy_of_a_machine_remembers_its_play_and_goes_its_own_way() {
 }
 
 #[test]
-fn the_command_for_a_stance_leads_there() {
+fn the_command_for_a_state_of_the_arm_leads_there() {
     let load = Conditions { payload_kg: 0.7, ..QUIET };
     for goal in [[0.3, -0.4, 0.9], [0.0, 0.0, 0.0], [-1.2, 1.1, -0.6]] {
         let mut machine = two_links(attitudes());
         machine.go(&machine.command_for(&goal, &load), 0.0);
-        let stance = machine.equilibrium(&load).unwrap();
-        for (drive, goal) in stance.drives.iter().zip(goal) {
+        let arm_state = machine.equilibrium(&load).unwrap();
+        for (drive, goal) in arm_state.drives.iter().zip(goal) {
             assert!((drive - goal).abs() < 1e-13, "{drive} {goal}");
         }
         let stiff = machine.stiff(&goal);
-        assert!((stiff.posture.target - stance.posture.target).norm() < 1e-9);
+        assert!((stiff.link_frames.target - arm_state.link_frames.target).norm() < 1e-9);
     }
 }

@@ -42,7 +42,7 @@ fn ruler(world: &mut ArmWorld) -> f64 {
 
 /// Where the flange is and how it is turned: its place, x and z, mm.
 fn hand(world: &ArmWorld) -> [[f64; 3]; 3] {
-    let flange = world.stance().unwrap().posture.world_from_flange;
+    let flange = world.arm_state().unwrap().link_frames.world_from_flange;
     [flange.translation.into(), flange.rotation.x.into(), flange.rotation.z.into()]
 }
 

@@ -11,7 +11,7 @@ use super::residual_map::ResidualMap;
 use super::sensor::Sensor;
 use super::stripe_rig::StripeRig;
 use super::surface::SurfaceShape;
-use crate::effect::{Definition, EffectId, Spot};
+use crate::effect::{Definition, EffectId, Site};
 use crate::reading_unit::RmsError;
 use crate::table::scalar::Scalar;
 
@@ -361,16 +361,16 @@ impl Model {
     }
 
     /// The name of where an effect acts, as people write it; `?` for something the model does not have.
-    pub fn site_name(&self, site: Spot) -> String {
+    pub fn site_name(&self, site: Site) -> String {
         let name = match site {
-            Spot::Joint(index) => self.chain.joints.get(index).map(|joint| joint.name.as_str()),
-            Spot::Target(index) => self.targets.get(index).map(|target| target.name.as_str()),
-            Spot::Axis(axis) => ["x", "y", "z"].get(axis).copied(),
-            Spot::Base => Some("base"),
-            Spot::Sensor => Some("sensor"),
-            Spot::Surface(index) => self.surfaces.get(index).map(|surface| surface.name.as_str()),
-            Spot::Instrument => Some("instrument"),
-            Spot::Reading(channel) => Some(channel.name()),
+            Site::Joint(index) => self.chain.joints.get(index).map(|joint| joint.name.as_str()),
+            Site::Target(index) => self.targets.get(index).map(|target| target.name.as_str()),
+            Site::Axis(axis) => ["x", "y", "z"].get(axis).copied(),
+            Site::Base => Some("base"),
+            Site::Sensor => Some("sensor"),
+            Site::Surface(index) => self.surfaces.get(index).map(|surface| surface.name.as_str()),
+            Site::Instrument => Some("instrument"),
+            Site::Reading(channel) => Some(channel.name()),
         };
         name.unwrap_or("?").to_owned()
     }
@@ -381,7 +381,7 @@ impl Model {
         let order = id.order.map(|order| format!("{order}"));
         let of = id.of.map(|of| of.name().to_owned());
         let arguments: Vec<String> =
-            [Some(self.site_name(id.spot)), other, order, of].into_iter().flatten().collect();
+            [Some(self.site_name(id.site)), other, order, of].into_iter().flatten().collect();
         format!("{}({})", id.name, arguments.join(", "))
     }
 }

@@ -5,7 +5,7 @@ use nalgebra::{Isometry3, Rotation3, Vector3};
 use super::measured_region::JointRange;
 use super::rig_number::RigNumber;
 use super::{Along, MapCarrier, MeasuredFrom, MeasuredRegion, Model, ResidualMap, Side, StripeRig, Wave};
-use crate::effect::{Channel, EffectId, Quantity, Spot};
+use crate::effect::{Channel, EffectId, Quantity, Site};
 
 /// A camera 10 mm beside the flange's z that looks along it, and a sheet 100 mm ahead.
 fn rig() -> StripeRig {
@@ -227,7 +227,7 @@ fn corrections_and_maps_hold_where_was_measured_and_say_so() {
     model.residual_map = Some(map());
     let said = model.holds_at(&[0.0, 60.0]).unwrap_err();
     assert!(said.contains("slide would be at 60.000 mm, and was measured from 0.000 to 50.000 mm. the residual map of the model holds"), "{said}");
-    let id = EffectId::at("joint_gain", Spot::Joint(0));
+    let id = EffectId::at("joint_gain", Site::Joint(0));
     model.corrections.push(super::Correction { id: id.clone(), may_be: Vec::new() });
     let said = model.holds_at(&[0.0, 60.0]).unwrap_err();
     assert!(
@@ -236,7 +236,7 @@ fn corrections_and_maps_hold_where_was_measured_and_say_so() {
     );
     assert!(
         model.correction(&id).is_some()
-            && model.correction(&EffectId::at("joint_zero", Spot::Joint(0))).is_none()
+            && model.correction(&EffectId::at("joint_zero", Site::Joint(0))).is_none()
     );
     assert!(model.holds_at(&[0.0, 50.0]).is_ok());
 }
@@ -256,20 +256,20 @@ fn what_is_down_is_given_or_follows_from_the_frame() {
 #[test]
 fn effects_are_called_as_people_write_them() {
     let model = model();
-    let at = |spot: Spot| EffectId::at("e", spot);
+    let at = |site: Site| EffectId::at("e", site);
     for (id, label) in [
-        (at(Spot::Joint(0)), "e(turn)"),
-        (at(Spot::Target(1)), "e(p2)"),
-        (at(Spot::Axis(2)), "e(z)"),
-        (at(Spot::Base), "e(base)"),
-        (at(Spot::Sensor), "e(sensor)"),
-        (at(Spot::Instrument), "e(instrument)"),
-        (at(Spot::Surface(0)), "e(table)"),
-        (at(Spot::Reading(Channel::TiltX)), "e(tilt_x)"),
-        (at(Spot::Joint(9)), "e(?)"),
-        (EffectId { with: Some(1), ..at(Spot::Joint(0)) }, "e(turn, slide)"),
-        (EffectId { order: Some(36.5), ..at(Spot::Joint(0)) }, "e(turn, 36.5)"),
-        (EffectId { of: Some(Quantity::Length), ..at(Spot::Joint(0)) }, "e(turn, length)"),
+        (at(Site::Joint(0)), "e(turn)"),
+        (at(Site::Target(1)), "e(p2)"),
+        (at(Site::Axis(2)), "e(z)"),
+        (at(Site::Base), "e(base)"),
+        (at(Site::Sensor), "e(sensor)"),
+        (at(Site::Instrument), "e(instrument)"),
+        (at(Site::Surface(0)), "e(table)"),
+        (at(Site::Reading(Channel::TiltX)), "e(tilt_x)"),
+        (at(Site::Joint(9)), "e(?)"),
+        (EffectId { with: Some(1), ..at(Site::Joint(0)) }, "e(turn, slide)"),
+        (EffectId { order: Some(36.5), ..at(Site::Joint(0)) }, "e(turn, 36.5)"),
+        (EffectId { of: Some(Quantity::Length), ..at(Site::Joint(0)) }, "e(turn, length)"),
     ] {
         assert_eq!(model.label(&id), label);
     }

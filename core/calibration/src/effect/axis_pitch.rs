@@ -18,5 +18,5 @@ pub(super) const KIND: Kind = Kind {
     how_to_see: "Positions over the whole travel, high and low above the guideway.",
     sketch: ["         ▱ lifts", "  ▭    ╱", "  ━━━━━ bowed upright"],
     build: |setting: &Setting<'_>| Ok(Box::new(Guideway::new(setting, Turn::Pitch, "pitch_deg_per_m")?)),
-    candidates: |survey| candidates(survey, "axis_pitch"),
+    candidates: |context| candidates(context, "axis_pitch"),
 };

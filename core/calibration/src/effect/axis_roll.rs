@@ -18,5 +18,5 @@ pub(super) const KIND: Kind = Kind {
     how_to_see: "Positions over the whole travel with the axes beyond it at both ends of theirs: a point far from the guideway shows it.",
     sketch: ["  ━━▭━━━━━━ level", "       ↻", "  ━━━━━━▱━━ rolls over"],
     build: |setting: &Setting<'_>| Ok(Box::new(Guideway::new(setting, Turn::Roll, "roll_deg_per_m")?)),
-    candidates: |survey| candidates(survey, "axis_roll"),
+    candidates: |context| candidates(context, "axis_roll"),
 };

@@ -25,5 +25,5 @@ pub(super) const KIND: Kind = Kind {
         let parameter = Parameter::new("skew_deg", Unit::DEG, (-0.1, 0.1));
         Ok(Box::new(RowError::new(setting, DhParameter::Beta, parameter)?))
     },
-    candidates: |survey| survey.every_joint("axis_skew"),
+    candidates: |context| context.every_joint("axis_skew"),
 };

@@ -18,5 +18,5 @@ pub(super) const KIND: Kind = Kind {
     how_to_see: "Positions over the whole travel, with the axis across it at both ends of its own.",
     sketch: ["         ▱ seen from", "  ▭    ╱   above", "  ━━━━━ bowed sideways"],
     build: |setting: &Setting<'_>| Ok(Box::new(Guideway::new(setting, Turn::Yaw, "yaw_deg_per_m")?)),
-    candidates: |survey| candidates(survey, "axis_yaw"),
+    candidates: |context| candidates(context, "axis_yaw"),
 };

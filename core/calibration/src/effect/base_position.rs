@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
 use super::tool_offset::length_of;
-use super::{Drive, Effect, EffectId, Handle, Parameter, Situation, Size, Spot, Unit};
+use super::{Drive, Effect, EffectId, Handle, Parameter, Site, Situation, Size, Unit};
 
 #[derive(Debug)]
 struct BasePosition {
@@ -49,9 +49,9 @@ pub(super) const KIND: Kind = Kind {
             ["x_mm", "y_mm", "z_mm"].map(|name| Parameter::new(name, Unit::MM, (-1000.0, 1000.0)));
         Ok(Box::new(BasePosition { parameters }))
     },
-    candidates: |survey| match survey.model.base.free {
+    candidates: |context| match context.model.base.free {
         // A base that is free moves anyhow.
         true => Vec::new(),
-        false => vec![EffectId::at("base_position", Spot::Base)],
+        false => vec![EffectId::at("base_position", Site::Base)],
     },
 };

@@ -2,7 +2,7 @@
 
 use super::epoch_steps::{EpochSteps, Step};
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
-use super::{EffectId, Handle, Spot, Unit};
+use super::{EffectId, Handle, Site, Unit};
 
 /// Farthest an instrument is taken from one place to the next, mm.
 const MOST_MM: f64 = 2e4;
@@ -39,8 +39,8 @@ pub(super) const KIND: Kind = Kind {
         });
         Ok(Box::new(EpochSteps::new(setting, shifts.chain(turns).collect(), 3)?))
     },
-    candidates: |survey| match survey.model.epoch_count() {
+    candidates: |context| match context.model.epoch_count() {
         0 | 1 => Vec::new(),
-        _ => vec![EffectId::at("base_reset", Spot::Base)],
+        _ => vec![EffectId::at("base_reset", Site::Base)],
     },
 };

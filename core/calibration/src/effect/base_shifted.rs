@@ -2,7 +2,7 @@
 
 use super::epoch_steps::{EpochSteps, Step};
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
-use super::{EffectId, Handle, Spot, Unit};
+use super::{EffectId, Handle, Site, Unit};
 
 /// Greatest plausible shift of what is not taken away and set up anew, mm.
 const MOST: f64 = 200.0;
@@ -22,7 +22,7 @@ pub(super) const KIND: Kind = Kind {
     how_to_see: "A fixed point of the cell read after every pause.",
     sketch: ["  ╌╌◯   ◯ ← anchor", "    ╎ → ┃   or foot", "  before after"],
     build: |setting: &Setting<'_>| {
-        let Spot::Axis(axis) = setting.id.spot else {
+        let Site::Axis(axis) = setting.id.site else {
             return Err(setting.unusable("needs an axis: x, y or z"));
         };
         // Along the axes of the measurements, in which a wire or a foot is moved.
@@ -30,10 +30,10 @@ pub(super) const KIND: Kind = Kind {
         let step = Step { handle, rate: 1.0, name: "mm", unit: Unit::MM, most: MOST };
         Ok(Box::new(EpochSteps::new(setting, vec![step], 1)?))
     },
-    candidates: |survey| match survey.model.epoch_count() {
+    candidates: |context| match context.model.epoch_count() {
         0 | 1 => Vec::new(),
         // Of measured points a shift along one axis is the zero of that coordinate.
-        _ if survey.passport.measures_points => Vec::new(),
-        _ => (0..3).map(|axis| EffectId::at("base_shifted", Spot::Axis(axis))).collect(),
+        _ if context.summary.measures_points => Vec::new(),
+        _ => (0..3).map(|axis| EffectId::at("base_shifted", Site::Axis(axis))).collect(),
     },
 };

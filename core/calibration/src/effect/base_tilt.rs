@@ -1,11 +1,11 @@
 //! The base is tilted in the frame of the measurements.
 
 use nalgebra::{DMatrix, Vector3};
-use plumb_kinematics::{Motion, Posture};
+use plumb_kinematics::{LinkFrames, Motion};
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
 use super::tool_offset::length_of;
-use super::{Drive, Effect, EffectId, Handle, Parameter, Situation, Size, Spot, Unit};
+use super::{Drive, Effect, EffectId, Handle, Parameter, Site, Situation, Size, Unit};
 use crate::arm_model::Model;
 
 #[derive(Debug)]
@@ -43,9 +43,9 @@ impl Effect for BaseTilt {
 /// Whether the first joint turns about the base's z: its zero is then the base's heading, and bears that name.
 fn first_joint_is_heading(model: &Model) -> bool {
     let turns = model.chain.joints.first().is_some_and(|joint| joint.motion == Motion::Turns);
-    let posture = Posture::of(&model.chain, &[], &[]);
+    let link_frames = LinkFrames::of(&model.chain, &[], &[]);
     // A thousandth of a radian: a first axis that leans by more has a heading that can be distinguished from its zero.
-    turns && posture.joints.first().is_some_and(|joint| joint.axis.cross(&Vector3::z()).norm() < 1e-3)
+    turns && link_frames.joints.first().is_some_and(|joint| joint.axis.cross(&Vector3::z()).norm() < 1e-3)
 }
 
 pub(super) const KIND: Kind = Kind {
@@ -72,9 +72,9 @@ pub(super) const KIND: Kind = Kind {
         let parameters = names.map(|name| Parameter::new(name, Unit::DEG, (-0.35, 0.35))).collect();
         Ok(Box::new(BaseTilt { axes, parameters }))
     },
-    candidates: |survey| match survey.model.base.free {
+    candidates: |context| match context.model.base.free {
         // A base that is free turns anyhow.
         true => Vec::new(),
-        false => vec![EffectId::at("base_tilt", Spot::Base)],
+        false => vec![EffectId::at("base_tilt", Site::Base)],
     },
 };

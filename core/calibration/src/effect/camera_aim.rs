@@ -14,5 +14,5 @@ pub(super) const KIND: Kind = kind(
     "Stripes on surfaces at several heights, seen from many sides.",
     ["   ▭ camera", "   ╎╲ looks aside", "   ╎ ╲"],
     |setting| build(setting, &NUMBERS),
-    |survey| candidates("camera_aim", survey),
+    |context| candidates("camera_aim", context),
 );

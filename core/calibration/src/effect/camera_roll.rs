@@ -13,5 +13,5 @@ pub(super) const KIND: Kind = kind(
     "Stripes that run across the whole picture, seen from many sides.",
     ["   ┌────┐", "   │ ↻  │ the picture", "   └────┘ is turned"],
     |setting| build(setting, &NUMBERS),
-    |survey| candidates("camera_roll", survey),
+    |context| candidates("camera_roll", context),
 );

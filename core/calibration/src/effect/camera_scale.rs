@@ -16,5 +16,5 @@ pub(super) const KIND: Kind = kind(
     "Stripes on a body of known size, near and far, and in all corners of the picture.",
     ["      ▭", "    ╱╱ ╲╲ wider or", "   ╱╱   ╲╲ narrower"],
     |setting| build(setting, &NUMBERS),
-    |survey| candidates("camera_scale", survey),
+    |context| candidates("camera_scale", context),
 );

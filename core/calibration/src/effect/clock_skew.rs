@@ -2,7 +2,7 @@
 
 use super::kind::{Kind, Setting};
 use super::rig_numbers::{kind, needs_rig};
-use super::{Drive, Effect, EffectId, Parameter, Situation, Spot, Unit};
+use super::{Drive, Effect, EffectId, Parameter, Site, Situation, Unit};
 
 #[derive(Debug)]
 struct ClockSkew {
@@ -31,9 +31,9 @@ pub(super) const KIND: Kind = kind(
         // A fifth of a second: a picture that is later belongs to the next one.
         Ok(Box::new(ClockSkew { parameters: [Parameter::new("late_ms", Unit::MS, (-0.2, 0.2))] }))
     },
-    |survey| match survey.passport.stripes && survey.passport.moves {
+    |context| match context.summary.stripes && context.summary.moves {
         // At rest every time shows the same pose.
-        true => vec![EffectId::at("clock_skew", Spot::Sensor)],
+        true => vec![EffectId::at("clock_skew", Site::Sensor)],
         false => Vec::new(),
     },
 );

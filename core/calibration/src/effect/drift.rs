@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
 use super::tool_offset::length_of;
-use super::{Drive, Effect, EffectId, Handle, Parameter, Situation, Size, Spot, Unit};
+use super::{Drive, Effect, EffectId, Handle, Parameter, Site, Situation, Size, Unit};
 
 #[derive(Debug)]
 struct Drift {
@@ -51,9 +51,9 @@ pub(super) const KIND: Kind = Kind {
             .map(|name| Parameter::new(name, Unit::MM_PER_HOUR, (-50.0, 50.0)));
         Ok(Box::new(Drift { parameters }))
     },
-    candidates: |survey| match survey.passport.time_span {
+    candidates: |context| match context.summary.time_span {
         // Without a span of time a creep is a base that is elsewhere.
-        Some(span) if span > 0.0 => vec![EffectId::at("drift", Spot::Base)],
+        Some(span) if span > 0.0 => vec![EffectId::at("drift", Site::Base)],
         _ => Vec::new(),
     },
 };

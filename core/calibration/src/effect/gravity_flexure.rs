@@ -27,7 +27,7 @@ impl Effect for GravityFlexure {
     }
 
     fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
-        let joints = &situation.posture.joints;
+        let joints = &situation.link_frames.joints;
         // All in the base's frame: only the angle between the axis and what is down counts.
         let Some(axis) = joints.get(self.joint).map(|joint| joint.axis) else { return };
         // axis . (arm x down) = arm . (down x axis)
@@ -89,8 +89,8 @@ pub(super) const KIND: Kind = Kind {
         let parameters = names.map(|name| Parameter::new(&name, Unit::DEG, (-GREATEST, GREATEST))).collect();
         Ok(Box::new(GravityFlexure { joint, links, parameters }))
     },
-    candidates: |survey| match !survey.has_weight() && survey.passport.measures_points {
-        true => survey.every_turning_joint("gravity_flexure"),
+    candidates: |context| match !context.has_weight() && context.summary.measures_points {
+        true => context.every_turning_joint("gravity_flexure"),
         // With masses one compliance says it all; triggers and heights alone cannot distinguish so many terms from what a sensor does.
         // One number for each of up to nine terms.
         false => Vec::new(),

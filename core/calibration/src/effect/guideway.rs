@@ -8,7 +8,7 @@
 
 use nalgebra::Vector3;
 
-use super::kind::{Setting, Survey};
+use super::kind::{CandidateContext, Setting};
 use super::{Drive, Effect, EffectId, EffectNameError, Handle, LooksAt, Parameter, Situation, Unit};
 
 /// About which line a carriage turns.
@@ -66,7 +66,7 @@ impl Effect for Guideway {
 
     fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
         let (Some(frame), Some(row)) =
-            (situation.posture.joints.get(self.joint), situation.chain.joints.get(self.joint))
+            (situation.link_frames.joints.get(self.joint), situation.chain.joints.get(self.joint))
         else {
             return;
         };
@@ -96,9 +96,9 @@ impl Effect for Guideway {
 }
 
 /// Everywhere such an error may be: every joint that slides.
-pub(super) fn candidates(survey: &Survey<'_>, name: &str) -> Vec<EffectId> {
-    let mut ids = survey.every_joint(name);
-    ids.retain(|id| id.joint().is_some_and(|joint| !survey.turns(joint)));
+pub(super) fn candidates(context: &CandidateContext<'_>, name: &str) -> Vec<EffectId> {
+    let mut ids = context.every_joint(name);
+    ids.retain(|id| id.joint().is_some_and(|joint| !context.turns(joint)));
     ids
 }
 

@@ -17,5 +17,5 @@ pub(super) const KIND: Kind = kind(
     "One body seen with the hand turned into many directions.",
     ["  ━━━┓ flange", "     ╎ ←→", "     ╵  ▭ camera, light"],
     |setting| build(setting, &NUMBERS),
-    |survey| candidates("hand_eye", survey),
+    |context| candidates("hand_eye", context),
 );

@@ -9,7 +9,7 @@ use crate::table::scalar::{SCALARS, Scalar, ScalarUnit};
 
 /// Where an effect acts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Spot {
+pub enum Site {
     /// A joint, by its index.
     Joint(usize),
     /// A target, by its index in the model.
@@ -28,7 +28,7 @@ pub enum Spot {
     Reading(Channel),
 }
 
-impl Spot {
+impl Site {
     /// The joint, if it is one.
     pub fn joint(self) -> Option<usize> {
         match self {
@@ -153,7 +153,7 @@ pub struct EffectId {
     /// The effect's name.
     pub name: String,
     /// Where it acts.
-    pub spot: Spot,
+    pub site: Site,
     /// The other joint of a coupling.
     pub with: Option<usize>,
     /// Periods a turn of a harmonic.
@@ -166,14 +166,14 @@ pub struct EffectId {
 
 impl EffectId {
     /// An effect at a place, nothing more said.
-    pub fn at(name: &str, spot: Spot) -> Self {
-        Self { name: name.to_owned(), spot, with: None, order: None, of: None, inner: None }
+    pub fn at(name: &str, site: Site) -> Self {
+        Self { name: name.to_owned(), site, with: None, order: None, of: None, inner: None }
     }
 
     /// The same effect at the same place, whatever was searched for inside.
     pub fn same_as(&self, other: &Self) -> bool {
         self.name == other.name
-            && self.spot == other.spot
+            && self.site == other.site
             && self.with == other.with
             && self.of == other.of
             // `inner` is left out: a time constant that was found anew makes no other effect.
@@ -182,7 +182,7 @@ impl EffectId {
 
     /// The joint it acts on.
     pub fn joint(&self) -> Option<usize> {
-        self.spot.joint()
+        self.site.joint()
     }
 }
 

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, Vector3};
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
 use super::tool_offset::length_of;
-use super::{Drive, Effect, EffectId, Handle, LooksAt, Parameter, Situation, Size, Spot, Unit};
+use super::{Drive, Effect, EffectId, Handle, LooksAt, Parameter, Site, Situation, Size, Unit};
 use crate::arm_model::MeasuredFrom;
 
 #[derive(Debug)]
@@ -62,10 +62,10 @@ pub(super) const KIND: Kind = Kind {
         let parameters = ["x_deg", "y_deg"].map(|name| Parameter::new(name, Unit::DEG, (-0.1, 0.1)));
         Ok(Box::new(InstrumentTilt { parameters }))
     },
-    candidates: |survey| match survey.model.measured_from {
+    candidates: |context| match context.model.measured_from {
         // An instrument that may be anywhere has no level to be out of: its tilt is the base's.
-        MeasuredFrom::World if survey.passport.measures_points => {
-            vec![EffectId::at("instrument_tilt", Spot::Instrument)]
+        MeasuredFrom::World if context.summary.measures_points => {
+            vec![EffectId::at("instrument_tilt", Site::Instrument)]
         }
         _ => Vec::new(),
     },

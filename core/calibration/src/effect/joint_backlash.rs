@@ -49,9 +49,9 @@ pub(super) const KIND: Kind = Kind {
         };
         Ok(Box::new(JointBacklash { joint, parameters: [parameter] }))
     },
-    candidates: |survey| {
-        let mut ids = survey.every_joint("joint_backlash");
-        ids.retain(|id| id.joint().is_some_and(|joint| survey.passport.came_both_ways(joint)));
+    candidates: |context| {
+        let mut ids = context.every_joint("joint_backlash");
+        ids.retain(|id| id.joint().is_some_and(|joint| context.summary.came_both_ways(joint)));
         ids
     },
 };

@@ -57,9 +57,9 @@ pub(super) const KIND: Kind = Kind {
         let parameters = [Parameter::new("compliance", Unit::COMPLIANCE, (0.0, 0.05))];
         Ok(Box::new(JointCompliance { joint: setting.joint()?, parameters }))
     },
-    candidates: |survey| match survey.has_weight() {
+    candidates: |context| match context.has_weight() {
         // A slide gives along its way as link_sag of what carries it.
-        true => survey.every_turning_joint("joint_compliance"),
+        true => context.every_turning_joint("joint_compliance"),
         false => Vec::new(),
     },
 };

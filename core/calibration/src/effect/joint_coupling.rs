@@ -53,15 +53,15 @@ pub(super) const KIND: Kind = Kind {
         let parameters = [Parameter::new("ratio", Unit::RATIO, (-0.2, 0.2))];
         Ok(Box::new(JointCoupling { joint, driver, parameters }))
     },
-    candidates: |survey| {
-        let joints = survey.model.chain.len();
+    candidates: |context| {
+        let joints = context.model.chain.len();
         let pairs = (0..joints).flat_map(|joint| (0..joints).map(move |driver| (joint, driver)));
         pairs
             // Millimetres drag no angle by a ratio without a unit.
-            .filter(|(joint, driver)| joint != driver && survey.turns(*joint) && survey.turns(*driver))
+            .filter(|(joint, driver)| joint != driver && context.turns(*joint) && context.turns(*driver))
             .map(|(joint, driver)| EffectId {
                 with: Some(driver),
-                ..EffectId::at("joint_coupling", super::Spot::Joint(joint))
+                ..EffectId::at("joint_coupling", super::Site::Joint(joint))
             })
             .collect()
     },

@@ -3,7 +3,7 @@
 use nalgebra::DMatrix;
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
-use super::{Drive, Effect, EffectId, EffectNameError, Parameter, Situation, Size, Spot, Unit, amplitude};
+use super::{Drive, Effect, EffectId, EffectNameError, Parameter, Site, Situation, Size, Unit, amplitude};
 
 /// The highest number of periods a turn that is looked for, besides the gear ratios.
 pub(super) const HIGHEST: u32 = 64;
@@ -70,8 +70,8 @@ pub(super) const KIND: Kind = Kind {
             [Parameter::new("sine_deg", Unit::DEG, range), Parameter::new("cosine_deg", Unit::DEG, range)];
         Ok(Box::new(JointHarmonic { joint, order, parameters }))
     },
-    candidates: |survey| {
-        let joints = survey.model.chain.joints.iter().enumerate().filter(|(index, _)| survey.turns(*index));
+    candidates: |context| {
+        let joints = context.model.chain.joints.iter().enumerate().filter(|(index, _)| context.turns(*index));
         joints
             .flat_map(|(index, joint)| {
                 let mut orders: Vec<f64> = (1..=HIGHEST).map(f64::from).collect();
@@ -84,7 +84,7 @@ pub(super) const KIND: Kind = Kind {
                 }
                 orders.into_iter().map(move |order| EffectId {
                     order: Some(order),
-                    ..EffectId::at("joint_harmonic", Spot::Joint(index))
+                    ..EffectId::at("joint_harmonic", Site::Joint(index))
                 })
             })
             .collect()

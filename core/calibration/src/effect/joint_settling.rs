@@ -44,5 +44,5 @@ pub(super) const KIND: Kind = Kind {
         let parameters = [Parameter::new("share", Unit::RATIO, (-0.05, 0.05))];
         Ok(Box::new(JointSettling { joint: setting.joint()?, parameters }))
     },
-    candidates: |survey| survey.every_joint("joint_settling"),
+    candidates: |context| context.every_joint("joint_settling"),
 };

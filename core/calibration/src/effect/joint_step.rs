@@ -1,6 +1,6 @@
 //! A joint jumps at some moment and stays off: lost steps, a slipped coupling, a knock.
 
-use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting, Survey};
+use super::kind::{CandidateContext, DrivenBy, Family, Kind, Places, Search, Setting};
 use super::{Drive, Effect, EffectId, EffectNameError, Parameter, Situation, Unit};
 use crate::arm_model::Epochs;
 
@@ -32,14 +32,18 @@ impl Effect for JointStep {
     }
 }
 
+/// Whether a clock counts rows, as far as this one.
+fn is_a_row(clocks: &[f64], row: f64) -> bool {
+    clocks.get(row as usize).is_some_and(|clock| *clock == row)
+}
+
 /// The moments at which the model's epochs begin, where they are times, or rows of a table without times: the clock counts its rows from 0.
-fn dated(survey: &Survey<'_>) -> Vec<f64> {
-    let clocks = &survey.passport.clocks;
-    let is_a_row = |row: &f64| clocks.get(*row as usize).is_some_and(|clock| clock == row);
-    match &survey.model.epochs {
+fn dated(context: &CandidateContext<'_>) -> Vec<f64> {
+    let clocks = &context.summary.clocks;
+    match &context.model.epochs {
         Some(Epochs::Times(starts)) => starts.clone(),
         Some(Epochs::Rows(starts)) => {
-            starts.iter().map(|start| *start as f64 - 1.0).filter(is_a_row).collect()
+            starts.iter().map(|start| *start as f64 - 1.0).filter(|row| is_a_row(clocks, *row)).collect()
         }
         Some(Epochs::Sessions(_)) | None => Vec::new(),
     }
@@ -73,8 +77,8 @@ pub(super) const KIND: Kind = Kind {
         };
         Ok(Box::new(JointStep { joint, at, parameters: [parameter] }))
     },
-    candidates: |survey| {
-        let clocks = &survey.passport.clocks;
+    candidates: |context| {
+        let clocks = &context.summary.clocks;
         // With fewer rows on one side a jump is a few outliers.
         let last = clocks.len().saturating_sub(EITHER_SIDE);
         let usable: Vec<f64> = clocks.get(EITHER_SIDE..last.max(EITHER_SIDE)).unwrap_or(&[]).to_vec();
@@ -83,9 +87,9 @@ pub(super) const KIND: Kind = Kind {
         // Where jumps are dated: between moments of the coarse grid a jump may look like another joint's.
         let (first, last) = (usable.first().copied(), usable.last().copied());
         let is_new = |at: &f64| Some(*at) >= first && Some(*at) <= last && !moments.contains(at);
-        let dated: Vec<f64> = dated(survey).into_iter().filter(is_new).collect();
+        let dated: Vec<f64> = dated(context).into_iter().filter(is_new).collect();
         moments.extend(dated);
-        survey
+        context
             .every_joint("joint_step")
             .into_iter()
             .flat_map(|id| {

@@ -64,16 +64,16 @@ pub(super) const KIND: Kind = Kind {
         let parameters = [Parameter::new("compliance_at_rest", Unit::COMPLIANCE, (0.0, 0.5))];
         Ok(Box::new(JointStiffening { joint: setting.joint()?, knee, parameters }))
     },
-    candidates: |survey| {
-        if !survey.has_weight() {
+    candidates: |context| {
+        if !context.has_weight() {
             return Vec::new();
         }
-        let at = survey.every_turning_joint("joint_stiffening").into_iter();
+        let at = context.every_turning_joint("joint_stiffening").into_iter();
         at.flat_map(|id| {
             // Knees go by the moments that the table has: a knee far above all of them is a plain compliance.
             let greatest = id
                 .joint()
-                .and_then(|joint| survey.passport.greatest_moments.get(joint))
+                .and_then(|joint| context.summary.greatest_moments.get(joint))
                 .copied()
                 .unwrap_or(0.0);
             let knees = KNEES.into_iter().filter(move |_| greatest > 1e-6);

@@ -43,5 +43,5 @@ pub(super) const KIND: Kind = Kind {
         };
         Ok(Box::new(JointZero { joint, parameters: [parameter] }))
     },
-    candidates: |survey| survey.every_joint("joint_zero"),
+    candidates: |context| context.every_joint("joint_zero"),
 };

@@ -38,10 +38,10 @@ pub(super) const KIND: Kind = Kind {
         Ok(Box::new(EpochSteps::new(setting, vec![step], 1)?))
     },
     // One jump of one joint is `joint_step`.
-    candidates: |survey| match survey.model.epochs {
+    candidates: |context| match context.model.epochs {
         Some(Epochs::Rows(ref starts)) if starts.len() < 2 => Vec::new(),
         Some(Epochs::Times(ref starts)) if starts.len() < 2 => Vec::new(),
         None => Vec::new(),
-        Some(_) => survey.every_joint("joint_zero_reset"),
+        Some(_) => context.every_joint("joint_zero_reset"),
     },
 };

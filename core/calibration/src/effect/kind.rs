@@ -3,8 +3,8 @@
 use plumb_kinematics::Motion;
 
 use super::Effect;
-use super::identity::{EffectId, EffectNameError, Spot};
-use super::passport::Passport;
+use super::identity::{EffectId, EffectNameError, Site};
+use super::summary::DatasetSummary;
 use crate::arm_model::{Model, Sensor};
 
 /// What kind of thing an effect is.
@@ -153,7 +153,7 @@ pub struct Kind {
     /// Makes it at a place.
     pub build: fn(&Setting<'_>) -> Result<Box<dyn Effect>, EffectNameError>,
     /// Everywhere a table could show it.
-    pub candidates: fn(&Survey<'_>) -> Vec<EffectId>,
+    pub candidates: fn(&CandidateContext<'_>) -> Vec<EffectId>,
 }
 
 impl Kind {
@@ -184,8 +184,8 @@ impl Setting<'_> {
 
     /// The target it acts on.
     pub(super) fn target(&self) -> Result<usize, EffectNameError> {
-        match self.id.spot {
-            Spot::Target(target) if target < self.model.targets.len() => Ok(target),
+        match self.id.site {
+            Site::Target(target) if target < self.model.targets.len() => Ok(target),
             _ => Err(self.unusable("needs a target to act on, such as p1")),
         }
     }
@@ -205,17 +205,17 @@ impl Setting<'_> {
 }
 
 /// A model and what its table offers: where candidates come from.
-pub struct Survey<'a> {
+pub struct CandidateContext<'a> {
     /// The model.
     pub model: &'a Model,
     /// What the table logs.
-    pub passport: &'a Passport,
+    pub summary: &'a DatasetSummary,
 }
 
-impl Survey<'_> {
+impl CandidateContext<'_> {
     /// One candidate a joint.
     pub(super) fn every_joint(&self, name: &str) -> Vec<EffectId> {
-        (0..self.model.chain.len()).map(|joint| EffectId::at(name, Spot::Joint(joint))).collect()
+        (0..self.model.chain.len()).map(|joint| EffectId::at(name, Site::Joint(joint))).collect()
     }
 
     /// One candidate a joint that turns.
@@ -233,6 +233,6 @@ impl Survey<'_> {
     /// Whether anything with weight hangs on the arm.
     pub fn has_weight(&self) -> bool {
         // A load that differs from row to row pulls, though no mass of a link is known.
-        !self.model.masses.is_empty() || self.passport.payload_range.is_some_and(|range| range > 0.0)
+        !self.model.masses.is_empty() || self.summary.payload_range.is_some_and(|range| range > 0.0)
     }
 }

@@ -13,5 +13,5 @@ pub(super) const KIND: Kind = kind(
     "Stripes in the corners of the picture as well as in its middle.",
     ["   ╭────╮ straight", "   │    │ lines bend", "   ╰────╯"],
     |setting| build(setting, &NUMBERS),
-    |survey| candidates("lens_distortion", survey),
+    |context| candidates("lens_distortion", context),
 );

@@ -136,10 +136,10 @@ fn defined_at(
     arguments: &[&str],
     model: &Model,
 ) -> Result<Vec<EffectId>, EffectNameError> {
-    let id = EffectId::at(&definition.name, definition.spot);
+    let id = EffectId::at(&definition.name, definition.site);
     match arguments {
         [] | ["*"] => Ok(vec![id]),
-        [place] if *place == model.site_name(id.spot) => Ok(vec![id]),
+        [place] if *place == model.site_name(id.site) => Ok(vec![id]),
         _ => Err(EffectNameError::Malformed { text: text.to_owned(), example: model.label(&id) }),
     }
 }

@@ -24,5 +24,5 @@ pub(super) const KIND: Kind = Kind {
         let parameter = Parameter::new("length_mm", Unit::MM, (-20.0, 20.0));
         Ok(Box::new(RowError::new(setting, DhParameter::A, parameter)?))
     },
-    candidates: |survey| survey.every_joint("link_length"),
+    candidates: |context| context.every_joint("link_length"),
 };

@@ -24,5 +24,5 @@ pub(super) const KIND: Kind = Kind {
         let parameter = Parameter::new("offset_mm", Unit::MM, (-20.0, 20.0));
         Ok(Box::new(RowError::new(setting, DhParameter::D, parameter)?))
     },
-    candidates: |survey| survey.every_joint("link_offset"),
+    candidates: |context| context.every_joint("link_offset"),
 };

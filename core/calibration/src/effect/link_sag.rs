@@ -15,7 +15,7 @@ impl Effect for LinkSag {
     }
 
     fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
-        if let Some(sag) = situation.weights.sag(situation.posture, self.joint) {
+        if let Some(sag) = situation.weights.sag(situation.link_frames, self.joint) {
             // Euler and Bernoulli's beam, clamped at its joint: shift and slope of its end go to everything beyond (Timoshenko 1955, Strength of Materials I).
             let handle =
                 Handle::Twist { after: self.joint, shift: sag.shift, turn: sag.turn, about: sag.end };
@@ -47,8 +47,8 @@ pub(super) const KIND: Kind = Kind {
         let parameters = [Parameter::new("flexibility", Unit::FLEXIBILITY, (0.0, 0.1))];
         Ok(Box::new(LinkSag { joint: setting.joint()?, parameters }))
     },
-    candidates: |survey| match survey.has_weight() {
-        true => survey.every_joint("link_sag"),
+    candidates: |context| match context.has_weight() {
+        true => context.every_joint("link_sag"),
         false => Vec::new(),
     },
 };

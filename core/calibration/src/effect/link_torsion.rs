@@ -1,7 +1,7 @@
 //! A link twists about its own axis under the torque of what it carries, as a shaft clamped at its joint.
 
 use nalgebra::Vector3;
-use plumb_kinematics::{Chain, Motion, Posture, Weights};
+use plumb_kinematics::{Chain, LinkFrames, Motion, Weights};
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
 use super::{Drive, Effect, Handle, LooksAt, Parameter, Situation, Unit};
@@ -21,14 +21,14 @@ impl Effect for LinkTorsion {
     }
 
     fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
-        let (weights, posture) = (&situation.weights, situation.posture);
-        let Some((start, end)) = weights.link(posture, self.joint) else { return };
+        let (weights, link_frames) = (&situation.weights, situation.link_frames);
+        let Some((start, end)) = weights.link(link_frames, self.joint) else { return };
         let Some(along) = (end - start).try_normalize(1e-6) else { return };
         let length = (end - start).norm() * 1e-3;
         // Saint-Venant's torsion of a shaft: angle = T L / (G J) (Timoshenko 1955, Strength of Materials I, chapter 10). What hangs beyond the link twists
         // all of it, its own weight the part up to where it hangs; rad per 1/(N m2).
         let mut turned = 0.0;
-        for (after, force, place) in weights.beyond(posture, self.joint) {
+        for (after, force, place) in weights.beyond(link_frames, self.joint) {
             let arm = (place - start) * 1e-3;
             let reach = if after == self.joint { arm.dot(&along).clamp(0.0, length) } else { length };
             turned += along.dot(&arm.cross(&force)) * reach;
@@ -50,10 +50,10 @@ fn lies_along(chain: &Chain, link: usize, joint: usize) -> bool {
     if !turns(link) || !turns(joint) {
         return false;
     }
-    let posture = Posture::of(chain, &vec![0.0; chain.len()], &[]);
+    let link_frames = LinkFrames::of(chain, &vec![0.0; chain.len()], &[]);
     let weights = Weights { masses: &[], payload: 0.0, down: -Vector3::z() };
-    let line = weights.link(&posture, link).and_then(|(start, end)| (end - start).try_normalize(1e-6));
-    let axis = posture.joints.get(joint).map(|frame| frame.axis);
+    let line = weights.link(&link_frames, link).and_then(|(start, end)| (end - start).try_normalize(1e-6));
+    let axis = link_frames.joints.get(joint).map(|frame| frame.axis);
     line.zip(axis).is_some_and(|(line, axis)| line.cross(&axis).norm() < ALONG)
 }
 
@@ -84,14 +84,14 @@ pub(super) const KIND: Kind = Kind {
         let parameters = [Parameter::new("flexibility", Unit::FLEXIBILITY, (0.0, 0.1))];
         Ok(Box::new(LinkTorsion { joint: setting.joint()?, parameters }))
     },
-    candidates: |survey| {
-        if !survey.has_weight() {
+    candidates: |context| {
+        if !context.has_weight() {
             return Vec::new();
         }
         // What is the same as a joint's compliance goes by that name, and is reported with it (`Effect::twin`).
-        let chain = &survey.model.chain;
+        let chain = &context.model.chain;
         let own = |link: usize| !lies_along(chain, link, link) && !lies_along(chain, link, link + 1);
-        let mut ids = survey.every_joint("link_torsion");
+        let mut ids = context.every_joint("link_torsion");
         ids.retain(|id| id.joint().is_some_and(own));
         ids
     },

@@ -24,5 +24,5 @@ pub(super) const KIND: Kind = Kind {
         let parameter = Parameter::new("twist_deg", Unit::DEG, (-0.1, 0.1));
         Ok(Box::new(RowError::new(setting, DhParameter::Alpha, parameter)?))
     },
-    candidates: |survey| survey.every_joint("link_twist"),
+    candidates: |context| context.every_joint("link_twist"),
 };

@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting, Survey};
+use super::kind::{CandidateContext, DrivenBy, Family, Kind, Places, Search, Setting};
 use super::{Drive, Effect, EffectId, EffectNameError, Parameter, Situation, Size, Unit, standard_error};
 
 /// Most pieces: those between the 256 lines that a compensation table of LinuxCNC has at most.
@@ -116,12 +116,12 @@ pub(super) const KIND: Kind = Kind {
 
 /// A piece of the travel (from, to, mm) whose end nothing was measured near, so that no data say where the map's knot there is: none in the piece before it nor
 /// in that after.
-pub(super) fn unmeasured(survey: &Survey<'_>, id: &EffectId) -> Option<(f64, f64)> {
+pub(super) fn unmeasured(context: &CandidateContext<'_>, id: &EffectId) -> Option<(f64, f64)> {
     (id.name == KIND.name).then_some(())?;
     let joint = id.joint()?;
-    let (low, high) = survey.model.chain.joints.get(joint)?.limits;
+    let (low, high) = context.model.chain.joints.get(joint)?.limits;
     let pieces = id.order?;
-    let (piece, places) = ((high - low) / pieces, survey.passport.places.get(joint)?);
+    let (piece, places) = ((high - low) / pieces, context.summary.places.get(joint)?);
     let knots = (0..=pieces as usize).map(|knot| low + piece * knot as f64);
     let lonely =
         knots.into_iter().find(|knot| places.iter().all(|place| (place - knot).abs() >= piece * NEAR))?;
@@ -135,7 +135,7 @@ const NEAR: f64 = 0.75;
 mod tests {
     use super::*;
     use crate::arm_model::Model;
-    use crate::effect::{self, Passport};
+    use crate::effect::{self, DatasetSummary};
     use crate::forward::rates;
     use crate::table::Table;
 
@@ -209,9 +209,9 @@ targets: {p1: {}}
             let rows: String = places.iter().map(|x| format!("{x},0,{x},0,0\n")).collect();
             let table =
                 Table::parse("t.csv", &format!("q1_mm,q2_deg,p1_x_mm,p1_y_mm,p1_z_mm\n{rows}")).unwrap();
-            let passport = Passport::of(&model, &table);
+            let summary = DatasetSummary::of(&model, &table);
             let id = effect::parse("positioning_error(x, 4)", &model).unwrap();
-            unmeasured(&Survey { model: &model, passport: &passport }, &id)
+            unmeasured(&CandidateContext { model: &model, summary: &summary }, &id)
         };
         assert_eq!(hole(&[110.0, 190.0, 310.0, 420.0, 490.0]), None);
         assert_eq!(hole(&[110.0, 190.0, 210.0, 420.0, 490.0]), Some((200.0, 400.0)));

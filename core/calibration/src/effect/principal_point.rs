@@ -16,5 +16,5 @@ pub(super) const KIND: Kind = kind(
     "Stripes near and far, and in all corners of the picture.",
     ["   ┌────┐", "   │ +• │ its middle", "   └────┘ lies beside"],
     |setting| build(setting, &NUMBERS),
-    |survey| candidates("principal_point", survey),
+    |context| candidates("principal_point", context),
 );

@@ -2,7 +2,7 @@
 
 use super::epoch_steps::{EpochSteps, Step};
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
-use super::{EffectId, Handle, Spot, Unit};
+use super::{EffectId, Handle, Site, Unit};
 
 /// Greatest plausible change of a scale: more would be another unit.
 const MOST: f64 = 0.05;
@@ -22,19 +22,19 @@ pub(super) const KIND: Kind = Kind {
     how_to_see: "Two fixed points far apart read again after every pause.",
     sketch: ["  reads ├──┼──┼──┤", "  later ├───┼───┼───┤", "  another scale"],
     build: |setting: &Setting<'_>| {
-        let Spot::Reading(channel) = setting.id.spot else {
+        let Site::Reading(channel) = setting.id.site else {
             return Err(setting.unusable("needs a reading, such as distance"));
         };
         let handle = Handle::ReadingScale(channel);
         let step = Step { handle, rate: 1.0, name: "excess", unit: Unit::RATIO, most: MOST };
         Ok(Box::new(EpochSteps::new(setting, vec![step], 1)?))
     },
-    candidates: |survey| match survey.model.epoch_count() {
+    candidates: |context| match context.model.epoch_count() {
         0 | 1 => Vec::new(),
         _ => {
             // The scale of an angle is a whole turn: no instrument loses it.
-            let lengths = survey.passport.channels.iter().filter(|channel| channel.is_length());
-            lengths.map(|channel| EffectId::at("reading_rescaled", Spot::Reading(*channel))).collect()
+            let lengths = context.summary.channels.iter().filter(|channel| channel.is_length());
+            lengths.map(|channel| EffectId::at("reading_rescaled", Site::Reading(*channel))).collect()
         }
     },
 };

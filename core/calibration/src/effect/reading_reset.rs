@@ -2,7 +2,7 @@
 
 use super::epoch_steps::{EpochSteps, Step};
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
-use super::{EffectId, Handle, Spot, Unit};
+use super::{EffectId, Handle, Site, Unit};
 
 /// Greatest plausible change of a zero: the travel of a gauge, mm; what a level may be turned by, rad.
 const MOST_MM: f64 = 200.0;
@@ -23,7 +23,7 @@ pub(super) const KIND: Kind = Kind {
     how_to_see: "A fixed point read again after every pause, whatever the arm does.",
     sketch: ["  reads ──╮  ╭── 0 moved", "          ╰──╯", "  rows  1   2   3"],
     build: |setting: &Setting<'_>| {
-        let Spot::Reading(channel) = setting.id.spot else {
+        let Site::Reading(channel) = setting.id.site else {
             return Err(setting.unusable("needs a reading, such as distance"));
         };
         let (name, unit, most) = match channel.is_length() {
@@ -33,14 +33,14 @@ pub(super) const KIND: Kind = Kind {
         let step = Step { handle: Handle::ReadingZero(channel), rate: 1.0, name, unit, most };
         Ok(Box::new(EpochSteps::new(setting, vec![step], 1)?))
     },
-    candidates: |survey| match survey.model.epoch_count() {
+    candidates: |context| match context.model.epoch_count() {
         // In a single epoch nothing was set anew.
         0 | 1 => Vec::new(),
-        _ => survey
-            .passport
+        _ => context
+            .summary
             .channels
             .iter()
-            .map(|channel| EffectId::at("reading_reset", Spot::Reading(*channel)))
+            .map(|channel| EffectId::at("reading_reset", Site::Reading(*channel)))
             .collect(),
     },
 };

@@ -1,7 +1,7 @@
 //! The zero of a reading shifts with temperature.
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
-use super::{Channel, Drive, Effect, EffectId, Handle, Parameter, Situation, Spot, Unit};
+use super::{Channel, Drive, Effect, EffectId, Handle, Parameter, Site, Situation, Unit};
 
 /// Greatest plausible shift a kelvin. Data sheets of draw wires and of optical triangulation give a hundredth of a percent of the range, of poor ones a
 /// tenth: 1 mm is that of a wire of a metre, mm/K. Of levels and theodolites it is thousandths of a degree: 0.1 deg is far beyond, rad/K.
@@ -46,7 +46,7 @@ pub(super) const KIND: Kind = Kind {
     how_to_see: "A fixed point read cold and warm, whatever the arm does, with the temperature logged.",
     sketch: ["  ├──●────── cool", "  ├────●──── warm", "   0 ←→ moved"],
     build: |setting: &Setting<'_>| {
-        let Spot::Reading(channel) = setting.id.spot else {
+        let Site::Reading(channel) = setting.id.site else {
             return Err(setting.unusable("needs a reading, such as distance"));
         };
         let parameter = match channel.is_length() {
@@ -55,12 +55,12 @@ pub(super) const KIND: Kind = Kind {
         };
         Ok(Box::new(ReadingWarming { channel, parameters: [parameter] }))
     },
-    candidates: |survey| match survey.passport.temperature_range {
+    candidates: |context| match context.summary.temperature_range {
         Some(range) if range > 0.0 => {
             // What sees whole points warms in all its axes at once, and not along those of its frame: of coordinates it has to be written by name.
             let coordinates = [Channel::X, Channel::Y, Channel::Z];
-            let read = survey.passport.channels.iter().filter(|channel| !coordinates.contains(channel));
-            read.map(|channel| EffectId::at("reading_warming", Spot::Reading(*channel))).collect()
+            let read = context.summary.channels.iter().filter(|channel| !coordinates.contains(channel));
+            read.map(|channel| EffectId::at("reading_warming", Site::Reading(*channel))).collect()
         }
         _ => Vec::new(),
     },
@@ -70,7 +70,7 @@ pub(super) const KIND: Kind = Kind {
 mod tests {
     use super::*;
     use crate::arm_model::{AddedEffect, Model};
-    use crate::effect::{Passport, Survey, build, parse};
+    use crate::effect::{CandidateContext, DatasetSummary, build, parse};
     use crate::fit::ResidualModel;
     use crate::measurement::Observations;
     use crate::table::Table;
@@ -134,7 +134,7 @@ measured_from: world
             assert!(plausible("reading_warming(tilt_x)", sign * 0.099_f64.to_radians()));
             assert!(!plausible("reading_warming(tilt_x)", sign * 0.101_f64.to_radians()));
         }
-        let nowhere = build(&EffectId::at("reading_warming", Spot::Base), &model).unwrap_err().to_string();
+        let nowhere = build(&EffectId::at("reading_warming", Site::Base), &model).unwrap_err().to_string();
         assert!(nowhere.contains("needs a reading, such as distance"), "{nowhere}");
     }
 
@@ -144,8 +144,8 @@ measured_from: world
             let model = model();
             let text = format!("q1_deg,{columns}\n0,{}\n9,{}\n", rows[0], rows[1]);
             let table = Table::parse("t.csv", &text).unwrap();
-            let passport = Passport::of(&model, &table);
-            let found = (KIND.candidates)(&Survey { model: &model, passport: &passport });
+            let summary = DatasetSummary::of(&model, &table);
+            let found = (KIND.candidates)(&CandidateContext { model: &model, summary: &summary });
             found.iter().map(|id| model.label(id)).collect::<Vec<_>>()
         };
         let columns = "p1_x_mm,distance_mm,distance_to,temperature_c";

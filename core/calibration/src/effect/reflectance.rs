@@ -2,7 +2,7 @@
 
 use super::EffectNameError;
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
-use super::{Drive, Effect, EffectId, Handle, LooksAt, Parameter, Situation, Spot, Unit};
+use super::{Drive, Effect, EffectId, Handle, LooksAt, Parameter, Site, Situation, Unit};
 use crate::arm_model::SurfaceShape;
 use crate::arm_model::{Model, Sensor};
 
@@ -53,8 +53,8 @@ pub(super) const KIND: Kind = Kind {
     sketch: ["     ▽", "    ╱ ╲ less comes back", "  ▒▒▒▒▒▒▒▒"],
     build: |setting: &Setting<'_>| {
         let sensor = setting.sensor()?;
-        match setting.id.spot {
-            Spot::Surface(surface) if reflects(setting.model, surface) => Ok(Box::new(Reflectance {
+        match setting.id.site {
+            Site::Surface(surface) if reflects(setting.model, surface) => Ok(Box::new(Reflectance {
                 surface,
                 sensor,
                 parameters: [Parameter::new("lighter_by", Unit::RATIO, (-0.6, 0.6))],
@@ -65,13 +65,13 @@ pub(super) const KIND: Kind = Kind {
             }),
         }
     },
-    candidates: |survey| {
-        let mut flat = survey.passport.triggered_on.clone();
-        flat.retain(|surface| reflects(survey.model, *surface));
+    candidates: |context| {
+        let mut flat = context.summary.triggered_on.clone();
+        flat.retain(|surface| reflects(context.model, *surface));
         // Over one surface alone a lighter one is the sensor's own height.
-        match survey.model.sensor.is_some() && flat.len() > 1 {
+        match context.model.sensor.is_some() && flat.len() > 1 {
             true => {
-                flat.into_iter().map(|surface| EffectId::at("reflectance", Spot::Surface(surface))).collect()
+                flat.into_iter().map(|surface| EffectId::at("reflectance", Site::Surface(surface))).collect()
             }
             false => Vec::new(),
         }

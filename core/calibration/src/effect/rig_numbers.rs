@@ -2,10 +2,10 @@
 
 use nalgebra::DMatrix;
 
-use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting, Sketch, Survey};
+use super::kind::{CandidateContext, DrivenBy, Family, Kind, Places, Search, Setting, Sketch};
 use super::tool_offset::length_of;
 use super::{
-    Drive, Effect, EffectId, EffectNameError, Handle, Parameter, Situation, Size, Spot, Unit, standard_error,
+    Drive, Effect, EffectId, EffectNameError, Handle, Parameter, Site, Situation, Size, Unit, standard_error,
 };
 use crate::arm_model::RigNumber;
 
@@ -72,9 +72,9 @@ pub(super) fn needs_rig(setting: &Setting<'_>) -> Result<(), EffectNameError> {
 }
 
 /// A candidate where stripes were seen.
-pub(super) fn candidates(name: &str, survey: &Survey<'_>) -> Vec<EffectId> {
-    match survey.passport.stripes {
-        true => vec![EffectId::at(name, Spot::Sensor)],
+pub(super) fn candidates(name: &str, context: &CandidateContext<'_>) -> Vec<EffectId> {
+    match context.summary.stripes {
+        true => vec![EffectId::at(name, Site::Sensor)],
         false => Vec::new(),
     }
 }
@@ -86,7 +86,7 @@ pub(super) const fn kind(
     how_to_see: &'static str,
     sketch: Sketch,
     build: fn(&Setting<'_>) -> Result<Box<dyn Effect>, EffectNameError>,
-    candidates: fn(&Survey<'_>) -> Vec<EffectId>,
+    candidates: fn(&CandidateContext<'_>) -> Vec<EffectId>,
 ) -> Kind {
     Kind {
         name,

@@ -1,7 +1,7 @@
 //! The instrument's unit of length is off along one of its axes.
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
-use super::{Drive, Effect, EffectId, EffectNameError, Handle, LooksAt, Parameter, Situation, Spot, Unit};
+use super::{Drive, Effect, EffectId, EffectNameError, Handle, LooksAt, Parameter, Site, Situation, Unit};
 
 #[derive(Debug)]
 struct Scale {
@@ -39,15 +39,15 @@ pub(super) const KIND: Kind = Kind {
     sentence: "The instrument reads lengths along one of its axes too long or too short.",
     how_to_see: "Points far apart along that axis, or a bar of known length.",
     sketch: ["  reads ├──┼──┼──┤", "  true  ├───┼───┼───┤", "  the ruler is short"],
-    build: |setting: &Setting<'_>| match setting.id.spot {
+    build: |setting: &Setting<'_>| match setting.id.site {
         // 2 %: a wrong unit is further off, and reported when the table is read.
-        Spot::Axis(axis) if axis < 3 => {
+        Site::Axis(axis) if axis < 3 => {
             Ok(Box::new(Scale { axis, parameters: [Parameter::new("excess", Unit::RATIO, (-0.02, 0.02))] }))
         }
         _ => Err(EffectNameError::Malformed { text: "scale".to_owned(), example: "scale(x)".to_owned() }),
     },
-    candidates: |survey| match survey.passport.measures_points {
-        true => (0..3).map(|axis| EffectId::at("scale", Spot::Axis(axis))).collect(),
+    candidates: |context| match context.summary.measures_points {
+        true => (0..3).map(|axis| EffectId::at("scale", Site::Axis(axis))).collect(),
         false => Vec::new(),
     },
 };

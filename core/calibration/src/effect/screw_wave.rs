@@ -4,9 +4,9 @@ use std::f64::consts::TAU;
 
 use nalgebra::DMatrix;
 
-use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting, Survey};
+use super::kind::{CandidateContext, DrivenBy, Family, Kind, Places, Search, Setting};
 use super::sampling::{Sampling, sampling};
-use super::{Drive, Effect, EffectId, EffectNameError, Parameter, Situation, Size, Spot, Unit, amplitude};
+use super::{Drive, Effect, EffectId, EffectNameError, Parameter, Site, Situation, Size, Unit, amplitude};
 use crate::arm_model::Model;
 
 /// Waves a turn of the screw that are looked for: once, where its bearing's face or its nut is out of true; twice, where a coupling is bent.
@@ -68,9 +68,9 @@ pub(super) fn period_of(model: &Model, id: &EffectId) -> Option<f64> {
 }
 
 /// Whether the places where an effect's joint was measured can determine it; nothing of any other effect.
-pub(super) fn sampling_of(survey: &Survey<'_>, id: &EffectId) -> Option<Sampling> {
-    let period = period_of(survey.model, id)?;
-    Some(sampling(survey.passport.places.get(id.joint()?)?, period))
+pub(super) fn sampling_of(context: &CandidateContext<'_>, id: &EffectId) -> Option<Sampling> {
+    let period = period_of(context.model, id)?;
+    Some(sampling(context.summary.places.get(id.joint()?)?, period))
 }
 
 pub(super) const KIND: Kind = Kind {
@@ -94,24 +94,24 @@ pub(super) const KIND: Kind = Kind {
             [Parameter::new("sine_mm", Unit::MM, range), Parameter::new("cosine_mm", Unit::MM, range)];
         Ok(Box::new(ScrewWave { joint: setting.joint()?, rate, parameters }))
     },
-    candidates: |survey| {
-        let joints = survey.model.chain.joints.iter().enumerate();
+    candidates: |context| {
+        let joints = context.model.chain.joints.iter().enumerate();
         let screws = joints.filter(|(_, joint)| joint.screw_pitch.is_some()).map(|(index, _)| index);
         // A wave that the positions cannot distinguish from a slower one is no candidate: it would be named for whatever is slow.
         let waves = screws.flat_map(|joint| {
             WAVES.map(|waves| EffectId {
                 order: Some(waves),
-                ..EffectId::at("screw_wave", Spot::Joint(joint))
+                ..EffectId::at("screw_wave", Site::Joint(joint))
             })
         });
-        waves.filter(|id| sampling_of(survey, id) == Some(Sampling::Separable)).collect()
+        waves.filter(|id| sampling_of(context, id) == Some(Sampling::Separable)).collect()
     },
 };
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::effect::{self, Passport};
+    use crate::effect::{self, DatasetSummary};
     use crate::forward::rates;
     use crate::table::Table;
 
@@ -160,8 +160,8 @@ targets: {p1: {}}
             let rows = (0..12).map(|row| format!("{},0,{0},0,0\n", spacing * f64::from(row)));
             let text = format!("q1_mm,q2_deg,p1_x_mm,p1_y_mm,p1_z_mm\n{}", rows.collect::<String>());
             let (model, table) = (model(AXIS), Table::parse("t.csv", &text).unwrap());
-            let passport = Passport::of(&model, &table);
-            let found = (KIND.candidates)(&Survey { model: &model, passport: &passport });
+            let summary = DatasetSummary::of(&model, &table);
+            let found = (KIND.candidates)(&CandidateContext { model: &model, summary: &summary });
             found.iter().filter_map(|id| id.order).collect()
         };
         assert_eq!(offered(1.1), [1.0, 2.0]);

@@ -1,7 +1,7 @@
 //! The arm's own sensor sits askew in the hand: it looks aside, the further the higher it is.
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
-use super::{Drive, Effect, EffectId, Handle, LooksAt, Parameter, Situation, Spot, Unit};
+use super::{Drive, Effect, EffectId, Handle, LooksAt, Parameter, Site, Situation, Unit};
 
 #[derive(Debug)]
 struct SensorTilt {
@@ -50,8 +50,8 @@ pub(super) const KIND: Kind = Kind {
         let parameters = ["x_deg", "y_deg"].map(|name| Parameter::new(name, Unit::DEG, (-0.35, 0.35)));
         Ok(Box::new(SensorTilt { parameters }))
     },
-    candidates: |survey| match survey.model.sensor.is_some() && survey.passport.triggers {
-        true => vec![EffectId::at("sensor_tilt", Spot::Sensor)],
+    candidates: |context| match context.model.sensor.is_some() && context.summary.triggers {
+        true => vec![EffectId::at("sensor_tilt", Site::Sensor)],
         false => Vec::new(),
     },
 };

@@ -1,6 +1,6 @@
 //! Where a written effect acts: its arguments read as joints, targets, axes or surfaces of a model.
 
-use super::identity::{Channel, EffectId, EffectNameError, Quantity, Spot, joint_names};
+use super::identity::{Channel, EffectId, EffectNameError, Quantity, Site, joint_names};
 use super::kind::{Kind, Places};
 use crate::arm_model::Model;
 use crate::suggestion::suggestion;
@@ -23,49 +23,49 @@ impl<'a> Sites<'a> {
     pub(super) fn at(&self, arguments: &[&str]) -> Found {
         let model = self.model;
         match (self.kind.places, arguments) {
-            (Places::Base, [] | ["base"]) => self.ids([Spot::Base]),
-            (Places::Instrument, [] | ["instrument"]) => self.ids([Spot::Instrument]),
-            (Places::Sensor, [] | ["sensor"]) => self.ids([Spot::Sensor]),
+            (Places::Base, [] | ["base"]) => self.ids([Site::Base]),
+            (Places::Instrument, [] | ["instrument"]) => self.ids([Site::Instrument]),
+            (Places::Sensor, [] | ["sensor"]) => self.ids([Site::Sensor]),
             (Places::Joints, []) => self.ids(self.joints("*")?),
             (Places::Joints, [name]) => self.ids(self.joints(name)?),
             (Places::JointsAndOrder | Places::JointsAndPieces, [name, order]) => self.with_order(name, order),
             (Places::JointPairs, [first, other]) => self.pairs(first, other),
             (Places::JointsAndQuantity, [name, of]) => self.with_quantity(name, of),
-            (Places::Targets, [] | ["*"]) => self.ids((0..model.targets.len()).map(Spot::Target)),
+            (Places::Targets, [] | ["*"]) => self.ids((0..model.targets.len()).map(Site::Target)),
             (Places::Targets, [name]) => {
                 let known = model.targets.iter().map(|target| target.name.as_str());
                 self.named("a target", name, known, model.target_position(name))
-                    .map(|one| vec![self.id(Spot::Target(one))])
+                    .map(|one| vec![self.id(Site::Target(one))])
             }
-            (Places::Surfaces, [] | ["*"]) => self.ids((0..model.surfaces.len()).map(Spot::Surface)),
+            (Places::Surfaces, [] | ["*"]) => self.ids((0..model.surfaces.len()).map(Site::Surface)),
             (Places::Surfaces, [name]) => {
                 let known = model.surfaces.iter().map(|surface| surface.name.as_str());
                 self.named("a surface", name, known, model.surface_position(name))
-                    .map(|one| vec![self.id(Spot::Surface(one))])
+                    .map(|one| vec![self.id(Site::Surface(one))])
             }
-            (Places::Readings, [] | ["*"]) => self.ids(Channel::all().map(Spot::Reading)),
+            (Places::Readings, [] | ["*"]) => self.ids(Channel::all().map(Site::Reading)),
             (Places::Readings, [name]) => {
                 // Their order in the list is all that `named` needs to know.
                 let channel = Channel::by_name(name);
                 let known = Channel::all().map(Channel::name);
                 self.named("a reading", name, known, channel.map(Channel::place))?;
-                self.ids(channel.map(Spot::Reading))
+                self.ids(channel.map(Site::Reading))
             }
-            (Places::Axes, [] | ["*"]) => self.ids((0..3).map(Spot::Axis)),
+            (Places::Axes, [] | ["*"]) => self.ids((0..3).map(Site::Axis)),
             (Places::Axes, [name]) => {
                 let axis = ["x", "y", "z"].iter().position(|axis| axis == name);
-                self.ids([Spot::Axis(axis.ok_or_else(|| self.malformed())?)])
+                self.ids([Site::Axis(axis.ok_or_else(|| self.malformed())?)])
             }
             _ => Err(self.malformed()),
         }
     }
 
-    fn id(&self, spot: Spot) -> EffectId {
-        EffectId::at(self.kind.name, spot)
+    fn id(&self, site: Site) -> EffectId {
+        EffectId::at(self.kind.name, site)
     }
 
-    fn ids(&self, spots: impl IntoIterator<Item = Spot>) -> Found {
-        Ok(spots.into_iter().map(|spot| self.id(spot)).collect())
+    fn ids(&self, sites: impl IntoIterator<Item = Site>) -> Found {
+        Ok(sites.into_iter().map(|site| self.id(site)).collect())
     }
 
     fn with_order(&self, name: &str, order: &str) -> Found {
@@ -74,13 +74,13 @@ impl<'a> Sites<'a> {
             return Err(self.malformed());
         }
         let joints = self.joints(name)?;
-        Ok(joints.into_iter().map(|spot| EffectId { order: Some(order), ..self.id(spot) }).collect())
+        Ok(joints.into_iter().map(|site| EffectId { order: Some(order), ..self.id(site) }).collect())
     }
 
     fn with_quantity(&self, name: &str, of: &str) -> Found {
         let of = Quantity::by_name(of).ok_or_else(|| self.malformed())?;
         let joints = self.joints(name)?;
-        Ok(joints.into_iter().map(|spot| EffectId { of: Some(of), ..self.id(spot) }).collect())
+        Ok(joints.into_iter().map(|site| EffectId { of: Some(of), ..self.id(site) }).collect())
     }
 
     /// Pairs of joints; with a wildcard, no joint is paired with itself.
@@ -89,22 +89,22 @@ impl<'a> Sites<'a> {
         // With a wildcard the pair of a joint with itself is left out; written by name it is refused, with a reason.
         let wild = first == "*" || other == "*";
         let mut found = Vec::new();
-        for spot in firsts {
-            for with in others.iter().filter(|with| !(wild && **with == spot)) {
-                found.push(EffectId { with: with.joint(), ..self.id(spot) });
+        for site in firsts {
+            for with in others.iter().filter(|with| !(wild && **with == site)) {
+                found.push(EffectId { with: with.joint(), ..self.id(site) });
             }
         }
         Ok(found)
     }
 
     /// One joint by its name, or all of them.
-    fn joints(&self, name: &str) -> Result<Vec<Spot>, EffectNameError> {
+    fn joints(&self, name: &str) -> Result<Vec<Site>, EffectNameError> {
         let chain = &self.model.chain;
         if name == "*" {
-            return Ok((0..chain.len()).map(Spot::Joint).collect());
+            return Ok((0..chain.len()).map(Site::Joint).collect());
         }
         let joint = self.named("a joint", name, joint_names(chain), chain.position_of(name))?;
-        Ok(vec![Spot::Joint(joint)])
+        Ok(vec![Site::Joint(joint)])
     }
 
     /// What a name was found to be, or an error that offers what may have been meant.

@@ -1,7 +1,7 @@
 //! What an effect may know of a row.
 
 use nalgebra::{Matrix3, Vector3};
-use plumb_kinematics::{Chain, DhParameter, Motion, Posture, Weights};
+use plumb_kinematics::{Chain, DhParameter, LinkFrames, Motion, Weights};
 
 use super::{Drive, Handle};
 use crate::arm_model::Sensor;
@@ -32,7 +32,7 @@ pub struct Situation<'a> {
     /// Everything with weight.
     pub weights: Weights<'a>,
     /// The frames of the arm in this row.
-    pub posture: &'a Posture,
+    pub link_frames: &'a LinkFrames,
     /// The predicted point, in the measurements' frame, mm.
     pub point: Vector3<f64>,
     /// Axes of the flange in the measurements' frame.

@@ -13,5 +13,5 @@ pub(super) const KIND: Kind = kind(
     "Long stripes on a plane, in the middle of the picture and at its edges.",
     ["    ╎ ╲", "    ╎  │ the sheet bends", "    ╎ ╱"],
     |setting| build(setting, &NUMBERS),
-    |survey| candidates("stripe_bow", survey),
+    |context| candidates("stripe_bow", context),
 );

@@ -17,5 +17,5 @@ pub(super) const KIND: Kind = kind(
     "Stripes on surfaces at several heights, seen from many sides.",
     ["    ╎ ╱ the sheet of", "    ╎╱  light leans", "  ━━━━━━━━"],
     |setting| build(setting, &NUMBERS),
-    |survey| candidates("stripe_plane", survey),
+    |context| candidates("stripe_plane", context),
 );

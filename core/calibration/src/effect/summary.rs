@@ -1,6 +1,6 @@
 //! What a table has to offer at all, for effects to be seen in it.
 
-use plumb_kinematics::{Posture, Weights};
+use plumb_kinematics::{LinkFrames, Weights};
 
 use super::identity::Channel;
 use super::sampling::distinct;
@@ -9,9 +9,9 @@ use crate::arm_model::{Model, SurfaceShape};
 use crate::table::Table;
 use crate::table::scalar::HEIGHT;
 
-/// What a table logs, and what of it varies: the passport of the data.
+/// What a table logs, and what of it varies.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Passport {
+pub struct DatasetSummary {
     /// Rows.
     pub rows: usize,
     /// Rows in groups of returns.
@@ -80,7 +80,7 @@ fn has_no_height(table: &Table, row: usize) -> bool {
     height.is_none_or(|height| !height.is_finite())
 }
 
-impl Passport {
+impl DatasetSummary {
     /// Reads it off a table.
     pub fn of(model: &Model, table: &Table) -> Self {
         let triggered: Vec<usize> =
@@ -209,13 +209,14 @@ const MANY: usize = 2000;
 fn greatest_moments(model: &Model, table: &Table) -> Vec<f64> {
     let mut greatest = vec![0.0_f64; model.chain.len()];
     let down = model.down(&model.base.pose.rotation);
-    let (mut posture, mut moments) = (Posture::default(), Vec::new());
+    let (mut link_frames, mut moments) = (LinkFrames::default(), Vec::new());
     // The nominal arm in the commanded pose: what bends changes the moments by a thousandth, and candidates need no more than their size.
     for row in (0..table.len()).step_by(table.len().div_ceil(MANY).max(1)) {
         let load =
             table.payload.as_ref().and_then(|loads| loads.get(row)).copied().filter(|load| load.is_finite());
-        posture.update(&model.chain, table.q_of(row), &[]);
-        Weights { masses: &model.masses, payload: load.unwrap_or(0.0), down }.moments(&posture, &mut moments);
+        link_frames.update(&model.chain, table.q_of(row), &[]);
+        Weights { masses: &model.masses, payload: load.unwrap_or(0.0), down }
+            .moments(&link_frames, &mut moments);
         for (greatest, moment) in greatest.iter_mut().zip(&moments) {
             *greatest = greatest.max(moment.abs());
         }

@@ -2,7 +2,7 @@
 
 use super::epoch_steps::{EpochSteps, Step};
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
-use super::{EffectId, Handle, Spot, Unit};
+use super::{EffectId, Handle, Site, Unit};
 
 /// Greatest plausible shift of a target that is put back where it was, mm.
 const MOST: f64 = 50.0;
@@ -33,12 +33,12 @@ pub(super) const KIND: Kind = Kind {
         let steps = steps.collect();
         Ok(Box::new(EpochSteps::new(setting, steps, 3)?))
     },
-    candidates: |survey| match survey.model.epoch_count() {
+    candidates: |context| match context.model.epoch_count() {
         // In a single epoch it sat where it sits.
         0 | 1 => Vec::new(),
         _ => {
-            let targets = 0..survey.model.targets.len();
-            targets.map(|target| EffectId::at("target_reset", Spot::Target(target))).collect()
+            let targets = 0..context.model.targets.len();
+            targets.map(|target| EffectId::at("target_reset", Site::Target(target))).collect()
         }
     },
 };

@@ -4,9 +4,9 @@
 //! with all its weight at the tip.
 
 mod names;
-mod passport;
 mod rates;
 mod sizes;
+mod summary;
 mod torsion;
 
 use nalgebra::{Rotation3, Vector3};
@@ -153,8 +153,8 @@ fn without_a_logged_side_play_goes_by_the_way_from_the_row_before() {
     }
     // The shoulder moved one way only: nothing distinguishes play from a zero there.
     let model = Model::parse("arm.yaml", PLANAR).unwrap();
-    let passport = Passport::of(&model, &Table::parse("table.csv", &table).unwrap());
-    assert_eq!([0, 1].map(|joint| passport.came_both_ways(joint)), [false, true]);
+    let summary = DatasetSummary::of(&model, &Table::parse("table.csv", &table).unwrap());
+    assert_eq!([0, 1].map(|joint| summary.came_both_ways(joint)), [false, true]);
 }
 
 #[test]
@@ -487,10 +487,10 @@ fn errors_of_a_light_stripes_rig_move_what_it_shows_as_its_geometry_says() {
 fn offered(model: &str, table: &str) -> Vec<String> {
     let model = Model::parse("arm.yaml", model).unwrap();
     let table = Table::parse("table.csv", table).unwrap();
-    let passport = Passport::of(&model, &table);
-    let survey = Survey { model: &model, passport: &passport };
+    let summary = DatasetSummary::of(&model, &table);
+    let context = CandidateContext { model: &model, summary: &summary };
     let mut names: Vec<String> =
-        kinds().iter().flat_map(|kind| (kind.candidates)(&survey)).map(|id| id.name).collect();
+        kinds().iter().flat_map(|kind| (kind.candidates)(&context)).map(|id| id.name).collect();
     names.dedup();
     names
 }

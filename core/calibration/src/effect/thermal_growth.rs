@@ -53,8 +53,8 @@ pub(super) const KIND: Kind = Kind {
         let parameters = [Parameter::new("growth_per_k", Unit::GROWTH, (0.0, 5e-4))];
         Ok(Box::new(ThermalGrowth { joint, length, offset, parameters }))
     },
-    candidates: |survey| match survey.passport.temperature_range {
-        Some(range) if range > 0.0 => survey.every_joint("thermal_growth"),
+    candidates: |context| match context.summary.temperature_range {
+        Some(range) if range > 0.0 => context.every_joint("thermal_growth"),
         _ => Vec::new(),
     },
 };

@@ -1,7 +1,7 @@
 //! The measured point sits elsewhere on the flange than the model says.
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
-use super::{Drive, Effect, EffectId, Handle, Parameter, Situation, Size, Spot, Unit, standard_error};
+use super::{Drive, Effect, EffectId, Handle, Parameter, Site, Situation, Size, Unit, standard_error};
 use nalgebra::DMatrix;
 
 #[derive(Debug)]
@@ -68,14 +68,14 @@ pub(super) const KIND: Kind = Kind {
         let parameters = ["x_mm", "y_mm", "z_mm"].map(|name| Parameter::new(name, Unit::MM, (-200.0, 200.0)));
         Ok(Box::new(ToolOffset { target: setting.target()?, parameters }))
     },
-    candidates: |survey| {
+    candidates: |context| {
         // What a light stripe sees does not depend on where a tool is.
-        if survey.passport.stripes {
+        if context.summary.stripes {
             return Vec::new();
         }
         // A target that is free moves anyhow.
-        let fixed = survey.model.targets.iter().enumerate().filter(|(_, target)| !target.free);
-        fixed.map(|(index, _)| EffectId::at("tool_offset", Spot::Target(index))).collect()
+        let fixed = context.model.targets.iter().enumerate().filter(|(_, target)| !target.free);
+        fixed.map(|(index, _)| EffectId::at("tool_offset", Site::Target(index))).collect()
     },
 };
 

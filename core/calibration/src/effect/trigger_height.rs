@@ -1,7 +1,7 @@
 //! The arm's own sensor triggers higher or lower over a surface than the model says.
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
-use super::{Drive, Effect, EffectId, Handle, Parameter, Situation, Spot, Unit};
+use super::{Drive, Effect, EffectId, Handle, Parameter, Site, Situation, Unit};
 
 #[derive(Debug)]
 struct TriggerHeight {
@@ -37,8 +37,8 @@ pub(super) const KIND: Kind = Kind {
         // 20 mm, more than the working distance of most such sensors.
         Ok(Box::new(TriggerHeight { parameters: [Parameter::new("above_mm", Unit::MM, (-20.0, 20.0))] }))
     },
-    candidates: |survey| match survey.passport.triggers {
-        true => vec![EffectId::at("trigger_height", Spot::Sensor)],
+    candidates: |context| match context.summary.triggers {
+        true => vec![EffectId::at("trigger_height", Site::Sensor)],
         false => Vec::new(),
     },
 };

@@ -1,7 +1,7 @@
 //! The arm's own sensor lets go at another light than the model says.
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
-use super::{Drive, Effect, EffectId, Handle, LooksAt, Parameter, Situation, Spot, Unit};
+use super::{Drive, Effect, EffectId, Handle, LooksAt, Parameter, Site, Situation, Unit};
 use crate::arm_model::Sensor;
 
 #[derive(Debug)]
@@ -62,8 +62,8 @@ pub(super) const KIND: Kind = Kind {
         let parameters = [Parameter::new("more_by", Unit::RATIO, (-0.5, 0.5))];
         Ok(Box::new(TriggerHysteresis { sensor: setting.sensor()?, parameters }))
     },
-    candidates: |survey| match survey.model.sensor.is_some() && survey.passport.switches_both_ways {
-        true => vec![EffectId::at("trigger_hysteresis", Spot::Sensor)],
+    candidates: |context| match context.model.sensor.is_some() && context.summary.switches_both_ways {
+        true => vec![EffectId::at("trigger_hysteresis", Site::Sensor)],
         false => Vec::new(),
     },
 };

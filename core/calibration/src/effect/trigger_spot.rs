@@ -1,7 +1,7 @@
 //! The arm's own sensor sees a spot, not a point: at an edge it switches before its middle is there.
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
-use super::{Drive, Effect, EffectId, Handle, LooksAt, Parameter, Situation, Spot, Unit};
+use super::{Drive, Effect, EffectId, Handle, LooksAt, Parameter, Site, Situation, Unit};
 use crate::arm_model::Sensor;
 
 #[derive(Debug)]
@@ -47,10 +47,10 @@ pub(super) const KIND: Kind = Kind {
         let parameters = [Parameter::new("wider_by_mm", Unit::MM, (-12.0, 12.0))];
         Ok(Box::new(TriggerSpot { sensor: setting.sensor()?, parameters }))
     },
-    candidates: |survey| match survey.model.sensor.is_some()
-        && survey.passport.triggers_at_edges(survey.model)
+    candidates: |context| match context.model.sensor.is_some()
+        && context.summary.triggers_at_edges(context.model)
     {
-        true => vec![EffectId::at("trigger_spot", Spot::Sensor)],
+        true => vec![EffectId::at("trigger_spot", Site::Sensor)],
         false => Vec::new(),
     },
 };

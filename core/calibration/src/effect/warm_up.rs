@@ -67,9 +67,9 @@ pub(super) const KIND: Kind = Kind {
         };
         Ok(Box::new(WarmUp { joint, of, time_constant, parameters: [parameter] }))
     },
-    candidates: |survey| {
-        let Some(span) = survey.passport.time_span.filter(|span| *span > 0.0) else { return Vec::new() };
-        let places = survey.every_joint("warm_up").into_iter();
+    candidates: |context| {
+        let Some(span) = context.summary.time_span.filter(|span| *span > 0.0) else { return Vec::new() };
+        let places = context.every_joint("warm_up").into_iter();
         places
             .flat_map(|id| Quantity::ALL.map(|of| EffectId { of: Some(of), ..id.clone() }))
             .flat_map(|id| CONSTANTS.map(|share| EffectId { inner: Some(share * span), ..id.clone() }))

@@ -7,7 +7,7 @@
 use std::fmt::Write as _;
 
 use nalgebra::Vector3;
-use plumb_kinematics::Posture;
+use plumb_kinematics::LinkFrames;
 use thiserror::Error;
 
 use crate::arm_model::{MapCarrier, Model};
@@ -118,8 +118,8 @@ struct JointErrors<'m> {
 /// Which way the only slide of a machine goes, base frame; nothing where there are more joints, or where it turns.
 fn only_slide(model: &Model) -> Option<Vector3<f64>> {
     let [row] = model.chain.joints.as_slice() else { return None };
-    let posture = Posture::of(&model.chain, &[0.0], &[]);
-    let axis = posture.joints.first()?.axis;
+    let link_frames = LinkFrames::of(&model.chain, &[0.0], &[]);
+    let axis = link_frames.joints.first()?.axis;
     model.slides(0).then(|| axis * row.sign)
 }
 

@@ -1,7 +1,7 @@
 //! The part of a model that is the same in every pose, as links and joints.
 
 use nalgebra::{IsometryMatrix3, Matrix3, Rotation3, Translation3, Vector3};
-use plumb_kinematics::{Convention, Deviation, DhParameter, Motion, Posture};
+use plumb_kinematics::{Convention, Deviation, DhParameter, LinkFrames, Motion};
 use thiserror::Error;
 
 use crate::arm_model::{AddedEffect, Model};
@@ -105,7 +105,7 @@ impl RigidArm {
             });
             before = *base_from_joint;
         }
-        let flange = Posture::of(&model.chain, &[], &deviations).flange;
+        let flange = LinkFrames::of(&model.chain, &[], &deviations).flange;
         let joint_from_flange = before.inverse() * flange;
         Ok(Self {
             name: model.arm.clone(),
@@ -198,8 +198,8 @@ impl Constants {
 
 /// Each joint's frame in the base's at coordinate zero: z along its axis, x along its row's common normal.
 fn joint_frames(model: &Model, deviations: &[Deviation]) -> Vec<IsometryMatrix3<f64>> {
-    let posture = Posture::of(&model.chain, &[], deviations);
-    let rows = posture.joints.iter().zip(&model.chain.joints).zip(deviations);
+    let link_frames = LinkFrames::of(&model.chain, &[], deviations);
+    let rows = link_frames.joints.iter().zip(&model.chain.joints).zip(deviations);
     rows.map(|((frame, joint), deviation)| {
         let z = frame.axis;
         // Where the axis leans in its link's plane, the normal is not quite across it.

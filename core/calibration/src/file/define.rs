@@ -8,7 +8,7 @@ use plumb_kinematics::DhParameter;
 use super::raw::{RawAdds, RawDefinition, RawParameter};
 use super::validate::{Checked, Checker};
 use crate::arm_model::Model;
-use crate::effect::{self, Addend, DefinedPlace, Definition, Parameter, Spot, Unit};
+use crate::effect::{self, Addend, DefinedPlace, Definition, Parameter, Site, Unit};
 use crate::suggestion::suggestion;
 
 const EXAMPLE: &str = "write for example adds: {joint: shoulder, deg: \"a*sin(3*q2)\"}";
@@ -36,12 +36,12 @@ impl Checker<'_> {
         }
         let names: Vec<String> = parameters.iter().map(|parameter| parameter.name.clone()).collect();
         let addends = self.addends(raw, &names, model)?;
-        let spot = match (&raw.place, addends.first()) {
-            (Some(place), _) => self.spot(place, model)?,
-            (None, Some(addend)) => spot_of(&addend.place),
-            (None, None) => Spot::Base,
+        let site = match (&raw.place, addends.first()) {
+            (Some(place), _) => self.site(place, model)?,
+            (None, Some(addend)) => site_of(&addend.place),
+            (None, None) => Site::Base,
         };
-        Ok(Definition::new(&raw.name.value, spot, addends, parameters, raw.sentence.clone()))
+        Ok(Definition::new(&raw.name.value, site, addends, parameters, raw.sentence.clone()))
     }
 
     /// The name of a new effect is a word, and no other effect has it.
@@ -89,16 +89,16 @@ impl Checker<'_> {
         )
     }
 
-    fn spot(&self, place: &Spanned<String>, model: &Model) -> Checked<Spot> {
+    fn site(&self, place: &Spanned<String>, model: &Model) -> Checked<Site> {
         let text = place.value.as_str();
         let axis = ["x", "y", "z"].iter().position(|axis| *axis == text);
-        let joint = model.chain.position_of(text).map(Spot::Joint);
-        let spot =
-            joint.or_else(|| model.target_position(text).map(Spot::Target)).or_else(|| axis.map(Spot::Axis));
-        let spot = spot.or(match text {
-            "base" => Some(Spot::Base),
-            "instrument" => Some(Spot::Instrument),
-            "sensor" => Some(Spot::Sensor),
+        let joint = model.chain.position_of(text).map(Site::Joint);
+        let site =
+            joint.or_else(|| model.target_position(text).map(Site::Target)).or_else(|| axis.map(Site::Axis));
+        let site = site.or(match text {
+            "base" => Some(Site::Base),
+            "instrument" => Some(Site::Instrument),
+            "sensor" => Some(Site::Sensor),
             _ => None,
         });
         let known = model.chain.joints.iter().map(|joint| joint.name.as_str()).chain([
@@ -106,7 +106,7 @@ impl Checker<'_> {
             "instrument",
             "sensor",
         ]);
-        spot.map_or_else(
+        site.map_or_else(
             || self.fail(&place.span, format!("there is no place `{text}`{}", suggestion(text, known))),
             Ok,
         )
@@ -217,13 +217,13 @@ fn frame_addends<'r>(adds: &'r RawAdds, wanted: &mut Vec<Wanted<'r>>) {
 }
 
 /// Where an effect acts that adds at this place.
-fn spot_of(place: &DefinedPlace) -> Spot {
+fn site_of(place: &DefinedPlace) -> Site {
     match place {
-        DefinedPlace::Coordinate(joint) | DefinedPlace::Row(joint, _) => Spot::Joint(*joint),
-        DefinedPlace::Target(target, _) => Spot::Target(*target),
-        DefinedPlace::BaseShift(_) | DefinedPlace::BaseTurn(_) => Spot::Base,
-        DefinedPlace::Reading(_) => Spot::Instrument,
-        DefinedPlace::TriggerHeight => Spot::Sensor,
+        DefinedPlace::Coordinate(joint) | DefinedPlace::Row(joint, _) => Site::Joint(*joint),
+        DefinedPlace::Target(target, _) => Site::Target(*target),
+        DefinedPlace::BaseShift(_) | DefinedPlace::BaseTurn(_) => Site::Base,
+        DefinedPlace::Reading(_) => Site::Instrument,
+        DefinedPlace::TriggerHeight => Site::Sensor,
     }
 }
 

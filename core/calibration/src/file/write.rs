@@ -155,7 +155,7 @@ fn definitions(out: &mut String, model: &Model) -> std::fmt::Result {
     }
     for definition in &model.definitions {
         writeln!(out, "  - name: {}", definition.name)?;
-        writeln!(out, "    where: {}", text(&model.site_name(definition.spot)))?;
+        writeln!(out, "    where: {}", text(&model.site_name(definition.site)))?;
         let joint =
             |index: usize| text(model.chain.joints.get(index).map_or("?", |joint| joint.name.as_str()));
         let mut adds: Vec<String> = Vec::new();
@@ -193,7 +193,7 @@ fn definitions(out: &mut String, model: &Model) -> std::fmt::Result {
 fn identity(id: &EffectId, model: &Model) -> String {
     let mut keys = format!("effect: {}", id.name);
     let mut key = |name: &str, value: String| keys.push_str(&format!(", {name}: {value}"));
-    key("where", text(&model.site_name(id.spot)));
+    key("where", text(&model.site_name(id.site)));
     if let Some(joint) = id.with.and_then(|with| model.chain.joints.get(with)) {
         key("with", text(&joint.name));
     }

@@ -1,7 +1,7 @@
 //! The arm in one row: its frames with all that the effects change, gravity in balance with what it bends.
 
 use nalgebra::{IsometryMatrix3, Matrix3, Point3, Rotation3, Vector3};
-use plumb_kinematics::{Chain, Deviation, DhParameter, Motion, Posture};
+use plumb_kinematics::{Chain, Deviation, DhParameter, LinkFrames, Motion};
 
 use super::response::Response;
 use super::state::State;
@@ -130,7 +130,7 @@ impl ArmPose {
 #[derive(Debug, Clone, Default)]
 pub struct ArmPose {
     /// Its frames, base frame.
-    pub(crate) posture: Posture,
+    pub(crate) link_frames: LinkFrames,
     /// Moments of gravity about the joints' axes, N m.
     pub(crate) moments: Vec<f64>,
     pub(super) changes: Changes,
@@ -186,14 +186,14 @@ impl ArmPose {
     /// A point that is fixed to the flange (mm, flange's frame) in the frame of the measurements and in the base's frame, mm.
     pub(super) fn at_flange(&self, point: Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
         // What bends is small: its turn is added as a vector product, and not as a rotation.
-        let stiff = (self.posture.flange * Point3::from(point)).coords;
+        let stiff = (self.link_frames.flange * Point3::from(point)).coords;
         let in_base = self.changes.bend_shift + self.carry(stiff);
         (self.base * in_base + self.origin, in_base)
     }
 
     /// A small shift in the flange's frame, in the frame of the measurements.
     pub(crate) fn turned_from_flange(&self, shift: Vector3<f64>) -> Vector3<f64> {
-        let stiff = self.posture.flange.rotation * shift;
+        let stiff = self.link_frames.flange.rotation * shift;
         self.base * self.carry(stiff)
     }
 
@@ -220,25 +220,25 @@ impl ArmPose {
 
     /// The flange, base frame, mm; without what bent links add.
     pub fn flange(&self) -> &IsometryMatrix3<f64> {
-        &self.posture.flange
+        &self.link_frames.flange
     }
 
     /// Axes of the flange in the frame of the measurements, with what bent links add.
     pub fn hand(&self) -> Rotation3<f64> {
         let base = Rotation3::from_matrix_unchecked(self.base);
-        base * Rotation3::new(self.changes.bend_turn) * self.posture.flange.rotation
+        base * Rotation3::new(self.changes.bend_turn) * self.link_frames.flange.rotation
     }
 
     /// The direction in which the hand looks, along the flange's z, in the frame of the measurements.
     pub fn look(&self) -> Vector3<f64> {
-        self.base * self.posture.flange.rotation.matrix().column(2)
+        self.base * self.link_frames.flange.rotation.matrix().column(2)
     }
 
     /// Axes of a frame of the arm in the frame of the measurements.
     pub fn attitude(&self, frame: Frame) -> Matrix3<f64> {
         let in_base = match frame {
             Frame::After(joint) => self
-                .posture
+                .link_frames
                 .joints
                 .get(joint)
                 .map_or_else(Matrix3::identity, |frame| frame.end.rotation.into_inner()),

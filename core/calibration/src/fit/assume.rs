@@ -1,6 +1,6 @@
 //! Bringing the arm into a row's pose: what the effects do there, and gravity in balance with what it bends.
 
-use plumb_kinematics::Posture;
+use plumb_kinematics::LinkFrames;
 
 use super::arm_pose::{ArmPose, Changes};
 use super::residual_model::ResidualModel;
@@ -24,7 +24,7 @@ impl ResidualModel<'_> {
             pose.changes.add_map(mapped, &self.model.chain, &state.base.rotation);
         }
         // Of these effects none asks for the frames.
-        let idle = Posture::default();
+        let idle = LinkFrames::default();
         let situation = self.situation(state, row, &idle, &[], None);
         for (part, values) in self.parts.iter().zip(&state.effects) {
             if part.effect.looks_at() == LooksAt::Conditions {
@@ -44,8 +44,8 @@ impl ResidualModel<'_> {
 
     /// Frames and moments for the changes that are known so far.
     fn place(&self, row: usize, state: &State, pose: &mut ArmPose) {
-        pose.posture.update(&self.model.chain, self.table.q_of(row), &pose.changes.deviations);
-        self.weights(state, row).moments(&pose.posture, &mut pose.moments);
+        pose.link_frames.update(&self.model.chain, self.table.q_of(row), &pose.changes.deviations);
+        self.weights(state, row).moments(&pose.link_frames, &mut pose.moments);
     }
 
     /// What bends under its own weight changes the moments that bend it: a few rounds settle it.
@@ -54,11 +54,11 @@ impl ResidualModel<'_> {
         for _ in 0..ROUNDS {
             let before = pose.changes.clone();
             self.place(row, state, pose);
-            let ArmPose { posture, moments, changes, .. } = pose;
+            let ArmPose { link_frames, moments, changes, .. } = pose;
             // Each round begins from the stiff arm: what bends is no sum over the rounds.
             changes.deviations.clone_from(&stiff);
             changes.clear_bending();
-            let situation = self.situation(state, row, posture, moments, None);
+            let situation = self.situation(state, row, link_frames, moments, None);
             self.add_bends(state, &situation, drives, changes);
             if changes.bends_as(&before, BALANCED) {
                 return;

@@ -28,7 +28,7 @@ impl ResidualModel<'_> {
             definition.check(self.table, &|row, look| {
                 let pose = self.in_row(&state, row).pose;
                 let (point, _) = pose.point(&state, 0);
-                look(&self.situation(&state, row, &pose.posture, &pose.moments, Some(point)));
+                look(&self.situation(&state, row, &pose.link_frames, &pose.moments, Some(point)));
             })?;
         }
         Ok(())
@@ -80,7 +80,7 @@ impl ResidualModel<'_> {
         let flange = pose.flange();
         let targets = state.targets.iter().map(|target| (flange * Point3::from(*target)).coords);
         // The first joint's axis is in the base, which is where it is.
-        let joints = pose.posture.joints.iter().skip(1).map(|joint| joint.axis_point);
+        let joints = pose.link_frames.joints.iter().skip(1).map(|joint| joint.axis_point);
         let mut points = joints.chain([flange.translation.vector]).chain(targets);
         points.all(|point| keep_out.iter().all(|plane| plane.allows(point.into())))
     }
@@ -88,8 +88,11 @@ impl ResidualModel<'_> {
     /// The points along the arm in a row, from the base's origin to the first target, mm, frame of the measurements.
     pub fn points_along(&self, state: &State, row: usize) -> Vec<Vector3<f64>> {
         let pose = self.in_row(state, row).pose;
-        let ends =
-            pose.posture.joints.iter().map(|joint| pose.origin + pose.base * joint.end.translation.vector);
+        let ends = pose
+            .link_frames
+            .joints
+            .iter()
+            .map(|joint| pose.origin + pose.base * joint.end.translation.vector);
         let tip = pose.point(state, 0).0;
         std::iter::once(pose.origin).chain(ends).chain([tip]).collect()
     }
@@ -99,7 +102,7 @@ impl ResidualModel<'_> {
         let pose = self.in_row(state, row).pose;
         let (point, _) = pose.point(state, 0);
         let mut drives = Vec::new();
-        effect.drive(&self.situation(state, row, &pose.posture, &pose.moments, Some(point)), &mut drives);
+        effect.drive(&self.situation(state, row, &pose.link_frames, &pose.moments, Some(point)), &mut drives);
         drives
     }
 
@@ -108,7 +111,7 @@ impl ResidualModel<'_> {
         let pose = self.in_row(state, row).pose;
         let (_, in_base) = pose.point(state, 0);
         let by_joint = (0..self.model.chain.len())
-            .map(|joint| pose.base * pose.posture.twist(joint, DhParameter::Theta, &in_base).linear)
+            .map(|joint| pose.base * pose.link_frames.twist(joint, DhParameter::Theta, &in_base).linear)
             .collect();
         RowDetails { moments: pose.moments, by_joint }
     }

@@ -1,7 +1,7 @@
 //! How what gravity bends in a row changes with each number of the joints' rows and with turns of the base, by differences.
 
 use nalgebra::{DMatrix, DVector, Rotation3, Vector3};
-use plumb_kinematics::{Posture, Weights};
+use plumb_kinematics::{LinkFrames, Weights};
 
 use super::arm_pose::{ArmPose, Changes};
 use super::residual_model::ResidualModel;
@@ -35,7 +35,7 @@ impl ResidualModel<'_> {
         };
     }
 
-    /// How what gravity bends changes with each source while all else of the posture stays.
+    /// How what gravity bends changes with each source while all else of the configuration stays.
     fn bends_alone(
         &self,
         state: &State,
@@ -46,17 +46,19 @@ impl ResidualModel<'_> {
         let numbers = DH_PARAMETERS.len() * self.model.chain.len();
         let weights = self.weights(state, row);
         let mut bent = Changes::default();
-        let mut bend = |posture: &Posture, moments: &[f64], weights: Weights<'_>, column: &mut [f64]| {
-            let situation = self.situation(state, row, posture, moments, None);
-            bent.clear(self.model.chain.len(), state.targets.len());
-            self.add_bends(state, &Situation { weights, ..situation }, drives, &mut bent);
-            as_column(&bent, column);
-        };
+        let mut bend =
+            |link_frames: &LinkFrames, moments: &[f64], weights: Weights<'_>, column: &mut [f64]| {
+                let situation = self.situation(state, row, link_frames, moments, None);
+                bent.clear(self.model.chain.len(), state.targets.len());
+                self.add_bends(state, &Situation { weights, ..situation }, drives, &mut bent);
+                as_column(&bent, column);
+            };
         let mut here = DVector::zeros(numbers + CARRIED);
-        bend(&pose.posture, &pose.moments, weights, here.as_mut_slice());
+        bend(&pose.link_frames, &pose.moments, weights, here.as_mut_slice());
         let mut alone = DMatrix::zeros(numbers + CARRIED, numbers + 3);
-        let (mut posture, mut moments) = (Posture::default(), pose.moments.clone());
+        let (mut link_frames, mut moments) = (LinkFrames::default(), pose.moments.clone());
         let mut deviations = pose.changes.deviations.clone();
+        // Where no link has a known weight, moments play no part: only directions of gravity do.
         let is_weighed = pose.moments.iter().any(|moment| *moment != 0.0);
         let shifts_matter = is_weighed || here.rows(numbers, CARRIED).amax() > 0.0;
         for number in 0..numbers {
@@ -69,24 +71,25 @@ impl ResidualModel<'_> {
             if let (Some(row), Some(dh_parameter)) = (deviations.get_mut(joint), DH_PARAMETERS.get(place)) {
                 row.add(*dh_parameter, small);
             }
-            posture.update(&self.model.chain, self.table.q_of(row), &deviations);
+            link_frames.update(&self.model.chain, self.table.q_of(row), &deviations);
             if let (Some(row), Some(whole)) = (deviations.get_mut(joint), whole) {
                 *row = whole;
             }
             if is_weighed {
-                weights.moments(&posture, &mut moments);
+                weights.moments(&link_frames, &mut moments);
             }
             let mut column = alone.column_mut(number);
-            bend(&posture, &moments, weights, column.as_mut_slice());
+            bend(&link_frames, &moments, weights, column.as_mut_slice());
             column.zip_apply(&here, |ahead, here| *ahead = (*ahead - here) / small);
         }
+        // The base turns against gravity, which is the same as gravity turning the other way.
         for axis in 0..3 {
             let turn = Rotation3::new(Vector3::ith(axis, SMALL_TURN));
             let down = self.model.down(&(turn * state.base.rotation));
             let tilted = Weights { down, ..weights };
-            tilted.moments(&pose.posture, &mut moments);
+            tilted.moments(&pose.link_frames, &mut moments);
             let mut column = alone.column_mut(numbers + axis);
-            bend(&pose.posture, &moments, tilted, column.as_mut_slice());
+            bend(&pose.link_frames, &moments, tilted, column.as_mut_slice());
             column.zip_apply(&here, |ahead, here| *ahead = (*ahead - here) / SMALL_TURN);
         }
         alone

@@ -226,6 +226,15 @@ pub(super) fn one_step(
 /// parallel to a milliradian, as machines are built, the offsets and the places of the common normals leave less (Hayati and Mirmirani 1985, J. Robotic Systems 2, 397-413).
 const HARDLY_DISTINCT: f64 = 1e-6;
 
+/// Rounds of weighing and descending at most.
+const WEIGHINGS: usize = 20;
+
+/// Change of a weight below which the weights count as settled: the constant that cuts them is a convention, known no better (Huber 1981, section 4.5).
+const SETTLED: f64 = 1e-2;
+
+/// Fraction of the sum of squares that one more full step may promise where a fit has arrived: a thousandth changes no standard error visibly.
+const LEFT_UNDONE: f64 = 1e-3;
+
 /// Rounds in which numbers that were held may be let go because the place reached shows them.
 const ROUNDS: usize = 4;
 
@@ -243,9 +252,12 @@ fn dependent(normal: &NormalEquations, share: f64, spared: &[usize]) -> Vec<usiz
 
 /// Of the numbers held at a start those that are held to the end: the spared ones, and all that are no effect's. Where a target sits that cannot be distinguished from where the base is, what an
 /// effect does to both is no measure of it: it would go metres away for the sake of an effect that comes to nothing there.
-fn kept(machine: &ResidualModel<'_>, held: &[usize], spared: &[usize]) -> Vec<usize> {
-    let no_effect = |number: &&usize| !matches!(machine.slots().get(**number), Some(Slot::Effect(..)));
-    held.iter().filter(no_effect).chain(spared).copied().collect()
+pub(super) fn kept(machine: &ResidualModel<'_>, held: &[usize], spared: &[usize]) -> Vec<usize> {
+    held.iter().filter(|number| !is_of_an_effect(machine, **number)).chain(spared).copied().collect()
+}
+
+fn is_of_an_effect(machine: &ResidualModel<'_>, number: usize) -> bool {
+    matches!(machine.slots().get(number), Some(Slot::Effect(..)))
 }
 
 /// One fit, with plausible ranges as prior knowledge or without.
@@ -320,13 +332,14 @@ impl Weighed {
         progress: &Progress,
     ) -> Result<(), FitError> {
         let plain = (self.descent.clone(), self.weights.clone());
-        for _ in 0..20 {
+        for _ in 0..WEIGHINGS {
             let residuals = machine.residuals(&self.descent.state);
             let distances = Distances::of(machine, &residuals);
             let fresh = distances.weights(distances.scale(rows, parameters));
             let moved = rows.iter().map(|row| difference(&self.weights, &fresh, *row)).fold(0.0, f64::max);
             self.weights = fresh;
-            if moved < 1e-2 {
+            // The last weights belong to the state that is returned: no descent follows them.
+            if moved < SETTLED {
                 break;
             }
             let settled = self.settled(machine, rows, prior, (held, parameters));
@@ -423,7 +436,8 @@ fn finish(
     let equations = normal.equations.max(1) as f64;
     let reached = (normal.squares / equations).sqrt();
     let promised = ((normal.squares - gain).max(0.0) / equations).sqrt();
-    let arrived = converged || gain <= 1e-3 * normal.squares;
+    // Where a descent ran out of steps, what it left undone may still be nothing beside the noise.
+    let arrived = converged || gain <= LEFT_UNDONE * normal.squares;
     let distances = Distances::of(machine, &residuals);
     let scale = distances.scale(&rows, factor.rank());
     Ok(Fit {

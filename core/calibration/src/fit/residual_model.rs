@@ -280,7 +280,7 @@ impl<'a> ResidualModel<'a> {
         (block, rates)
     }
 
-    /// How fast every parameter of some effects drives what it drives, in a row whose posture is known.
+    /// How fast every parameter of some effects drives what it drives, in a row whose configuration is known.
     fn rates(
         &self,
         state: &State,
@@ -290,7 +290,7 @@ impl<'a> ResidualModel<'a> {
         rates: &mut [f64],
     ) {
         let Scratch { pose, drives, .. } = scratch;
-        let situation = self.situation(state, row, &pose.posture, &pose.moments, None);
+        let situation = self.situation(state, row, &pose.link_frames, &pose.moments, None);
         let mut first = 0;
         for effect in driving {
             drives.clear();

@@ -1,6 +1,6 @@
 //! How an arm that bends under its own weight responds to small changes: what turns a link turns its weight as well, and with that all that the weight bends.
 //!
-//! With `b = f(x)` what gravity bends in a posture `x`, and the bends among what makes the posture, a small change `s` gives `db = (I - F_b)^-1 F_s ds` (implicit function theorem:
+//! With `b = f(x)` what gravity bends in a configuration `x`, and the bends among what makes the configuration, a small change `s` gives `db = (I - F_b)^-1 F_s ds` (implicit function theorem:
 //! Nocedal and Wright 2006, Numerical Optimization, theorem A.2). Without it derivatives are good to first order in the bends only, and a fit of large ones creeps or ends early.
 
 use nalgebra::{DMatrix, Vector3};

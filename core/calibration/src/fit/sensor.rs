@@ -1,7 +1,7 @@
 //! What a row's instruments add: circumstances of a row as effects are given them, the arm's own sensor, the instrument.
 
 use nalgebra::{Matrix3, Vector3};
-use plumb_kinematics::{Posture, Weights};
+use plumb_kinematics::{LinkFrames, Weights};
 
 use super::arm_pose::ArmPose;
 use super::residual_model::ResidualModel;
@@ -25,7 +25,7 @@ impl ResidualModel<'_> {
         &'s self,
         state: &State,
         row: usize,
-        posture: &'s Posture,
+        link_frames: &'s LinkFrames,
         moments: &'s [f64],
         point: Option<Vector3<f64>>,
     ) -> Situation<'s> {
@@ -35,7 +35,7 @@ impl ResidualModel<'_> {
             self.table.approach.as_deref().and_then(|sides| sides.get(row * joints..(row + 1) * joints));
         // Effects that look at conditions alone are asked before the arm is: they are given no hand.
         let hand = point.map_or_else(Matrix3::identity, |_| {
-            state.base.rotation.matrix() * posture.flange.rotation.matrix()
+            state.base.rotation.matrix() * link_frames.flange.rotation.matrix()
         });
         Situation {
             chain: &self.model.chain,
@@ -49,7 +49,7 @@ impl ResidualModel<'_> {
             temperature: cell(&self.table.temperature, row).unwrap_or(f64::NAN),
             weights: self.weights(state, row),
             moments,
-            posture,
+            link_frames,
             point: point.unwrap_or_else(Vector3::zeros),
             hand,
             trigger: self.trigger(state, row, point, hand.column(2).into_owned()),
@@ -133,7 +133,7 @@ impl ResidualModel<'_> {
         pose: &ArmPose,
         drives: &mut Vec<Drive>,
     ) -> (f64, f64) {
-        let situation = self.situation(state, row, &pose.posture, &pose.moments, Some(point));
+        let situation = self.situation(state, row, &pose.link_frames, &pose.moments, Some(point));
         let (mut above, mut left) = match situation.trigger {
             Some(Trigger { edge: true, light, came_on, distance, sensor: Some(sensor), .. }) => {
                 (0.0, light * 0.5 * sensor.spot * sensor.early(came_on, distance, sensor.hysteresis))
@@ -165,7 +165,7 @@ impl ResidualModel<'_> {
         if self.parts.iter().all(|part| part.effect.looks_at() != LooksAt::Point) {
             return shift;
         }
-        let situation = self.situation(state, row, &pose.posture, &pose.moments, Some(point));
+        let situation = self.situation(state, row, &pose.link_frames, &pose.moments, Some(point));
         self.each_change_at_the_point(state, &situation, drives, |handle, amount| {
             if let Handle::Reading(axis) = handle
                 && let Some(component) = shift.get_mut(axis)

@@ -34,7 +34,7 @@ impl SubjectFrames<'_> {
     /// How the subject moves with one number of one joint's row.
     fn with_joint(&self, joint: usize, dh_parameter: DhParameter) -> Motion {
         // The twist is worked out where the point would be without bent links, which then carry it on, and turned into the frame of the measurements.
-        let twist = self.pose.posture.twist(joint, dh_parameter, &self.stiff);
+        let twist = self.pose.link_frames.twist(joint, dh_parameter, &self.stiff);
         let [linear, angular] = [twist.linear, twist.angular].map(|vector| self.pose.carry(vector));
         (self.pose.base * linear, self.pose.base * angular)
     }
@@ -191,7 +191,7 @@ impl ResidualModel<'_> {
         motion.begin(self.slots.len() + of_probes);
         self.move_by_slots(&frames, motion);
         // With the point: effects of the instrument go by it.
-        let situation = self.situation(state, row, &pose.posture, &pose.moments, Some(point));
+        let situation = self.situation(state, row, &pose.link_frames, &pose.moments, Some(point));
         let sensor = self.sensor_handle(row);
         let taking_part = self.parts.iter().map(|part| part.effect.as_ref());
         for effect in taking_part.chain(probes.iter().copied()) {

@@ -95,12 +95,14 @@ impl<'t> Tangent<'t> {
 
     /// The weighted sum of squares at the state itself.
     pub(super) fn squares(&self, weights: &[f64]) -> f64 {
-        let of_row = |(index, row): (usize, &usize)| {
-            let own = self.range(index);
-            weights.get(*row).copied().unwrap_or(1.0)
-                * self.residuals.rows(own.start, own.len()).norm_squared()
-        };
-        self.known.squares + self.rows.iter().enumerate().map(of_row).sum::<f64>()
+        let rows = self.rows.iter().enumerate();
+        self.known.squares + rows.map(|(index, row)| self.weighted_square(index, *row, weights)).sum::<f64>()
+    }
+
+    /// What one row adds to that sum.
+    fn weighted_square(&self, index: usize, row: usize, weights: &[f64]) -> f64 {
+        let own = self.range(index);
+        weights.get(row).copied().unwrap_or(1.0) * self.residuals.rows(own.start, own.len()).norm_squared()
     }
 
     /// Adds every row, times its share, to normal equations.

@@ -5,7 +5,7 @@ use nalgebra::{Rotation3, Vector3};
 use super::*;
 use crate::arm_model::AddedEffect;
 use crate::arm_model::Model;
-use crate::effect::{EffectId, Spot};
+use crate::effect::{EffectId, Site};
 use crate::fit::ResidualModel;
 use crate::table::{Table, table_text};
 
@@ -97,7 +97,7 @@ fn derivatives_by_every_free_number_agree_with_differences() {
         (Model::parse("model.yaml", MODEL).unwrap(), Table::parse("rows.csv", ROWS).unwrap());
     let observations = Observations::new(&model, &table).unwrap();
     let zeros: Vec<AddedEffect> = (0..3)
-        .map(|joint| AddedEffect { id: EffectId::at("joint_zero", Spot::Joint(joint)), values: vec![0.0] })
+        .map(|joint| AddedEffect { id: EffectId::at("joint_zero", Site::Joint(joint)), values: vec![0.0] })
         .collect();
     let machine = ResidualModel::new(&model, &table, &observations, &zeros).unwrap();
     let (start, count, rows) = (machine.start(), machine.slots().len(), [0, 1, 2]);

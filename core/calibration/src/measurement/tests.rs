@@ -6,7 +6,7 @@ use nalgebra::{Isometry3, Rotation3, Vector3};
 
 use super::*;
 use crate::arm_model::{AddedEffect, Model, StripeRig};
-use crate::effect::{EffectId, Spot, build};
+use crate::effect::{EffectId, Site, build};
 use crate::fit::{ResidualModel, State};
 use crate::table::{Stretch, Table};
 
@@ -38,7 +38,7 @@ fn a_tilted_hand_meets_an_edge_where_it_looks_and_its_derivatives_say_so() {
     let table = Table::parse("edge.csv", EDGE).unwrap();
     let observations = Observations::new(&model, &table).unwrap();
     let zeros: Vec<AddedEffect> = (0..4)
-        .map(|joint| AddedEffect { id: EffectId::at("joint_zero", Spot::Joint(joint)), values: vec![0.0] })
+        .map(|joint| AddedEffect { id: EffectId::at("joint_zero", Site::Joint(joint)), values: vec![0.0] })
         .collect();
     assert!(zeros.iter().all(|zero| build(&zero.id, &model).is_ok()));
     let machine = ResidualModel::new(&model, &table, &observations, &zeros).unwrap();
@@ -118,22 +118,22 @@ q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,p1_x_mm,p1_y_mm,p1_z_mm,p2_x_mm,p2_y_mm,p2_z_
 17,21,-59,-44,28,,,,,,,,,,,,,,,,,,,,,,,,35,40
 ";
 
-const EFFECTS: [(&str, Spot); 15] = [
-    ("joint_zero", Spot::Joint(0)),
-    ("joint_gain", Spot::Joint(2)),
-    ("link_length", Spot::Joint(1)),
-    ("link_twist", Spot::Joint(3)),
-    ("base_tilt", Spot::Base),
-    ("scale", Spot::Axis(1)),
-    ("trigger_height", Spot::Sensor),
-    ("camera_aim", Spot::Sensor),
-    ("camera_roll", Spot::Sensor),
-    ("camera_scale", Spot::Sensor),
-    ("principal_point", Spot::Sensor),
-    ("lens_distortion", Spot::Sensor),
-    ("stripe_plane", Spot::Sensor),
-    ("stripe_bow", Spot::Sensor),
-    ("hand_eye", Spot::Sensor),
+const EFFECTS: [(&str, Site); 15] = [
+    ("joint_zero", Site::Joint(0)),
+    ("joint_gain", Site::Joint(2)),
+    ("link_length", Site::Joint(1)),
+    ("link_twist", Site::Joint(3)),
+    ("base_tilt", Site::Base),
+    ("scale", Site::Axis(1)),
+    ("trigger_height", Site::Sensor),
+    ("camera_aim", Site::Sensor),
+    ("camera_roll", Site::Sensor),
+    ("camera_scale", Site::Sensor),
+    ("principal_point", Site::Sensor),
+    ("lens_distortion", Site::Sensor),
+    ("stripe_plane", Site::Sensor),
+    ("stripe_bow", Site::Sensor),
+    ("hand_eye", Site::Sensor),
 ];
 
 /// A camera in the flange's origin that looks along its z, and a sheet of light 100 mm ahead of it.

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use nalgebra::IsometryMatrix3;
 use plumb_calibration::prediction::Pose;
-use plumb_kinematics::{Posture, inverse};
+use plumb_kinematics::{LinkFrames, inverse};
 use plumb_plugin::{JointState, JointUnit, JointVector, Motion, ProximityEdge, RobotDescription};
 use plumb_record::{AppliedCorrection, JOINT_ZERO};
 use serde_json::{Value, json};
@@ -367,8 +367,8 @@ impl Arm {
     pub(crate) fn outline(&self, drive: &JointVector) -> Option<Vec<[f64; 3]>> {
         let model = self.setting.model.as_ref()?;
         let joints = self.in_listed_order(&self.corrected(drive));
-        let posture = Posture::of(model.chain(), &model.model_joints(&joints), &[]);
-        let ends = posture.joints.iter().map(|frame| frame.end.translation.vector.into());
+        let link_frames = LinkFrames::of(model.chain(), &model.model_joints(&joints), &[]);
+        let ends = link_frames.joints.iter().map(|frame| frame.end.translation.vector.into());
         Some(std::iter::once([0.0; 3]).chain(ends).collect())
     }
 

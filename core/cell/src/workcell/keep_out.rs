@@ -2,7 +2,7 @@
 
 use nalgebra::{IsometryMatrix3, Matrix3, Rotation3, Translation3, Vector3};
 use plumb_host::MoveGuard;
-use plumb_kinematics::{Chain, Convention, Joint, Motion, Posture};
+use plumb_kinematics::{Chain, Convention, Joint, LinkFrames, Motion};
 use plumb_plugin::{JointVector, RobotDescription, Value};
 use serde::{Deserialize, Serialize};
 
@@ -222,8 +222,8 @@ impl BoundKeepOut {
     fn ends_of(&self, attitudes: &[f64]) -> Vec<[f64; 3]> {
         let joints: Vec<f64> =
             self.check.from_drive.iter().map(|row| super::model_file::model_joint(row, attitudes)).collect();
-        let posture = Posture::of(&self.chain, &joints, &[]);
-        posture.joints.iter().map(|frame| frame.end.translation.vector.into()).collect()
+        let link_frames = LinkFrames::of(&self.chain, &joints, &[]);
+        link_frames.joints.iter().map(|frame| frame.end.translation.vector.into()).collect()
     }
 
     /// How far the nearest end of a link is on the free side of each plane. `corrected` are the joints in the drive's order with their zeros: rad, or

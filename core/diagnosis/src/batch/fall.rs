@@ -135,7 +135,7 @@ mod tests {
         let machine = lab.machine(&[]).unwrap();
         let (state, rows) = (machine.start(), [1, 4]);
         let gain =
-            plumb_calibration::effect::EffectId::at("joint_gain", plumb_calibration::effect::Spot::Joint(0));
+            plumb_calibration::effect::EffectId::at("joint_gain", plumb_calibration::effect::Site::Joint(0));
         let gain = plumb_calibration::effect::build(&gain, lab.model()).unwrap();
         let block = || machine.block(&state, &rows, &[1.0; 8], &[gain.as_ref()]);
         let (plain, residuals, mut shown) = (block(), machine.residuals(&state), block());

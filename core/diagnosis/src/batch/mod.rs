@@ -41,7 +41,7 @@ impl Laboratory {
         }
         progress.report(0.0, "fitting")?;
         let fitted = self.fit_with(&[], None, progress)?;
-        let floor = &Floor::of(&fitted.machine, &fitted.fit, &self.survey());
+        let floor = &Floor::of(&fitted.machine, &fitted.fit, &self.context());
         let pool = Pool::gather(self, &fitted, progress)?;
         progress.report(0.4, "choosing effects")?;
         let Some(picks) = self.picks(again, &pool, &fitted, floor, progress)? else { return Ok(None) };

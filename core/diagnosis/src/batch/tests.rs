@@ -3,7 +3,7 @@
 use super::*;
 use crate::testing::two_links;
 use plumb_calibration::arm_model::AddedEffect;
-use plumb_calibration::effect::Spot;
+use plumb_calibration::effect::Site;
 
 /// Joint (from 0), periods a turn, amplitude in rad.
 const WAVES: [(usize, f64, f64); 4] = [(0, 9.0, 8e-4), (0, 20.0, 5e-4), (1, 7.0, 1e-3), (1, 12.0, 7e-4)];
@@ -72,7 +72,7 @@ fn a_pick_is_rivalled_where_another_does_as_well_with_the_others_in() {
     let pool = pool::Pool::gather(&lab, &fitted, &Progress::unwatched()).unwrap();
     let gain_of = |joint: usize| {
         let own =
-            pool.probes.iter().position(|probe| probe.id == EffectId::at("joint_gain", Spot::Joint(joint)));
+            pool.probes.iter().position(|probe| probe.id == EffectId::at("joint_gain", Site::Joint(joint)));
         pool::Pick { probe: own.unwrap() }
     };
     let (shoulder, elbow) = (gain_of(0), gain_of(1));
@@ -93,7 +93,7 @@ fn a_pick_is_rivalled_where_another_does_as_well_with_the_others_in() {
 #[test]
 fn an_effect_that_is_there_predicts_what_is_left_out_in_every_way_that_is_asked() {
     let lab = two_links(60, "joint_zero(*)", 0.02, 46, |q| [0.0, 0.01 * q[1]]);
-    let at = |joint: usize| EffectId::at("joint_gain", Spot::Joint(joint));
+    let at = |joint: usize| EffectId::at("joint_gain", Site::Joint(joint));
     let added = [at(0), at(1)].map(|id| AddedEffect { id, values: vec![0.0] });
     let fitted = lab.fit_with(&added, None, &Progress::unwatched()).unwrap();
     let (machine, fit) = (&fitted.machine, &fitted.fit);
@@ -146,7 +146,7 @@ fn doubted(range: f64, gains: &[usize]) -> Vec<usize> {
         Floor { sigma_mm: Some(0.02), dof: 90, scale: Some(0.02), ..Floor::among(&fitted.machine, None) };
     let pool = pool::Pool::gather(&lab, &fitted, &Progress::unwatched()).unwrap();
     let of = |joint: usize| {
-        let gain = EffectId::at("joint_gain", Spot::Joint(joint));
+        let gain = EffectId::at("joint_gain", Site::Joint(joint));
         pool.probes.iter().position(|probe| probe.id == gain).unwrap()
     };
     let picks: Vec<Pick> = gains.iter().map(|joint| Pick { probe: of(*joint) }).collect();

@@ -4,11 +4,11 @@ use nalgebra::DMatrix;
 
 use super::*;
 use crate::testing::two_links;
-use plumb_calibration::effect::{Size, Spot};
+use plumb_calibration::effect::{Site, Size};
 
 /// A probe of a family of its own making, which searches so.
 fn probe(lab: &Laboratory, family: usize, search: Search) -> Probe {
-    let id = EffectId::at("joint_gain", Spot::Joint(0));
+    let id = EffectId::at("joint_gain", Site::Joint(0));
     let effect = Arc::from(effect::build(&id, lab.model()).unwrap());
     Probe { id, effect, search, family, weight: 1.0, search_cost: 0.0 }
 }
@@ -78,12 +78,12 @@ fn what_is_fitted_is_no_candidate_and_high_orders_weigh_less() {
 #[test]
 fn an_effect_that_the_table_cannot_show_is_refused() {
     let lab = two_links(30, "", 0.1, 3, |_| [0.0; 2]);
-    let warms = EffectId::at("drift", Spot::Joint(0));
+    let warms = EffectId::at("drift", Site::Joint(0));
     if effect::kind("drift").is_some_and(|kind| kind.search != Search::Nothing) {
         let refused = lab.searched(warms, &Progress::unwatched()).unwrap_err().to_string();
         assert!(refused.contains("this table cannot show it"), "{refused}");
     }
-    let plain = EffectId::at("joint_gain", Spot::Joint(0));
+    let plain = EffectId::at("joint_gain", Site::Joint(0));
     assert_eq!(
         lab.searched(plain.clone(), &Progress::unwatched()).unwrap(),
         plain,
@@ -108,9 +108,9 @@ fn only_what_is_searched_for_and_not_known_yet_is_searched() {
     let lab = two_links(60, "joint_zero(*)", 0.05, 2, jumps);
     let searched =
         |id: &EffectId| lab.searched(id.clone(), &plumb_estimation::Progress::unwatched()).unwrap();
-    let gain = EffectId::at("joint_gain", Spot::Joint(1));
+    let gain = EffectId::at("joint_gain", Site::Joint(1));
     assert_eq!(searched(&gain), gain, "nothing is searched for in it");
-    let step = EffectId::at("joint_step", Spot::Joint(1));
+    let step = EffectId::at("joint_step", Site::Joint(1));
     assert!(searched(&step).inner.is_some());
     let known = EffectId { inner: Some(3.5), ..step };
     assert_eq!(searched(&known), known);

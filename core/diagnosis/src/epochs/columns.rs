@@ -8,7 +8,7 @@ use nalgebra::DMatrix;
 use crate::fitted::Fitted;
 use crate::laboratory::{Laboratory, LaboratoryError};
 use plumb_calibration::arm_model::Epochs;
-use plumb_calibration::effect::{self, Effect, EffectId, Family, Spot, Survey};
+use plumb_calibration::effect::{self, CandidateContext, Effect, EffectId, Family, Site};
 use plumb_calibration::fit::ResidualModel;
 use plumb_estimation::Progress;
 
@@ -52,12 +52,12 @@ impl Columns {
         // All rows lie in a second epoch: what differs between epochs then acts in each of them.
         let mut model = lab.model().clone();
         model.epochs = Some(Epochs::Rows(vec![1]));
-        let survey = Survey { model: &model, passport: lab.passport() };
+        let context = CandidateContext { model: &model, summary: lab.summary() };
         let (mut effects, mut ids): (Vec<Box<dyn Effect>>, Vec<EffectId>) = (Vec::new(), Vec::new());
-        let joints = (0..model.chain.len()).map(|joint| EffectId::at("joint_zero_reset", Spot::Joint(joint)));
+        let joints = (0..model.chain.len()).map(|joint| EffectId::at("joint_zero_reset", Site::Joint(joint)));
         let mut asked: Vec<EffectId> = joints.collect();
         for kind in effect::kinds().iter().filter(|kind| kind.family == Family::Epoch) {
-            asked.extend((kind.candidates)(&survey));
+            asked.extend((kind.candidates)(&context));
         }
         for id in asked {
             let built = effect::build(&id, &model)?;

@@ -12,7 +12,7 @@
 use super::search::long_run_variance_ratio;
 use crate::forward_selection::{Contender, Stage};
 use crate::thresholds::{RIVAL_ERRORS, RIVAL_LEAVES};
-use plumb_calibration::effect::{EffectId, Family, Spot, acts_by_epoch, kind};
+use plumb_calibration::effect::{EffectId, Family, Site, acts_by_epoch, kind};
 
 /// Something that happened at some row.
 fn is_event(id: &EffectId) -> bool {
@@ -22,7 +22,7 @@ fn is_event(id: &EffectId) -> bool {
 /// Whether an effect by epoch is one of the instrument: a reading, or where the instrument is.
 fn is_of_instrument(id: &EffectId) -> bool {
     let by_epoch = kind(&id.name).is_some_and(|kind| kind.family == Family::Epoch);
-    by_epoch && matches!(id.spot, Spot::Reading(_) | Spot::Axis(_) | Spot::Base)
+    by_epoch && matches!(id.site, Site::Reading(_) | Site::Axis(_) | Site::Base)
 }
 
 /// The contenders close to the best, with those beside them that explain a jump as well; nothing is added where the best is
@@ -105,11 +105,11 @@ mod tests {
 
     #[test]
     fn what_is_re_set_at_a_reading_an_axis_or_the_base_is_of_the_instrument() {
-        let at = |spot: Spot| is_of_instrument(&EffectId::at("reading_reset", spot));
-        assert!(at(Spot::Axis(0)) && at(Spot::Base) && !at(Spot::Joint(1)));
-        assert!(!is_of_instrument(&EffectId::at("base_position", Spot::Base)), "not by epoch");
-        assert!(is_event(&EffectId::at("joint_step", Spot::Joint(0))));
-        assert!(!is_event(&EffectId::at("joint_gain", Spot::Joint(0))));
+        let at = |site: Site| is_of_instrument(&EffectId::at("reading_reset", site));
+        assert!(at(Site::Axis(0)) && at(Site::Base) && !at(Site::Joint(1)));
+        assert!(!is_of_instrument(&EffectId::at("base_position", Site::Base)), "not by epoch");
+        assert!(is_event(&EffectId::at("joint_step", Site::Joint(0))));
+        assert!(!is_event(&EffectId::at("joint_gain", Site::Joint(0))));
     }
 
     #[test]
@@ -212,21 +212,21 @@ mod tests {
         let watch = plumb_estimation::Progress::unwatched();
         let mut stage = lab.stage(Vec::new(), None, &none, &watch).unwrap();
         let rows = noise(100, 5);
-        let with = |name: &str, spot: Spot, row_residuals: &[Vec<f64>]| Contender {
-            id: EffectId::at(name, spot),
+        let with = |name: &str, site: Site, row_residuals: &[Vec<f64>]| Contender {
+            id: EffectId::at(name, site),
             row_residuals: row_residuals.to_vec(),
             ..contender(name, 0, 0.0)
         };
         let worse: Vec<Vec<f64>> = rows.iter().map(|row| vec![row[0] + 1.0]).collect();
-        let mut mad = with("joint_zero_reset", Spot::Joint(1), &rows);
+        let mut mad = with("joint_zero_reset", Site::Joint(1), &rows);
         mad.score.plausible = false;
         stage.contenders = vec![
-            with("joint_zero_reset", Spot::Joint(0), &rows),
-            with("joint_zero_reset", Spot::Joint(1), &worse),
-            with("base_reset", Spot::Base, &worse),
-            with("joint_step", Spot::Joint(1), &rows),
+            with("joint_zero_reset", Site::Joint(0), &rows),
+            with("joint_zero_reset", Site::Joint(1), &worse),
+            with("base_reset", Site::Base, &worse),
+            with("joint_step", Site::Joint(1), &rows),
             mad,
-            with("joint_gain", Spot::Joint(1), &rows),
+            with("joint_gain", Site::Joint(1), &rows),
         ];
         assert_eq!(with_rivals(&stage, vec![0, 1]), [0, 1, 2, 3], "one of several may be the instrument");
         assert_eq!(with_rivals(&stage, vec![0, 3]), [0, 2, 3], "a known one is no second");
@@ -236,7 +236,7 @@ mod tests {
         stage.contenders[3].row_residuals = worse;
         assert_eq!(with_rivals(&stage, vec![0]), [0], "alone it is what it is");
         // Without anything by epoch events have no rivals.
-        let step = |joint: usize| with("joint_step", Spot::Joint(joint), &rows);
+        let step = |joint: usize| with("joint_step", Site::Joint(joint), &rows);
         stage.contenders = vec![step(0), step(1)];
         assert_eq!(with_rivals(&stage, vec![0]), [0]);
     }

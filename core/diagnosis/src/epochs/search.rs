@@ -467,7 +467,7 @@ mod tests {
             steps: DMatrix::from_element(1, rows, 1.0),
             ids: vec![plumb_calibration::effect::EffectId::at(
                 "reading_reset",
-                plumb_calibration::effect::Spot::Base,
+                plumb_calibration::effect::Site::Base,
             )],
         }
     }

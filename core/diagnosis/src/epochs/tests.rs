@@ -5,7 +5,7 @@ use crate::laboratory::Options;
 use crate::outcome::Verdict;
 use crate::split::Holdout;
 use plumb_calibration::arm_model::Model;
-use plumb_calibration::effect::Spot;
+use plumb_calibration::effect::Site;
 use plumb_calibration::table::Table;
 use plumb_estimation::Random;
 
@@ -146,7 +146,7 @@ fn a_number_that_jumps_is_found_beside_one_that_drifts_and_explains_more() {
             let drift = (row as f64 / 40.0).sin();
             residuals.push(drift * drifting + by_epoch(row, &[500], &[0.0, jump]) + 0.1 * random.normal());
         }
-        let effect = |name| EffectId::at(name, Spot::Base);
+        let effect = |name| EffectId::at(name, Site::Base);
         starts(&Columns {
             rows: (0..600).collect(),
             positions: (0..600).map(f64::from).collect(),
@@ -179,7 +179,7 @@ fn a_wave_of_a_joint_that_was_measured_in_order_is_no_jump() {
             residuals: residuals.collect(),
             fitted: nalgebra::DMatrix::from_element(1, 60, 1.0),
             steps: nalgebra::DMatrix::from_element(1, 60, 1.0),
-            ids: vec![EffectId::at("reading_reset", Spot::Base)],
+            ids: vec![EffectId::at("reading_reset", Site::Base)],
         })
     };
     for seed in 0..20 {
@@ -273,7 +273,7 @@ fn a_step_is_chance_where_a_curve_of_any_degree_that_counts_does_as_well_without
             residuals: residuals.collect(),
             fitted: nalgebra::DMatrix::from_element(1, 60, 1.0),
             steps: nalgebra::DMatrix::from_element(1, 60, 1.0),
-            ids: vec![EffectId::at("reading_reset", Spot::Base)],
+            ids: vec![EffectId::at("reading_reset", Site::Base)],
         };
         search::step_beside_a_curve(&columns, 0, 30, (0, 60))
     };
@@ -336,7 +336,7 @@ fn epochs_go_by_time_where_it_is_logged_and_by_rows_where_it_is_not() {
 #[test]
 fn an_event_begins_an_epoch_beside_those_that_are_known() {
     let at = |lab: &Laboratory, moment: f64| {
-        let event = EffectId { inner: Some(moment), ..EffectId::at("joint_step", Spot::Joint(1)) };
+        let event = EffectId { inner: Some(moment), ..EffectId::at("joint_step", Site::Joint(1)) };
         let dated = lab.clone();
         let dated = dated.dated_at(&event, &Progress::unwatched()).unwrap();
         dated.map(|dated| (dated.laboratory.model().epochs.clone().unwrap(), dated.jumps.len()))
@@ -358,7 +358,7 @@ fn an_event_begins_an_epoch_beside_those_that_are_known() {
     assert_eq!(at(&jumping, 88.0), Some((Epochs::Rows(vec![81, 89]), 2)));
     let of_its_own = rows.with_epochs(Epochs::Rows(vec![31]));
     assert_eq!(at(&of_its_own, 50.0), None, "the model's own epochs are the user's");
-    let event = EffectId::at("joint_zero_reset", Spot::Joint(1));
+    let event = EffectId::at("joint_zero_reset", Site::Joint(1));
     assert!(rows.dated_at(&event, &Progress::unwatched()).unwrap().is_none(), "an event between epochs");
 }
 

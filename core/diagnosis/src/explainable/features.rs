@@ -10,7 +10,7 @@ use nalgebra::{DMatrix, DVector};
 use super::functions::{centred, cosines, times};
 use super::known::{Column, Known};
 use super::regression::Products;
-use plumb_calibration::effect::{self, Effect, EffectId, Spot};
+use plumb_calibration::effect::{self, Effect, EffectId, Site};
 use plumb_calibration::fit::{Fit, ResidualModel};
 use plumb_estimation::{NormalEquations, Random};
 
@@ -252,14 +252,14 @@ fn equations_of(machine: &ResidualModel<'_>, rows: &[usize]) -> Vec<Range<usize>
 }
 
 /// The effect whose derivatives say how an error of one kind at one place moves the readings; nothing where it cannot act in this model.
-pub(super) fn carrier_of(machine: &ResidualModel<'_>, name: &str, spot: Spot) -> Option<Box<dyn Effect>> {
-    effect::build(&EffectId::at(name, spot), machine.model).ok()
+pub(super) fn carrier_of(machine: &ResidualModel<'_>, name: &str, site: Site) -> Option<Box<dyn Effect>> {
+    effect::build(&EffectId::at(name, site), machine.model).ok()
 }
 
 /// The same of an error of each joint's coordinate.
 pub(super) fn joint_carriers(machine: &ResidualModel<'_>) -> Vec<Option<Box<dyn Effect>>> {
     let joints = 0..machine.model.chain.len();
-    joints.map(|joint| carrier_of(machine, "joint_zero", Spot::Joint(joint))).collect()
+    joints.map(|joint| carrier_of(machine, "joint_zero", Site::Joint(joint))).collect()
 }
 
 impl Features {
@@ -305,8 +305,8 @@ impl Features {
     /// Of these rows of a fitted model.
     pub(crate) fn of(machine: &ResidualModel<'_>, fit: &Fit, rows: &[usize]) -> Self {
         let known = Known::of(machine, rows);
-        let shift = carrier_of(machine, "base_position", Spot::Base);
-        let tilt = carrier_of(machine, "base_tilt", Spot::Base);
+        let shift = carrier_of(machine, "base_position", Site::Base);
+        let tilt = carrier_of(machine, "base_tilt", Site::Base);
         let zeros = joint_carriers(machine);
         let probes: Vec<&dyn Effect> =
             [&shift, &tilt].into_iter().chain(&zeros).flatten().map(AsRef::as_ref).collect();

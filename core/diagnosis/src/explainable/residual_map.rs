@@ -11,7 +11,7 @@ use super::{FEWEST_POSES, FIRST_RATIO, Folds, chosen_rows, components_of, counts
 use crate::cross_validation::pose_groups;
 use crate::thresholds::{FEW_POSES_RETURNS, MAP_ROWS, VALIDATION_BLOCKS};
 use plumb_calibration::arm_model::{Along, MapCarrier, MeasuredRegion, ResidualMap, Side, Wave};
-use plumb_calibration::effect::{Effect, Spot};
+use plumb_calibration::effect::{Effect, Site};
 use plumb_calibration::fit::{Fit, ResidualModel, RowBlock};
 use plumb_estimation::{Cancelled, Progress, Random};
 
@@ -160,7 +160,7 @@ impl Design {
         region: &MeasuredRegion,
         outline: &Outline,
     ) -> Self {
-        let shift = carrier_of(machine, "base_position", Spot::Base);
+        let shift = carrier_of(machine, "base_position", Site::Base);
         let zeros = joint_carriers(machine);
         let probes: Vec<&dyn Effect> =
             std::iter::once(&shift).chain(&zeros).flatten().map(AsRef::as_ref).collect();

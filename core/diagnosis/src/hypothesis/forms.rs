@@ -5,7 +5,7 @@ use plumb_calibration::effect::{Drive, Effect, Handle, LooksAt, Parameter, Situa
 
 /// What a formula is added to.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Site {
+pub(super) enum FormSite {
     /// The coordinate of a joint that turns, or slides.
     Joint { joint: usize, slides: bool },
     /// The attitude of the base: turns about its x and its y, each with numbers of its own.
@@ -66,7 +66,7 @@ pub(super) enum Shape {
 /// One form at one place.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Form {
-    pub(super) site: Site,
+    pub(super) site: FormSite,
     pub(super) factor: Factor,
     pub(super) shape: Shape,
 }
@@ -228,10 +228,10 @@ impl Form {
     pub(super) fn formulas(&self) -> Vec<(&'static str, String)> {
         let (first, second) = NAMES.split_at(self.shape.written().len());
         match self.site {
-            Site::Joint { slides: false, .. } => vec![("deg", self.sum(first))],
-            Site::Joint { slides: true, .. } => vec![("mm", self.sum(first))],
+            FormSite::Joint { slides: false, .. } => vec![("deg", self.sum(first))],
+            FormSite::Joint { slides: true, .. } => vec![("mm", self.sum(first))],
             // The axis of a lean is not known: each component has numbers of its own.
-            Site::Base => vec![("base_x_deg", self.sum(first)), ("base_y_deg", self.sum(second))],
+            FormSite::Base => vec![("base_x_deg", self.sum(first)), ("base_y_deg", self.sum(second))],
         }
     }
 
@@ -248,9 +248,9 @@ impl Form {
     pub(super) fn parameters(&self) -> Vec<Parameter> {
         let own = self.shape.written().len();
         let (count, name, most) = match self.site {
-            Site::Joint { slides: false, .. } => (own, "deg", MOST_DEG),
-            Site::Joint { slides: true, .. } => (own, "mm", MOST_MM),
-            Site::Base => (2 * own, "deg", MOST_DEG),
+            FormSite::Joint { slides: false, .. } => (own, "deg", MOST_DEG),
+            FormSite::Joint { slides: true, .. } => (own, "mm", MOST_MM),
+            FormSite::Base => (2 * own, "deg", MOST_DEG),
         };
         let unit = Unit::by_name(name).unwrap_or(Unit::RATIO);
         NAMES.iter().take(count).map(|name| Parameter::new(name, unit, (-most, most))).collect()
@@ -282,11 +282,11 @@ impl Effect for Candidate {
         let radians = 1.0_f64.to_radians();
         for (index, value) in values.iter().map(|value| factor * value).enumerate() {
             match self.form.site {
-                Site::Joint { joint, slides } => {
+                FormSite::Joint { joint, slides } => {
                     let rate = if slides { value } else { value * radians };
                     drives.push(situation.drive_joint(joint, index, rate));
                 }
-                Site::Base => drives.extend([0, 1].map(|axis| Drive {
+                FormSite::Base => drives.extend([0, 1].map(|axis| Drive {
                     parameter: axis * values.len() + index,
                     handle: Handle::BaseTurn(axis),
                     rate: value * radians,

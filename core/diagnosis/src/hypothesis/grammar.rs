@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use super::forms::{Angle, Candidate, Factor, Form, Shape, Site};
+use super::forms::{Angle, Candidate, Factor, Form, FormSite, Shape};
 use crate::laboratory::Laboratory;
 use crate::score_test::Probe;
-use plumb_calibration::effect::{EffectId, Search, Spot};
+use plumb_calibration::effect::{EffectId, Search, Site};
 
 /// Where in the range of an angle a step, or the beginning of a slope, is tried: fractions of the range.
 const KINKS: [f64; 7] = [0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875];
@@ -48,9 +48,9 @@ pub(super) fn probes(lab: &Laboratory) -> Vec<(Form, Probe)> {
 }
 
 fn probe(form: Form, family: usize) -> Probe {
-    let spot = spot(form.site);
+    let site = site_of(form.site);
     Probe {
-        id: EffectId::at("hypothesis", spot),
+        id: EffectId::at("hypothesis", site),
         effect: Arc::new(Candidate::new(form)),
         search: if form.shape.is_searched() { Search::Smooth } else { Search::Nothing },
         family,
@@ -60,61 +60,61 @@ fn probe(form: Form, family: usize) -> Probe {
 }
 
 /// Where a form acts.
-pub(super) fn spot(site: Site) -> Spot {
+pub(super) fn site_of(site: FormSite) -> Site {
     match site {
-        Site::Joint { joint, .. } => Spot::Joint(joint),
-        Site::Base => Spot::Base,
+        FormSite::Joint { joint, .. } => Site::Joint(joint),
+        FormSite::Base => Site::Base,
     }
 }
 
-fn sites(lab: &Laboratory) -> Vec<Site> {
+fn sites(lab: &Laboratory) -> Vec<FormSite> {
     let joints = 0..lab.model().chain.len();
-    let joints = joints.map(|joint| Site::Joint { joint, slides: !lab.survey().turns(joint) });
-    joints.chain([Site::Base]).collect()
+    let joints = joints.map(|joint| FormSite::Joint { joint, slides: !lab.context().turns(joint) });
+    joints.chain([FormSite::Base]).collect()
 }
 
 /// A shift of a joint's zero is free, or a candidate of the library: a form must say more than that.
-fn is_new(site: Site, factor: Factor, shape: Shape) -> bool {
+fn is_new(site: FormSite, factor: Factor, shape: Shape) -> bool {
     let constant = factor == Factor::One && shape == Shape::One;
-    let base_alone = site == Site::Base && factor == Factor::One && !matches!(shape, Shape::Half(..));
+    let base_alone = site == FormSite::Base && factor == Factor::One && !matches!(shape, Shape::Half(..));
     !(constant || base_alone)
 }
 
 /// What is known of the rows and varies.
-fn factors(lab: &Laboratory, site: Site) -> Vec<Factor> {
-    let passport = lab.passport();
+fn factors(lab: &Laboratory, site: FormSite) -> Vec<Factor> {
+    let summary = lab.summary();
     let mut factors = vec![Factor::One];
-    if passport.time_span.is_some_and(|span| span > 0.0) {
+    if summary.time_span.is_some_and(|span| span > 0.0) {
         factors.push(Factor::Hours);
     }
-    if passport.temperature_range.is_some_and(|range| range > 0.0) {
+    if summary.temperature_range.is_some_and(|range| range > 0.0) {
         factors.push(Factor::Temperature(middle(lab.table().temperature.as_deref().unwrap_or(&[]))));
     }
-    if passport.payload_range.is_some_and(|range| range > 0.0) {
+    if summary.payload_range.is_some_and(|range| range > 0.0) {
         factors.push(Factor::Payload);
     }
     let joints = lab.model().chain.len();
     let near: Vec<usize> = match site {
-        Site::Joint { joint, .. } => {
+        FormSite::Joint { joint, .. } => {
             // A bearing or a gear feels the moment about its own axis and its neighbours'; those farther off would only multiply what is tried.
             (joint.saturating_sub(1)..=joint + 1).filter(|one| *one < joints).collect()
         }
-        Site::Base => (0..joints.min(3)).collect(),
+        FormSite::Base => (0..joints.min(3)).collect(),
     };
-    if lab.survey().has_weight() {
+    if lab.context().has_weight() {
         for joint in &near {
             // Of a joint whose axis is upright gravity turns nothing.
-            if passport.greatest_moments.get(*joint).is_none_or(|most| *most <= 0.0) {
+            if summary.greatest_moments.get(*joint).is_none_or(|most| *most <= 0.0) {
                 continue;
             }
             factors.extend([Factor::Moment(*joint), Factor::Load(*joint), Factor::Pull(*joint)]);
         }
     }
-    if let Site::Joint { joint, .. } = site {
-        if passport.has_both_sides(joint) {
+    if let FormSite::Joint { joint, .. } = site {
+        if summary.has_both_sides(joint) {
             factors.push(Factor::Side(joint));
         }
-        if passport.time_span.is_some() {
+        if summary.time_span.is_some() {
             factors.push(Factor::Move(joint));
         }
     }
@@ -130,15 +130,15 @@ fn middle(values: &[f64]) -> f64 {
 }
 
 /// Functions of the pose that a factor is multiplied with; those that differ in a searched number together.
-fn shapes(lab: &Laboratory, site: Site, factor: Factor) -> Vec<Vec<Shape>> {
+fn shapes(lab: &Laboratory, site: FormSite, factor: Factor) -> Vec<Vec<Shape>> {
     let mut shapes = vec![vec![Shape::One]];
-    let survey = lab.survey();
+    let context = lab.context();
     let all = 0..lab.model().chain.len();
     for joint in all.clone() {
         // A line in each joint first: what a wave or a kink explains as well is the simpler thing.
         let angle = Angle::of(joint);
         shapes.push(vec![Shape::Linear(angle)]);
-        if survey.turns(joint) {
+        if context.turns(joint) {
             shapes.extend(ORDERS.map(|order| vec![Shape::Wave(angle, order)]));
             shapes
                 .push(HALVES.map(|share| Shape::Half(angle, rounded(share * std::f64::consts::PI))).to_vec());
@@ -146,8 +146,8 @@ fn shapes(lab: &Laboratory, site: Site, factor: Factor) -> Vec<Vec<Shape>> {
         shapes.extend(kinked(lab, angle));
     }
     // Of two joints the products of waves are waves of their sum and of their difference; what both pull at, such as a cable, goes by the sum.
-    let Site::Joint { joint, .. } = site else { return shapes };
-    for other in all.filter(|other| *other != joint && survey.turns(*other) && survey.turns(joint)) {
+    let FormSite::Joint { joint, .. } = site else { return shapes };
+    for other in all.filter(|other| *other != joint && context.turns(*other) && context.turns(joint)) {
         for minus in [false, true] {
             let angle = Angle { first: joint, second: Some((other, minus)) };
             shapes.push(vec![Shape::Wave(angle, 1)]);
@@ -185,7 +185,7 @@ fn kinked(lab: &Laboratory, angle: Angle) -> Vec<Vec<Shape>> {
 
 /// Least and greatest value of an angle that the poses can have, each joint for itself.
 fn reach(lab: &Laboratory, angle: Angle) -> (f64, f64) {
-    let ranges = &lab.passport().ranges;
+    let ranges = &lab.summary().ranges;
     let own = ranges.get(angle.first).copied().unwrap_or_default();
     let other = angle.second.map_or((0.0, 0.0), |(joint, minus)| {
         let (low, high) = ranges.get(joint).copied().unwrap_or_default();

@@ -20,7 +20,7 @@ use crate::laboratory::{ErrorSummary, Laboratory, LaboratoryError, point_squares
 use crate::noise_floor::Floor;
 use crate::score_test::{Probe, Score, score};
 use crate::thresholds::{HYPOTHESES_REFITTED, HYPOTHESIS_ROWS, HYPOTHESIS_SHARE, NAMING_LEVEL, TIE_BIC};
-use forms::{Candidate, Form, Site};
+use forms::{Candidate, Form, FormSite};
 use plumb_calibration::arm_model::Model;
 use plumb_calibration::effect::{self, Addend, DefinedPlace, Definition, Effect, EffectId};
 use plumb_calibration::file::Place;
@@ -167,7 +167,7 @@ impl Laboratory {
             let Some(definition) = definition(&format!("hypothesis_{index}"), &one.form, &model) else {
                 continue;
             };
-            let id = EffectId::at(&definition.name, definition.spot);
+            let id = EffectId::at(&definition.name, definition.site);
             model.definitions.push(Arc::new(definition));
             listed.push((index, id));
         }
@@ -227,7 +227,7 @@ impl Laboratory {
     fn written(&self, form: &Form) -> String {
         let formulas: Vec<String> =
             form.formulas().iter().map(|(key, formula)| format!("{key}: {formula}")).collect();
-        format!("{} {}", self.model().site_name(grammar::spot(form.site)), formulas.join(", "))
+        format!("{} {}", self.model().site_name(grammar::site_of(form.site)), formulas.join(", "))
     }
 
     fn to_hypothesis(
@@ -238,7 +238,7 @@ impl Laboratory {
         (before_mm, after_mm): (f64, f64),
         or: Vec<String>,
     ) -> Hypothesis {
-        let place = self.model().site_name(grammar::spot(form.site));
+        let place = self.model().site_name(grammar::site_of(form.site));
         let values = form.parameters().into_iter().enumerate().map(|(index, parameter)| HypothesisValue {
             name: parameter.name,
             value: best.values.get(index).copied().unwrap_or(f64::NAN),
@@ -306,20 +306,20 @@ fn definition(name: &str, form: &Form, model: &Model) -> Option<Definition> {
     let names: Vec<String> = parameters.iter().map(|parameter| parameter.name.clone()).collect();
     let addends = form.formulas().into_iter().enumerate().map(|(index, (key, formula))| {
         let place = match form.site {
-            Site::Joint { joint, .. } => DefinedPlace::Coordinate(joint),
-            Site::Base => DefinedPlace::BaseTurn(index),
+            FormSite::Joint { joint, .. } => DefinedPlace::Coordinate(joint),
+            FormSite::Base => DefinedPlace::BaseTurn(index),
         };
         Addend::new(place, key, &formula, &names, model.chain.len(), Place::default()).ok()
     });
     let addends = addends.collect::<Option<Vec<_>>>()?;
-    Some(Definition::new(name, grammar::spot(form.site), addends, parameters, None))
+    Some(Definition::new(name, grammar::site_of(form.site), addends, parameters, None))
 }
 
 /// The `define:` block of a form, as it is pasted into a model file.
 fn block(form: &Form, place: &str) -> String {
     let at = match form.site {
-        Site::Joint { .. } => format!("joint: {place}, "),
-        Site::Base => String::new(),
+        FormSite::Joint { .. } => format!("joint: {place}, "),
+        FormSite::Base => String::new(),
     };
     let formulas: Vec<String> =
         form.formulas().into_iter().map(|(key, formula)| format!("{key}: \"{formula}\"")).collect();

@@ -105,7 +105,7 @@ fn every_form_is_what_its_formula_says() {
     let forms = grammar::probes(&lab);
     for (form, probe) in forms.iter().step_by(7) {
         let written = definition("hypothesis", form, lab.model()).unwrap_or_else(|| panic!("{form:?}"));
-        let id = EffectId::at("hypothesis", written.spot);
+        let id = EffectId::at("hypothesis", written.site);
         let mut model = lab.model().clone();
         model.definitions.push(Arc::new(written));
         let defined = effect::build(&id, &model).unwrap();
@@ -120,7 +120,7 @@ fn every_form_is_what_its_formula_says() {
 
 #[test]
 fn the_block_is_read_as_it_is_written() {
-    for (site, place) in [(Site::Joint { joint: 1, slides: false }, "elbow"), (Site::Base, "base")] {
+    for (site, place) in [(FormSite::Joint { joint: 1, slides: false }, "elbow"), (FormSite::Base, "base")] {
         let angle = Angle { first: 1, second: Some((0, true)) };
         let form = Form { site, factor: forms::Factor::Load(1), shape: Shape::Wave(angle, 2) };
         let arm = "arm: two\nconvention: distal\njoints:\n  - {name: shoulder, a_mm: 200, limits_deg: [-170, 170]}\n  - {name: elbow, a_mm: 150, limits_deg: [-150, 150]}\ntargets: {p1: {xyz_mm: [0, 0, 0]}}\n";
@@ -134,13 +134,13 @@ fn twins_need_a_relation_to_the_pose_and_not_only_large_residuals() {
     let forms = |lab: &Laboratory| -> Vec<Probe> {
         grammar::probes(lab)
             .into_iter()
-            .filter(|(form, _)| grammar::spot(form.site) == effect::Spot::Joint(1))
+            .filter(|(form, _)| grammar::site_of(form.site) == effect::Site::Joint(1))
             .map(|(_, probe)| probe)
             .collect()
     };
     let angle = Angle::of(1);
     let form = Form {
-        site: Site::Joint { joint: 1, slides: false },
+        site: FormSite::Joint { joint: 1, slides: false },
         factor: forms::Factor::One,
         shape: Shape::Above(angle, 0.4),
     };
@@ -268,7 +268,7 @@ fn a_formula_explains_its_share_of_what_lies_beyond_the_noise() {
     let freedom = 88.0;
     let floor = |noise: f64| Floor {
         scale: (noise > 0.0).then(|| (noise * before / freedom).sqrt()),
-        ..Floor::of(&fitted.machine, &fitted.fit, &lab.survey())
+        ..Floor::of(&fitted.machine, &fitted.fit, &lab.context())
     };
     let leaving = |share: f64| Contender {
         left: (share * before, freedom),

@@ -265,7 +265,7 @@ impl Laboratory {
         progress: &Progress,
     ) -> Result<Comparison, LaboratoryError> {
         progress.report(0.5, "noise floor")?;
-        let floor = Floor::of(machine, fit, &self.survey());
+        let floor = Floor::of(machine, fit, &self.context());
         progress.report(0.7, "cross-validation")?;
         let error_mm = self.errors(machine, fit, progress)?;
         let rms_mm = Rms::of(&error_mm);
@@ -313,7 +313,7 @@ impl Laboratory {
     fn noticed(&self, fit: &Fit) -> Vec<Note> {
         let outside = self.rows_outside();
         let mut noticed = self.table.warnings.clone();
-        noticed.extend(effect::waves_not_shown(&self.survey()));
+        noticed.extend(effect::waves_not_shown(&self.context()));
         noticed.extend(fit.doubts.iter().map(ToString::to_string));
         let mut warnings: Vec<Note> = noticed.into_iter().map(Note::Noticed).collect();
         if outside > 0 {
@@ -384,7 +384,7 @@ impl Laboratory {
             let held = slots.iter().all(|slot| fit.factor.dependent.contains(slot));
             all.push(EffectValue {
                 effect: part.id.name.clone(),
-                place: self.model.site_name(part.id.spot),
+                place: self.model.site_name(part.id.site),
                 label: self.model.label(&part.id),
                 size: size.value,
                 unit: size.unit.to_owned(),
@@ -415,7 +415,7 @@ impl Laboratory {
             // One that the model file defines may use moments.
             None => part.effect.looks_at() == LooksAt::Gravity,
         };
-        if needs_masses && !self.survey().has_weight() {
+        if needs_masses && !self.context().has_weight() {
             return Some(WhyHeld::NoMasses);
         }
         let first = machine.slots().get(*slots.first()?)?;

@@ -16,7 +16,7 @@ use crate::candidates::{best_variants, probes};
 use crate::fitted::Fitted;
 use crate::score_test::{Probe, Score, score};
 use plumb_calibration::effect::{
-    self, Drive, DrivenBy, Effect, EffectId, Handle, Parameter, Situation, Spot, Unit, acts_by_epoch,
+    self, Drive, DrivenBy, Effect, EffectId, Handle, Parameter, Site, Situation, Unit, acts_by_epoch,
 };
 use plumb_estimation::Progress;
 
@@ -180,7 +180,7 @@ impl Laboratory {
             Some((Handle::Joint(joint, plumb_kinematics::DhParameter::Theta), _)) => {
                 format!(
                     "left without it, along the motion of {}",
-                    self.model().site_name(Spot::Joint(*joint))
+                    self.model().site_name(Site::Joint(*joint))
                 )
             }
             _ => format!("left without it, along what {} moves", valued.id.name),

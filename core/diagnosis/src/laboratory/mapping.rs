@@ -137,7 +137,7 @@ mod tests {
     use super::*;
     use crate::testing::two_links;
     use plumb_calibration::arm_model::{AddedEffect, ResidualMap};
-    use plumb_calibration::effect::{EffectId, Spot};
+    use plumb_calibration::effect::{EffectId, Site};
 
     const RMS: Rms = Rms { fit: 0.1, cv: None, check: None };
 
@@ -167,7 +167,7 @@ mod tests {
     #[test]
     fn the_better_of_two_fits_predicts_better_and_of_no_rows_neither_is_worse() {
         let lab = two_links(40, "", 0.05, 63, |q| [0.0, 0.01 * q[1]]);
-        let added = AddedEffect { id: EffectId::at("joint_gain", Spot::Joint(1)), values: vec![0.0] };
+        let added = AddedEffect { id: EffectId::at("joint_gain", Site::Joint(1)), values: vec![0.0] };
         let without = lab.fit_with(&[], None, &Progress::unwatched()).unwrap();
         let with = lab.fit_with(&[added], None, &Progress::unwatched()).unwrap();
         let rows: Vec<usize> = (0..40).collect();

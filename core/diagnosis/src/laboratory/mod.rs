@@ -42,7 +42,7 @@ use crate::jump::Jump;
 use crate::split::{Holdout, HoldoutError, Split};
 use plumb_calibration::arm_model::{AddedEffect, Epochs, Model};
 use plumb_calibration::effect::{
-    self, DefinitionError, EffectId, EffectNameError, POSE_ERROR, Passport, Spot, Survey,
+    self, CandidateContext, DatasetSummary, DefinitionError, EffectId, EffectNameError, POSE_ERROR, Site,
 };
 use plumb_calibration::file::ModelFileError;
 use plumb_calibration::fit::{Fit, FitError, FitOptions, ResidualModel, estimate_noise};
@@ -168,7 +168,7 @@ pub struct Laboratory {
     model: Model,
     table: Table,
     observations: Observations,
-    passport: Passport,
+    summary: DatasetSummary,
     split: Split,
     options: Options,
     known: Known<Dated>,
@@ -221,9 +221,9 @@ impl Laboratory {
             }
         }
         let split = Split::new(&table, options.holdout)?;
-        let passport = Passport::of(&model, &table);
+        let summary = DatasetSummary::of(&model, &table);
         let known = Known::default();
-        let mut laboratory = Self { model, table, observations, passport, split, options, known };
+        let mut laboratory = Self { model, table, observations, summary, split, options, known };
         laboratory.estimate_noise()?;
         Ok(laboratory)
     }
@@ -268,8 +268,8 @@ impl Laboratory {
     }
 
     /// What the table logs.
-    pub fn passport(&self) -> &Passport {
-        &self.passport
+    pub fn summary(&self) -> &DatasetSummary {
+        &self.summary
     }
 
     /// Which rows are fitted and which are held out.
@@ -282,8 +282,8 @@ impl Laboratory {
         &self.options
     }
 
-    pub(crate) fn survey(&self) -> Survey<'_> {
-        Survey { model: &self.model, passport: &self.passport }
+    pub(crate) fn context(&self) -> CandidateContext<'_> {
+        CandidateContext { model: &self.model, summary: &self.summary }
     }
 
     /// The effects that are always fitted, at their last values; those the user has added are not among them.
@@ -302,9 +302,9 @@ impl Laboratory {
             }
         }
         if !self.model.pose_errors.is_empty() {
-            effects.push(AddedEffect { id: EffectId::at(POSE_ERROR, Spot::Base), values: Vec::new() });
+            effects.push(AddedEffect { id: EffectId::at(POSE_ERROR, Site::Base), values: Vec::new() });
         }
-        let reset = EffectId::at("base_reset", Spot::Base);
+        let reset = EffectId::at("base_reset", Site::Base);
         let taken = effects.iter().chain(&self.model.effects).any(|other| other.id.same_as(&reset));
         if self.model.base.per_session && self.model.epoch_count() > 1 && !taken {
             let known = self.model.fitted.iter().find(|other| other.id.same_as(&reset));

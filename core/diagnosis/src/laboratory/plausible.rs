@@ -2,7 +2,7 @@
 //! depend on where base and instrument are, so they reveal wrong units whatever is free.
 
 use nalgebra::{IsometryMatrix3, Point3, Vector3};
-use plumb_kinematics::{Motion, Posture};
+use plumb_kinematics::{LinkFrames, Motion};
 use thiserror::Error;
 
 use crate::thresholds::{UNITS_AGREE, UNITS_FOREIGN};
@@ -151,7 +151,7 @@ struct Sample {
 /// Where the nominal arm puts a target, base frame, mm.
 fn tip(model: &Model, q: &[f64], target: usize) -> Vector3<f64> {
     let tool = model.targets.get(target).map_or_else(Vector3::zeros, |target| target.xyz);
-    (Posture::of(&model.chain, q, &[]).flange * Point3::from(tool)).coords
+    (LinkFrames::of(&model.chain, q, &[]).flange * Point3::from(tool)).coords
 }
 
 /// Logarithms of measured over believed distance, for all pairs far enough apart to count.
@@ -183,7 +183,7 @@ fn with_target_found(
         .map(|sample| Sight {
             target: 0,
             measured: sample.measured,
-            flange: Posture::of(&model.chain, &sample.q, &[]).flange,
+            flange: LinkFrames::of(&model.chain, &sample.q, &[]).flange,
         })
         .collect();
     let (_, found) = base_and_targets(&sights, &IsometryMatrix3::identity(), &[own.xyz], &[true])?;

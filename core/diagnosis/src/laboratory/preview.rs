@@ -74,7 +74,7 @@ impl Laboratory {
             if fitted.iter().any(|known| known.id.same_as(&id)) {
                 continue;
             }
-            if let Some(reason) = effect::not_at_these_positions(&self.survey(), &id) {
+            if let Some(reason) = effect::not_at_these_positions(&self.context(), &id) {
                 return Err(LaboratoryError::Refused(reason));
             }
             let id = self.searched(id, progress)?;

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use plumb_calibration::effect::{DrivenBy, EffectId, Spot, kind};
+use plumb_calibration::effect::{DrivenBy, EffectId, Site, kind};
 use plumb_calibration::fit::{ResidualModel, State};
 
 /// What one axis of a plot shows.
@@ -59,7 +59,7 @@ impl Regressor {
 }
 
 fn name_of(machine: &ResidualModel<'_>, joint: usize) -> String {
-    machine.model.site_name(Spot::Joint(joint))
+    machine.model.site_name(Site::Joint(joint))
 }
 
 /// A joint's coordinate as it is shown, and its unit.
@@ -148,8 +148,8 @@ fn time(machine: &ResidualModel<'_>) -> Regressor {
 
 /// The coordinate of the point along the axis of the instrument that an effect acts on.
 fn axis_of_instrument(machine: &ResidualModel<'_>, state: &State, id: &EffectId) -> Option<Regressor> {
-    let Spot::Axis(axis) = id.spot else { return None };
-    let title = PlotAxis::new(format!("{} of the point", machine.model.site_name(id.spot)), "mm");
+    let Site::Axis(axis) = id.site else { return None };
+    let title = PlotAxis::new(format!("{} of the point", machine.model.site_name(id.site)), "mm");
     Some(Regressor::over_rows(machine, title, |row| {
         machine.believed_point(state, row).get(axis).copied().unwrap_or(0.0)
     }))
@@ -166,7 +166,7 @@ mod tests {
         let lab = two_links(12, "", 0.05, 74, |_| [0.0; 2]);
         let fitted = lab.fit_with(&[], None, &Progress::unwatched()).unwrap();
         let found =
-            Regressor::of(&fitted.machine, &fitted.fit.state, &EffectId::at(name, Spot::Joint(1))).unwrap();
+            Regressor::of(&fitted.machine, &fitted.fit.state, &EffectId::at(name, Site::Joint(1))).unwrap();
         (found, (0..12).map(|row| lab.table().q_of(row)[1].to_degrees()).collect())
     }
 
@@ -197,26 +197,26 @@ mod tests {
             let found = Regressor::of(&fitted.machine, &fitted.fit.state, &id);
             found.map(|found| (found.axis.title(), found.values))
         };
-        let heat = EffectId::at("thermal_growth", Spot::Joint(1));
+        let heat = EffectId::at("thermal_growth", Site::Joint(1));
         assert_eq!(drawn(&plain, heat.clone()), None, "not logged");
         let expected = ("temperature, deg C".to_owned(), vec![20.0, 21.5, 22.0, 20.5]);
         assert_eq!(drawn(&lab, heat), Some(expected));
-        let warm = EffectId::at("warm_up", Spot::Joint(1));
+        let warm = EffectId::at("warm_up", Site::Joint(1));
         assert_eq!(drawn(&lab, warm.clone()), Some(("time, s".to_owned(), vec![30.0, 10.0, 40.0, 20.0])));
         let in_turn = Some(("order of the rows".to_owned(), vec![1.0, 2.0, 3.0, 4.0]));
         assert_eq!(drawn(&plain, warm), in_turn);
-        let reset = EffectId::at("base_reset", Spot::Base);
+        let reset = EffectId::at("base_reset", Site::Base);
         assert_eq!(drawn(&lab, reset), Some(("order of the rows".to_owned(), vec![3.0, 1.0, 4.0, 2.0])));
-        assert_eq!(drawn(&lab, EffectId::at("base_position", Spot::Base)), None, "more than one number");
+        assert_eq!(drawn(&lab, EffectId::at("base_position", Site::Base)), None, "more than one number");
         // The tip of the arm along x.
-        let (title, values) = drawn(&lab, EffectId::at("scale", Spot::Axis(0))).unwrap();
+        let (title, values) = drawn(&lab, EffectId::at("scale", Site::Axis(0))).unwrap();
         assert!(title.ends_with("of the point, mm"), "{title}");
         for (row, value) in values.iter().enumerate() {
             let [first, second] = [0, 1].map(|joint| lab.table().q_of(row)[joint]);
             let x = 200.0 * first.cos() + 150.0 * (first + second).cos();
             assert!((value - x).abs() < 1e-9, "{value} {x}");
         }
-        assert_eq!(drawn(&lab, EffectId::at("scale", Spot::Base)), None);
+        assert_eq!(drawn(&lab, EffectId::at("scale", Site::Base)), None);
     }
 
     #[test]

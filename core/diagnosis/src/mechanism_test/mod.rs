@@ -21,7 +21,7 @@ pub(crate) use posterior::posterior;
 
 use bench::{Bench, Set};
 use nalgebra::{DMatrix, DVector, DVectorView};
-use plumb_calibration::effect::{Effect, EffectId, Family, Spot, build, kind};
+use plumb_calibration::effect::{Effect, EffectId, Family, Site, build, kind};
 use plumb_estimation::chi_squared_tail;
 use predictions::Predictions;
 use sets::Sets;
@@ -33,7 +33,7 @@ pub(crate) enum Doubt {
     /// Some smooth function of what is known of a row does as well.
     Smooth,
     /// A mechanism without a name does, or is at work at the same joint.
-    Unlisted(Spot),
+    Unlisted(Site),
     /// At its joint more is left than so large an effect would leave.
     MoreAtItsJoint,
     /// Rows that were left out are predicted as well without it.
@@ -62,7 +62,7 @@ struct Rivals {
     /// Effects of the library.
     listed: Vec<usize>,
     /// Where a mechanism without a name would sit.
-    unlisted: Option<Spot>,
+    unlisted: Option<Site>,
     /// The flexible part does.
     smooth: bool,
 }
@@ -129,7 +129,7 @@ impl Bench<'_> {
                 self.foremost(new).filter(|one| rules::is_close_to(self.gain(*one), self.gain(foremost)));
             match instead.and_then(|one| Some((one, self.suspects.get(one)?))) {
                 Some((one, suspect)) => match suspect.who {
-                    Who::Unlisted(spot) => rivals.unlisted = Some(spot),
+                    Who::Unlisted(site) => rivals.unlisted = Some(site),
                     Who::Listed(_) if self.is_plausible(one) && !rivals.listed.contains(&one) => {
                         rivals.listed.push(one);
                     }
@@ -148,13 +148,13 @@ impl Bench<'_> {
         let others = set.members.iter().filter(|one| **one != foremost);
         let mut others = others.filter_map(|one| Some((*one, self.suspects.get(*one)?)));
         let at_same = others.find(|(one, other)| {
-            other.id.spot == suspect.id.spot
+            other.id.site == suspect.id.site
                 && is_of_a_joint(&other.id)
                 && self.explained(&set.fit, *one) > most
         });
         if let Some((_, other)) = at_same {
             return Some(match other.who {
-                Who::Unlisted(spot) => Doubt::Unlisted(spot),
+                Who::Unlisted(site) => Doubt::Unlisted(site),
                 Who::Listed(_) => Doubt::MoreAtItsJoint,
             });
         }
@@ -165,7 +165,7 @@ impl Bench<'_> {
         let falls = set.fit.deviance - with.deviance;
         let asked = falls - (with.rank - set.fit.rank.min(with.rank)) as f64 * self.equations.ln() > TIE_BIC;
         (asked && self.mixed.squares_of(&with, &overtones.1) > most)
-            .then_some(Doubt::Unlisted(suspect.id.spot))
+            .then_some(Doubt::Unlisted(suspect.id.site))
     }
 
     /// Whether a size beside the flexible part is that of a real machine, and much the same without that part: within what blocks of rows differ by, or within a share of itself.
@@ -203,8 +203,8 @@ impl Bench<'_> {
         if contender.outvoted || chance >= NAMING_LEVEL {
             return Some(Doubt::NotPassed);
         }
-        if let Some(spot) = rivals.unlisted {
-            return Some(Doubt::Unlisted(spot));
+        if let Some(site) = rivals.unlisted {
+            return Some(Doubt::Unlisted(site));
         }
         let predictions =
             sets.without(foremost, set).and_then(|without| Predictions::of(self, foremost, without, set));

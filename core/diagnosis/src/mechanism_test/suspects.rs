@@ -6,7 +6,7 @@ use crate::candidates::best_variants;
 use crate::forward_selection::{Contender, Stage};
 use crate::score_test::{Probe, score};
 use crate::thresholds::{EVIDENCE_STRANGERS, EVIDENCE_SUSPECTS};
-use plumb_calibration::effect::{self, Effect, EffectId, Spot};
+use plumb_calibration::effect::{self, Effect, EffectId, Site};
 
 /// Waves whose overtones are asked for at most: those behind explain much less.
 const WAVES_ASKED: usize = 3;
@@ -17,7 +17,7 @@ pub(super) enum Who {
     /// A contender of the library, by its place in the stage's list.
     Listed(usize),
     /// Something without a name.
-    Unlisted(Spot),
+    Unlisted(Site),
 }
 
 /// A suspect, and its parameters among the columns.
@@ -71,7 +71,7 @@ pub(super) fn suspects(stage: &Stage<'_>, unlisted: &[Probe], rows: &[usize]) ->
         let parameters: Vec<usize> = (next..next + probe.effect.parameters().len()).collect();
         next += parameters.len();
         let cost = probe.search_cost + probe.search.cost(equations);
-        let (id, who) = (probe.id.clone(), Who::Unlisted(probe.id.spot));
+        let (id, who) = (probe.id.clone(), Who::Unlisted(probe.id.site));
         suspects.push(Suspect { id, who, parameters, cost, gain });
         effects.push(probe.effect.as_ref());
     }

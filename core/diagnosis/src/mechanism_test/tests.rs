@@ -89,7 +89,7 @@ fn what_a_row_leaves_is_parted_along_its_motion_and_across_it_for_each_direction
 
 #[test]
 fn waves_imitate_anything_and_play_does_not() {
-    let at = |name: &str| EffectId::at(name, Spot::Joint(0));
+    let at = |name: &str| EffectId::at(name, Site::Joint(0));
     assert!(
         imitates(&at("joint_harmonic")) && !imitates(&at("joint_backlash")) && !imitates(&at("no_effect"))
     );
@@ -212,7 +212,7 @@ fn a_wave_has_company_in_strong_overtones_and_in_what_else_moves_its_joint_as_mu
     assert_eq!(company_of_the_wave(&[], with(0.0)), None);
     // A quarter of the squares is half of the amplitude.
     assert_eq!(company_of_the_wave(&[], with(0.4)), None);
-    assert_eq!(company_of_the_wave(&[], with(0.6)), Some(Doubt::Unlisted(Spot::Joint(1))));
+    assert_eq!(company_of_the_wave(&[], with(0.6)), Some(Doubt::Unlisted(Site::Joint(1))));
     let gain = |elbow: f64, shoulder: f64| move |q: [f64; 2]| [shoulder * q[0], wave(q[1]) + elbow * q[1]];
     assert_eq!(company_of_the_wave(&["joint_gain(elbow)"], gain(0.01, 0.0)), Some(Doubt::MoreAtItsJoint));
     assert_eq!(company_of_the_wave(&["joint_gain(elbow)"], gain(0.0001, 0.0)), None, "it does little");
@@ -230,7 +230,7 @@ fn a_place_is_known_unless_something_else_does_as_well() {
     for doubt in [Doubt::MoreAtItsJoint, Doubt::NotPredicted, Doubt::Size] {
         assert_eq!(with(Some(doubt)), (true, true));
     }
-    for doubt in [Doubt::Smooth, Doubt::NotPassed, Doubt::Unlisted(Spot::Base)] {
+    for doubt in [Doubt::Smooth, Doubt::NotPassed, Doubt::Unlisted(Site::Base)] {
         assert_eq!(with(Some(doubt)), (false, false));
     }
 }

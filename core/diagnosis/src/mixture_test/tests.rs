@@ -48,9 +48,9 @@ fn two_positions_sum_over_all_ways_to_choose() {
     let term = |off: f64| (-0.5 * 2.0 * off * off / (sigma * sigma)).exp();
     let sum: f64 = 2.0 * term(d) + term(d - h) + term(d + h);
     let expected = sum.ln() - 2.0 * 2.0_f64.ln() - 0.5 * f64::ln(sigma * sigma);
-    assert!((two_camps(&group, sigma, h) - expected).abs() < 1e-12);
+    assert!((two_clusters(&group, sigma, h) - expected).abs() < 1e-12);
     assert!(
-        (two_camps(&group, sigma, 0.0) - one_camp(&group, sigma, 0.0)).abs() < 1e-12,
+        (two_clusters(&group, sigma, 0.0) - one_camp(&group, sigma, 0.0)).abs() < 1e-12,
         "at no distance they are one"
     );
 }
@@ -93,8 +93,9 @@ fn positions_spread_evenly_are_a_wider_scatter_though_likelier_than_one_position
     let even = Lines { across: 400.0, freedom: 400.0, ..lines(groups) };
     let one = even.one_camp();
     let steps = (1..=48).map(|step| 5.5 * f64::from(step) / 48.0);
-    let two =
-        |half: f64| even.across(1.0) + even.lines.iter().map(|line| two_camps(line, 1.0, half)).sum::<f64>();
+    let two = |half: f64| {
+        even.across(1.0) + even.lines.iter().map(|line| two_clusters(line, 1.0, half)).sum::<f64>()
+    };
     let best = steps.clone().map(two).fold(f64::NEG_INFINITY, f64::max);
     let wide = steps.map(|step| even.normal(1.0, step)).fold(f64::NEG_INFINITY, f64::max);
     assert!(best - one > TWO_OVER_ONE && best - wide < TWO_OVER_WIDE, "{one} {best} {wide}");

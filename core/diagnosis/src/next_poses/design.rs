@@ -119,7 +119,7 @@ impl Designer<'_> {
     /// Whether a joint may be asked to arrive from either side.
     fn has_two_directions(&self, joint: usize) -> bool {
         let asked = self.both_directions && self.lab.table().approach.is_some();
-        asked || self.lab.passport().has_both_sides(joint)
+        asked || self.lab.summary().has_both_sides(joint)
     }
 
     fn logged_payload(&self, rng: &mut Random) -> f64 {

@@ -120,7 +120,7 @@ mod tests {
     fn an_effect_that_is_not_shown_is_put_in_at_the_size_that_is_asked_and_at_no_more_than_the_rows_allow() {
         let (lab, progress) = (narrow(), Progress::unwatched());
         let fitted = lab.fit_with(&[], None, &progress).unwrap();
-        let floor = Floor::of(&fitted.machine, &fitted.fit, &lab.survey());
+        let floor = Floor::of(&fitted.machine, &fitted.fit, &lab.context());
         let asked = Candidates { listed: candidates::probes(&lab), unlisted: unlisted::probes(&lab) };
         let finding = lab.find(&floor, &asked, &progress).unwrap();
         let faint = lab.faint(&finding.stage.fitted, &floor).unwrap();

@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::sample::sampled;
 use plumb_calibration::arm_model::Model;
-use plumb_calibration::effect::{self, Effect, EffectId, Passport, Spot, Survey};
+use plumb_calibration::effect::{self, CandidateContext, DatasetSummary, Effect, EffectId, Site};
 use plumb_calibration::fit::{Fit, ResidualModel, RowBlock};
 
 /// Stands for a gap between the two sides from which a joint arrives that may differ from pose to pose.
@@ -55,16 +55,16 @@ fn clocks(machine: &ResidualModel<'_>, groups: &[Vec<usize>]) -> Vec<f64> {
 }
 
 impl Asked {
-    fn of(model: &Model, survey: &Survey<'_>) -> Self {
+    fn of(model: &Model, context: &CandidateContext<'_>) -> Self {
         let library = effect::kinds().iter().filter(|kind| kind.depends_on_conditions);
         let own = model.definitions.iter().filter(|definition| definition.depends_on_conditions());
         let conditions = library
-            .flat_map(|kind| (kind.candidates)(survey))
-            .chain(own.map(|definition| EffectId::at(&definition.name, definition.spot)));
-        let joints = (0..model.chain.len()).map(|joint| EffectId::at("joint_zero", Spot::Joint(joint)));
-        let base = ["base_position", "base_tilt"].map(|name| EffectId::at(name, Spot::Base));
+            .flat_map(|kind| (kind.candidates)(context))
+            .chain(own.map(|definition| EffectId::at(&definition.name, definition.site)));
+        let joints = (0..model.chain.len()).map(|joint| EffectId::at("joint_zero", Site::Joint(joint)));
+        let base = ["base_position", "base_tilt"].map(|name| EffectId::at(name, Site::Base));
         let targets = 0..model.targets.len();
-        let targets = targets.map(|target| EffectId::at("tool_offset", Spot::Target(target)));
+        let targets = targets.map(|target| EffectId::at("tool_offset", Site::Target(target)));
         Self {
             conditions: built(conditions, model),
             zeros: built(joints, model).into_iter().map(|(_, effect)| effect).collect(),
@@ -83,7 +83,7 @@ impl Asked {
     /// from pose to pose (worn teeth, friction): it has a column a group.
     fn candidates(&self, gaps: &[usize], groups: usize) -> Vec<(EffectId, Range<usize>)> {
         let conditions = self.conditions.iter().map(|(id, effect)| (id.clone(), effect.parameters().len()));
-        let gaps = gaps.iter().map(|joint| (EffectId::at(SIDE_OF_APPROACH, Spot::Joint(*joint)), groups));
+        let gaps = gaps.iter().map(|joint| (EffectId::at(SIDE_OF_APPROACH, Site::Joint(*joint)), groups));
         let mut first = 0;
         let numbered = conditions.chain(gaps).map(|(id, count)| {
             first += count;
@@ -111,16 +111,20 @@ impl Replicates {
     }
 
     /// Gathers them; nothing if no pose was returned to.
-    pub(crate) fn gather(machine: &ResidualModel<'_>, fit: &Fit, survey: &Survey<'_>) -> Option<Self> {
+    pub(crate) fn gather(
+        machine: &ResidualModel<'_>,
+        fit: &Fit,
+        context: &CandidateContext<'_>,
+    ) -> Option<Self> {
         let groups = sampled(machine.table.returns(), machine.model.chain.len());
         if groups.is_empty() {
             return None;
         }
         // A jump between two replicates can be dated by replicates alone; the other rows say nothing here.
-        let passport = Passport { clocks: clocks(machine, &groups), ..survey.passport.clone() };
-        let asked = Asked::of(machine.model, &Survey { model: survey.model, passport: &passport });
+        let summary = DatasetSummary { clocks: clocks(machine, &groups), ..context.summary.clone() };
+        let asked = Asked::of(machine.model, &CandidateContext { model: context.model, summary: &summary });
         let joints = 0..asked.zeros.len();
-        let gaps: Vec<usize> = joints.filter(|joint| survey.passport.has_both_sides(*joint)).collect();
+        let gaps: Vec<usize> = joints.filter(|joint| context.summary.has_both_sides(*joint)).collect();
         let mut all = Self {
             members: Vec::new(),
             residuals: Vec::new(),

@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use super::*;
 use crate::thresholds::INLIER_QUANTILE;
 use plumb_calibration::arm_model::Model;
-use plumb_calibration::effect::{EffectId, Spot};
+use plumb_calibration::effect::{EffectId, Site};
 use plumb_calibration::measurement::Observations;
 use plumb_calibration::table::Table;
 use plumb_estimation::{Random, chi_squared_quantile};
@@ -109,7 +109,7 @@ fn with_condition(coefficient: f64) -> Replicates {
 /// The same in groups of these sizes.
 fn condition_among(sizes: &[usize], coefficient: f64) -> Replicates {
     let mut all = replicates(sizes, 1.0, 21);
-    all.candidates = vec![(EffectId::at("joint_backlash", Spot::Joint(0)), 0..1)];
+    all.candidates = vec![(EffectId::at("joint_backlash", Site::Joint(0)), 0..1)];
     for (member, (columns, residuals)) in all.columns.iter_mut().zip(&mut all.residuals).enumerate() {
         let side = if member % 2 == 0 { 1.0 } else { -1.0 };
         *columns = DMatrix::from_column_slice(3, 1, &[side, 0.0, 0.0]);
@@ -139,8 +139,8 @@ fn of_gaps_between_approach_directions_one_joint_is_taken_out_and_no_other_besid
     let mut all = with_condition(3.0);
     let range = all.candidates[0].1.clone();
     all.candidates = vec![
-        (EffectId::at(SIDE_OF_APPROACH, Spot::Joint(0)), range.clone()),
-        (EffectId::at("joint_backlash", Spot::Joint(1)), range),
+        (EffectId::at(SIDE_OF_APPROACH, Site::Joint(0)), range.clone()),
+        (EffectId::at("joint_backlash", Site::Joint(1)), range),
     ];
     assert!(all.is_gap(0) && !all.is_gap(1) && !all.is_gap(2));
 }
@@ -171,8 +171,8 @@ fn returns_make_the_floor_from_six_degrees_of_freedom_on_else_what_is_declared_d
 fn a_candidate_gains_what_it_takes_beyond_the_columns_that_are_in() {
     let mut all = with_condition(3.0);
     // A second candidate that does the same as the first, and one that moves another coordinate with the order in the group.
-    all.candidates.push((EffectId::at("joint_settling", Spot::Joint(0)), 1..2));
-    all.candidates.push((EffectId::at("drift", Spot::Base), 2..3));
+    all.candidates.push((EffectId::at("joint_settling", Site::Joint(0)), 1..2));
+    all.candidates.push((EffectId::at("drift", Site::Base), 2..3));
     for (member, columns) in all.columns.iter_mut().enumerate() {
         let side = if member % 2 == 0 { 1.0 } else { -1.0 };
         let late = if member % 4 < 2 { -1.0 } else { 1.0 };
@@ -231,20 +231,20 @@ fn a_replicate_has_the_columns_of_what_was_asked_and_a_gap_of_its_own_pose() {
     let lab = visited();
     let fitted = lab.fit_with(&[], None, &plumb_estimation::Progress::unwatched()).unwrap();
     let (machine, fit) = (&fitted.machine, &fitted.fit);
-    let all = Replicates::gather(machine, fit, &lab.survey()).unwrap();
+    let all = Replicates::gather(machine, fit, &lab.context()).unwrap();
     assert_eq!((all.members.len(), all.groups, all.motions[0].len()), (18, 6, 2));
     assert_eq!(all.members[7], (7, 2));
     // Candidates follow one another, the gaps of both joints last, with a column for each pose.
     let gaps: Vec<_> = all.candidates.iter().filter(|(id, _)| id.name == SIDE_OF_APPROACH).collect();
-    let spots: Vec<(Spot, usize)> = gaps.iter().map(|(id, range)| (id.spot, range.len())).collect();
-    assert_eq!(spots, [(Spot::Joint(0), 6), (Spot::Joint(1), 6)]);
+    let sites: Vec<(Site, usize)> = gaps.iter().map(|(id, range)| (id.site, range.len())).collect();
+    assert_eq!(sites, [(Site::Joint(0), 6), (Site::Joint(1), 6)]);
     assert_eq!(gaps[1], all.candidates.last().unwrap());
     let mut end = 0;
     for (_, range) in &all.candidates {
         assert_eq!(range.start, end);
         end = range.end;
     }
-    let play = all.candidates.iter().find(|(id, _)| id.name == "joint_backlash" && id.spot == Spot::Joint(0));
+    let play = all.candidates.iter().find(|(id, _)| id.name == "joint_backlash" && id.site == Site::Joint(0));
     let play = play.unwrap().1.start;
     let step = 1e-6;
     for member in [0, 1, 7, 17] {
@@ -288,7 +288,7 @@ fn replicates_that_read_something_else_than_the_first_are_not_compared() {
     let mut lab = visited();
     let count = |lab: &crate::laboratory::Laboratory| {
         let fitted = lab.fit_with(&[], None, &plumb_estimation::Progress::unwatched()).unwrap();
-        Replicates::gather(&fitted.machine, &fitted.fit, &lab.survey()).unwrap().members
+        Replicates::gather(&fitted.machine, &fitted.fit, &lab.context()).unwrap().members
     };
     assert_eq!(count(&lab).len(), 18);
     // Row 4 is the second of the second pose, row 6 the first of the third: then both others differ from it.
@@ -319,7 +319,7 @@ fn the_typical_sigma_is_the_root_mean_square_of_lengths_and_of_angles_where_ther
 /// Ten pairs whose members are one sigma off their mean; a condition of two numbers is this share of the squares.
 fn pairs_of_a_condition(share: f64) -> Replicates {
     let mut all = replicates(&[2; 10], 0.0, 5);
-    all.candidates = vec![(EffectId::at("drift", Spot::Base), 0..2)];
+    all.candidates = vec![(EffectId::at("drift", Site::Base), 0..2)];
     for (member, (columns, residual)) in all.columns.iter_mut().zip(&mut all.residuals).enumerate() {
         let side = if member % 2 == 0 { 1.0 } else { -1.0 };
         *columns = DMatrix::from_row_slice(3, 2, &[side, 0.0, 0.0, side, 0.0, 0.0]);
@@ -343,7 +343,7 @@ fn a_condition_is_taken_out_from_a_level_of_one_percent_on() {
     assert!((scatter.squares - 20.0).abs() < 1e-9 && (scatter.sigma - (20.0_f64 / 30.0).sqrt()).abs() < 1e-9);
     // Beside another that is asked as well each has half of it (Holm 1979).
     let mut two = pairs_of_a_condition(1.005 * edge);
-    two.candidates.push((EffectId::at("warm_up", Spot::Joint(0)), 2..3));
+    two.candidates.push((EffectId::at("warm_up", Site::Joint(0)), 2..3));
     for (member, columns) in two.columns.iter_mut().enumerate() {
         *columns = columns.clone().insert_column(2, 0.0);
         columns[(0, 2)] = if member % 4 == 0 { 0.01 } else { -0.01 };
@@ -356,7 +356,7 @@ fn of_two_gaps_one_is_taken_out_and_a_condition_beside_it() {
     let with = |names: [&str; 3]| {
         let mut all = replicates(&[4; 30], 1.0, 22);
         all.candidates =
-            (0..3).map(|one| (EffectId::at(names[one], Spot::Joint(one)), one..one + 1)).collect();
+            (0..3).map(|one| (EffectId::at(names[one], Site::Joint(one)), one..one + 1)).collect();
         for (member, (columns, residual)) in all.columns.iter_mut().zip(&mut all.residuals).enumerate() {
             let signs = [[1.0, -1.0, 1.0, -1.0], [1.0, 1.0, -1.0, -1.0], [1.0, -1.0, -1.0, 1.0]];
             let signs = signs.map(|signs| signs[member % 4]);

@@ -3,7 +3,7 @@
 use super::*;
 use crate::testing::two_links;
 use plumb_calibration::arm_model::AddedEffect;
-use plumb_calibration::effect::Spot;
+use plumb_calibration::effect::Site;
 use plumb_estimation::Progress;
 
 #[test]
@@ -26,7 +26,7 @@ fn a_gain_counts_above_its_standard_error_only() {
 /// The fall in sample (squared sigmas) and the gains out of sample of an effect's two waves at the elbow.
 fn waves(amplitude: f64, seed: u64) -> (f64, Vec<Gain>) {
     let lab = two_links(24, "joint_zero(*)", 0.5, seed, |q| [0.0, amplitude * (2.0 * q[1]).sin()]);
-    let id = EffectId { order: Some(2.0), ..EffectId::at("joint_harmonic", Spot::Joint(1)) };
+    let id = EffectId { order: Some(2.0), ..EffectId::at("joint_harmonic", Site::Joint(1)) };
     let count = plumb_calibration::effect::build(&id, lab.model()).unwrap().parameters().len();
     let before = lab.fit_with(&[], None, &Progress::unwatched()).unwrap();
     let more = [AddedEffect { id: id.clone(), values: vec![0.0; count] }];
@@ -79,7 +79,7 @@ fn a_gain_counts_above_one_standard_error_and_nothing_at_all_is_no_gain() {
 #[test]
 fn what_an_effect_promises_is_the_same_whichever_way_it_is_asked() {
     let lab = two_links(24, "joint_zero(*)", 0.05, 6, |q| [0.0, 0.02 * q[1]]);
-    let id = EffectId::at("joint_gain", Spot::Joint(1));
+    let id = EffectId::at("joint_gain", Site::Joint(1));
     let before = lab.fit_with(&[], None, &Progress::unwatched()).unwrap();
     let more = [AddedEffect { id: id.clone(), values: vec![0.0] }];
     let after = lab.fit_with(&more, Some(&before), &Progress::unwatched()).unwrap();

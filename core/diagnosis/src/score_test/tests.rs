@@ -18,7 +18,7 @@ impl Effect for Ranged {
 fn probe(ranges: &[(f64, f64)]) -> Probe {
     let parameters = ranges.iter().map(|range| Parameter::new("a", Unit::RATIO, *range)).collect();
     Probe {
-        id: EffectId::at("joint_zero", plumb_calibration::effect::Spot::Base),
+        id: EffectId::at("joint_zero", plumb_calibration::effect::Site::Base),
         effect: Arc::new(Ranged(parameters)),
         search: Search::Nothing,
         family: 1,

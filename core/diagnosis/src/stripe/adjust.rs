@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use plumb_calibration::arm_model::{AddedEffect, Model, StripeRig};
-use plumb_calibration::effect::{self, EffectId, EffectNameError, Search, Spot};
+use plumb_calibration::effect::{self, EffectId, EffectNameError, Search, Site};
 use plumb_calibration::fit::{Fit, FitError, FitOptions, ResidualModel, Slot, State};
 use plumb_calibration::measurement::{Observations, ObservationsError};
 use plumb_calibration::table::Table;
@@ -324,7 +324,7 @@ impl Adjustment {
 
     /// The effects of the arm alone, as a model file keeps them; those of the rig go into the rig's file.
     pub fn of_arm(&self) -> Vec<AddedEffect> {
-        let of_arm = self.effects.iter().filter(|effect| effect.id.spot != Spot::Sensor);
+        let of_arm = self.effects.iter().filter(|effect| effect.id.site != Site::Sensor);
         of_arm.cloned().collect()
     }
 

@@ -1,7 +1,7 @@
 //! Errors put into a rig and an arm come out of stripes on a table, a pyramid and a ball.
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
-use plumb_kinematics::{Deviation, Posture, inverse};
+use plumb_kinematics::{Deviation, LinkFrames, inverse};
 
 use super::{Adjustment, Scans, StripePixel, StripeScene, Surface, View, adjust};
 use plumb_calibration::arm_model::AddedEffect;
@@ -74,7 +74,7 @@ fn views(model: &Model) -> Vec<View> {
             );
             let origin = place - attitude * Vector3::new(-30.0, 0.0, 360.0);
             let wanted = nalgebra::IsometryMatrix3::from_parts(Translation3::from(origin), attitude);
-            let flange_of = |q: &[f64]| Posture::of(&model.chain, q, &[]).flange;
+            let flange_of = |q: &[f64]| LinkFrames::of(&model.chain, q, &[]).flange;
             if let Ok(q) = inverse(flange_of, &wanted, &start) {
                 views.push(View { q, speed: Vec::new(), approach: Vec::new(), time_s: None });
             }
@@ -87,7 +87,7 @@ fn views(model: &Model) -> Vec<View> {
 fn seen(model: &Model, rig: &StripeRig, deviations: &[Deviation], views: &[View]) -> Vec<StripePixel> {
     let mut pixels = Vec::new();
     for (view, pose) in views.iter().enumerate() {
-        let flange = Posture::of(&model.chain, &pose.q, deviations).flange;
+        let flange = LinkFrames::of(&model.chain, &pose.q, deviations).flange;
         for row in (4..252).step_by(8) {
             let height = |u: f64| Some(self::height(&(flange * rig.point(u, f64::from(row))?)));
             // From the projector's side inward the first sign change is where light meets matter.
@@ -167,7 +167,7 @@ fn what_no_surface_determines_is_named() {
 fn the_laboratory_asks_the_stripes_with_the_whole_library() {
     let mut adjustment = found(&rig(), &[], &[]);
     let laboratory = adjustment.laboratory().unwrap();
-    assert!(laboratory.passport().stripes && !laboratory.passport().moves);
+    assert!(laboratory.summary().stripes && !laboratory.summary().moves);
     // Effects of the rig are no part of the arm, and pictures are late by what their clock is.
     assert_eq!(adjustment.late_s(), 0.0);
     let of_arm = adjustment.of_arm().len();

@@ -82,7 +82,7 @@ impl<'a> Finding<'a> {
                 });
                 if named && doubted {
                     self.verdict = Verdict::Located;
-                    self.place = self.best().map(|best| best.id.spot);
+                    self.place = self.best().map(|best| best.id.site);
                 }
                 Self { mechanism, ..self }
             }
@@ -96,11 +96,11 @@ impl<'a> Finding<'a> {
         let rivals = with_rivals(&self.stage, mechanism.close.clone());
         self.close.clone_from(&mechanism.close);
         self.close.extend(rivals.into_iter().filter(|index| !mechanism.close.contains(index)));
-        let spots: Vec<_> = self.close.iter().filter_map(|index| Some(self.at(*index)?.id.spot)).collect();
-        let one_place = spots.first().filter(|first| spots.iter().all(|spot| spot == *first));
-        (self.verdict, self.place) = match (spots.len(), one_place) {
+        let sites: Vec<_> = self.close.iter().filter_map(|index| Some(self.at(*index)?.id.site)).collect();
+        let one_place = sites.first().filter(|first| sites.iter().all(|site| site == *first));
+        (self.verdict, self.place) = match (sites.len(), one_place) {
             (1, _) if mechanism.doubt.is_none() => (Verdict::Named, None),
-            (_, Some(spot)) => (Verdict::Located, Some(*spot)),
+            (_, Some(site)) => (Verdict::Located, Some(*site)),
             _ => (Verdict::Tied, None),
         };
         self.left_unexplained_mm = self.best().map(|best| self.left_mm(best, floor));
@@ -205,8 +205,8 @@ impl<'a> Finding<'a> {
         }
         match self.mechanism.as_ref().and_then(|mechanism| mechanism.doubt.clone()) {
             Some(Doubt::Smooth) => Rejection::SmoothExplains,
-            Some(Doubt::Unlisted(spot)) => Rejection::UnlistedAt(model.site_name(spot)),
-            Some(Doubt::MoreAtItsJoint) => Rejection::MoreLeftAt(model.site_name(contender.id.spot)),
+            Some(Doubt::Unlisted(site)) => Rejection::UnlistedAt(model.site_name(site)),
+            Some(Doubt::MoreAtItsJoint) => Rejection::MoreLeftAt(model.site_name(contender.id.site)),
             Some(Doubt::NotPredicted) => Rejection::SmoothPredicts,
             Some(Doubt::Size) => Rejection::OtherSize,
             Some(Doubt::NotPassed) | None => Rejection::MoreThanNoiseLeft,

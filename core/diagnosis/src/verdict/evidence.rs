@@ -9,7 +9,7 @@ use crate::noise_floor::Floor;
 use crate::score_test::{Probe, score};
 use crate::thresholds::{TIE_BIC, UNLISTED_LEVEL};
 use plumb_calibration::arm_model::AddedEffect;
-use plumb_calibration::effect::{self, Search, Spot};
+use plumb_calibration::effect::{self, Search, Site};
 use plumb_estimation::{bic_above, holm};
 
 /// What a verdict rests on besides the contenders.
@@ -20,15 +20,15 @@ pub(super) struct Evidence {
     /// What is left when everything that passed is in.
     pub(super) left_over: Option<LackOfFit>,
     /// Places where something without a name is still at work when everything that passed is in.
-    pub(super) strangers: Vec<Spot>,
+    pub(super) strangers: Vec<Site>,
     /// Place of something without a name that does better than the effect in question.
-    pub(super) rivals: Option<Spot>,
+    pub(super) rivals: Option<Site>,
     /// Places where, by its direction, all may sit that the model as it is lacks; the likeliest first.
-    pub(super) alone: Vec<Spot>,
+    pub(super) alone: Vec<Site>,
     /// Places along whose motion more is left than across it when everything that passed is in.
-    pub(super) uneven: Vec<Spot>,
+    pub(super) uneven: Vec<Site>,
     /// Joint on which more than one of the effects sits that can imitate anything.
-    pub(super) padded: Option<Spot>,
+    pub(super) padded: Option<Site>,
     /// Readings next to each other err alike: chance says nothing of what they share.
     pub(super) errs_alike: bool,
 }
@@ -59,41 +59,41 @@ impl Laboratory {
 }
 
 /// The joint on which more than one effect sits that imitates anything.
-pub(super) fn padded(taken: &[AddedEffect]) -> Option<Spot> {
+pub(super) fn padded(taken: &[AddedEffect]) -> Option<Site> {
     let flexible = taken.iter().map(|taken| &taken.id);
     let flexible = flexible.filter(|id| effect::kind(&id.name).is_some_and(|kind| kind.imitates_anything));
-    let mut spots = flexible.map(|id| id.spot);
-    while let Some(spot) = spots.next() {
-        if spots.clone().any(|other| other == spot) {
-            return Some(spot);
+    let mut sites = flexible.map(|id| id.site);
+    while let Some(site) = sites.next() {
+        if sites.clone().any(|other| other == site) {
+            return Some(site);
         }
     }
     None
 }
 
 /// Sites of those p values that are significant after Holm's correction, the clearest first.
-pub(super) fn significant_sites(tests: &[(f64, Spot)]) -> Vec<Spot> {
+pub(super) fn significant_sites(tests: &[(f64, Site)]) -> Vec<Site> {
     let p_values: Vec<f64> = tests.iter().map(|(p, _)| *p).collect();
     let adjusted = holm(&p_values, &vec![1.0; p_values.len()]);
-    let mut found: Vec<(f64, Spot)> = adjusted
+    let mut found: Vec<(f64, Site)> = adjusted
         .into_iter()
         .zip(tests)
-        .map(|(p, (_, spot))| (p, *spot))
+        .map(|(p, (_, site))| (p, *site))
         .filter(|(p, _)| *p < UNLISTED_LEVEL)
         .collect();
     found.sort_by(|left, right| left.0.total_cmp(&right.0));
-    found.into_iter().map(|(_, spot)| spot).collect()
+    found.into_iter().map(|(_, site)| site).collect()
 }
 
 /// Sites where something the library has no name for is at work beyond a stage, the clearest first.
-fn strangers(stage: &Stage<'_>, unlisted: &[Probe]) -> Vec<Spot> {
+fn strangers(stage: &Stage<'_>, unlisted: &[Probe]) -> Vec<Site> {
     let scores = best_variants(unlisted, score(&stage.fitted.machine, &stage.fitted.fit, unlisted));
-    let tests = scores.iter().filter_map(|(index, score)| Some((score.p, unlisted.get(*index)?.id.spot)));
+    let tests = scores.iter().filter_map(|(index, score)| Some((score.p, unlisted.get(*index)?.id.site)));
     significant_sites(&tests.collect::<Vec<_>>())
 }
 
 /// Where something without a name does better than every contender, clearly, and is no chance find itself.
-pub(super) fn strangers_against(stage: &Stage<'_>, unlisted: &[Probe]) -> Option<Spot> {
+pub(super) fn strangers_against(stage: &Stage<'_>, unlisted: &[Probe]) -> Option<Site> {
     let best =
         stage.contenders.iter().filter(|contender| contender.score.plausible).map(|contender| contender.bic);
     let best = best.fold(f64::INFINITY, f64::min);
@@ -107,8 +107,8 @@ pub(super) fn strangers_against(stage: &Stage<'_>, unlisted: &[Probe]) -> Option
         let cost = Search::Smooth.cost(equations);
         let least = stage.fitted.machine.least_variance();
         let own = bic_above(least, promised, equations, rank + score.freedom as f64, cost);
-        Some((own, unlisted.get(*index)?.id.spot)).filter(|_| score.freedom > 0 && p < UNLISTED_LEVEL)
+        Some((own, unlisted.get(*index)?.id.site)).filter(|_| score.freedom > 0 && p < UNLISTED_LEVEL)
     });
-    let (own, spot) = strongest.min_by(|left, right| left.0.total_cmp(&right.0))?;
-    (own < best - TIE_BIC && own < stage.bic - TIE_BIC).then_some(spot)
+    let (own, site) = strongest.min_by(|left, right| left.0.total_cmp(&right.0))?;
+    (own < best - TIE_BIC && own < stage.bic - TIE_BIC).then_some(site)
 }

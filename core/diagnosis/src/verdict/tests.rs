@@ -25,7 +25,7 @@ fn lack(p: f64) -> Option<LackOfFit> {
 }
 
 /// The verdict on contenders where much is left without them.
-fn verdict_of(contenders: &[Contender], evidence: Evidence) -> (Verdict, Option<Spot>) {
+fn verdict_of(contenders: &[Contender], evidence: Evidence) -> (Verdict, Option<Site>) {
     let close = close_contenders(contenders, EQUATIONS);
     let asked: Vec<&Contender> = close.iter().map(|index| &contenders[*index]).collect();
     judge(&asked, &evidence, &FLOOR)
@@ -36,10 +36,10 @@ fn found() -> Evidence {
     Evidence { lack_of_fit: lack(1e-9), left_over: lack(0.5), ..Evidence::default() }
 }
 
-const NAMED: (Verdict, Option<Spot>) = (Verdict::Named, None);
+const NAMED: (Verdict, Option<Site>) = (Verdict::Named, None);
 
-fn located(joint: usize) -> (Verdict, Option<Spot>) {
-    (Verdict::Located, Some(Spot::Joint(joint)))
+fn located(joint: usize) -> (Verdict, Option<Site>) {
+    (Verdict::Located, Some(Site::Joint(joint)))
 }
 
 #[test]
@@ -112,12 +112,12 @@ fn without_a_contender_the_lack_of_fit_decides() {
     assert_eq!(at(1.1 * LACK_OF_FIT_LEVEL), (Verdict::AtFloor, None));
     assert_eq!(at(0.9 * LACK_OF_FIT_LEVEL), (Verdict::Unknown, None));
     let strange =
-        Evidence { lack_of_fit: lack(1e-9), strangers: vec![Spot::Joint(3)], ..Evidence::default() };
+        Evidence { lack_of_fit: lack(1e-9), strangers: vec![Site::Joint(3)], ..Evidence::default() };
     assert_eq!(verdict_of(&[], strange), located(3));
     let directed = Evidence {
         lack_of_fit: lack(1e-9),
-        strangers: vec![Spot::Joint(3)],
-        alone: vec![Spot::Joint(2)],
+        strangers: vec![Site::Joint(3)],
+        alone: vec![Site::Joint(2)],
         ..Evidence::default()
     };
     assert_eq!(verdict_of(&[], directed), located(2), "the direction overrules what sits elsewhere");
@@ -127,9 +127,9 @@ fn without_a_contender_the_lack_of_fit_decides() {
 fn a_doubted_name_is_located_unless_its_evidence_is_overwhelming() {
     let doubts: [fn(&mut Evidence); 4] = [
         |evidence| evidence.left_over = lack(0.9 * LACK_OF_FIT_LEVEL),
-        |evidence| evidence.strangers = vec![Spot::Joint(1)],
-        |evidence| evidence.uneven = vec![Spot::Joint(1)],
-        |evidence| evidence.padded = Some(Spot::Joint(1)),
+        |evidence| evidence.strangers = vec![Site::Joint(1)],
+        |evidence| evidence.uneven = vec![Site::Joint(1)],
+        |evidence| evidence.padded = Some(Site::Joint(1)),
     ];
     for doubt in doubts {
         let verdict = |errors: f64| {
@@ -141,7 +141,7 @@ fn a_doubted_name_is_located_unless_its_evidence_is_overwhelming() {
         assert_eq!(verdict(0.9 * OVERWHELMING_GAIN), located(1));
         assert_eq!(verdict(1.1 * OVERWHELMING_GAIN), NAMED);
     }
-    let elsewhere = Evidence { strangers: vec![Spot::Joint(4)], uneven: vec![Spot::Joint(4)], ..found() };
+    let elsewhere = Evidence { strangers: vec![Site::Joint(4)], uneven: vec![Site::Joint(4)], ..found() };
     assert_eq!(
         verdict_of(&[contender("joint_zero", 1, 0.0)], elsewhere),
         NAMED,
@@ -153,7 +153,7 @@ fn a_doubted_name_is_located_unless_its_evidence_is_overwhelming() {
 
 #[test]
 fn a_mechanism_without_a_name_that_explains_more_takes_the_site() {
-    let evidence = Evidence { rivals: Some(Spot::Joint(5)), ..found() };
+    let evidence = Evidence { rivals: Some(Site::Joint(5)), ..found() };
     assert_eq!(verdict_of(&[contender("joint_zero", 1, 0.0)], evidence), located(5));
 }
 
@@ -165,7 +165,7 @@ fn what_does_not_reach_the_floor_is_not_tied_where_the_direction_knows_one_site(
         ..contender("joint_gain", joint, 0.0)
     };
     let at = |left: f64| {
-        let evidence = Evidence { alone: vec![Spot::Joint(2)], ..found() };
+        let evidence = Evidence { alone: vec![Site::Joint(2)], ..found() };
         verdict_of(&[unproved(1, left), unproved(3, left)], evidence)
     };
     assert_eq!(at(190.0).0, Verdict::Tied);
@@ -175,21 +175,21 @@ fn what_does_not_reach_the_floor_is_not_tied_where_the_direction_knows_one_site(
 #[test]
 fn sites_without_a_name_count_below_their_level_after_holm() {
     let tests =
-        |p: f64| [(p, Spot::Joint(2)), (0.5, Spot::Joint(0)), (0.9, Spot::Base), (p / 10.0, Spot::Joint(1))];
+        |p: f64| [(p, Site::Joint(2)), (0.5, Site::Joint(0)), (0.9, Site::Base), (p / 10.0, Site::Joint(1))];
     // Of four tests the least is multiplied by four, the next by three.
-    assert_eq!(significant_sites(&tests(0.9 * UNLISTED_LEVEL / 3.0)), [Spot::Joint(1), Spot::Joint(2)]);
-    assert_eq!(significant_sites(&tests(1.1 * UNLISTED_LEVEL / 3.0)), [Spot::Joint(1)]);
-    assert_eq!(significant_sites(&[(1.1 * UNLISTED_LEVEL, Spot::Base)]), []);
+    assert_eq!(significant_sites(&tests(0.9 * UNLISTED_LEVEL / 3.0)), [Site::Joint(1), Site::Joint(2)]);
+    assert_eq!(significant_sites(&tests(1.1 * UNLISTED_LEVEL / 3.0)), [Site::Joint(1)]);
+    assert_eq!(significant_sites(&[(1.1 * UNLISTED_LEVEL, Site::Base)]), []);
 }
 
 #[test]
 fn two_flexible_terms_at_one_joint_imitate_anything() {
     let taken = |name: &str, joint: usize| AddedEffect {
-        id: EffectId::at(name, Spot::Joint(joint)),
+        id: EffectId::at(name, Site::Joint(joint)),
         values: Vec::new(),
     };
     let wave_and_gain = [taken("joint_gain", 1), taken("joint_zero", 2), taken("joint_harmonic", 1)];
-    assert_eq!(padded(&wave_and_gain), Some(Spot::Joint(1)));
+    assert_eq!(padded(&wave_and_gain), Some(Site::Joint(1)));
     assert_eq!(padded(&[taken("joint_gain", 1), taken("joint_harmonic", 2), taken("joint_zero", 1)]), None);
 }
 
@@ -239,8 +239,8 @@ fn gravity_points_the_other_way_where_a_compliance_is_below_zero_beyond_doubt() 
 
 #[test]
 fn effects_of_sensor_and_instrument_change_what_is_read_and_not_where_the_arm_is() {
-    assert!(is_of_sensor(&EffectId::at("scale", Spot::Axis(0))));
-    assert!(!is_of_sensor(&EffectId::at("joint_gain", Spot::Joint(0))));
+    assert!(is_of_sensor(&EffectId::at("scale", Site::Axis(0))));
+    assert!(!is_of_sensor(&EffectId::at("joint_gain", Site::Joint(0))));
 }
 
 #[test]
@@ -322,20 +322,20 @@ fn a_known_place_is_given_with_what_may_be_at_work_there_and_nowhere_else() {
         let names = [("joint_gain", 1), ("joint_harmonic", 1), ("joint_zero", 0), ("joint_harmonic", 1)];
         names.map(|(name, joint)| contender(name, joint, 0.0)).into_iter().collect()
     };
-    let located = |verdict: Verdict, place: Option<Spot>| {
+    let located = |verdict: Verdict, place: Option<Site>| {
         finding_of(contenders(), |finding| {
             (finding.verdict, finding.place) = (verdict, place);
             finding.besides = vec![
-                EffectId::at("joint_backlash", Spot::Joint(1)),
-                EffectId::at("joint_gain", Spot::Joint(0)),
+                EffectId::at("joint_backlash", Site::Joint(1)),
+                EffectId::at("joint_gain", Site::Joint(0)),
             ];
             finding.located().map(|located| (located.place, located.family))
         })
     };
     let family = ["joint_gain", "joint_harmonic", "joint_backlash"].map(str::to_owned).to_vec();
-    assert_eq!(located(Verdict::Located, Some(Spot::Joint(1))), Some(("elbow".to_owned(), family)));
+    assert_eq!(located(Verdict::Located, Some(Site::Joint(1))), Some(("elbow".to_owned(), family)));
     assert_eq!(located(Verdict::Located, None), None);
-    assert_eq!(located(Verdict::Tied, Some(Spot::Joint(1))), None);
+    assert_eq!(located(Verdict::Tied, Some(Site::Joint(1))), None);
 }
 
 #[test]

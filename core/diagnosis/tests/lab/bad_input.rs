@@ -32,25 +32,25 @@ fn scale(cell: &mut String, factor: f64) {
     *cell = format!("{:.7}", cell.parse::<f64>().unwrap() * factor);
 }
 
-/// The first complaint, from reading to fitting.
-fn complaint(model: &str, table: &str) -> String {
+/// The first message, from reading to fitting.
+fn message(model: &str, table: &str) -> String {
     let options = Options { holdout: Holdout::None, ..Options::default() };
     match try_laboratory(model, table, options) {
         Err(said) => said,
         Ok(laboratory) => match laboratory.compare(&Progress::unwatched()) {
             Err(error) => error.to_string(),
-            Ok(comparison) => format!("no complaint, but: {:?}", comparison.warnings),
+            Ok(comparison) => format!("no error, but: {:?}", comparison.warnings),
         },
     }
 }
 
-fn model_complaint(model: &str) -> String {
-    Model::parse("model.yaml", model).map_or_else(|error| error.to_string(), |_| "no complaint".to_owned())
+fn message_of_model(model: &str) -> String {
+    Model::parse("model.yaml", model).map_or_else(|error| error.to_string(), |_| "no error".to_owned())
 }
 
-fn says(complaint: &str, parts: &[&str]) {
+fn says(message: &str, parts: &[&str]) {
     for part in parts {
-        assert!(complaint.contains(part), "`{part}` is missing in: {complaint}");
+        assert!(message.contains(part), "`{part}` is missing in: {message}");
     }
 }
 
@@ -66,7 +66,7 @@ fn a_number_that_is_none_names_its_line_and_column() {
         }
     });
     says(
-        &complaint(TWO_LINKS, &table),
+        &message(TWO_LINKS, &table),
         &["table.csv: line 5, column 3 (`p1_x_mm`)", "`NaN` is not a finite number", "leave the cell empty"],
     );
 }
@@ -78,14 +78,14 @@ fn a_unit_inside_a_cell_is_refused() {
             cells[2].push_str(" mm")
         }
     });
-    says(&complaint(TWO_LINKS, &table), &["line 6, column 3", "mm` is not a number"]);
+    says(&message(TWO_LINKS, &table), &["line 6, column 3", "mm` is not a number"]);
 }
 
 #[test]
 fn a_table_in_metres_under_a_header_in_millimetres_is_refused() {
     let table = table(20, |_, cells| cells[2..5].iter_mut().for_each(|cell| scale(cell, 1e-3)));
     says(
-        &complaint(TWO_LINKS, &table),
+        &message(TWO_LINKS, &table),
         &["the positions of p1", "1000 times as long (m for mm?)", "correct the unit in the header"],
     );
 }
@@ -93,18 +93,15 @@ fn a_table_in_metres_under_a_header_in_millimetres_is_refused() {
 #[test]
 fn one_axis_in_inches_is_found() {
     let table = table(20, |_, cells| scale(&mut cells[3], 1.0 / 25.4));
-    says(&complaint(TWO_LINKS, &table), &["the y coordinates of p1", "25.4 times as long (in for mm?)"]);
+    says(&message(TWO_LINKS, &table), &["the y coordinates of p1", "25.4 times as long (in for mm?)"]);
 }
 
 #[test]
 fn radians_under_a_header_in_degrees_are_refused() {
     let all = table(20, |_, cells| cells[..2].iter_mut().for_each(|cell| scale(cell, 1.0_f64.to_radians())));
-    says(
-        &complaint(TWO_LINKS, &all),
-        &["the joints cannot be in the unit", "read as radians they would fit"],
-    );
+    says(&message(TWO_LINKS, &all), &["the joints cannot be in the unit", "read as radians they would fit"]);
     let one = table(20, |_, cells| scale(&mut cells[1], 1.0_f64.to_radians()));
-    says(&complaint(TWO_LINKS, &one), &["the values of q2", "read as radians"]);
+    says(&message(TWO_LINKS, &one), &["the values of q2", "read as radians"]);
 }
 
 #[test]
@@ -115,7 +112,7 @@ fn a_row_in_another_unit_than_the_others_is_named() {
         }
     });
     says(
-        &complaint(TWO_LINKS, &metres),
+        &message(TWO_LINKS, &metres),
         &[
             "line 16: the position is in another unit than in the other rows",
             "write the whole column in one unit",
@@ -126,7 +123,7 @@ fn a_row_in_another_unit_than_the_others_is_named() {
             cells[..2].iter_mut().for_each(|cell| scale(cell, 1.0_f64.to_radians()));
         }
     });
-    says(&complaint(TWO_LINKS, &radians), &["line 9: the pose is in another unit", "read as radians"]);
+    says(&message(TWO_LINKS, &radians), &["line 9: the pose is in another unit", "read as radians"]);
 }
 
 #[test]
@@ -138,14 +135,14 @@ fn wrong_units_are_found_wherever_base_and_instrument_stand() {
             .iter_mut()
             .for_each(|cell| *cell = format!("{:.6}", cell.parse::<f64>().unwrap() / 25.4 + 900.0));
     });
-    says(&complaint(&model, &table), &["the positions of p1", "25.4 times as long (in for mm?)"]);
+    says(&message(&model, &table), &["the positions of p1", "25.4 times as long (in for mm?)"]);
 }
 
 #[test]
 fn a_joint_that_counts_the_other_way_is_pointed_out() {
     let table = table(20, |_, cells| scale(&mut cells[1], -1.0));
     says(
-        &complaint(TWO_LINKS, &table),
+        &message(TWO_LINKS, &table),
         &["would fit the arm if shoulder or elbow counted the other way: check the `sign`"],
     );
 }
@@ -157,38 +154,35 @@ fn commanded_coordinates_beyond_the_limits_are_pointed_out() {
             cells[0] = "185".to_owned();
         }
     });
-    says(&complaint(TWO_LINKS, &table), &["beyond the model's limits", "line 4: shoulder at 185.00 deg"]);
+    says(&message(TWO_LINKS, &table), &["beyond the model's limits", "line 4: shoulder at 185.00 deg"]);
 }
 
 #[test]
 fn a_table_for_another_number_of_joints_says_both_numbers() {
     let table = "q1_deg,q2_deg,q3_deg,p1_x_mm\n1,2,3,4\n5,6,7,8\n";
-    says(&complaint(TWO_LINKS, table), &["the table has 3 joints (q1 ... q3)", "the arm two-links has 2"]);
+    says(&message(TWO_LINKS, table), &["the table has 3 joints (q1 ... q3)", "the arm two-links has 2"]);
 }
 
 #[test]
 fn one_row_or_rows_all_alike_cannot_be_fitted() {
     let model = free("joint_zero(*)");
-    says(&complaint(&model, &table(1, |_, _| ())), &["only one row", "measure more poses"]);
+    says(&message(&model, &table(1, |_, _| ())), &["only one row", "measure more poses"]);
     let alike = format!("{HEADER}\n{}", rows(1, |_, _| ()).repeat(8));
-    says(&complaint(&model, &alike), &["all 8 rows have the same pose", "a fit needs different ones"]);
+    says(&message(&model, &alike), &["all 8 rows have the same pose", "a fit needs different ones"]);
 }
 
 #[test]
 fn fewer_numbers_than_unknowns_are_refused() {
     let model = free("joint_zero(*), link_length(*)");
     let table = "q1_deg,q2_deg,p1_x_mm\n10,20,320.3\n-40,60,265.1\n30,-70,341.9\n";
-    says(
-        &complaint(&model, table),
-        &["3 measured numbers cannot settle", "measure more poses, or free fewer"],
-    );
+    says(&message(&model, table), &["3 measured numbers cannot settle", "measure more poses, or free fewer"]);
 }
 
 #[test]
 fn an_arm_that_cannot_move_is_reported() {
     let model = TWO_LINKS.replace("a_mm: 200", "a_mm: 0").replace("a_mm: 150", "a_mm: 0");
     says(
-        &complaint(&model, &table(20, |_, _| ())),
+        &message(&model, &table(20, |_, _| ())),
         &[
             "the arm two-links cannot move p1",
             "check lengths (`a_mm`, `d_mm`), twists and the target's `xyz_mm`",
@@ -229,11 +223,14 @@ fn known_distances_that_cannot_all_be_true_are_refused() {
     let triangle = touch(
         "    - {between: [a, b], mm: 50}\n    - {between: [b, c], mm: 20}\n    - {between: [a, c], mm: 90}\n",
     );
-    says(&model_complaint(&triangle), &["model.yaml:", "`a` and `c` cannot be 90 mm apart", "at most 70 mm"]);
+    says(
+        &message_of_model(&triangle),
+        &["model.yaml:", "`a` and `c` cannot be 90 mm apart", "at most 70 mm"],
+    );
     let twice = touch("    - {between: [a, b], mm: 50}\n    - {between: [b, a], mm: 51}\n");
-    says(&model_complaint(&twice), &["model.yaml:", "said to be 50 mm apart and 51 mm apart\n", "keep one"]);
+    says(&message_of_model(&twice), &["model.yaml:", "said to be 50 mm apart and 51 mm apart\n", "keep one"]);
     let itself = touch("    - {between: [a, a], mm: 50}\n");
-    says(&model_complaint(&itself), &["between `a` and itself"]);
+    says(&message_of_model(&itself), &["between `a` and itself"]);
 }
 
 #[test]
@@ -253,7 +250,7 @@ surfaces: {{left: {{point_mm: [0, 500, 0]}}, right: {{point_mm: [0, -500, 0]}}}}
         }
     }
     says(
-        &complaint(&model, &table),
+        &message(&model, &table),
         &[
             "lines 12 and 13: from one pose p1 cannot be",
             "mm from `left`",
@@ -268,57 +265,54 @@ fn decimal_commas_between_commas_are_explained() {
     let points = table(4, |_, _| ());
     let commas = points.lines().skip(1).map(|line| line.replace('.', ",")).collect::<Vec<_>>().join("\n");
     says(
-        &complaint(TWO_LINKS, &format!("{HEADER}\n{commas}\n")),
+        &message(TWO_LINKS, &format!("{HEADER}\n{commas}\n")),
         &["line 2: 10 cells where the header has 5", "decimal commas, separate the columns by semicolons"],
     );
     let mixed = format!("{HEADER}\n{}", rows(4, |_, _| ()).replace(',', ";").replace('.', ","));
-    says(&complaint(TWO_LINKS, &mixed), &["line 2", "separated by semicolons and the header by commas"]);
+    says(&message(TWO_LINKS, &mixed), &["line 2", "separated by semicolons and the header by commas"]);
 }
 
 #[test]
 fn an_empty_file_a_header_alone_and_noise_are_distinguished() {
-    says(
-        &complaint(TWO_LINKS, ""),
-        &["table.csv: the file is empty", "the first line must name the columns"],
-    );
-    says(&complaint(TWO_LINKS, &format!("{HEADER}\n")), &["no rows below the header"]);
-    says(&complaint(TWO_LINKS, "\u{1}\u{2}x\u{0}y\n1\n"), &["no joint columns", "q1_deg ... qn_deg"]);
+    says(&message(TWO_LINKS, ""), &["table.csv: the file is empty", "the first line must name the columns"]);
+    says(&message(TWO_LINKS, &format!("{HEADER}\n")), &["no rows below the header"]);
+    says(&message(TWO_LINKS, "\u{1}\u{2}x\u{0}y\n1\n"), &["no joint columns", "q1_deg ... qn_deg"]);
 }
 
 #[test]
 fn surfaces_targets_and_frames_that_are_missing_say_where_to_add_them() {
     let row = |header: &str, cells: &str| format!("q1_deg,q2_deg,{header}\n10,20,{cells}\n30,40,{cells}\n");
     says(
-        &complaint(TWO_LINKS, &row("p2_x_mm", "5")),
+        &message(TWO_LINKS, &row("p2_x_mm", "5")),
         &["measures a target the model does not have", "add `p2` under `targets:`"],
     );
     says(
-        &complaint(TWO_LINKS, &row("on", "tabel")),
+        &message(TWO_LINKS, &row("on", "tabel")),
         &["line 2: `tabel` in column `on` is not in the model's `surfaces:`"],
     );
     says(
-        &complaint(TWO_LINKS, &row("height_mm", "5")),
+        &message(TWO_LINKS, &row("height_mm", "5")),
         &["`height_mm` needs a plane in the model's `surfaces:`"],
     );
-    says(&complaint(TWO_LINKS, &row("tilt_x_deg", "5")), &["need `level:` in the model"]);
+    says(&message(TWO_LINKS, &row("tilt_x_deg", "5")), &["need `level:` in the model"]);
     let levels = format!("{TWO_LINKS}levels:\n  arm: {{after: shoulder}}\n  hand: {{after: elbow}}\n");
     says(
-        &complaint(&levels, &row("tilt_x_deg", "5")),
+        &message(&levels, &row("tilt_x_deg", "5")),
         &["say in column `level` which of the model's levels it is: arm, hand"],
     );
     says(
-        &complaint(&levels, &row("tilt_x_deg,level", "5,hnad")),
+        &message(&levels, &row("tilt_x_deg,level", "5,hnad")),
         &["`hnad` in column `level` is not in the model's `levels:`", "did you mean `hand`?"],
     );
-    says(&complaint(TWO_LINKS, &row("distance_mm", "5")), &["line 2: a distance needs `distance_to`"]);
-    says(&complaint(TWO_LINKS, &row("humidity", "5")), &["nothing was measured; the table needs p1_x_mm"]);
+    says(&message(TWO_LINKS, &row("distance_mm", "5")), &["line 2: a distance needs `distance_to`"]);
+    says(&message(TWO_LINKS, &row("humidity", "5")), &["nothing was measured; the table needs p1_x_mm"]);
 }
 
 #[test]
 fn a_slide_in_degrees_and_a_turn_in_millimetres_are_refused_with_the_right_column() {
     let rows: String = (0..6).map(|row| format!("{row},{},1,2,3\n", 2 * row)).collect();
     let turned = format!("q1_mm,q2_deg,p1_x_mm,p1_y_mm,p1_z_mm\n{rows}");
-    says(&complaint(TWO_LINKS, &turned), &["column `q1_mm`", "turns", "give it as `q1_deg` or `q1_rad`"]);
+    says(&message(TWO_LINKS, &turned), &["column `q1_mm`", "turns", "give it as `q1_deg` or `q1_rad`"]);
     let sliding = "arm: lift
 convention: distal
 joints:
@@ -329,9 +323,9 @@ measured_from: world
 ";
     let degrees = format!("q1_deg,q2_deg,p1_x_mm,p1_y_mm,p1_z_mm\n{rows}");
     says(
-        &complaint(sliding, &degrees),
+        &message(sliding, &degrees),
         &["column `q2_deg`", "joint `quill` of the arm lift slides", "`q2_mm` or `q2_m` or `q2_in`"],
     );
     let millimetres = format!("q1_deg,q2_mm,p1_x_mm,p1_y_mm,p1_z_mm\n{rows}");
-    assert!(!complaint(sliding, &millimetres).contains("slides"), "{}", complaint(sliding, &millimetres));
+    assert!(!message(sliding, &millimetres).contains("slides"), "{}", message(sliding, &millimetres));
 }

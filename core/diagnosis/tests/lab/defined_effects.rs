@@ -137,23 +137,23 @@ define:
 }
 
 /// What is said of a model with this `adds` for a parameter `a`.
-fn complaint(adds: &str) -> String {
+fn message(adds: &str) -> String {
     let define =
         format!("  - name: mine\n    adds: {adds}\n    parameters: {{a: {{unit: deg, range: [-1, 1]}}}}\n");
     match try_laboratory(&model(&define), &table(|q| q, still), Options::default()) {
         Err(said) => said,
-        Ok(_) => "no complaint".to_owned(),
+        Ok(_) => "no error".to_owned(),
     }
 }
 
-fn says(complaint: &str, parts: &[&str]) {
+fn says(message: &str, parts: &[&str]) {
     for part in parts {
-        assert!(complaint.contains(part), "`{part}` is missing in: {complaint}");
+        assert!(message.contains(part), "`{part}` is missing in: {message}");
     }
 }
 
 fn of_joint(formula: &str) -> String {
-    complaint(&format!("{{joint: shoulder, deg: {formula:?}}}"))
+    message(&format!("{{joint: shoulder, deg: {formula:?}}}"))
 }
 
 #[test]
@@ -231,10 +231,10 @@ fn names_shapes_and_places_of_formulas_are_checked() {
     says(&of_joint("a*q2 + 1"), &["must grow in proportion to its parameters"]);
     says(&of_joint("q2"), &["must grow in proportion"]);
     says(&of_joint("a*x"), &["can only change what an instrument reads"]);
-    says(&complaint("{joint: sholder, deg: \"a*q2\"}"), &["no joint `sholder`", "did you mean `shoulder`?"]);
-    says(&complaint("{joint: shoulder, mm: \"a*q2\"}"), &["what is added here is in deg"]);
-    says(&complaint("{x_mm: \"a*q2\"}"), &["moves a target\n", "name it"]);
-    says(&complaint("{}"), &["says nothing that is added"]);
+    says(&message("{joint: sholder, deg: \"a*q2\"}"), &["no joint `sholder`", "did you mean `shoulder`?"]);
+    says(&message("{joint: shoulder, mm: \"a*q2\"}"), &["what is added here is in deg"]);
+    says(&message("{x_mm: \"a*q2\"}"), &["moves a target\n", "name it"]);
+    says(&message("{}"), &["says nothing that is added"]);
 }
 
 #[test]

@@ -6,7 +6,7 @@ use super::read::{Does, Robot, UrdfJoint};
 use super::{UrdfArm, UrdfError};
 use crate::chain::{Chain, Convention, Joint, Motion};
 use crate::gravity::Mass;
-use crate::posture::Posture;
+use crate::link_frames::LinkFrames;
 
 /// Axes leaning less than this count as parallel, rad.
 const PARALLEL: f64 = 1e-6;
@@ -30,7 +30,7 @@ pub(super) fn arm(robot: &Robot, tip: Option<&str>) -> Result<UrdfArm, UrdfError
     let frames = frames(&path);
     let (root_from_base, rows) = rows(&axes(&path, &frames), &moving);
     let chain = Chain::new(Convention::Distal, rows)?;
-    let posture = Posture::of(&chain, &[], &[]);
+    let link_frames = LinkFrames::of(&chain, &[], &[]);
     let at_tip = frames.last().copied().unwrap_or_else(IsometryMatrix3::identity);
     let notes = match robot.joints.len() - path.len() {
         0 => Vec::new(),
@@ -38,11 +38,11 @@ pub(super) fn arm(robot: &Robot, tip: Option<&str>) -> Result<UrdfArm, UrdfError
     };
     Ok(UrdfArm {
         name: robot.name.clone(),
-        masses: masses(robot, &path, &frames, &root_from_base, &posture),
+        masses: masses(robot, &path, &frames, &root_from_base, &link_frames),
         ends: (root, tip),
         chain,
         root_from_base,
-        flange_from_tip: (root_from_base * posture.flange).inverse() * at_tip,
+        flange_from_tip: (root_from_base * link_frames.flange).inverse() * at_tip,
         notes,
     })
 }
@@ -269,7 +269,7 @@ fn masses(
     path: &[&UrdfJoint],
     frames: &[IsometryMatrix3<f64>],
     root_from_base: &IsometryMatrix3<f64>,
-    posture: &Posture,
+    link_frames: &LinkFrames,
 ) -> Vec<Mass> {
     let mut masses = Vec::new();
     let mut moving = 0;
@@ -280,7 +280,7 @@ fn masses(
         else {
             continue;
         };
-        let Some(row) = posture.joints.get(after) else { continue };
+        let Some(row) = link_frames.joints.get(after) else { continue };
         let place = (root_from_base * row.end).inverse() * (frame * Point3::from(centre));
         masses.push(Mass { after, mass, centre: place.coords });
     }

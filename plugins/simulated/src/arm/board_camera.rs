@@ -39,7 +39,7 @@ impl ArmWorld {
 
     fn take_picture(&mut self) -> Result<Picture, MeasuringError> {
         let camera = self.description.board_camera.ok_or(MeasuringError::NoCamera)?;
-        let flange = self.stance()?.posture.world_from_flange;
+        let flange = self.arm_state()?.link_frames.world_from_flange;
         let seen = (flange * camera.flange_from_camera).inverse() * camera.world_from_board;
         let place = seen.translation;
         if place.z < ASIDE.cos() * place.norm() {

@@ -226,7 +226,7 @@ pub(crate) fn schema() -> serde_json::Value {
     plumb_document::schema_of::<RawWorld>()
 }
 
-/// What comes of a part: nothing after a complaint about the world file, or the error of another file that it names.
+/// What comes of a part: nothing after a error about the world file, or the error of another file that it names.
 type Read<T> = Option<Result<T, WorldFileError>>;
 
 /// A world out of its tree.

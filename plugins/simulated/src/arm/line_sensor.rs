@@ -78,7 +78,7 @@ impl ArmWorld {
     }
 
     fn take_profile(&mut self, of: &str) -> Result<Vec<[f64; 2]>, MeasuringError> {
-        let flange = self.stance()?.posture.world_from_flange;
+        let flange = self.arm_state()?.link_frames.world_from_flange;
         let sensor = self.description.line_sensor.as_ref().ok_or(MeasuringError::NoLineSensor)?;
         let (error, half_width, [near, far]) = (sensor.error, sensor.half_width, sensor.reach);
         let Some((_, sight)) = sensor.sights.iter().find(|(name, _)| name == of) else {

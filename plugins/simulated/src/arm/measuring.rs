@@ -4,7 +4,7 @@ use super::ArmWorld;
 use super::description::{LevelDirection, LevelSurface};
 use crate::instrument::Instrument;
 use crate::physics::description::Motion;
-use crate::physics::machine::{NoEquilibrium, Stance};
+use crate::physics::machine::{ArmState, NoEquilibrium};
 use crate::physics::rigid::{Rotation, Vector};
 use crate::protocol::Axis;
 
@@ -143,7 +143,7 @@ impl ArmWorld {
 
     /// A point of the arm that can be measured, world, mm.
     fn point(&self, at: &str) -> Result<Option<Vector>, MeasuringError> {
-        let flange = self.stance()?.posture.world_from_flange;
+        let flange = self.arm_state()?.link_frames.world_from_flange;
         Ok(match at {
             "flange" => Some(flange.translation),
             "tip" => Some(flange.apply(self.description.tool.tip)),
@@ -162,8 +162,8 @@ impl ArmWorld {
     /// # Errors
     /// [`MeasuringError`]
     pub fn read_level(&mut self, at: &str, turned: bool) -> Result<f64, MeasuringError> {
-        let stance = self.stance()?;
-        let along = self.level_direction(&stance, &self.surface_named(at)?, turned);
+        let arm_state = self.arm_state()?;
+        let along = self.level_direction(&arm_state, &self.surface_named(at)?, turned);
         let tilt = along.z.clamp(-1.0, 1.0).asin();
         let level = self.description.level;
         if tilt.abs() > level.reach {
@@ -183,15 +183,15 @@ impl ArmWorld {
         if shown.abs() < self.smallest_seen_deg() {
             return Ok(LevelStep::Done);
         }
-        let stance = self.stance()?;
+        let arm_state = self.arm_state()?;
         let surface = self.surface_named(at)?;
-        let along = self.level_direction(&stance, &surface, turned);
+        let along = self.level_direction(&arm_state, &surface, turned);
         let no_effect = || MeasuringError::NoEffect {
             joint: self.description.paper.shape.joint_name(joint).to_owned(),
             place: at.to_owned(),
         };
         let turns = joint <= surface.carried_by && self.turns(joint);
-        let axis = stance.posture.axes.get(joint).filter(|_| turns).ok_or_else(no_effect)?;
+        let axis = arm_state.link_frames.axes.get(joint).filter(|_| turns).ok_or_else(no_effect)?;
         let rise = axis.direction.cross(along).z;
         if rise.abs() < 0.3 {
             return Err(no_effect());
@@ -214,17 +214,18 @@ impl ArmWorld {
     }
 
     /// The way the level's arrow points, world.
-    fn level_direction(&self, stance: &Stance, surface: &LevelSurface, turned: bool) -> Vector {
-        let axis = |joint: usize| stance.posture.axes.get(joint).map_or(Vector::Z, |axis| axis.direction);
+    fn level_direction(&self, arm_state: &ArmState, surface: &LevelSurface, turned: bool) -> Vector {
+        let axis =
+            |joint: usize| arm_state.link_frames.axes.get(joint).map_or(Vector::Z, |axis| axis.direction);
         let along = match surface.direction {
             LevelDirection::AlongAxis { along, square_to } => axis(along).across(axis(square_to)),
             LevelDirection::SquareToAxes(first, second) => axis(first).cross(axis(second)),
             LevelDirection::OnTool(direction) => {
                 let lean = Rotation::from_roll_pitch_yaw(self.description.tool.lean);
-                (stance.posture.world_from_flange.rotation * lean).apply(direction)
+                (arm_state.link_frames.world_from_flange.rotation * lean).apply(direction)
             }
             LevelDirection::AtZero(direction) => {
-                let carrier = stance.posture.world_from_home.get(surface.carried_by);
+                let carrier = arm_state.link_frames.world_from_home.get(surface.carried_by);
                 carrier.map_or(direction, |world_from_home| world_from_home.rotation.apply(direction))
             }
         };

@@ -25,13 +25,13 @@ impl ArmWorld {
     /// What the camera sees now.
     pub(super) fn exposure(&mut self) -> Result<Exposure, String> {
         let light = self.description.light.clone().ok_or(NO_RIG)?;
-        let stance = self.stance().map_err(|error| error.to_string())?;
+        let arm_state = self.arm_state().map_err(|error| error.to_string())?;
         self.exposures += 1;
         Ok(Exposure {
             // The shutter opens later than the camera says.
             time_ns: self.time_ns.saturating_add_signed(-light.exposure_delay_ns),
             light,
-            world_from_flange: stance.posture.world_from_flange,
+            world_from_flange: arm_state.link_frames.world_from_flange,
             switches: self.switches,
             number: self.exposures,
             waiting: 0,
@@ -138,13 +138,13 @@ impl Arm for ArmWorld {
     }
 
     fn truth(&self) -> Result<TruthReport, String> {
-        let stance = self.stance().map_err(|error| error.to_string())?;
-        let flange = stance.posture.world_from_flange;
-        let wrist = self.description.paper.wrist.and_then(|joint| stance.posture.axes.get(joint));
+        let arm_state = self.arm_state().map_err(|error| error.to_string())?;
+        let flange = arm_state.link_frames.world_from_flange;
+        let wrist = self.description.paper.wrist.and_then(|joint| arm_state.link_frames.axes.get(joint));
         Ok(TruthReport {
             time_ns: self.time_ns,
             counted: Self::listed(&self.believed),
-            attitudes: Self::listed(&stance.angles),
+            attitudes: Self::listed(&arm_state.angles),
             wrist_mm: wrist.map_or(flange.translation, |axis| axis.point).into(),
             sensor_mm: flange.apply(self.description.tool.tip).into(),
             signal: 0.0,
@@ -194,7 +194,7 @@ impl Arm for ArmWorld {
 impl Operator for ArmWorld {
     fn request_toward(&self, joints: &[Option<f64>]) -> MotionRequest {
         // An arm that finds no equilibrium is nowhere: nothing is moved.
-        let here = self.stance().map(|stance| stance.angles).unwrap_or_default();
+        let here = self.arm_state().map(|arm_state| arm_state.angles).unwrap_or_default();
         let short = |axis: usize| Some(joints.get(axis).copied().flatten()? - here.get(axis)?);
         let joints = (0..self.believed.len()).map(short).collect();
         MotionRequest { joints, relative: true, speed: 1.0 }

@@ -20,7 +20,7 @@ impl ArmWorld {
     /// # Errors
     /// [`MeasuringError`]
     pub fn read_probe(&mut self, of: &str) -> Result<f64, MeasuringError> {
-        let tip = self.stance()?.posture.world_from_flange.apply(self.description.tool.tip);
+        let tip = self.arm_state()?.link_frames.world_from_flange.apply(self.description.tool.tip);
         let probe = self.description.touch_probe.as_ref().ok_or(MeasuringError::NoProbe)?;
         let felt = probe.sights.iter().find(|(name, _)| name == of);
         let off = felt.and_then(|(_, sight)| outside(sight, tip)).map(|away| away - probe.ball_radius);

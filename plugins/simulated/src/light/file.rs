@@ -205,12 +205,12 @@ struct RawSpot {
     reflectance: Spanned<f64>,
 }
 
-/// A number that lies in its range; NaN after a complaint.
+/// A number that lies in its range; NaN after a error.
 fn within(key: &str, value: &Spanned<f64>, low: f64, high: f64, problems: &Problems) -> f64 {
     value.between(&format!("`{key}`"), low..=high, "", problems)
 }
 
-/// Numbers of which each lies in its range; one complaint for all of them.
+/// Numbers of which each lies in its range; one error for all of them.
 fn all_within<const N: usize>(
     key: &str,
     values: &Spanned<[f64; N]>,

@@ -10,7 +10,7 @@ mod wind_up;
 use std::fmt::Debug;
 
 use super::imperfection::{Imperfection, Mechanism};
-use super::posture::{Load, Posture};
+use super::link_frames::{LinkFrames, Load};
 use super::rigid::{Rigid, Vector};
 use super::shape::Arm;
 
@@ -21,7 +21,7 @@ pub struct Loaded<'arm> {
     /// The arm at home.
     pub arm: &'arm Arm,
     /// Its pose, all yielding included.
-    pub posture: &'arm Posture,
+    pub link_frames: &'arm LinkFrames,
     /// The joints' angles, yielding included, rad.
     pub angles: &'arm [f64],
     /// What hangs beyond each joint.

@@ -6,7 +6,7 @@ use super::shape::Arm;
 
 /// An arm at rest, in the world frame.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Posture {
+pub struct LinkFrames {
     /// The joints' axes where they now are.
     pub axes: Vec<Screw>,
     /// Carries a point of each link from home (base frame) to where it is; the link's own bending not included.
@@ -48,7 +48,7 @@ impl Load {
 impl Arm {
     /// The arm with its joints moved by `angles` (as read, rad, or mm of a slide) and each link displaced by `bends` at its far end (motions in the base frame at
     /// home; missing ones are none), on a base moved by `rocking` in the world.
-    pub fn posture(&self, angles: &[f64], bends: &[Rigid], rocking: Rigid) -> Posture {
+    pub fn link_frames(&self, angles: &[f64], bends: &[Rigid], rocking: Rigid) -> LinkFrames {
         let mut motion = rocking * self.world_from_base;
         let mut axes = Vec::with_capacity(self.screws.len());
         let mut world_from_home = Vec::with_capacity(self.screws.len());
@@ -69,7 +69,7 @@ impl Arm {
                 motion = motion * *bend;
             }
         }
-        Posture {
+        LinkFrames {
             world_from_flange: motion * self.base_from_flange,
             target: motion.apply(self.target),
             axes,
@@ -78,17 +78,17 @@ impl Arm {
     }
 
     /// What hangs beyond each joint, the link after it included, with `payload` kg at the target.
-    pub fn loads(&self, posture: &Posture, payload: f64) -> Vec<Load> {
+    pub fn loads(&self, link_frames: &LinkFrames, payload: f64) -> Vec<Load> {
         let mut loads = vec![Load::default(); self.screws.len()];
         for weight in &self.weights {
             if let (Some(load), Some(motion)) =
-                (loads.get_mut(weight.after), posture.world_from_home.get(weight.after))
+                (loads.get_mut(weight.after), link_frames.world_from_home.get(weight.after))
             {
                 load.hang(weight.mass, motion.apply(weight.centre));
             }
         }
         if let Some(last) = loads.last_mut() {
-            last.hang(payload, posture.target);
+            last.hang(payload, link_frames.target);
         }
         let mut beyond = Load::default();
         for load in loads.iter_mut().rev() {
@@ -100,8 +100,8 @@ impl Arm {
     }
 
     /// The moment with which gravity turns each joint, N m, or the force with which it pulls a slide along, N; positive towards greater readings.
-    pub fn gravity_moments(&self, posture: &Posture, loads: &[Load]) -> Vec<f64> {
-        let joints = posture.axes.iter().zip(loads).zip(&self.signs);
+    pub fn gravity_moments(&self, link_frames: &LinkFrames, loads: &[Load]) -> Vec<f64> {
+        let joints = link_frames.axes.iter().zip(loads).zip(&self.signs);
         let along = |(((axis, load), sign), motion): (((&Screw, &Load), &f64), &Motion)| match motion {
             Motion::Turns => sign * axis.direction.dot(load.moment_about(axis.point)),
             Motion::Slides => sign * axis.direction.dot(load.weight()),

@@ -6,7 +6,7 @@ use super::description::ArmDescription;
 use super::drive::{self, DrivePart};
 use super::elastic::{self, ElasticPart, Loaded, Yielding};
 use super::imperfection::{Imperfection, Mechanism};
-use super::posture::{Load, Posture};
+use super::link_frames::{LinkFrames, Load};
 use super::rigid::{Rigid, Rotation, Vector};
 use super::shape::{Arm, Shape};
 use super::slow_change::{self, SlowChange};
@@ -37,9 +37,9 @@ pub struct NoEquilibrium {
 
 /// An arm at rest.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Stance {
+pub struct ArmState {
     /// Where everything is.
-    pub posture: Posture,
+    pub link_frames: LinkFrames,
     /// True values of the drives, what they yield included, rad, or mm of a slide: those of the joints where each has a drive of its own.
     pub drives: Vec<f64>,
     /// True joint values, rad, or mm of a slide.
@@ -52,7 +52,7 @@ pub struct Stance {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Balanced {
     /// Its pose.
-    pub stance: Stance,
+    pub arm_state: ArmState,
     /// How far the last round of the balance still moved a joint, rad: 0 for a stiff arm.
     pub last_step: f64,
 }
@@ -122,10 +122,10 @@ impl Machine {
     ///
     /// # Errors
     /// [`NoEquilibrium`] for an arm that is too soft for its weight.
-    pub fn equilibrium(&self, conditions: &Conditions) -> Result<Stance, NoEquilibrium> {
-        let Balanced { stance, last_step } = self.balance(conditions);
+    pub fn equilibrium(&self, conditions: &Conditions) -> Result<ArmState, NoEquilibrium> {
+        let Balanced { arm_state, last_step } = self.balance(conditions);
         if last_step < STILL {
-            Ok(stance)
+            Ok(arm_state)
         } else {
             Err(NoEquilibrium { payload_kg: conditions.payload_kg, last_step })
         }
@@ -139,8 +139,8 @@ impl Machine {
         self.body.balance(conditions, yielded).0
     }
 
-    /// The arm's posture at these values of its drives (rad or mm) if nothing yielded or had changed, without a payload.
-    pub fn stiff(&self, drives: &[f64]) -> Stance {
+    /// The arm's configuration at these values of its drives (rad or mm) if nothing yielded or had changed, without a payload.
+    pub fn stiff(&self, drives: &[f64]) -> ArmState {
         let body = &self.body;
         body.loaded(&body.arm, drives.to_vec(), &Yielding::none(drives.len()), 0.0).0
     }
@@ -192,16 +192,16 @@ impl Body {
         let mut rounds = 0;
         loop {
             let drives = drives(&yielding.turns);
-            let (stance, loads) = self.loaded(arm, drives, &yielding, conditions.payload_kg);
+            let (arm_state, loads) = self.loaded(arm, drives, &yielding, conditions.payload_kg);
             if last_step < STILL || rounds == MOST_ROUNDS {
-                return (Balanced { stance, last_step }, yielding);
+                return (Balanced { arm_state, last_step }, yielding);
             }
             let loaded = Loaded {
                 arm,
-                posture: &stance.posture,
-                angles: &stance.angles,
+                link_frames: &arm_state.link_frames,
+                angles: &arm_state.angles,
                 loads: &loads,
-                moments: &self.transmission.on_drives(&stance.moments),
+                moments: &self.transmission.on_drives(&arm_state.moments),
                 payload: conditions.payload_kg,
             };
             let mut next = Yielding::none(yielding.turns.len());
@@ -221,17 +221,17 @@ impl Body {
         drives: Vec<f64>,
         yielding: &Yielding,
         payload_kg: f64,
-    ) -> (Stance, Vec<Load>) {
+    ) -> (ArmState, Vec<Load>) {
         let angles = self.transmission.joints(&drives);
         let rocking = Rigid::turned_about(
             arm.world_from_base.translation,
             Rotation::by(yielding.rocking),
             Vector::ZERO,
         );
-        let posture = arm.posture(&angles, &yielding.bends, rocking);
-        let loads = arm.loads(&posture, payload_kg);
-        let moments = arm.gravity_moments(&posture, &loads);
-        (Stance { posture, drives, angles, moments }, loads)
+        let link_frames = arm.link_frames(&angles, &yielding.bends, rocking);
+        let loads = arm.loads(&link_frames, payload_kg);
+        let moments = arm.gravity_moments(&link_frames, &loads);
+        (ArmState { link_frames, drives, angles, moments }, loads)
     }
 }
 

@@ -2,11 +2,11 @@
 
 use std::ops::Range;
 
+use super::arm_state::{ArmState, TOUCH};
 use super::crossing::{first_change, summit};
 use super::drive::{AXES, HalfSteps, Joints};
 use super::motion::{Motion, Resolution};
 use super::sensor::Seen;
-use super::stance::{Stance, TOUCH};
 use super::{LineChange, REMEMBERED_CHANGES, World};
 use crate::chance::uniform;
 
@@ -18,8 +18,8 @@ const EVENT_WIDTH: f64 = 1e-12;
 
 /// One part of a motion: where the arm was before it and after it, what the registers counted, and when.
 struct Part {
-    before: Stance,
-    after: Stance,
+    before: ArmState,
+    after: ArmState,
     registers_before: HalfSteps,
     registers_after: HalfSteps,
     time: Range<u64>,
@@ -56,7 +56,7 @@ impl World {
     fn make_part(&mut self, motion: &Motion, registers: HalfSteps, time: Range<u64>) {
         let slipped = self.slipping.of_part(self, motion, &registers.minus(&self.registers));
         self.lose(&slipped);
-        let before = self.stance.clone();
+        let before = self.arm_state.clone();
         let after = before.after(&self.description, registers.plus(&self.slip));
         if after.is_trespassing() {
             self.make_blocked_part(&after.rotors, registers, time);
@@ -74,32 +74,32 @@ impl World {
         };
         let touched_ns = within(&time, free);
         if free > 0.0 {
-            let touching = self.stance.part_way(&self.description, goal, free);
+            let touching = self.arm_state.part_way(&self.description, goal, free);
             let counted = self.registers.plus(&registers.minus(&self.registers).times(free));
             self.accept(touching, counted, time.start..touched_ns);
         }
-        let stalled = self.stalled(&goal.minus(&self.stance.rotors));
+        let stalled = self.stalled(&goal.minus(&self.arm_state.rotors));
         self.lose(&stalled);
-        let after = self.stance.after(&self.description, registers.plus(&self.slip));
+        let after = self.arm_state.after(&self.description, registers.plus(&self.slip));
         self.accept(after, registers, touched_ns..time.end);
     }
 
     /// The share of the way to `goal` the arm can go before it touches.
     fn free_share(&self, goal: &HalfSteps) -> f64 {
-        if self.stance.is_trespassing() {
+        if self.arm_state.is_trespassing() {
             return 0.0;
         }
         first_change(0.0, 1.0, EVENT_WIDTH, |share| {
-            self.stance.part_way(&self.description, goal, share).is_trespassing()
+            self.arm_state.part_way(&self.description, goal, share).is_trespassing()
         })
     }
 
     /// Which of this travel the motors cannot make, the arm being in touch.
     fn stalled(&self, wanted: &HalfSteps) -> HalfSteps {
-        let rotors = self.stance.rotors;
+        let rotors = self.arm_state.rotors;
         let pushes = |travel: &HalfSteps| {
-            let there = self.stance.after(&self.description, rotors.plus(travel));
-            there.is_trespassing() && there.trespass > self.stance.trespass + TOUCH * 1e-3
+            let there = self.arm_state.after(&self.description, rotors.plus(travel));
+            there.is_trespassing() && there.trespass > self.arm_state.trespass + TOUCH * 1e-3
         };
         let stalled = HalfSteps(std::array::from_fn(|axis| {
             let mut alone = HalfSteps::default();
@@ -115,9 +115,9 @@ impl World {
         self.lost = self.lost.plus(&HalfSteps(half_steps.0.map(f64::abs)));
     }
 
-    fn accept(&mut self, after: Stance, registers: HalfSteps, time: Range<u64>) {
+    fn accept(&mut self, after: ArmState, registers: HalfSteps, time: Range<u64>) {
         let part = Part {
-            before: self.stance.clone(),
+            before: self.arm_state.clone(),
             after,
             registers_before: self.registers,
             registers_after: registers,
@@ -129,7 +129,7 @@ impl World {
         }
         self.registers = registers;
         self.near = self.description.scene.is_near(self.near || self.fired, &part.after.pose);
-        self.stance = part.after;
+        self.arm_state = part.after;
         self.time_ns = self.time_ns.max(time.end);
     }
 
@@ -205,7 +205,7 @@ impl World {
 
     /// Switches the line of an arm that is at rest, if it must.
     pub(super) fn watch_at_rest(&mut self) {
-        if self.switches(self.excess(&self.stance.seen, self.time_ns)) {
+        if self.switches(self.excess(&self.arm_state.seen, self.time_ns)) {
             self.switch(self.time_ns, self.registers.to_joints(), Joints::default());
         }
     }

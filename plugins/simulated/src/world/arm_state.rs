@@ -21,7 +21,7 @@ pub(super) struct Held {
 
 /// How the arm is.
 #[derive(Debug, Clone)]
-pub(super) struct Stance {
+pub(super) struct ArmState {
     /// Where the motors' rotors truly are.
     pub(super) rotors: HalfSteps,
     /// The arm behind them, with what its drives remember.
@@ -40,28 +40,28 @@ pub(super) struct Stance {
     pub(super) seen: Seen,
 }
 
-impl Stance {
+impl ArmState {
     /// The arm as it was left at the world's beginning, every drive in the middle of its play and nothing in the hand.
-    pub(super) fn at_start(world: &WorldDescription) -> Stance {
+    pub(super) fn at_start(world: &WorldDescription) -> ArmState {
         let mut machine = world.arm.mechanism.machine();
         let held = Held::default();
         let command = machine.command_for(&world.drawn_start().0, &load(held));
         machine.go(&command, 0.0);
         let rotors = HalfSteps::from_joints(&Joints::of_drives(&command));
-        Stance::at_rest(world, machine, rotors, held)
+        ArmState::at_rest(world, machine, rotors, held)
     }
 
-    fn at_rest(world: &WorldDescription, machine: Machine, rotors: HalfSteps, held: Held) -> Stance {
-        let stance = machine.balance(&load(held)).stance;
-        let mut attitudes = Joints::of_drives(&stance.drives);
+    fn at_rest(world: &WorldDescription, machine: Machine, rotors: HalfSteps, held: Held) -> ArmState {
+        let arm_state = machine.balance(&load(held)).arm_state;
+        let mut attitudes = Joints::of_drives(&arm_state.drives);
         // The fingers stop at what they hold; their cable is drawn on.
         let opening = &mut attitudes.0[Joint::Gripper.place()];
         *opening = opening.max(held.width);
         let grip = (held.width - Joints::of_drives(machine.driven()).of(Joint::Gripper)).max(0.0);
-        let pose = ArmPose::of(&stance.posture);
+        let pose = ArmPose::of(&arm_state.link_frames);
         let mechanism = &world.arm.mechanism;
-        let past_stop = mechanism.past_stops(&stance.angles, attitudes.of(Joint::Gripper), grip);
-        Stance {
+        let past_stop = mechanism.past_stops(&arm_state.angles, attitudes.of(Joint::Gripper), grip);
+        ArmState {
             trespass: if world.scene.table.solid { past_stop.max(pose.under_table()) } else { past_stop },
             seen: world.scene.seen(&pose),
             rotors,
@@ -74,21 +74,21 @@ impl Stance {
     }
 
     /// The arm after its rotors went straight from where they are to `rotors`.
-    pub(super) fn after(&self, world: &WorldDescription, rotors: HalfSteps) -> Stance {
+    pub(super) fn after(&self, world: &WorldDescription, rotors: HalfSteps) -> ArmState {
         let mut machine = self.machine.clone();
         machine.go(&rotors.to_joints().0, 0.0);
-        Stance::at_rest(world, machine, rotors, self.held)
+        ArmState::at_rest(world, machine, rotors, self.held)
     }
 
     /// The arm a share of the way to `rotors`.
-    pub(super) fn part_way(&self, world: &WorldDescription, rotors: &HalfSteps, share: f64) -> Stance {
+    pub(super) fn part_way(&self, world: &WorldDescription, rotors: &HalfSteps, share: f64) -> ArmState {
         let travelled = rotors.minus(&self.rotors).times(share);
         self.after(world, self.rotors.plus(&travelled))
     }
 
     /// The arm where it is, with something else in its hand.
-    pub(super) fn holding(&self, world: &WorldDescription, held: Held) -> Stance {
-        Stance::at_rest(world, self.machine.clone(), self.rotors, held)
+    pub(super) fn holding(&self, world: &WorldDescription, held: Held) -> ArmState {
+        ArmState::at_rest(world, self.machine.clone(), self.rotors, held)
     }
 
     /// Where the drives must be sent for the true attitudes to be these, as if they had no play.
@@ -98,7 +98,7 @@ impl Stance {
 
     /// Where the parts would be at these true attitudes.
     pub(super) fn pose_at(&self, attitudes: &Joints) -> ArmPose {
-        ArmPose::of(&self.machine.stiff(&attitudes.0).posture)
+        ArmPose::of(&self.machine.stiff(&attitudes.0).link_frames)
     }
 
     /// Whether the arm is in something it cannot enter.
@@ -124,8 +124,8 @@ mod tests {
         parse("world-ideal.yaml", include_str!("../../../../workcells/teachmover/world-ideal.yaml")).unwrap()
     }
 
-    fn sent_to(world: &WorldDescription, held: Held, drives: Joints) -> Stance {
-        Stance::at_start(world).holding(world, held).after(world, HalfSteps::from_joints(&drives))
+    fn sent_to(world: &WorldDescription, held: Held, drives: Joints) -> ArmState {
+        ArmState::at_start(world).holding(world, held).after(world, HalfSteps::from_joints(&drives))
     }
 
     #[test]

@@ -251,7 +251,7 @@ mod tests {
     }
 
     fn pose(attitudes: [f64; AXES]) -> ArmPose {
-        ArmPose::of(&mechanism().machine().stiff(&attitudes).posture)
+        ArmPose::of(&mechanism().machine().stiff(&attitudes).link_frames)
     }
 
     proptest! {

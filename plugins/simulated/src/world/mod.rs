@@ -4,6 +4,7 @@
 //! happens is a function of its description, its seed and what it was asked to do.
 
 mod advance;
+mod arm_state;
 mod crossing;
 mod description;
 mod drive;
@@ -14,7 +15,6 @@ mod pose;
 mod reach;
 mod sensor;
 pub(crate) mod served;
-mod stance;
 mod target;
 
 use std::collections::VecDeque;
@@ -28,9 +28,9 @@ pub use sensor::{Optics, ProximitySensor, Scene, Seen, Spot, Table};
 pub use target::TTarget;
 
 use crate::physics::rigid::Vector;
+use arm_state::{ArmState, Held};
 use mechanism::GRIP_SWITCH;
 use motion::Motion;
-use stance::{Held, Stance};
 
 /// How many changes of the input lines the world remembers.
 const REMEMBERED_CHANGES: usize = 4096;
@@ -156,7 +156,7 @@ pub struct World {
     registers: HalfSteps,
     slip: HalfSteps,
     lost: HalfSteps,
-    stance: Stance,
+    arm_state: ArmState,
     fired: bool,
     /// Whether the sensor is near the surface since it last came down.
     near: bool,
@@ -172,7 +172,7 @@ impl World {
     /// A world at its beginning: the arm is where it was left, and the controller believes what the file says.
     pub fn new(description: WorldDescription) -> World {
         let arm = &description.arm;
-        let stance = Stance::at_start(&description);
+        let arm_state = ArmState::at_start(&description);
         let believed = HalfSteps::from_joints(&arm.start.minus(&arm.zero_error));
         let registers = match arm.resolution {
             Resolution::Continuous => believed,
@@ -182,11 +182,11 @@ impl World {
             time_ns: BEGINS_NS,
             began_ns: BEGINS_NS,
             registers,
-            slip: stance.rotors.minus(&registers),
+            slip: arm_state.rotors.minus(&registers),
             lost: HalfSteps::default(),
-            fired: stance.seen.past_firing >= 0.0,
-            near: description.scene.is_near(false, &stance.pose),
-            stance,
+            fired: arm_state.seen.past_firing >= 0.0,
+            near: description.scene.is_near(false, &arm_state.pose),
+            arm_state,
             outputs: 0,
             motion: None,
             slipping: advance::Slipping::default(),
@@ -228,7 +228,7 @@ impl World {
             joints: self.registers.to_joints(),
             half_steps: self.registers,
             inputs: self.inputs(),
-            grip: self.stance.grip >= GRIP_SWITCH,
+            grip: self.arm_state.grip >= GRIP_SWITCH,
         }
     }
 
@@ -237,11 +237,11 @@ impl World {
         Truth {
             time_ns: self.time_ns,
             counted: self.registers.to_joints(),
-            attitudes: self.stance.attitudes,
-            pose: self.stance.pose,
-            seen: self.stance.seen,
+            attitudes: self.arm_state.attitudes,
+            pose: self.arm_state.pose,
+            seen: self.arm_state.seen,
             fired: self.fired,
-            touching: self.stance.trespass > -stance::TOUCH,
+            touching: self.arm_state.trespass > -arm_state::TOUCH,
             lost: self.lost,
         }
     }
@@ -356,10 +356,10 @@ impl World {
     /// may make it come short, so that the operator looks and sends again.
     pub fn order_toward(&self, attitudes: &[Option<f64>; AXES], speed: f64) -> MotionOrder {
         let wanted = Joints(std::array::from_fn(|axis| {
-            attitudes[axis].unwrap_or_else(|| self.stance.attitudes.0[axis])
+            attitudes[axis].unwrap_or_else(|| self.arm_state.attitudes.0[axis])
         }));
-        let here = self.stance.command_for(&self.stance.attitudes);
-        let short = self.stance.command_for(&wanted).minus(&here);
+        let here = self.arm_state.command_for(&self.arm_state.attitudes);
+        let short = self.arm_state.command_for(&wanted).minus(&here);
         MotionOrder { joints: short.0.map(Some), relative: true, speed }
     }
 
@@ -375,7 +375,7 @@ impl World {
     /// Turns the trim resistor until the sensor just fires at what it sees now. False when the sensor has none.
     pub fn trim_to_fire(&mut self) -> bool {
         // A touch below, as the last digit must not decide.
-        let signal = (self.stance.seen.signal + self.noise_at(self.time_ns)) * (1.0 - 1e-9);
+        let signal = (self.arm_state.seen.signal + self.noise_at(self.time_ns)) * (1.0 - 1e-9);
         self.description.scene.sensor.trim_to(signal) && {
             self.look_again();
             true
@@ -391,9 +391,9 @@ impl World {
     /// Puts something of this width (mm) between the fingers, or nothing (0). The fingers must be open wider. False when they
     /// do not.
     pub fn put_between_fingers(&mut self, width: f64) -> bool {
-        let fits = width.is_finite() && width >= 0.0 && self.stance.attitudes.of(Joint::Gripper) >= width;
+        let fits = width.is_finite() && width >= 0.0 && self.arm_state.attitudes.of(Joint::Gripper) >= width;
         if fits {
-            self.hold(Held { width, ..self.stance.held });
+            self.hold(Held { width, ..self.arm_state.held });
         }
         fits
     }
@@ -402,39 +402,39 @@ impl World {
     pub fn carry(&mut self, mass: f64) -> bool {
         let holds = (0.0..=MOST_CARRIED).contains(&mass);
         if holds {
-            self.hold(Held { mass, ..self.stance.held });
+            self.hold(Held { mass, ..self.arm_state.held });
         }
         holds
     }
 
     /// Sees anew what is there, after something other than a motor changed it.
     fn look_again(&mut self) {
-        self.hold(self.stance.held);
+        self.hold(self.arm_state.held);
     }
 
     fn hold(&mut self, held: Held) {
-        self.stance = self.stance.holding(&self.description, held);
+        self.arm_state = self.arm_state.holding(&self.description, held);
         self.watch_at_rest();
     }
 
     /// What the operator's spirit level reads on the hand: its tilt from hanging straight down, outward positive, rad.
     pub fn read_level(&mut self) -> f64 {
         self.readings_taken += 1;
-        let tilt = self.stance.attitudes.of(Joint::WristPitch) + std::f64::consts::FRAC_PI_2;
+        let tilt = self.arm_state.attitudes.of(Joint::WristPitch) + std::f64::consts::FRAC_PI_2;
         self.description.instruments.level.read(tilt, self.description.seed, self.readings_taken)
     }
 
     /// What the operator's ruler reads from the table up to the sensor's face, mm.
     pub fn read_ruler(&mut self) -> f64 {
         self.readings_taken += 1;
-        let height = self.stance.pose.tool.z;
+        let height = self.arm_state.pose.tool.z;
         self.description.instruments.ruler.read(height, self.description.seed, self.readings_taken)
     }
 
     /// Where a point truly is that lies so far ahead of the sensor's face, in the target's own frame: that of the world, had the target been laid
     /// where it was meant to.
     pub fn point_ahead(&self, ahead_mm: f64) -> Vector {
-        let pose = &self.stance.pose;
+        let pose = &self.arm_state.pose;
         self.description.scene.target.as_meant(pose.tool + pose.looks * ahead_mm)
     }
 

@@ -1,7 +1,7 @@
 //! Where the arm's parts are.
 
 use super::drive::Joint;
-use crate::physics::posture::Posture;
+use crate::physics::link_frames::LinkFrames;
 use crate::physics::rigid::Vector;
 
 /// Where the arm's parts are, mm in the world's frame.
@@ -18,14 +18,14 @@ pub struct ArmPose {
 }
 
 impl ArmPose {
-    /// The parts of a TeachMover in this posture.
-    pub(super) fn of(posture: &Posture) -> ArmPose {
-        let axis = |joint: Joint| posture.axes.get(joint.place());
+    /// The parts of a TeachMover in this configuration.
+    pub(super) fn of(link_frames: &LinkFrames) -> ArmPose {
+        let axis = |joint: Joint| link_frames.axes.get(joint.place());
         let centre = |joint: Joint| axis(joint).map_or(Vector::ZERO, |axis| axis.point);
         ArmPose {
             elbow: centre(Joint::Elbow),
             wrist: centre(Joint::WristPitch),
-            tool: posture.target,
+            tool: link_frames.target,
             // The wrist rolls about the hand's own axis.
             looks: axis(Joint::WristRoll).map_or(Vector::ZERO, |axis| axis.direction),
         }

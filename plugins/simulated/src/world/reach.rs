@@ -39,8 +39,8 @@ impl World {
         joints: [Joint; N],
         missing: impl Fn(&Vector) -> [f64; N],
     ) -> Option<[Option<f64>; AXES]> {
-        let left = |attitudes: &Joints| missing(&self.stance.pose_at(attitudes).tool);
-        let mut attitudes = self.stance.attitudes;
+        let left = |attitudes: &Joints| missing(&self.arm_state.pose_at(attitudes).tool);
+        let mut attitudes = self.arm_state.attitudes;
         for _ in 0..MOST_LOOKS {
             let short = left(&attitudes);
             if short.iter().all(|part| part.abs() < NEAR) {

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use plumb_cell::workcell::Workcell;
-use plumb_kinematics::Posture;
+use plumb_kinematics::LinkFrames;
 use plumb_record::AppliedCorrection;
 use plumb_simulated::client::WorldClient;
 use plumb_simulated::protocol::{TruthReport, Verb};
@@ -107,7 +107,7 @@ fn hand_missed(
         index.and_then(|index| corrected.get(index)).copied().unwrap_or(0.0)
     });
     let drive: Vec<f64> = in_order.collect();
-    let believed = Posture::of(model.chain(), &model.model_joints(&drive), &[]).flange.translation.vector;
+    let believed = LinkFrames::of(model.chain(), &model.model_joints(&drive), &[]).flange.translation.vector;
     let [x, y, z] = truth.sensor_mm;
     let (sine, cosine) = truth.attitudes.first().copied().unwrap_or(0.0).sin_cos();
     let (dx, dy) = (x - believed.x, y - believed.y);

@@ -3,7 +3,7 @@
 
 use nalgebra::{Matrix3, Point3, Rotation3, Vector3};
 use plumb_calibration::arm_model::{MeasuredFrom, Model, SurfaceShape};
-use plumb_calibration::effect::{self, Passport, Survey};
+use plumb_calibration::effect::{self, CandidateContext, DatasetSummary};
 use plumb_calibration::file::model_text;
 use plumb_calibration::forward::ForwardModel;
 use plumb_calibration::prediction::{self, Pose};
@@ -248,10 +248,10 @@ impl Measurements {
     /// driven by anything.
     pub fn logs_what_drives(&self, mechanism: &Mechanism) -> bool {
         let Some(kind) = effect::kind(mechanism.name()) else { return true };
-        let passport = Passport::of(&self.model, &self.table);
-        let survey = Survey { model: &self.model, passport: &passport };
+        let summary = DatasetSummary::of(&self.model, &self.table);
+        let context = CandidateContext { model: &self.model, summary: &summary };
         let place = mechanism.place(&self.arm);
-        (kind.candidates)(&survey).iter().any(|id| self.model.site_name(id.spot) == place)
+        (kind.candidates)(&context).iter().any(|id| self.model.site_name(id.site) == place)
     }
 
     /// How an imperfection moves every target in every row of the table, mm, frame of the measurements.

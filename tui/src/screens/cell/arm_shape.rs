@@ -8,7 +8,7 @@ use plumb_calibration::arm_model::SurfaceShape;
 use plumb_cell::event::NamedValue;
 use plumb_cell::workcell::{RobotSetting, Workcell};
 use plumb_cell::{DegOrMm, surface_called};
-use plumb_kinematics::Posture;
+use plumb_kinematics::LinkFrames;
 
 /// Gives the points along an arm, base first, in the frame of the cell in mm, for the joints a robot reports.
 type Skeleton = dyn Fn(&[NamedValue]) -> Option<Vec<[f64; 3]>> + Send + Sync;
@@ -85,9 +85,9 @@ fn of_robot(robot: &RobotSetting) -> Option<ArmShape> {
             Some(if *unit == DegOrMm::Deg { value.to_radians() } else { value })
         });
         let drive: Vec<f64> = drive.collect::<Option<_>>()?;
-        let posture = Posture::of(&model.chain, &file.model_joints(&drive), &[]);
+        let link_frames = LinkFrames::of(&model.chain, &file.model_joints(&drive), &[]);
         let world_from_base = model.base.pose;
-        let ends = posture.joints.iter().map(|frame| (world_from_base * frame.end).translation.vector);
+        let ends = link_frames.joints.iter().map(|frame| (world_from_base * frame.end).translation.vector);
         let points = std::iter::once(world_from_base.translation.vector).chain(ends);
         Some(points.map(Into::into).collect())
     };

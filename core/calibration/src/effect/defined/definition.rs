@@ -5,7 +5,7 @@ use thiserror::Error;
 
 use super::formula::{Formula, FormulaError};
 use super::variables::Variable;
-use crate::effect::{Drive, Handle, LooksAt, Parameter, Situation, Spot};
+use crate::effect::{Drive, Handle, LooksAt, Parameter, Site, Situation};
 use crate::file::Place as FilePlace;
 use crate::table::Table;
 
@@ -82,7 +82,7 @@ pub struct Definition {
     /// Its name.
     pub name: String,
     /// Where it acts.
-    pub spot: Spot,
+    pub site: Site,
     /// What it adds.
     pub addends: Vec<Addend>,
     /// Its parameters.
@@ -96,7 +96,7 @@ impl PartialEq for Definition {
     fn eq(&self, other: &Self) -> bool {
         let mut addends = self.addends.iter().zip(&other.addends);
         self.name == other.name
-            && self.spot == other.spot
+            && self.site == other.site
             && self.parameters == other.parameters
             && self.addends.len() == other.addends.len()
             && addends.all(|(own, other)| own.place == other.place && own.text() == other.text())
@@ -125,7 +125,7 @@ impl Definition {
     /// Puts a definition together.
     pub fn new(
         name: &str,
-        spot: Spot,
+        site: Site,
         addends: Vec<Addend>,
         parameters: Vec<Parameter>,
         sentence: Option<String>,
@@ -143,7 +143,7 @@ impl Definition {
         } else {
             LooksAt::Conditions
         };
-        Self { name: name.to_owned(), spot, addends, parameters, sentence, looks_at }
+        Self { name: name.to_owned(), site, addends, parameters, sentence, looks_at }
     }
 
     /// Whether it can differ between two visits to one pose.

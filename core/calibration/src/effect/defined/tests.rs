@@ -1,7 +1,7 @@
 //! Formulas of a user's own: what they may say, what they come to in a row, and what is refused.
 
 use nalgebra::{Matrix3, Vector3};
-use plumb_kinematics::{DhParameter, Posture, Weights};
+use plumb_kinematics::{DhParameter, LinkFrames, Weights};
 
 use super::formula::{Formula, FormulaError};
 use super::variables::Variable;
@@ -123,7 +123,7 @@ fn names_are_quantities_of_a_row_up_to_the_number_of_joints() {
 #[test]
 fn a_quantity_that_was_not_logged_is_zero() {
     let model = Model::parse("m.yaml", ARM).unwrap();
-    let (q, before, posture) = ([0.1, 0.2, 30.0], [0.4, 0.2, 10.0], Posture::default());
+    let (q, before, link_frames) = ([0.1, 0.2, 30.0], [0.4, 0.2, 10.0], LinkFrames::default());
     let bare = Situation {
         chain: &model.chain,
         q: &q,
@@ -136,7 +136,7 @@ fn a_quantity_that_was_not_logged_is_zero() {
         temperature: f64::NAN,
         moments: &[],
         weights: Weights { masses: &[], payload: 0.0, down: -Vector3::z() },
-        posture: &posture,
+        link_frames: &link_frames,
         point: Vector3::new(7.0, 8.0, 9.0),
         hand: Matrix3::identity(),
         trigger: None,
@@ -186,7 +186,7 @@ fn defining(adds: &str, unit: &str) -> Result<Model, String> {
 fn moved(adds: &str, unit: &str) -> (Vec<Drive>, LooksAt) {
     let model = defining(adds, unit).unwrap_or_else(|error| panic!("{error}"));
     let q = [-0.1, 0.3, 50.0];
-    let posture = Posture::of(&model.chain, &q, &[]);
+    let link_frames = LinkFrames::of(&model.chain, &q, &[]);
     let situation = Situation {
         chain: &model.chain,
         q: &q,
@@ -199,7 +199,7 @@ fn moved(adds: &str, unit: &str) -> (Vec<Drive>, LooksAt) {
         temperature: 20.0,
         moments: &[],
         weights: Weights { masses: &[], payload: 0.0, down: -Vector3::z() },
-        posture: &posture,
+        link_frames: &link_frames,
         point: Vector3::new(100.0, 0.0, 0.0),
         hand: Matrix3::identity(),
         trigger: None,

@@ -2,8 +2,8 @@
 
 use crate::arm_model::{Epochs, Model};
 use crate::effect::{
-    Channel, DrivenBy, EffectId, Family, Parameter, Passport, Places, Quantity, SKETCH_COLUMNS, Search, Spot,
-    Survey, build, expand, kind, kinds,
+    CandidateContext, Channel, DatasetSummary, DrivenBy, EffectId, Family, Parameter, Places, Quantity,
+    SKETCH_COLUMNS, Search, Site, build, expand, kind, kinds,
 };
 use crate::effect::{acts_by_epoch, parse};
 use crate::table::Table;
@@ -213,24 +213,24 @@ fn an_effect_says_what_the_model_lacks_for_it() {
     }
     // Places that no text can name: an effect put together in memory.
     for (id, part) in [
-        (EffectId::at("joint_zero", Spot::Joint(3)), "needs a joint to act on"),
-        (EffectId::at("joint_zero", Spot::Base), "needs a joint to act on"),
-        (EffectId::at("tool_offset", Spot::Target(2)), "needs a target to act on, such as p1"),
-        (EffectId::at("scale", Spot::Axis(3)), "write scale(x)"),
-        (EffectId::at("base_shifted", Spot::Base), "needs an axis: x, y or z"),
-        (EffectId::at("reading_reset", Spot::Base), "needs a reading, such as distance"),
-        (EffectId::at("reading_rescaled", Spot::Base), "needs a reading, such as distance"),
+        (EffectId::at("joint_zero", Site::Joint(3)), "needs a joint to act on"),
+        (EffectId::at("joint_zero", Site::Base), "needs a joint to act on"),
+        (EffectId::at("tool_offset", Site::Target(2)), "needs a target to act on, such as p1"),
+        (EffectId::at("scale", Site::Axis(3)), "write scale(x)"),
+        (EffectId::at("base_shifted", Site::Base), "needs an axis: x, y or z"),
+        (EffectId::at("reading_reset", Site::Base), "needs a reading, such as distance"),
+        (EffectId::at("reading_rescaled", Site::Base), "needs a reading, such as distance"),
         (
-            EffectId::at("joint_harmonic", Spot::Joint(0)),
+            EffectId::at("joint_harmonic", Site::Joint(0)),
             "joint_harmonic(waist, 1): joint and periods a turn",
         ),
-        (EffectId::at("warm_up", Spot::Joint(0)), "warm_up(elbow, zero): the joint"),
+        (EffectId::at("warm_up", Site::Joint(0)), "warm_up(elbow, zero): the joint"),
     ] {
         let said = build(&id, &model).unwrap_err().to_string();
         assert!(said.contains(part), "{id:?}: {said}");
     }
     let of_nothing =
-        EffectId { inner: Some(-5.0), of: Some(Quantity::Zero), ..EffectId::at("warm_up", Spot::Joint(0)) };
+        EffectId { inner: Some(-5.0), of: Some(Quantity::Zero), ..EffectId::at("warm_up", Site::Joint(0)) };
     assert!(build(&of_nothing, &model).unwrap_err().to_string().contains("needs a time constant"));
 }
 
@@ -283,9 +283,9 @@ fn the_base_has_a_heading_of_its_own_only_where_the_first_joint_has_not() {
 /// What is offered by a kind where a table has these columns: as people write it.
 fn offered(model: &Model, name: &str, table: &str) -> Vec<String> {
     let table = Table::parse("table.csv", table).unwrap();
-    let passport = Passport::of(model, &table);
-    let survey = Survey { model, passport: &passport };
-    (kind(name).unwrap().candidates)(&survey).iter().map(|id| model.label(id)).collect()
+    let summary = DatasetSummary::of(model, &table);
+    let context = CandidateContext { model, summary: &summary };
+    (kind(name).unwrap().candidates)(&context).iter().map(|id| model.label(id)).collect()
 }
 
 const POINTS: &str = "q1_deg,q2_mm,q3_deg,p1_x_mm\n0,1,0,5\n9,2,9,6\n18,3,40,7\n";
@@ -320,8 +320,8 @@ fn epochs_make_candidates_of_what_may_have_been_re_set() {
     };
     let at = |model: &Model| {
         let table = Table::parse("t.csv", &many(400)).unwrap();
-        let passport = Passport::of(model, &table);
-        let steps = (kind("joint_step").unwrap().candidates)(&Survey { model, passport: &passport });
+        let summary = DatasetSummary::of(model, &table);
+        let steps = (kind("joint_step").unwrap().candidates)(&CandidateContext { model, summary: &summary });
         steps.iter().filter(|id| id.inner == Some(149.0)).count()
     };
     once.epochs = Some(Epochs::Rows(vec![150]));
@@ -369,45 +369,46 @@ fn what_is_searched_for_is_tried_at_these_places() {
         assert!(harmonics.contains(&format!("joint_harmonic(waist, {order})")), "{order}");
     }
     let table = Table::parse("table.csv", POINTS).unwrap();
-    let mut passport = Passport::of(&model, &table);
-    let inner = |passport: &Passport, name: &str| -> Vec<f64> {
-        let ids = (kind(name).unwrap().candidates)(&Survey { model: &model, passport });
+    let mut summary = DatasetSummary::of(&model, &table);
+    let inner = |summary: &DatasetSummary, name: &str| -> Vec<f64> {
+        let ids = (kind(name).unwrap().candidates)(&CandidateContext { model: &model, summary });
         let mut of_elbow: Vec<f64> =
             ids.iter().filter(|id| id.joint() == Some(2)).filter_map(|id| id.inner).collect();
         of_elbow.dedup();
         of_elbow
     };
     // Four rows on either side of a jump.
-    passport.clocks = (0..8).map(f64::from).collect();
-    assert!(inner(&passport, "joint_step").is_empty());
-    passport.clocks = (0..10).map(f64::from).collect();
-    assert_eq!(inner(&passport, "joint_step"), [4.0, 5.0]);
+    summary.clocks = (0..8).map(f64::from).collect();
+    assert!(inner(&summary, "joint_step").is_empty());
+    summary.clocks = (0..10).map(f64::from).collect();
+    assert_eq!(inner(&summary, "joint_step"), [4.0, 5.0]);
     // At most sixty of them: of 128 in between every third.
-    passport.clocks = (0..136).map(f64::from).collect();
-    let moments = inner(&passport, "joint_step");
+    summary.clocks = (0..136).map(f64::from).collect();
+    let moments = inner(&summary, "joint_step");
     assert_eq!((moments.len(), moments[0], moments[1]), (43, 4.0, 7.0));
     // Rows at which epochs begin are moments, too, where four rows lie on either side.
     let dated = Model::parse("names.yaml", &ARM.replace("[3, 5]", "[3, 9, 134]")).unwrap();
-    let steps = (kind("joint_step").unwrap().candidates)(&Survey { model: &dated, passport: &passport });
+    let steps =
+        (kind("joint_step").unwrap().candidates)(&CandidateContext { model: &dated, summary: &summary });
     let of_elbow: Vec<f64> =
         steps.iter().filter(|id| id.joint() == Some(2)).filter_map(|id| id.inner).collect();
     assert_eq!((of_elbow.len(), of_elbow.last()), (44, Some(&8.0)), "{of_elbow:?}");
-    passport.greatest_moments = vec![0.0, 0.0, 10.0];
-    let knees = inner(&passport, "joint_stiffening");
+    summary.greatest_moments = vec![0.0, 0.0, 10.0];
+    let knees = inner(&summary, "joint_stiffening");
     let near = |found: &[f64], expected: &[f64]| {
         found.len() == expected.len() && found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-9)
     };
     assert!(near(&knees, &[0.3, 0.7, 1.5, 3.0]), "{knees:?}");
-    passport.greatest_moments = vec![0.0; 3];
-    assert!(inner(&passport, "joint_stiffening").is_empty(), "without a moment there is no knee");
-    passport.time_span = Some(1000.0);
-    let constants = inner(&passport, "warm_up");
+    summary.greatest_moments = vec![0.0; 3];
+    assert!(inner(&summary, "joint_stiffening").is_empty(), "without a moment there is no knee");
+    summary.time_span = Some(1000.0);
+    let constants = inner(&summary, "warm_up");
     assert!(
         near(&constants[..8], &[40.0, 80.0, 150.0, 250.0, 400.0, 700.0, 1200.0, 2500.0]),
         "{constants:?}"
     );
-    passport.time_span = Some(0.0);
-    assert!(inner(&passport, "warm_up").is_empty());
+    summary.time_span = Some(0.0);
+    assert!(inner(&summary, "warm_up").is_empty());
 }
 
 #[test]
@@ -505,17 +506,17 @@ fn what_goes_by_time_is_gradual_unless_it_happens_at_one_moment() {
 #[test]
 fn nothing_at_all_is_a_plausible_size_of_every_number() {
     let model = model();
-    let spots =
-        [Spot::Joint(0), Spot::Joint(1), Spot::Joint(2), Spot::Base, Spot::Target(0), Spot::Target(1)];
+    let sites =
+        [Site::Joint(0), Site::Joint(1), Site::Joint(2), Site::Base, Site::Target(0), Site::Target(1)];
     let more =
-        [Spot::Instrument, Spot::Sensor, Spot::Axis(0), Spot::Surface(0), Spot::Surface(1), Spot::Surface(2)];
+        [Site::Instrument, Site::Sensor, Site::Axis(0), Site::Surface(0), Site::Surface(1), Site::Surface(2)];
     let mut found = std::collections::BTreeSet::new();
     for kind in kinds() {
-        for spot in spots.into_iter().chain(more) {
+        for site in sites.into_iter().chain(more) {
             for of in [None, Some(Quantity::Zero), Some(Quantity::Length)] {
                 for (order, inner) in [(None, None), (None, Some(5.0)), (Some(2.0), None)] {
                     let with = Some(1).filter(|_| kind.name == "joint_coupling");
-                    let id = EffectId { of, order, inner, with, ..EffectId::at(kind.name, spot) };
+                    let id = EffectId { of, order, inner, with, ..EffectId::at(kind.name, site) };
                     let Ok(built) = build(&id, &model) else { continue };
                     found.insert(kind.name);
                     for Parameter { name, range: (low, high), .. } in built.parameters() {

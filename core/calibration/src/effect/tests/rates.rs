@@ -3,7 +3,7 @@
 use std::f64::consts::FRAC_PI_2;
 
 use nalgebra::{Matrix3, Vector3};
-use plumb_kinematics::{DhParameter, Posture, Weights};
+use plumb_kinematics::{DhParameter, LinkFrames, Weights};
 
 use crate::arm_model::{Epochs, Model, RigNumber, Sensor, StripeRig};
 use crate::effect::{Channel, Drive, EffectId, Handle, Situation, Trigger, build, parse};
@@ -39,7 +39,7 @@ fn model() -> Model {
 /// The drives of an effect where the circumstances are what `set` makes of a row at -0.1 rad, 0.3 rad and 50 mm.
 fn drives_in(model: &Model, id: &EffectId, set: impl FnOnce(&mut Situation<'_>)) -> Vec<Drive> {
     let q = [-0.1, 0.3, 50.0];
-    let posture = Posture::of(&model.chain, &q, &[]);
+    let link_frames = LinkFrames::of(&model.chain, &q, &[]);
     let mut situation = Situation {
         chain: &model.chain,
         q: &q,
@@ -52,7 +52,7 @@ fn drives_in(model: &Model, id: &EffectId, set: impl FnOnce(&mut Situation<'_>))
         temperature: f64::NAN,
         moments: &[2.0, -3.0, 0.5],
         weights: Weights { masses: &[], payload: 0.0, down: -Vector3::z() },
-        posture: &posture,
+        link_frames: &link_frames,
         point: Vector3::new(100.0, -200.0, 300.0),
         hand: Matrix3::identity(),
         trigger: None,

@@ -1,7 +1,7 @@
 //! What a table has to offer, and effects of slides that its positions cannot show.
 
 use crate::arm_model::Model;
-use crate::effect::{Channel, EffectId, Passport, Survey, not_at_these_positions, parse, waves_not_shown};
+use crate::effect::{Channel, EffectId, DatasetSummary, CandidateContext, not_at_these_positions, parse, waves_not_shown};
 use crate::table::scalar::{DISTANCE, HEIGHT};
 use crate::table::{Stretch, Table};
 
@@ -25,25 +25,25 @@ fn model() -> Model {
     Model::parse("passport.yaml", ARM).unwrap()
 }
 
-fn of(text: &str) -> Passport {
-    Passport::of(&model(), &Table::parse("table.csv", text).unwrap())
+fn of(text: &str) -> DatasetSummary {
+    DatasetSummary::of(&model(), &Table::parse("table.csv", text).unwrap())
 }
 
 #[test]
 fn ranges_and_numbers_of_what_was_logged() {
-    let passport = of("q1_deg,q2_mm,p1_x_mm,time_s,temperature_c,payload_kg,session,repeat\n\
+    let summary = of("q1_deg,q2_mm,p1_x_mm,time_s,temperature_c,payload_kg,session,repeat\n\
                        0,10,1,100,20,0,a,r\n90,40,2,160,,0.5,b,r\n-30,25,3,130,24.5,0.25,a,\n");
-    assert_eq!((passport.rows, passport.returns, passport.sessions), (3, 2, 2));
-    assert_eq!(passport.time_span, Some(60.0));
-    assert_eq!(passport.temperature_range, Some(4.5));
-    assert_eq!(passport.payload_range, Some(0.5));
-    assert_eq!(passport.clocks, [100.0, 130.0, 160.0], "in the order of time");
-    assert_eq!(passport.channels, [Channel::X]);
-    assert!(passport.measures_points && !passport.triggers && !passport.stripes && !passport.moves);
-    assert!((passport.ranges[0].0 + 30_f64.to_radians()).abs() < 1e-12);
-    assert!((passport.ranges[0].1 - 90_f64.to_radians()).abs() < 1e-12);
-    assert_eq!(passport.ranges[1], (10.0, 40.0));
-    assert_eq!(passport.places, [vec![], vec![10.0, 25.0, 40.0]], "of slides alone");
+    assert_eq!((summary.rows, summary.returns, summary.sessions), (3, 2, 2));
+    assert_eq!(summary.time_span, Some(60.0));
+    assert_eq!(summary.temperature_range, Some(4.5));
+    assert_eq!(summary.payload_range, Some(0.5));
+    assert_eq!(summary.clocks, [100.0, 130.0, 160.0], "in the order of time");
+    assert_eq!(summary.channels, [Channel::X]);
+    assert!(summary.measures_points && !summary.triggers && !summary.stripes && !summary.moves);
+    assert!((summary.ranges[0].0 + 30_f64.to_radians()).abs() < 1e-12);
+    assert!((summary.ranges[0].1 - 90_f64.to_radians()).abs() < 1e-12);
+    assert_eq!(summary.ranges[1], (10.0, 40.0));
+    assert_eq!(summary.places, [vec![], vec![10.0, 25.0, 40.0]], "of slides alone");
     let plain = of("q1_deg,q2_mm,height_mm,on\n0,10,1,table\n90,40,2,table\n");
     assert_eq!((plain.time_span, plain.temperature_range, plain.payload_range), (None, None, None));
     assert_eq!(plain.clocks, [0.0, 1.0], "rows, where no time is logged");
@@ -52,10 +52,10 @@ fn ranges_and_numbers_of_what_was_logged() {
 
 #[test]
 fn every_number_that_is_read_is_a_channel() {
-    let passport =
+    let summary =
         of("q1_deg,q2_mm,p1_y_mm,p1_z_mm,distance_mm,distance_to,tilt_y_deg\n0,10,1,,5,ball,\n1,20,,,,,2\n");
     assert_eq!(
-        passport.channels,
+        summary.channels,
         [Channel::Y, Channel::of(&DISTANCE).unwrap(), Channel::TiltY],
         "z was never read"
     );
@@ -76,13 +76,13 @@ fn joints_come_from_both_sides_as_logged_or_by_their_way() {
 
 #[test]
 fn triggers_are_rows_over_a_surface_that_hold_no_height() {
-    let passport = of(
+    let summary = of(
         "q1_deg,q2_mm,height_mm,on,signal\n0,10,1,ball,on\n1,20,,table,on\n2,30,,edge,off\n3,40,,table,\n",
     );
-    assert!(passport.triggers);
-    assert_eq!(passport.triggered_on, [0, 2], "of the ball a height was read");
-    assert!(passport.switches_both_ways);
-    assert!(passport.triggers_at_edges(&model()));
+    assert!(summary.triggers);
+    assert_eq!(summary.triggered_on, [0, 2], "of the ball a height was read");
+    assert!(summary.switches_both_ways);
+    assert!(summary.triggers_at_edges(&model()));
     let dim = of("q1_deg,q2_mm,on,signal\n0,10,dim,on\n1,20,dim,on\n");
     assert!(!dim.triggers_at_edges(&model()), "nobody says on which side it is light");
     assert!(!dim.switches_both_ways);
@@ -93,12 +93,12 @@ fn triggers_are_rows_over_a_surface_that_hold_no_height() {
 #[test]
 fn the_greatest_moment_is_that_of_the_weight_where_it_hangs_out_farthest() {
     // 2 kg that hang 100 mm out; what is down is -y of the base, so the moment about z is -2 g 0.1 cos q.
-    let passport = of("q1_deg,q2_mm,p1_x_mm\n60,10,1\n90,40,2\n");
+    let summary = of("q1_deg,q2_mm,p1_x_mm\n60,10,1\n90,40,2\n");
     let expected = 2.0 * 9.80665 * 0.1 * 60_f64.to_radians().cos();
     assert!(
-        (passport.greatest_moments[0] - expected).abs() < 1e-9,
+        (summary.greatest_moments[0] - expected).abs() < 1e-9,
         "{:?} {expected}",
-        passport.greatest_moments
+        summary.greatest_moments
     );
     // A load hangs on the flange: at 90 degrees the slide goes out along x, and 5 kg hang 40 mm out.
     let loaded = of("q1_deg,q2_mm,p1_x_mm,payload_kg\n60,10,1,5\n90,40,2,5\n");
@@ -111,12 +111,12 @@ fn pictures_without_a_time_date_nothing() {
     let mut table = Table::parse("table.csv", "q1_deg,q2_mm,p1_x_mm\n0,1,1\n9,2,2\n0,1,3\n").unwrap();
     table.stretches = vec![Stretch::new(0, 0, vec![[0.0; 2]; 5], 0.1)];
     table.speed = Some(vec![0.0, 0.0, 0.0, 0.0, 0.1, 0.0]);
-    let passport = Passport::of(&model(), &table);
-    assert!(passport.stripes && passport.moves && passport.clocks.is_empty());
-    assert_eq!(passport.both_ways, [false, false], "pictures are in the order of their scans");
+    let summary = DatasetSummary::of(&model(), &table);
+    assert!(summary.stripes && summary.moves && summary.clocks.is_empty());
+    assert_eq!(summary.both_ways, [false, false], "pictures are in the order of their scans");
     table.time = Some(vec![5.0, 7.0, 6.0]);
     table.speed = Some(vec![0.0; 6]);
-    let dated = Passport::of(&model(), &table);
+    let dated = DatasetSummary::of(&model(), &table);
     assert_eq!(dated.clocks, [5.0, 6.0, 7.0]);
     assert!(!dated.moves);
 }
@@ -125,9 +125,9 @@ fn pictures_without_a_time_date_nothing() {
 fn not_seen(places: &[f64], effect: &str) -> Option<String> {
     let model = model();
     let rows: String = places.iter().map(|place| format!("0,{place},1\n")).collect();
-    let passport = of(&format!("q1_deg,q2_mm,p1_x_mm\n{rows}"));
+    let summary = of(&format!("q1_deg,q2_mm,p1_x_mm\n{rows}"));
     let id: EffectId = parse(effect, &model).unwrap();
-    not_at_these_positions(&Survey { model: &model, passport: &passport }, &id)
+    not_at_these_positions(&CandidateContext { model: &model, summary: &summary }, &id)
 }
 
 #[test]
@@ -157,8 +157,8 @@ fn waves_of_screws_that_were_not_shown_are_listed_with_their_reasons() {
     let model = model();
     let listed = |places: &[f64]| {
         let rows: String = places.iter().map(|place| format!("0,{place},1\n")).collect();
-        let passport = of(&format!("q1_deg,q2_mm,p1_x_mm\n{rows}"));
-        waves_not_shown(&Survey { model: &model, passport: &passport })
+        let summary = of(&format!("q1_deg,q2_mm,p1_x_mm\n{rows}"));
+        waves_not_shown(&CandidateContext { model: &model, summary: &summary })
     };
     let said = listed(&[0.0, 5.0, 10.0, 15.0, 20.0, 25.0]);
     assert!(said.len() == 1 && said[0].starts_with("screw_wave(lift, 1) cannot be identified"), "{said:?}");

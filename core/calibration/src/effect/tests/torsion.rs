@@ -1,7 +1,7 @@
 //! The torsion of a link against the textbook's shaft, and against the compliance of a joint that it lies along.
 
 use crate::arm_model::{AddedEffect, Model};
-use crate::effect::{Passport, Survey, build, kind, parse};
+use crate::effect::{CandidateContext, DatasetSummary, build, kind, parse};
 use crate::fit::ResidualModel;
 use crate::measurement::Observations;
 use crate::table::Table;
@@ -103,9 +103,9 @@ fn the_twist_of_a_link_along_a_joints_axis_goes_by_the_name_of_the_joints_compli
     let said = twin("joint_compliance(roll)").unwrap();
     assert!(said.starts_with("link_torsion(roll) would be the same"), "{said}");
     assert_eq!(twin("joint_compliance(shoulder)"), None);
-    let passport = Passport::of(&model, &Table::parse("table.csv", rows).unwrap());
+    let summary = DatasetSummary::of(&model, &Table::parse("table.csv", rows).unwrap());
     let candidates =
-        (kind("link_torsion").unwrap().candidates)(&Survey { model: &model, passport: &passport });
+        (kind("link_torsion").unwrap().candidates)(&CandidateContext { model: &model, summary: &summary });
     let labels: Vec<String> = candidates.iter().map(|id| model.label(id)).collect();
     assert!(labels.contains(&"link_torsion(shoulder)".to_owned()), "{labels:?}");
     assert!(!labels.contains(&"link_torsion(roll)".to_owned()), "{labels:?}");

@@ -4,9 +4,10 @@ use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, Vector3, dmatrix};
 use plumb_estimation::{NormalEquations, Problem as _, Progress, RankRevealingCholesky};
 
 use crate::arm_model::{AddedEffect, Epochs, Model, SurfaceShape};
-use crate::effect::{EffectId, Spot, build, parse};
+use crate::effect::{EffectId, Site, build, parse};
 use crate::fit::arm_pose::ArmPose;
 use crate::fit::doubt::{Prior, out_of_range, range_doubts, undetermined};
+use crate::fit::outcome::kept;
 use crate::fit::tangent::Tangent;
 use crate::fit::{Distances, FitDoubt, FitError, FitOptions, ResidualModel, Slot, State, ViewOfTable};
 use crate::measurement::Observations;
@@ -370,7 +371,7 @@ fn the_row_before_is_that_in_time_and_time_counts_from_the_first() {
         let state = machine.start();
         let seen = |row: usize| {
             let pose = ArmPose::default();
-            let situation = machine.situation(&state, row, &pose.posture, &[], None);
+            let situation = machine.situation(&state, row, &pose.link_frames, &[], None);
             (situation.time, situation.clock, situation.last_move(0).to_degrees().round())
         };
         assert_eq!(seen(0), (20.0, 50.0, -30.0));
@@ -382,7 +383,7 @@ fn the_row_before_is_that_in_time_and_time_counts_from_the_first() {
         assert_eq!(machine.previous, [None, Some(0), Some(1)]);
         let state = machine.start();
         let pose = ArmPose::default();
-        let situation = machine.situation(&state, 1, &pose.posture, &[], None);
+        let situation = machine.situation(&state, 1, &pose.link_frames, &[], None);
         assert!(situation.time.is_nan() && situation.temperature.is_nan() && situation.clock == 1.0);
     });
 }
@@ -525,11 +526,47 @@ fn an_effect_that_is_admitted_is_free_like_the_others() {
     let table = Table::parse("t.csv", POINTS).unwrap();
     let observations = Observations::new(&model, &table).unwrap();
     let mut machine = ResidualModel::new(&model, &table, &observations, &[]).unwrap();
-    let id = EffectId::at("joint_zero", Spot::Joint(1));
+    let id = EffectId::at("joint_zero", Site::Joint(1));
     let effect = build(&id, &model).unwrap();
     machine.admit(id.clone(), effect.into(), vec![0.25]);
     assert_eq!(machine.slots(), [Slot::Effect(0, 0)]);
     assert_eq!(machine.start().effects, [[0.25]]);
     assert_eq!(machine.effects().collect::<Vec<_>>(), [&id]);
     assert_eq!(machine.least_variance(), 0.0, "points scatter each for itself");
+}
+
+#[test]
+fn ranges_count_for_geometry_and_for_what_gives_to_either_side_under_weight() {
+    // Far outside whatever a machine has. A joint that gives under a torque gives one way only, and what friction or a wave does is no matter of ranges.
+    let far = |effect: &str| {
+        let model = PLANAR.replace("elbow, a_mm: 300", "elbow, a_mm: 300, alpha_deg: 90");
+        let mut found = Vec::new();
+        with(&model, POINTS, &[effect], |machine| {
+            let mut state = machine.start();
+            state.effects[0].iter_mut().for_each(|value| *value = 1e4);
+            found = out_of_range(machine, &state);
+        });
+        found.len()
+    };
+    assert_eq!(far("joint_zero(elbow)"), 1);
+    assert_eq!(far("link_length(elbow)"), 1);
+    assert!(far("gravity_flexure(elbow)") > 1, "every term has a range");
+    assert_eq!(far("joint_compliance(elbow)"), 0);
+    assert_eq!(far("joint_harmonic(elbow, 1)"), 0);
+}
+
+#[test]
+fn of_what_is_held_at_a_start_an_effect_may_be_let_go_later_and_the_rest_may_not() {
+    let model = PLANAR.replace("free: false}}", "free: true}}");
+    with(&model, POINTS, &["joint_zero(elbow)", "joint_gain(elbow)"], |machine| {
+        let of_effect = |slot: &Slot| matches!(slot, Slot::Effect(..));
+        let first_effect = machine.slots().iter().position(of_effect).unwrap();
+        assert!(first_effect > 0, "a target is free as well: {:?}", machine.slots());
+        let all: Vec<usize> = (0..machine.slots().len()).collect();
+        assert_eq!(kept(machine, &all, &[]), (0..first_effect).collect::<Vec<_>>());
+        // What the rows cannot determine at all stays, whatever it belongs to.
+        let spared = [first_effect];
+        assert_eq!(kept(machine, &all, &spared), (0..=first_effect).collect::<Vec<_>>());
+        assert!(kept(machine, &[], &[]).is_empty());
+    });
 }

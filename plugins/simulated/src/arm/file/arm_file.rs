@@ -112,7 +112,7 @@ pub(crate) fn schema() -> serde_json::Value {
     plumb_document::schema_of::<RawArm>()
 }
 
-/// Reads the arm file that a world file names; none after a complaint about the world file.
+/// Reads the arm file that a world file names; none after a error about the world file.
 ///
 /// # Errors
 /// [`WorldFileError`]: all mistakes of the arm file.
@@ -261,7 +261,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Travel for a turn of the screw, mm; none after a complaint.
+    /// Travel for a turn of the screw, mm; none after a error.
     fn screw_pitch(&self, raw: &RawJoint, motion: Motion) -> Option<f64> {
         let pitch = raw.screw_pitch_mm.as_ref()?;
         if motion == Motion::Turns {
@@ -273,7 +273,7 @@ impl Reader<'_> {
         Some(self.typed.number("screw_pitch_mm", pitch, FINEST_PITCH_MM..=LONGEST_MM, "mm"))
     }
 
-    /// How far a joint goes, rad or mm; NaN after a complaint.
+    /// How far a joint goes, rad or mm; NaN after a error.
     fn limits(&self, raw: &RawJoint, motion: Motion) -> [f64; 2] {
         let name = &raw.name.value;
         let (key, given, other) = match motion {
@@ -377,7 +377,7 @@ impl Reader<'_> {
         value.map(|value| self.typed.number(key, value, range, unit))
     }
 
-    /// There are joints, not more than a robot's messages hold, and no two of one name; none after a complaint.
+    /// There are joints, not more than a robot's messages hold, and no two of one name; none after a error.
     fn require_joints(&self, arm: &Spanned<String>, shape: &ArmDescription) -> Option<()> {
         let twice = shape.joints.iter().enumerate().find(|(index, joint)| {
             shape.joints.iter().take(*index).any(|earlier| earlier.name == joint.name)
@@ -395,7 +395,7 @@ impl Reader<'_> {
         None
     }
 
-    /// A place for a spirit level; none after a complaint.
+    /// A place for a spirit level; none after a error.
     fn level_surface(&self, raw: &RawLevel, shape: &ArmDescription) -> Option<LevelSurface> {
         let Some(carried_by) = shape.joint_index(&raw.on.value) else {
             self.typed.unknown("joint", &raw.on, shape.joints.iter().map(|joint| joint.name.as_str()));

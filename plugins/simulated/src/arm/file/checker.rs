@@ -21,7 +21,7 @@ impl Checker<'_> {
         self.paper.drive.joints.get(joint).map_or(Motion::Turns, |joint| joint.motion)
     }
 
-    /// The index of a joint that a file names; none after a complaint.
+    /// The index of a joint that a file names; none after a error.
     pub(super) fn joint(&self, name: &Spanned<String>) -> Option<usize> {
         let index = self.paper.shape.joint_index(&name.value);
         if index.is_none() {

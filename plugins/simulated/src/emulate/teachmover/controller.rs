@@ -24,7 +24,7 @@ const PENDANT_LOOK: u64 = 20_000_000;
 const LONGEST_GRASP: u32 = 1500;
 
 /// ns in one unit of the pause between the characters of a reply; that it is a millisecond is assumed.
-const DRAWL_UNIT: u64 = 1_000_000;
+const REPLY_DELAY_UNIT: u64 = 1_000_000;
 
 /// The digits replies begin with.
 const UNSUCCESSFUL: u8 = b'0';
@@ -59,7 +59,7 @@ pub(super) struct Controller {
     line: Option<Vec<u8>>,
     key: u8,
     program: Program,
-    drawl: u8,
+    reply_delay: u8,
     activity: Activity,
     /// Whether the motors turn.
     turning: bool,
@@ -87,7 +87,7 @@ impl Controller {
             line: None,
             key: 0,
             program: Program::default(),
-            drawl: 0,
+            reply_delay: 0,
             activity: Activity::Idle,
             turning: false,
             stop_after: None,
@@ -212,7 +212,7 @@ impl Controller {
 
     /// What the controller has to say, with the pause before each byte, ns.
     pub(super) fn take_reply(&mut self) -> (Vec<u8>, u64) {
-        (std::mem::take(&mut self.reply), u64::from(self.drawl) * DRAWL_UNIT)
+        (std::mem::take(&mut self.reply), u64::from(self.reply_delay) * REPLY_DELAY_UNIT)
     }
 
     /// The registers, with what a motion under way has come to as far as it is known.
@@ -266,8 +266,8 @@ impl Controller {
                 self.recognition = character;
                 self.answer(SUCCESSFUL);
             }
-            Some(Order::Drawl(units)) => {
-                self.drawl = units;
+            Some(Order::ReplyDelay(units)) => {
+                self.reply_delay = units;
                 self.answer(SUCCESSFUL);
             }
         }

@@ -31,7 +31,7 @@ pub(super) enum Order {
     /// Answer to another character.
     Rename(u8),
     /// Speak more slowly.
-    Drawl(u8),
+    ReplyDelay(u8),
 }
 
 /// Reads a line, without its recognition character and carriage return; `None` for one that is no order.
@@ -50,7 +50,7 @@ pub(super) fn read(line: &[u8]) -> Option<Order> {
         b"QDUMP" => Order::List,
         b"QWRITE" => keep(&numbers(rest)?)?,
         b"ARM" => Order::Rename(*rest.trim_ascii().first().filter(|byte| byte.is_ascii_graphic())?),
-        b"DELAY" => Order::Drawl(u8::try_from(*numbers(rest)?.first()?).ok()?),
+        b"DELAY" => Order::ReplyDelay(u8::try_from(*numbers(rest)?.first()?).ok()?),
         _ => return None,
     })
 }
@@ -128,7 +128,7 @@ mod tests {
             ("RESET, 0", Some(Order::Forget)),
             ("QWRITE 1,65281,0,0,0,0,0,0", Some(Order::Keep([1, 65281, 0, 0, 0, 0, 0, 0]))),
             ("ARM #", Some(Order::Rename(b'#'))),
-            ("DELAY 5", Some(Order::Drawl(5))),
+            ("DELAY 5", Some(Order::ReplyDelay(5))),
         ] {
             assert_eq!(read(line.as_bytes()), order, "{line}");
         }

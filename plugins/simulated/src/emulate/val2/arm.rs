@@ -70,7 +70,7 @@ impl DrivenArm {
 
     /// Where the flange would be, were the arm as on paper.
     pub(super) fn base_from_flange(&self, degrees: &[f64; 6]) -> Rigid {
-        self.nominal.posture(&degrees.map(f64::to_radians), &[], Rigid::IDENTITY).world_from_flange
+        self.nominal.link_frames(&degrees.map(f64::to_radians), &[], Rigid::IDENTITY).world_from_flange
     }
 
     /// Starts a motion of the joints named, deg, at a share of full speed.

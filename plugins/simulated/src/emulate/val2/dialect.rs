@@ -16,7 +16,7 @@ pub enum Dialect {
 
 /// What the monitor complains of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Complaint {
+pub(super) enum ControllerError {
     Unknown,
     Ambiguous,
     Syntax,
@@ -96,33 +96,33 @@ impl Dialect {
         self == Dialect::Mark1
     }
 
-    pub(super) fn text(self, complaint: Complaint) -> String {
-        let words = match complaint {
-            Complaint::Unknown => "Unknown instruction".to_owned(),
-            Complaint::Ambiguous => "Ambiguous name".to_owned(),
-            Complaint::Syntax => "Syntax error".to_owned(),
-            Complaint::Argument => "Invalid argument".to_owned(),
-            Complaint::Undefined => "Undefined value".to_owned(),
-            Complaint::JointNumber => "Illegal joint number".to_owned(),
-            Complaint::JointRange(joint) => match self {
+    pub(super) fn text(self, error: ControllerError) -> String {
+        let words = match error {
+            ControllerError::Unknown => "Unknown instruction".to_owned(),
+            ControllerError::Ambiguous => "Ambiguous name".to_owned(),
+            ControllerError::Syntax => "Syntax error".to_owned(),
+            ControllerError::Argument => "Invalid argument".to_owned(),
+            ControllerError::Undefined => "Undefined value".to_owned(),
+            ControllerError::JointNumber => "Illegal joint number".to_owned(),
+            ControllerError::JointRange(joint) => match self {
                 Dialect::Mark2 => format!("Joint {joint} out of range"),
                 Dialect::Mark1 => "OUTSIDE JOINT RANGE".to_owned(),
                 Dialect::Late => format!("Location out of range* Joint {joint}"),
             },
-            Complaint::PowerOff => match self {
+            ControllerError::PowerOff => match self {
                 Dialect::Late => "Arm power off".to_owned(),
                 _ => "Robot power off".to_owned(),
             },
-            Complaint::NotCalibrated => "Not calibrated".to_owned(),
-            Complaint::Panic => return self.fatal("Panic command"),
-            Complaint::Envelope(joint) => match self {
+            ControllerError::NotCalibrated => "Not calibrated".to_owned(),
+            ControllerError::Panic => return self.fatal("Panic command"),
+            ControllerError::Envelope(joint) => match self {
                 Dialect::Mark2 => format!("Envelope error* Joint {joint}"),
                 Dialect::Mark1 => format!("ENVELOPE ERROR JT {joint}"),
                 Dialect::Late => return self.fatal(&format!("Servo error joint {joint}")),
             },
-            Complaint::Aborted => "Aborted".to_owned(),
-            Complaint::NotNow => "Not allowed while a program is executing".to_owned(),
-            Complaint::NoProgram => "Undefined program".to_owned(),
+            ControllerError::Aborted => "Aborted".to_owned(),
+            ControllerError::NotNow => "Not allowed while a program is executing".to_owned(),
+            ControllerError::NoProgram => "Undefined program".to_owned(),
         };
         let words = if self == Dialect::Mark1 { words.to_uppercase() } else { words };
         if words.contains("* ") { format!("*{words}") } else { format!("*{words}*") }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::arm::{ArmError, DrivenArm, Ended};
-use super::dialect::{Complaint, Dialect};
+use super::dialect::{ControllerError, Dialect};
 use super::event::Event;
 use super::format::{columns, joint_heading, joints, transformation, unfolded, where_heading};
 use super::words::{Command, changes, parse};
@@ -135,14 +135,14 @@ impl Monitor {
                 self.back_to_commands();
                 Ok(())
             }
-            (_, Ended::CutShort) => self.end_with(Complaint::Aborted),
-            (_, Ended::Refused) => self.end_with(Complaint::JointRange(1)),
+            (_, Ended::CutShort) => self.end_with(ControllerError::Aborted),
+            (_, Ended::Refused) => self.end_with(ControllerError::JointRange(1)),
         }
     }
 
     /// Something happens on the panel.
     pub(super) fn happen(&mut self, event: &Event) -> Result<(), ArmError> {
-        let complaint = match event {
+        let error = match event {
             Event::Program => {
                 self.halt()?;
                 self.line.clear();
@@ -154,9 +154,9 @@ impl Monitor {
                 self.power = true;
                 return Ok(());
             }
-            Event::Power(false) => Complaint::PowerOff,
-            Event::Panic => Complaint::Panic,
-            Event::Envelope(joint) => Complaint::Envelope(*joint),
+            Event::Power(false) => ControllerError::PowerOff,
+            Event::Panic => ControllerError::Panic,
+            Event::Envelope(joint) => ControllerError::Envelope(*joint),
             Event::Reboot => {
                 self.halt()?;
                 self.reboot();
@@ -169,7 +169,7 @@ impl Monitor {
         self.halt()?;
         self.line.clear();
         self.newline();
-        let text = self.dialect.text(complaint);
+        let text = self.dialect.text(error);
         self.say_line(&text);
         if was_moving || self.mode == Mode::Command {
             self.back_to_commands();
@@ -206,7 +206,7 @@ impl Monitor {
         self.line.clear();
         self.newline();
         if was_moving {
-            return self.end_with(Complaint::Aborted);
+            return self.end_with(ControllerError::Aborted);
         }
         if matches!(self.mode, Mode::Program | Mode::Sure(Grave::Abort)) {
             // A control C cancels what is typed; the program goes on.
@@ -221,7 +221,7 @@ impl Monitor {
         match self.mode.clone() {
             Mode::Command => match parse(line) {
                 Ok(command) => self.carry_out(command),
-                Err(complaint) => self.end_with(complaint),
+                Err(error) => self.end_with(error),
             },
             Mode::Changes(name, values) => self.change(name, values, line),
             Mode::Sure(grave) => self.dare(grave, line),
@@ -235,7 +235,7 @@ impl Monitor {
                     Ok(Command::Nothing) => {}
                     Ok(Command::Where) => self.show_where()?,
                     _ => {
-                        let text = self.dialect.text(Complaint::NotNow);
+                        let text = self.dialect.text(ControllerError::NotNow);
                         self.say_line(&text);
                     }
                 }
@@ -245,7 +245,7 @@ impl Monitor {
             Mode::Moving | Mode::Calibrating | Mode::PotCal(..) => match parse(line) {
                 Ok(Command::Abort) => {
                     self.halt()?;
-                    self.end_with(Complaint::Aborted)
+                    self.end_with(ControllerError::Aborted)
                 }
                 Ok(Command::Nothing) => {
                     self.busy_prompt();
@@ -256,8 +256,8 @@ impl Monitor {
                     self.busy_prompt();
                     Ok(())
                 }
-                Ok(_) => self.complain_while_busy(Complaint::NotNow),
-                Err(complaint) => self.complain_while_busy(complaint),
+                Ok(_) => self.complain_while_busy(ControllerError::NotNow),
+                Err(error) => self.complain_while_busy(error),
             },
         }
     }
@@ -289,13 +289,13 @@ impl Monitor {
             },
             Command::Calibrate => return self.ask_whether_sure(Grave::Calibrate),
             Command::Execute(program) if program == "POTCAL" => return self.ask_whether_sure(Grave::PotCal),
-            Command::Execute(_) => return self.end_with(Complaint::NoProgram),
+            Command::Execute(_) => return self.end_with(ControllerError::NoProgram),
             Command::Set(name, angles) => {
                 self.points.insert(name, angles);
             }
             Command::Move(name) => {
                 let Some(values) = self.points.get(&name).copied() else {
-                    return self.end_with(Complaint::Undefined);
+                    return self.end_with(ControllerError::Undefined);
                 };
                 return self.go(values.map(Some), false, self.speed);
             }
@@ -315,10 +315,10 @@ impl Monitor {
     /// Starts a motion, if it may be made.
     fn go(&mut self, joints: [Option<f64>; 6], relative: bool, percent: f64) -> Result<(), ArmError> {
         if !self.power {
-            return self.end_with(Complaint::PowerOff);
+            return self.end_with(ControllerError::PowerOff);
         }
         if !self.calibrated {
-            return self.end_with(Complaint::NotCalibrated);
+            return self.end_with(ControllerError::NotCalibrated);
         }
         let (here, _) = self.arm.read()?;
         for (place, (joint, facts)) in joints.iter().zip(&JOINTS).enumerate() {
@@ -328,7 +328,7 @@ impl Monitor {
             // An arm left a little beyond its range by a servo may stay there, or come back.
             let slack = (lower - here).max(here - upper).max(0.005);
             if target < lower - slack || target > upper + slack {
-                return self.end_with(Complaint::JointRange(place + 1));
+                return self.end_with(ControllerError::JointRange(place + 1));
             }
         }
         self.arm.start(joints, relative, percent / 100.0)?;
@@ -339,7 +339,7 @@ impl Monitor {
 
     fn ask_whether_sure(&mut self, grave: Grave) -> Result<(), ArmError> {
         if !self.power {
-            return self.end_with(Complaint::PowerOff);
+            return self.end_with(ControllerError::PowerOff);
         }
         self.mode = Mode::Sure(grave);
         self.said.extend_from_slice(self.dialect.sure().as_bytes());
@@ -368,7 +368,7 @@ impl Monitor {
                 let off =
                     here.iter().zip(&JOINTS).position(|(here, joint)| (here - joint.ready_deg).abs() > 15.0);
                 if let Some(joint) = off {
-                    return self.end_with(Complaint::JointRange(joint + 1));
+                    return self.end_with(ControllerError::JointRange(joint + 1));
                 }
                 self.drive_for_potcal(0, false)
             }
@@ -418,8 +418,8 @@ impl Monitor {
         }
         let (here, _) = self.arm.read()?;
         match changes(line) {
-            Err(complaint) => {
-                let text = self.dialect.text(complaint);
+            Err(error) => {
+                let text = self.dialect.text(error);
                 self.say_line(&text);
             }
             Ok(typed) => {
@@ -429,7 +429,7 @@ impl Monitor {
                     match unfolded(place, value, here) {
                         Some(value) => *kept = value,
                         None => {
-                            let text = self.dialect.text(Complaint::JointRange(place + 1));
+                            let text = self.dialect.text(ControllerError::JointRange(place + 1));
                             self.say_line(&text);
                         }
                     }
@@ -450,15 +450,15 @@ impl Monitor {
         Ok(())
     }
 
-    fn end_with(&mut self, complaint: Complaint) -> Result<(), ArmError> {
-        let text = self.dialect.text(complaint);
+    fn end_with(&mut self, error: ControllerError) -> Result<(), ArmError> {
+        let text = self.dialect.text(error);
         self.say_line(&text);
         self.back_to_commands();
         Ok(())
     }
 
-    fn complain_while_busy(&mut self, complaint: Complaint) -> Result<(), ArmError> {
-        let text = self.dialect.text(complaint);
+    fn complain_while_busy(&mut self, error: ControllerError) -> Result<(), ArmError> {
+        let text = self.dialect.text(error);
         self.say_line(&text);
         self.busy_prompt();
         Ok(())

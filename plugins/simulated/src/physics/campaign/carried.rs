@@ -60,8 +60,8 @@ fn places(
         machine.go(&visit.commanded, row.time_s);
         let conditions =
             Conditions { time_s: row.time_s, temperature_c: row.temperature_c, payload_kg: row.payload_kg };
-        let posture = machine.equilibrium(&conditions)?.posture;
-        Ok(points.iter().map(|point| posture.world_from_flange.apply(*point)).collect())
+        let link_frames = machine.equilibrium(&conditions)?.link_frames;
+        Ok(points.iter().map(|point| link_frames.world_from_flange.apply(*point)).collect())
     };
     rows.iter().map(place).collect()
 }

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::physics::description::{ArmDescription, Motion};
 use crate::physics::imperfection::{Mechanism, Warming};
-use crate::physics::posture::Load;
+use crate::physics::link_frames::Load;
 use crate::physics::random::Random;
 use crate::physics::rigid::Rigid;
 use crate::physics::shape::Shape;
@@ -375,9 +375,9 @@ pub fn greatest_moment(arm: &ArmDescription, joint: usize) -> f64 {
             .map(|index| drawn_travel(arm, index))
             .map(|[low, high]| random.between(low, high))
             .collect();
-        let posture = body.posture(&angles, &[], Rigid::IDENTITY);
-        let loads: Vec<Load> = body.loads(&posture, 0.0);
-        body.gravity_moments(&posture, &loads).get(joint).map_or(0.0, |moment| moment.abs())
+        let link_frames = body.link_frames(&angles, &[], Rigid::IDENTITY);
+        let loads: Vec<Load> = body.loads(&link_frames, 0.0);
+        body.gravity_moments(&link_frames, &loads).get(joint).map_or(0.0, |moment| moment.abs())
     });
     moments.fold(0.0, f64::max)
 }

@@ -25,7 +25,7 @@ pub fn run(
             temperature_c: visit.temperature_c,
             payload_kg: visit.payload_kg,
         };
-        Ok(instrument.read(&machine.equilibrium(&conditions)?.posture))
+        Ok(instrument.read(&machine.equilibrium(&conditions)?.link_frames))
     };
     visits.iter().map(read).collect()
 }

@@ -1,7 +1,7 @@
 //! The instrument that measures the target: what it makes of the true position.
 
 use crate::physics::imperfection::{Imperfection, Mechanism};
-use crate::physics::posture::Posture;
+use crate::physics::link_frames::LinkFrames;
 use crate::physics::rigid::{Rotation, Vector};
 use crate::physics::rotation_vector::rotation_vector;
 
@@ -60,17 +60,17 @@ impl Instrument {
     }
 
     /// What it shows of an arm at rest, before noise.
-    pub fn read(&self, posture: &Posture) -> Vec<f64> {
-        let seen = self.sees(posture.target);
+    pub fn read(&self, link_frames: &LinkFrames) -> Vec<f64> {
+        let seen = self.sees(link_frames.target);
         match self.reading {
             // Where a touching target is, is not read; this is what the touching constrains.
             Reading::Position | Reading::Touch => vec![seen.x, seen.y, seen.z],
             Reading::Pose => {
                 // Each reflector is read by itself: the target in the middle, and one at either end of two axes of the body.
-                let axes = posture.world_from_flange.rotation;
+                let axes = link_frames.world_from_flange.rotation;
                 let ends =
-                    [axes.x, -axes.x, axes.y, -axes.y].map(|axis| posture.target + axis * REFLECTORS_MM);
-                [posture.target]
+                    [axes.x, -axes.x, axes.y, -axes.y].map(|axis| link_frames.target + axis * REFLECTORS_MM);
+                [link_frames.target]
                     .iter()
                     .chain(&ends)
                     .flat_map(|place| <[f64; 3]>::from(self.sees(*place)))
@@ -80,7 +80,7 @@ impl Instrument {
             Reading::Distance => vec![(seen - DISTANCE_POINT).norm()],
             Reading::Tilt => {
                 // An inclinometer on the flange reads against gravity: how far its y and its -x rise against its z.
-                let axes = self.lean.inverse() * posture.world_from_flange.rotation;
+                let axes = self.lean.inverse() * link_frames.world_from_flange.rotation;
                 let lean = |across: f64| across.atan2(axes.z.z).to_degrees();
                 vec![lean(axes.y.z), lean(-axes.x.z)]
             }

@@ -177,7 +177,7 @@ fn readable(specification: &Specification, windows: &[[f64; 2]], random: &mut Ra
     let arm = Shape::nominal(&specification.arm).arm();
     let upright = |pose: &Vec<f64>| {
         let angles: Vec<f64> = pose.iter().map(|angle| angle.to_radians()).collect();
-        arm.posture(&angles, &[], Rigid::IDENTITY).world_from_flange.rotation.z.z > LEAST_UPRIGHT
+        arm.link_frames(&angles, &[], Rigid::IDENTITY).world_from_flange.rotation.z.z > LEAST_UPRIGHT
     };
     (0..200).map(|_| anywhere(windows, random)).find(upright)
 }

@@ -1,8 +1,8 @@
 //! Touching: a ball on the arm is set into sockets, again and again from elsewhere, and only the joint angles are read.
 
 use crate::physics::imperfection::Imperfection;
+use crate::physics::link_frames::LinkFrames;
 use crate::physics::machine::{Conditions, Machine, NoEquilibrium};
-use crate::physics::posture::Posture;
 use crate::physics::random::Random;
 use crate::physics::rigid::{Rigid, Vector};
 use crate::physics::shape::{Arm, Shape};
@@ -61,12 +61,12 @@ pub(super) fn seat(
         let shift = |axis: usize| off.get(axis).copied().unwrap_or(0.0);
         let goal = *place + Vector::new(shift(0), shift(1), shift(2));
         for _ in 0..12 {
-            let posture = equilibrium(&mut machine, visit)?;
-            let missing = goal - posture.target;
+            let link_frames = equilibrium(&mut machine, visit)?;
+            let missing = goal - link_frames.target;
             if missing.norm() < SEATED {
                 break;
             }
-            let steps = steps_towards(&posture, missing);
+            let steps = steps_towards(&link_frames, missing);
             let turns = specification.arm.joints.iter().zip(steps).map(|(joint, step)| joint.sign * step);
             let moved = visit.commanded.iter().zip(turns).map(|(angle, turn)| (angle + turn).to_degrees());
             let moved = moved.collect();
@@ -77,28 +77,30 @@ pub(super) fn seat(
     Ok(())
 }
 
-fn equilibrium(machine: &mut Machine, visit: &Visit) -> Result<Posture, NoEquilibrium> {
+fn equilibrium(machine: &mut Machine, visit: &Visit) -> Result<LinkFrames, NoEquilibrium> {
     machine.go(&visit.beyond(), visit.time_s);
     machine.go(&visit.commanded, visit.time_s);
     let conditions =
         Conditions { time_s: visit.time_s, temperature_c: visit.temperature_c, payload_kg: visit.payload_kg };
-    Ok(machine.equilibrium(&conditions)?.posture)
+    Ok(machine.equilibrium(&conditions)?.link_frames)
 }
 
-fn on_paper(arm: &Arm, pose_deg: &[f64]) -> Posture {
+fn on_paper(arm: &Arm, pose_deg: &[f64]) -> LinkFrames {
     let angles: Vec<f64> = pose_deg.iter().map(|angle| angle.to_radians()).collect();
-    arm.posture(&angles, &[], Rigid::IDENTITY)
+    arm.link_frames(&angles, &[], Rigid::IDENTITY)
 }
 
 /// Joint angles (rad) near `angles` that put the target at `goal`; `None` when the way there is barred.
 fn reach(arm: &Arm, mut angles: Vec<f64>, goal: Vector) -> Option<Vec<f64>> {
     for _ in 0..60 {
-        let posture = arm.posture(&angles, &[], Rigid::IDENTITY);
-        let missing = goal - posture.target;
+        let link_frames = arm.link_frames(&angles, &[], Rigid::IDENTITY);
+        let missing = goal - link_frames.target;
         if missing.norm() < 1e-6 {
             return Some(angles);
         }
-        for ((angle, step), sign) in angles.iter_mut().zip(steps_towards(&posture, missing)).zip(&arm.signs) {
+        for ((angle, step), sign) in
+            angles.iter_mut().zip(steps_towards(&link_frames, missing)).zip(&arm.signs)
+        {
             *angle += sign * step;
         }
     }
@@ -107,9 +109,9 @@ fn reach(arm: &Arm, mut angles: Vec<f64>, goal: Vector) -> Option<Vec<f64>> {
 
 /// The smallest turns of the joints (rad about their axes) that move the target by `missing`, damped where the arm is near the edge of its reach, and
 /// none above a fifth of a radian.
-fn steps_towards(posture: &Posture, missing: Vector) -> Vec<f64> {
+fn steps_towards(link_frames: &LinkFrames, missing: Vector) -> Vec<f64> {
     let moves: Vec<Vector> =
-        posture.axes.iter().map(|axis| axis.direction.cross(posture.target - axis.point)).collect();
+        link_frames.axes.iter().map(|axis| axis.direction.cross(link_frames.target - axis.point)).collect();
     // J J^T + 1 mm^2, column by column.
     let mut columns = [Vector::X, Vector::Y, Vector::Z];
     for one in &moves {

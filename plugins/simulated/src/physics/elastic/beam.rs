@@ -1,7 +1,7 @@
 //! A link that bends like a beam clamped at its joint (Euler and Bernoulli).
 
 use super::{ElasticPart, Loaded, Yielding};
-use crate::physics::posture::Load;
+use crate::physics::link_frames::Load;
 use crate::physics::rigid::{Rigid, Rotation, Screw, Vector};
 
 /// The link after a joint, of bending stiffness `1 / flexibility` N m2, straight from the joint's axis to the next; see [`metal`].
@@ -18,7 +18,7 @@ pub(super) struct Beam {
 impl ElasticPart for Beam {
     fn yield_to(&self, loaded: &Loaded<'_>, yielding: &mut Yielding) {
         let (Some((start_at_home, end_at_home)), Some(motion)) =
-            (metal(loaded, self.joint), loaded.posture.world_from_home.get(self.joint))
+            (metal(loaded, self.joint), loaded.link_frames.world_from_home.get(self.joint))
         else {
             return;
         };
@@ -77,7 +77,7 @@ pub(super) fn metal(loaded: &Loaded<'_>, joint: usize) -> Option<(Vector, Vector
 pub(super) fn beyond(loaded: &Loaded<'_>, joint: usize) -> Load {
     loaded.loads.get(joint + 1).copied().unwrap_or_else(|| {
         let mut payload = Load::default();
-        payload.hang(loaded.payload, loaded.posture.target);
+        payload.hang(loaded.payload, loaded.link_frames.target);
         payload
     })
 }

@@ -2,7 +2,7 @@
 
 use super::beam::{beyond, metal};
 use super::{ElasticPart, Loaded, Yielding};
-use crate::physics::posture::Load;
+use crate::physics::link_frames::Load;
 use crate::physics::rigid::{Rigid, Rotation, Vector};
 
 /// The link after a joint, of torsional stiffness `1 / flexibility` N m2, from the joint's axis to the next as the beam has it.
@@ -18,7 +18,7 @@ pub(super) struct Shaft {
 impl ElasticPart for Shaft {
     fn yield_to(&self, loaded: &Loaded<'_>, yielding: &mut Yielding) {
         let (Some((start_at_home, end_at_home)), Some(motion)) =
-            (metal(loaded, self.joint), loaded.posture.world_from_home.get(self.joint))
+            (metal(loaded, self.joint), loaded.link_frames.world_from_home.get(self.joint))
         else {
             return;
         };

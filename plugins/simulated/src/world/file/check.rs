@@ -283,14 +283,14 @@ impl Checker<'_> {
 
 /// Why the arm cannot start there, if it cannot.
 fn hindrance(arm: &ArmDescription, machine: &Machine, start: &Joints, solid_table: bool) -> Option<String> {
-    let stance = machine.stiff(&start.0);
-    let pose = ArmPose::of(&stance.posture);
+    let arm_state = machine.stiff(&start.0);
+    let pose = ArmPose::of(&arm_state.link_frames);
     if solid_table && pose.tool.z < 0.0 {
         return Some(format!("the arm would start with its sensor {:.1} mm under the table", -pose.tool.z));
     }
     let opening = start.of(Joint::Gripper);
     let under_table = solid_table && pose.under_table() > 0.0;
-    if under_table || arm.mechanism.past_stops(&stance.angles, opening, 0.0) > 0.0 || opening < 0.0 {
+    if under_table || arm.mechanism.past_stops(&arm_state.angles, opening, 0.0) > 0.0 || opening < 0.0 {
         let [_, shoulder, elbow, wrist_pitch, ..] = start.0.map(f64::to_degrees);
         return Some(format!(
             "the arm cannot start so, a joint would be past its stop; waist within 90 deg, shoulder -35 to 144, \

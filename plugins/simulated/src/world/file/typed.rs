@@ -13,7 +13,7 @@ pub(crate) struct Typed<'a> {
 }
 
 impl Typed<'_> {
-    /// A number that may be left out; NaN after a complaint.
+    /// A number that may be left out; NaN after a error.
     pub(crate) fn or(
         self,
         key: &str,
@@ -25,7 +25,7 @@ impl Typed<'_> {
         value.as_ref().map_or(default, |value| self.number(key, value, range, unit))
     }
 
-    /// The number as it was typed, if it is finite and within its range (in `unit`); NaN after a complaint.
+    /// The number as it was typed, if it is finite and within its range (in `unit`); NaN after a error.
     pub(crate) fn number(
         self,
         key: &str,

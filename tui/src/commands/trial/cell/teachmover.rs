@@ -88,7 +88,7 @@ struct Change {
     /// Keys of `arm: teachmover:`.
     arm: String,
     /// Of the sensor: mm, mm, percent.
-    spot: Option<f64>,
+    site: Option<f64>,
     trim: Option<f64>,
     hysteresis: Option<f64>,
     hidden: Vec<Hidden>,
@@ -127,7 +127,7 @@ fn world(fault: &Fault, seed: u64, rng: &mut Random) -> Result<(String, Truth), 
     let text = OPEN_WORLD
         .replace("seed: 1\n", &format!("seed: {seed}\n"))
         .replace(zeros, &drawn)
-        .replace("diameter_mm: 1,", &format!("diameter_mm: {:.3},", change.spot.unwrap_or(1.0)))
+        .replace("diameter_mm: 1,", &format!("diameter_mm: {:.3},", change.site.unwrap_or(1.0)))
         .replace(
             "trimmed_to_fire_at_mm: 8,",
             &format!("trimmed_to_fire_at_mm: {:.3},", change.trim.unwrap_or(8.0)),
@@ -158,7 +158,7 @@ fn change(fault: &Fault, rng: &mut Random) -> Result<Change, TrialError> {
         "spot" => {
             let wider = size((2.0, 4.0));
             let hidden = vec![hidden("trigger_spot", "sensor", wider, "mm")];
-            Change { spot: Some(1.0 + wider), hidden, ..Change::default() }
+            Change { site: Some(1.0 + wider), hidden, ..Change::default() }
         }
         "trim" => {
             let higher = sign * size((0.3, 0.8));
