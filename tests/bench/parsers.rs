@@ -53,10 +53,10 @@ pub(crate) fn measure(seconds: usize) -> super::Measured {
 }
 
 fn feed((name, says, read): Row, duration: Duration) -> String {
-    let (begun, mut dice, mut fed, mut taken) = (Instant::now(), Dice(0x2026_1985), 0_u64, 0_u64);
+    let (begun, mut rng, mut fed, mut taken) = (Instant::now(), Xorshift(0x2026_1985), 0_u64, 0_u64);
     while begun.elapsed() < duration {
         for _ in 0..1000 {
-            let bytes = dice.damaged(says);
+            let bytes = rng.damaged(says);
             taken += u64::from(read(&bytes));
             fed += 1;
         }
@@ -102,9 +102,9 @@ fn written(state: &ControllerState) -> Vec<u8> {
 }
 
 /// A small generator (xorshift): its speed is what lets millions of answers be made.
-struct Dice(u64);
+struct Xorshift(u64);
 
-impl Dice {
+impl Xorshift {
     fn below(&mut self, most: usize) -> usize {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 7;

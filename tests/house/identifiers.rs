@@ -27,6 +27,11 @@ pub(crate) const RETIRED: &[(&str, &str)] = &[
     ("camps", "clusters"),
     ("drawl", "delay of replies"),
     ("knob", "DH parameter"),
+    ("dice", "rng"),
+    ("contender", "fitted candidate"),
+    ("contenders", "fitted candidates"),
+    ("strangers", "unlisted mechanisms"),
+    ("nameless", "unnamed"),
 ];
 
 /// Identifiers that still contain a retired word, as `file: identifier`. This list may only shrink.

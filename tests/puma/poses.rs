@@ -15,9 +15,9 @@ const TIP_MM: [f64; 3] = [40.0, 0.0, 120.0];
 const LOWEST_MM: f64 = -430.0;
 
 /// A small generator of numbers between 0 and 1 (xorshift), for poses alone.
-struct Dice(u64);
+struct Xorshift(u64);
 
-impl Dice {
+impl Xorshift {
     fn between(&mut self, low: f64, high: f64) -> f64 {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 7;
@@ -29,18 +29,18 @@ impl Dice {
 /// The table of poses as the cell's procedures go through it: lefty and righty of each point one after the other, the unloaded ones first.
 pub(crate) fn fresh(model: &Path, seed: u64) -> String {
     let chain = Model::read(model).unwrap().chain;
-    let mut dice = Dice(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1);
+    let mut rng = Xorshift(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1);
     let mut poses: Vec<([f64; 6], f64)> = Vec::new();
     while poses.len() < FRESH {
         let point = poses.len() / 2;
         let (radius, load) =
             (if point.is_multiple_of(2) { 400.0 } else { 700.0 }, if point < FRESH / 4 { 0.0 } else { 1.5 });
-        let azimuth = dice.between(-120.0, 120.0);
+        let azimuth = rng.between(-120.0, 120.0);
         let (sin, cos) = azimuth.to_radians().sin_cos();
-        let wanted = [radius * cos, radius * sin, dice.between(-150.0, 250.0)];
+        let wanted = [radius * cos, radius * sin, rng.between(-150.0, 250.0)];
         let across = if azimuth < 0.0 { azimuth + 180.0 } else { azimuth - 180.0 };
-        let lefty = reach(&chain, wanted, [azimuth, -20.0, 150.0], &mut dice);
-        let righty = reach(&chain, wanted, [across, -160.0, 30.0], &mut dice);
+        let lefty = reach(&chain, wanted, [azimuth, -20.0, 150.0], &mut rng);
+        let righty = reach(&chain, wanted, [across, -160.0, 30.0], &mut rng);
         if let (Some(lefty), Some(righty)) = (lefty, righty) {
             poses.extend([(lefty, load), (righty, load)]);
         }
@@ -54,10 +54,10 @@ pub(crate) fn fresh(model: &Path, seed: u64) -> String {
 }
 
 /// Joints (deg) with which the tip is there, near `start` in the first three, the wrist at random; none within some trials.
-fn reach(chain: &Chain, wanted: [f64; 3], start: [f64; 3], dice: &mut Dice) -> Option<[f64; 6]> {
+fn reach(chain: &Chain, wanted: [f64; 3], start: [f64; 3], rng: &mut Xorshift) -> Option<[f64; 6]> {
     (0..30).find_map(|_| {
         let [first, second, third] = start;
-        let wrist = [dice.between(-100.0, 100.0), dice.between(-90.0, 90.0), dice.between(-180.0, 180.0)];
+        let wrist = [rng.between(-100.0, 100.0), rng.between(-90.0, 90.0), rng.between(-180.0, 180.0)];
         let mut q = [first, second, third, wrist[0], wrist[1], wrist[2]];
         for _ in 0..60 {
             let here = tip(chain, &q);

@@ -112,8 +112,8 @@ impl Laboratory {
     /// Nothing can be fitted, or cancellation.
     pub fn diagnose_in_full(&self, progress: &Progress) -> Result<Diagnosis, LaboratoryError> {
         let diagnosis = self.diagnose(progress)?;
-        let nameless = diagnosis.verdict.is_nameless();
-        let explainable = if nameless { self.explainable(progress)? } else { None };
+        let unnamed = diagnosis.verdict.is_unnamed();
+        let explainable = if unnamed { self.explainable(progress)? } else { None };
         self.with_hypothesis(Diagnosis { explainable, ..diagnosis }, progress)
     }
 
@@ -205,8 +205,8 @@ impl Laboratory {
         }
         let named = finding.best().filter(|_| diagnosis.verdict == Verdict::Named);
         let named = named.map(|best| AddedEffect { id: best.id.clone(), values: best.values.clone() });
-        let nameless = diagnosis.verdict.is_nameless();
-        let corrections = if nameless { finding.corrections() } else { Vec::new() };
+        let unnamed = diagnosis.verdict.is_unnamed();
+        let corrections = if unnamed { finding.corrections() } else { Vec::new() };
         let event = finding.best().map(|best| best.id.clone()).filter(is_dated_by_itself);
         Ok((diagnosis, Found { named, corrections, event }))
     }
@@ -462,11 +462,7 @@ mod tests {
     fn what_has_no_name_is_asked_how_much_of_it_could_be_explained() {
         let lab = two_links_with(DECLARED, 60, 0.05, 23, |q| [0.004 * (2.3 * q[0] + 1.7 * q[1]).sin(), 0.0]);
         let diagnosis = lab.diagnose_in_full(&Progress::unwatched()).unwrap();
-        assert!(
-            diagnosis.verdict.is_nameless() && diagnosis.explainable.is_some(),
-            "{:?}",
-            diagnosis.verdict
-        );
+        assert!(diagnosis.verdict.is_unnamed() && diagnosis.explainable.is_some(), "{:?}", diagnosis.verdict);
     }
 
     #[test]

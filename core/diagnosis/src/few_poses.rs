@@ -77,9 +77,8 @@ impl Laboratory {
         (mut diagnosis, mut found): (Diagnosis, Found),
         progress: &Progress,
     ) -> Result<(Diagnosis, Found), LaboratoryError> {
-        let nameless = diagnosis.verdict.is_nameless();
-        let Some(groups) = self.few_poses().filter(|_| nameless && self.model().pose_errors.is_empty())
-        else {
+        let unnamed = diagnosis.verdict.is_unnamed();
+        let Some(groups) = self.few_poses().filter(|_| unnamed && self.model().pose_errors.is_empty()) else {
             return Ok((diagnosis, found));
         };
         let fitted = self.fit_with(&[], None, progress)?;

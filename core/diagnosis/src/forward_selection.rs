@@ -19,7 +19,7 @@ use plumb_calibration::fit::FitOptions;
 use plumb_estimation::{Progress, bic_above, f_tail, for_each, holm};
 
 /// A candidate with everything known of it at one stage.
-pub(crate) struct Contender {
+pub(crate) struct FittedCandidate {
     pub(crate) id: EffectId,
     pub(crate) score: Score,
     pub(crate) holm_p: f64,
@@ -43,7 +43,7 @@ pub(crate) struct Contender {
     pub(crate) row_residuals: Vec<Vec<f64>>,
 }
 
-impl Contender {
+impl FittedCandidate {
     /// Whether chance would hardly do as much, and a real machine could have such values.
     pub(crate) fn is_plausible(&self) -> bool {
         self.score.plausible && self.holm_p < NAMING_LEVEL
@@ -73,7 +73,7 @@ pub(crate) struct Stage<'a> {
     /// Information criterion of the stage itself.
     pub(crate) bic: f64,
     /// The likeliest first.
-    pub(crate) contenders: Vec<Contender>,
+    pub(crate) fitted_candidates: Vec<FittedCandidate>,
 }
 
 impl Laboratory {
@@ -120,7 +120,7 @@ impl Laboratory {
         let squares = fitted.fit.normal.squares;
         let least = fitted.machine.least_variance();
         let own = bic_above(least, squares, equations, rank, 0.0);
-        let mut contenders: Vec<Contender> = open
+        let mut fitted_candidates: Vec<FittedCandidate> = open
             .into_iter()
             .zip(adjusted)
             .filter(|((_, score), _)| score.freedom > 0)
@@ -129,7 +129,7 @@ impl Laboratory {
                 // Before a refit the score's promise represents it: exact in a linear model.
                 let promised = (squares - score.gain).max(squares * 1e-9);
                 let search_cost = probe.search_cost + probe.search.cost(equations);
-                Contender {
+                FittedCandidate {
                     id: probe.id.clone(),
                     holm_p,
                     bic: bic_above(least, promised, equations, rank + score.freedom as f64, search_cost),
@@ -146,8 +146,8 @@ impl Laboratory {
                 }
             })
             .collect();
-        contenders.sort_by(|left, right| left.bic.total_cmp(&right.bic));
-        Ok((Stage { taken, fitted, bic: own, contenders }, robust))
+        fitted_candidates.sort_by(|left, right| left.bic.total_cmp(&right.bic));
+        Ok((Stage { taken, fitted, bic: own, fitted_candidates }, robust))
     }
 
     /// Rows that are not outliers even when the effect that explains most is in, whether it has a name or not: outliers are
@@ -187,7 +187,7 @@ impl Laboratory {
         Ok(best.map_or_else(|| robust.inliers(), |(_, fit)| fit.inliers()))
     }
 
-    /// Sends contenders away whose evidence lies in the choice of outliers: with every row in and none judged, each pulling
+    /// Sends fitted candidates away whose evidence lies in the choice of outliers: with every row in and none judged, each pulling
     /// no harder than one at the edge of the scatter, they must stand as well.
     fn ask_all_rows(
         &self,
@@ -198,96 +198,108 @@ impl Laboratory {
         if stage.fitted.fit.rows.len() == robust.fit.rows.len() {
             return Ok(());
         }
-        let asked: Vec<usize> = (0..stage.contenders.len())
-            .filter(|index| stage.contenders.get(*index).is_some_and(Contender::passes))
+        let asked: Vec<usize> = (0..stage.fitted_candidates.len())
+            .filter(|index| stage.fitted_candidates.get(*index).is_some_and(FittedCandidate::passes))
             .take(OUTLIER_JUDGES)
             .collect();
         let fits = for_each(&asked, |index| {
-            let contender = stage.contenders.get(*index);
-            let added = contender.map(|one| AddedEffect { id: one.id.clone(), values: one.values.clone() });
+            let fitted_candidate = stage.fitted_candidates.get(*index);
+            let added =
+                fitted_candidate.map(|one| AddedEffect { id: one.id.clone(), values: one.values.clone() });
             let more: Vec<AddedEffect> = stage.taken.iter().cloned().chain(added).collect();
             self.fit_with(&more, Some(robust), progress)
         });
         for (index, with) in asked.into_iter().zip(fits) {
-            let (with, Some(contender)) = (with?, stage.contenders.get_mut(index)) else { continue };
+            let (with, Some(fitted_candidate)) = (with?, stage.fitted_candidates.get_mut(index)) else {
+                continue;
+            };
             let noise = Noise::of(&with.machine, &with.fit);
             // Both by the scale of the fit with it in: the smaller of the two, which is the harder one to pass.
             let gain = (robust.loss(with.fit.scale) - with.loss(with.fit.scale)).max(0.0);
-            contender.outvoted = is_outvoted(contender, gain, noise);
+            fitted_candidate.outvoted = is_outvoted(fitted_candidate, gain, noise);
         }
         Ok(())
     }
 
-    /// Refits the best contenders for real, on the stage's rows.
+    /// Refits the best fitted candidates for real, on the stage's rows.
     fn refit_handful(&self, stage: &mut Stage<'_>, progress: &Progress) -> Result<(), LaboratoryError> {
-        let best = stage.contenders.iter().take(REFITTED_CANDIDATES);
-        let count = best.filter(|contender| contender.holm_p < REFIT_BELOW).count();
+        let best = stage.fitted_candidates.iter().take(REFITTED_CANDIDATES);
+        let count = best.filter(|fitted_candidate| fitted_candidate.holm_p < REFIT_BELOW).count();
         let equations = stage.fitted.fit.normal.equations as f64;
         let options = FitOptions { robust: false, ..self.options().fit };
-        let Some(asked) = stage.contenders.get(..count).filter(|asked| !asked.is_empty()) else {
+        let Some(asked) = stage.fitted_candidates.get(..count).filter(|asked| !asked.is_empty()) else {
             return Ok(());
         };
         // What is asked of the fit without an effect is the same for all: worked out once.
-        let judge = Judge::of(&stage.fitted, asked.iter().map(|contender| &contender.id));
-        let refits = for_each(asked, |contender| {
+        let judge = Judge::of(&stage.fitted, asked.iter().map(|fitted_candidate| &fitted_candidate.id));
+        let refits = for_each(asked, |fitted_candidate| {
             let mut more = stage.taken.clone();
-            more.push(AddedEffect { id: contender.id.clone(), values: contender.values.clone() });
-            let refit = self.fit_beside(&more, &stage.fitted, &contender.score.beside, options, progress)?;
-            let gains = judge.gains(&refit, &contender.id);
+            more.push(AddedEffect {
+                id: fitted_candidate.id.clone(),
+                values: fitted_candidate.values.clone(),
+            });
+            let refit =
+                self.fit_beside(&more, &stage.fitted, &fitted_candidate.score.beside, options, progress)?;
+            let gains = judge.gains(&refit, &fitted_candidate.id);
             Ok::<_, LaboratoryError>((refit, gains))
         });
-        for (contender, refit) in stage.contenders.iter_mut().zip(refits) {
+        for (fitted_candidate, refit) in stage.fitted_candidates.iter_mut().zip(refits) {
             let (refit, gains) = refit?;
             let (squares, rank) = (refit.fit.normal.squares, refit.fit.rank() as f64);
-            contender.bic =
-                bic_above(refit.machine.least_variance(), squares, equations, rank, contender.search_cost);
-            (contender.gains, contender.promise) = gains;
-            contender.refitted = true;
+            fitted_candidate.bic = bic_above(
+                refit.machine.least_variance(),
+                squares,
+                equations,
+                rank,
+                fitted_candidate.search_cost,
+            );
+            (fitted_candidate.gains, fitted_candidate.promise) = gains;
+            fitted_candidate.refitted = true;
             // Events are compared row by row (Vuong 1989, see `epochs/rivals.rs`).
-            if kind(&contender.id.name).is_some_and(|kind| kind.is_event) {
-                contender.row_residuals = refit.row_residuals();
+            if kind(&fitted_candidate.id.name).is_some_and(|kind| kind.is_event) {
+                fitted_candidate.row_residuals = refit.row_residuals();
             }
             let squares = refit.fit.normal.squares;
-            contender.left = (squares, f64::max(equations - refit.fit.rank() as f64, 1.0));
+            fitted_candidate.left = (squares, f64::max(equations - refit.fit.rank() as f64, 1.0));
             if let Some(values) = refit.fit.state.effects.last() {
-                contender.values.clone_from(values);
+                fitted_candidate.values.clone_from(values);
                 let slots = refit.machine.slots().len();
                 let own: Vec<usize> = (slots - values.len()..slots).collect();
-                contender.covariance = refit.fit.covariance.select_rows(&own).select_columns(&own);
+                fitted_candidate.covariance = refit.fit.covariance.select_rows(&own).select_columns(&own);
             }
         }
-        stage.contenders.sort_by(|left, right| left.bic.total_cmp(&right.bic));
+        stage.fitted_candidates.sort_by(|left, right| left.bic.total_cmp(&right.bic));
         Ok(())
     }
 
-    /// A card promises what `add` does, and that adds one effect alone: of a stage with others taken in, each refitted contender is fitted beside the `base`.
+    /// A card promises what `add` does, and that adds one effect alone: of a stage with others taken in, each fitted candidate is fitted beside the `base`.
     pub(crate) fn promise_alone(
         &self,
         stage: &mut Stage<'_>,
         base: &Stage<'_>,
         progress: &Progress,
     ) -> Result<(), LaboratoryError> {
-        let asked: Vec<usize> = (0..stage.contenders.len())
-            .filter(|index| stage.contenders.get(*index).is_some_and(|one| one.refitted))
+        let asked: Vec<usize> = (0..stage.fitted_candidates.len())
+            .filter(|index| stage.fitted_candidates.get(*index).is_some_and(|one| one.refitted))
             .collect();
         let judge = Judge::of(&base.fitted, std::iter::empty());
         let rows = (base.fitted.fit.rows.as_slice(), base.fitted.fit.weights.as_slice());
         let options = FitOptions { robust: false, ..self.options().fit };
         let promises = for_each(&asked, |index| {
-            let Some(own) = stage.contenders.get(*index) else { return Ok(None) };
+            let Some(own) = stage.fitted_candidates.get(*index) else { return Ok(None) };
             let alone = [AddedEffect { id: own.id.clone(), values: own.values.clone() }];
             let after = self.fit_near(&alone, &base.fitted, rows, options, progress)?;
             Ok::<_, LaboratoryError>(judge.promise(&after))
         });
         for (index, promise) in asked.into_iter().zip(promises) {
-            if let Some(contender) = stage.contenders.get_mut(index) {
-                contender.promise = promise?;
+            if let Some(fitted_candidate) = stage.fitted_candidates.get_mut(index) {
+                fitted_candidate.promise = promise?;
             }
         }
         Ok(())
     }
 
-    /// Takes in one effect after another, as long as one passes; the stages, the first with none taken in. With as many in as may be, no contender is refitted any more.
+    /// Takes in one effect after another, as long as one passes; the stages, the first with none taken in. With as many in as may be, no fitted candidate is refitted any more.
     pub(crate) fn forward(
         &self,
         candidates: &Candidates,
@@ -303,7 +315,10 @@ impl Laboratory {
             if is_shared_error(last.fitted.machine.neighbours_err_alike(), left) {
                 break;
             }
-            let Some(best) = last.contenders.iter().find(|contender| contender.passes()) else { break };
+            let Some(best) = last.fitted_candidates.iter().find(|fitted_candidate| fitted_candidate.passes())
+            else {
+                break;
+            };
             let mut taken = last.taken.clone();
             taken.push(AddedEffect { id: best.id.clone(), values: best.values.clone() });
             let near = Some(&last.fitted);
@@ -324,19 +339,20 @@ pub(crate) fn is_shared_error(neighbours_err_alike: bool, left: Option<LackOfFit
     neighbours_err_alike && left.is_some_and(|left| !left.is_significant())
 }
 
-/// Whether chance would do as much as a contender's gain with every row in, squared sigmas, beside this noise.
-fn is_outvoted(contender: &Contender, gain: f64, noise: Noise) -> bool {
-    let freedom = contender.score.freedom.max(1) as f64;
+/// Whether chance would do as much as a fitted candidate's gain with every row in, squared sigmas, beside this noise.
+fn is_outvoted(fitted_candidate: &FittedCandidate, gain: f64, noise: Noise) -> bool {
+    let freedom = fitted_candidate.score.freedom.max(1) as f64;
     let p = f_tail(gain / freedom / noise.variance.max(1e-300), freedom, noise.freedom);
     // What the search and the number of candidates cost is the same as on the chosen rows.
-    let charge = if contender.score.p > 0.0 { contender.holm_p / contender.score.p } else { 1.0 };
+    let charge =
+        if fitted_candidate.score.p > 0.0 { fitted_candidate.holm_p / fitted_candidate.score.p } else { 1.0 };
     p * charge.max(1.0) >= NAMING_LEVEL
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::contender;
+    use crate::testing::fitted_candidate;
     use crate::thresholds::LACK_OF_FIT_LEVEL;
 
     #[test]
@@ -354,7 +370,7 @@ mod tests {
         let at = |p: f64| 5.0 * (p.powf(-0.2) - 1.0);
         let noise = Noise { variance: 4.0, freedom: 10.0 };
         let outvoted = |p: f64, charge: f64| {
-            let mut one = contender("joint_harmonic", 1, 0.0);
+            let mut one = fitted_candidate("joint_harmonic", 1, 0.0);
             (one.score.freedom, one.score.p, one.holm_p) = (2, 1e-6, charge * 1e-6);
             is_outvoted(&one, 2.0 * 4.0 * at(p), noise)
         };
@@ -370,15 +386,16 @@ mod tests {
         let none = Candidates { listed: Vec::new(), unlisted: Vec::new() };
         let watch = Progress::unwatched();
         let mut stage = lab.stage(Vec::new(), None, &none, &watch).unwrap();
-        let with = |joint: usize, holm_p: f64| Contender {
+        let with = |joint: usize, holm_p: f64| FittedCandidate {
             holm_p,
             refitted: false,
             values: vec![0.0],
-            ..contender("joint_gain", joint, 0.0)
+            ..fitted_candidate("joint_gain", joint, 0.0)
         };
-        stage.contenders = vec![with(1, 0.49), with(0, 0.51)];
+        stage.fitted_candidates = vec![with(1, 0.49), with(0, 0.51)];
         lab.refit_handful(&mut stage, &watch).unwrap();
-        let of = |joint: usize| stage.contenders.iter().find(|one| one.id.joint() == Some(joint)).unwrap();
+        let of =
+            |joint: usize| stage.fitted_candidates.iter().find(|one| one.id.joint() == Some(joint)).unwrap();
         assert!(of(1).refitted && !of(0).refitted);
         // Its gain is a hundredth; sixty readings less three numbers.
         assert!((of(1).values[0] - 0.01).abs() < 4.0 * of(1).covariance[(0, 0)].sqrt());

@@ -189,7 +189,7 @@ impl Laboratory {
     /// Nothing can be fitted, or cancellation.
     pub fn grow_with_map(&self, progress: &Progress) -> Result<Growth, LaboratoryError> {
         let mut growth = self.grow_with_corrections(progress)?;
-        if !growth.diagnosis.verdict.is_nameless() {
+        if !growth.diagnosis.verdict.is_unnamed() {
             return Ok(growth);
         }
         let grown = Self::new(growth.model.clone(), self.table().clone(), self.options().clone())?;
@@ -213,7 +213,7 @@ impl Laboratory {
         if corrections > 0 {
             growth.diagnosis.warnings.push(Note::Corrections(corrections));
         }
-        if growth.diagnosis.verdict.is_nameless() {
+        if growth.diagnosis.verdict.is_unnamed() {
             let grown = Self::new(growth.model.clone(), self.table().clone(), self.options().clone())?;
             growth.diagnosis.explainable = grown.explainable(progress)?;
         }

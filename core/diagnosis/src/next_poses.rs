@@ -24,7 +24,7 @@ use crate::thresholds::{SEARCH_ROWS, SETTLES};
 use crate::unlisted;
 use crate::verdict::Finding;
 use choose::Chooser;
-use design::Wish;
+use design::PoseRequest;
 use plumb_estimation::Progress;
 use report::{approached_from_the_other_side, what_would};
 
@@ -83,8 +83,9 @@ impl Laboratory {
         let (rivals, noise) = lab.rivals_of(&finding, &floor, progress)?;
         progress.report(0.7, "choosing poses")?;
         let mut chooser = Chooser::new(lab, rivals, noise)?;
-        let wish = Wish { count: wanted.count, keep_out: &wanted.keep_out, payloads: &wanted.payloads };
-        let choice = chooser.choose(wish, progress)?;
+        let request =
+            PoseRequest { count: wanted.count, keep_out: &wanted.keep_out, payloads: &wanted.payloads };
+        let choice = chooser.choose(request, progress)?;
         if choice.designs.is_empty() {
             return Err(no_pose());
         }
@@ -92,7 +93,7 @@ impl Laboratory {
         let (separation, alike) = (choice.separation(), choice.alike(&labels));
         // Each other way of measuring costs a search of its own: asked only where poses alone do not do.
         let instead = match labels.len() > 1 && separation < SETTLES {
-            true => Some(what_would(&mut chooser, wish, separation, progress)?),
+            true => Some(what_would(&mut chooser, request, separation, progress)?),
             false => None,
         };
         let pair = |(one, other): &(&str, &str)| ((*one).to_owned(), (*other).to_owned());
@@ -123,8 +124,8 @@ impl Laboratory {
         }
         let (rivals, noise) = self.rivals_of(finding, floor, progress)?;
         let mut chooser = Chooser::new(self, rivals, noise)?;
-        let wish = Wish { count: FEW, keep_out: &[], payloads: &[] };
-        let designs = chooser.choose(wish, progress)?.designs;
+        let request = PoseRequest { count: FEW, keep_out: &[], payloads: &[] };
+        let designs = chooser.choose(request, progress)?.designs;
         Ok(chooser.to_poses(&designs))
     }
 }

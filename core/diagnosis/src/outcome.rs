@@ -37,7 +37,7 @@ pub enum Verdict {
 
 impl Verdict {
     /// Whether something may be left that has no name.
-    pub fn is_nameless(self) -> bool {
+    pub fn is_unnamed(self) -> bool {
         matches!(self, Self::Unknown | Self::Located | Self::Tied | Self::FloorUnknown)
     }
 }
@@ -296,7 +296,7 @@ pub struct NextPose {
     /// The surface over which the arm's own sensor is to trigger there, where that is what is measured.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub on: Option<String>,
-    /// Reading each contender predicts, mm (deg in a table of angles alone), as `effect(where)`: [x, y, z].
+    /// Reading each fitted candidate predicts, mm (deg in a table of angles alone), as `effect(where)`: [x, y, z].
     pub predicted: serde_json::Map<String, Value>,
 }
 

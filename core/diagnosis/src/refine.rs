@@ -52,9 +52,11 @@ fn variance_of_logarithm([low, middle, high]: [f64; 3], step: f64, freedom: f64)
 }
 
 impl Laboratory {
-    /// Settles what the likeliest contender searched for.
+    /// Settles what the likeliest fitted candidate searched for.
     pub(super) fn refine(&self, stage: &mut Stage<'_>, progress: &Progress) -> Result<(), LaboratoryError> {
-        let Some(first) = stage.contenders.first().filter(|first| first.passes()) else { return Ok(()) };
+        let Some(first) = stage.fitted_candidates.first().filter(|first| first.passes()) else {
+            return Ok(());
+        };
         match effect::kind(&first.id.name).map(|kind| kind.search) {
             Some(Search::Smooth) => self.settle(stage, progress),
             Some(Search::Jumps) => self.date(stage, progress),
@@ -65,7 +67,7 @@ impl Laboratory {
     /// The moment of a jump, to the row: all moments between the neighbours of the one that was tried. Rows that do not see the
     /// joint date nothing: of moments that explain as much the last is taken, that of the first row that shows the jump.
     fn date(&self, stage: &mut Stage<'_>, progress: &Progress) -> Result<(), LaboratoryError> {
-        let Some(first) = stage.contenders.first() else { return Ok(()) };
+        let Some(first) = stage.fitted_candidates.first() else { return Ok(()) };
         let Some(tried) = first.id.inner else { return Ok(()) };
         let (id, start) = (first.id.clone(), first.values.clone());
         let clocks = &self.summary().clocks;
@@ -102,7 +104,7 @@ impl Laboratory {
         let best = known.remove(&place).zip(clocks.get(place).copied());
         let equations = stage.fitted.fit.normal.equations as f64;
         let least = stage.fitted.machine.least_variance();
-        if let (Some((best, at)), Some(first)) = (best, stage.contenders.first_mut()) {
+        if let (Some((best, at)), Some(first)) = (best, stage.fitted_candidates.first_mut()) {
             first.bic = bic_above(least, best.squares, equations, best.rank, first.search_cost);
             first.values = best.values.iter().copied().collect();
             first.covariance = best.covariance;
@@ -113,7 +115,7 @@ impl Laboratory {
 
     /// A number on which the effect depends smoothly: its logarithm goes to the bottom of the parabola.
     fn settle(&self, stage: &mut Stage<'_>, progress: &Progress) -> Result<(), LaboratoryError> {
-        let Some(first) = stage.contenders.first() else { return Ok(()) };
+        let Some(first) = stage.fitted_candidates.first() else { return Ok(()) };
         let Some(mut middle) = first.id.inner.filter(|inner| *inner > 0.0) else { return Ok(()) };
         let (id, start) = (first.id.clone(), first.values.clone());
         let mut best = self.tried(stage, &with_inner(&id, middle), start.clone(), progress)?;
@@ -134,7 +136,7 @@ impl Laboratory {
         let slope = (high.values - low.values) / (2.0 * step);
         let equations = stage.fitted.fit.normal.equations as f64;
         let least = stage.fitted.machine.least_variance();
-        if let Some(first) = stage.contenders.first_mut() {
+        if let Some(first) = stage.fitted_candidates.first_mut() {
             first.bic = bic_above(least, best.squares, equations, best.rank, first.search_cost);
             first.values = best.values.iter().copied().collect();
             // GUM (JCGM 100:2008, section 5.1): how the values move with what was searched for, times how well that is known.
@@ -240,11 +242,11 @@ mod tests {
     }
 
     /// What explains the rows best, with what is searched for in it settled.
-    fn likeliest(lab: &Laboratory) -> crate::forward_selection::Contender {
+    fn likeliest(lab: &Laboratory) -> crate::forward_selection::FittedCandidate {
         let candidates =
             crate::candidates::Candidates { listed: crate::candidates::probes(lab), unlisted: Vec::new() };
         let mut stage = lab.stage(Vec::new(), None, &candidates, &Progress::unwatched()).unwrap();
-        stage.contenders.swap_remove(0)
+        stage.fitted_candidates.swap_remove(0)
     }
 
     #[test]
@@ -299,21 +301,24 @@ mod tests {
         let watch = Progress::unwatched();
         let mut stage = lab.stage(Vec::new(), None, &none, &watch).unwrap();
         let id = effect::parse("warm_up(elbow, zero)", lab.model()).unwrap();
-        let searched = |inner: f64| crate::forward_selection::Contender {
+        let searched = |inner: f64| crate::forward_selection::FittedCandidate {
             id: with_inner(&id, inner),
             values: vec![0.005],
             search_cost: 3.0,
-            ..crate::testing::contender("warm_up", 1, 77.0)
+            ..crate::testing::fitted_candidate("warm_up", 1, 77.0)
         };
         // What cannot be a time constant is left as it is.
         for inner in [0.0, -5.0] {
-            stage.contenders = vec![searched(inner)];
+            stage.fitted_candidates = vec![searched(inner)];
             lab.settle(&mut stage, &watch).unwrap();
-            assert_eq!((stage.contenders[0].id.inner, stage.contenders[0].bic), (Some(inner), 77.0));
+            assert_eq!(
+                (stage.fitted_candidates[0].id.inner, stage.fitted_candidates[0].bic),
+                (Some(inner), 77.0)
+            );
         }
-        stage.contenders = vec![searched(1500.0)];
+        stage.fitted_candidates = vec![searched(1500.0)];
         lab.settle(&mut stage, &watch).unwrap();
-        let found = stage.contenders.remove(0);
+        let found = stage.fitted_candidates.remove(0);
         let inner = found.id.inner.unwrap();
         let there =
             |step: f64| lab.tried(&stage, &with_inner(&id, inner * step.exp()), vec![0.005], &watch).unwrap();

@@ -1,8 +1,8 @@
-//! A small made-up arm for unit tests: plain trigonometry, no code of the crate. And a contender made by hand.
+//! A small made-up arm for unit tests: plain trigonometry, no code of the crate. And a fitted candidate made by hand.
 
 use nalgebra::DMatrix;
 
-use crate::forward_selection::Contender;
+use crate::forward_selection::FittedCandidate;
 use crate::laboratory::{Laboratory, Options};
 use crate::outcome::{Candidate, EffectPlace};
 use crate::predictive_gain::Gain;
@@ -155,8 +155,8 @@ pub(crate) fn gain(errors: f64) -> Gain {
     Gain { total: errors, error: 1.0 }
 }
 
-/// A contender that passes everything: an effect of a joint that explains all but noise and predicts rows it has not seen.
-pub(crate) fn contender(name: &str, joint: usize, bic: f64) -> Contender {
+/// A fitted candidate that passes everything: an effect of a joint that explains all but noise and predicts rows it has not seen.
+pub(crate) fn fitted_candidate(name: &str, joint: usize, bic: f64) -> FittedCandidate {
     let one = DMatrix::from_element(1, 1, 1e-4);
     let score = Score {
         gain: 300.0,
@@ -172,7 +172,7 @@ pub(crate) fn contender(name: &str, joint: usize, bic: f64) -> Contender {
         absorbed: 0.0,
         strength: 1.0,
     };
-    Contender {
+    FittedCandidate {
         row_residuals: Vec::new(),
         id: EffectId::at(name, Site::Joint(joint)),
         score,

@@ -240,7 +240,7 @@ pub(crate) const EVIDENCE_ROWS: usize = 500;
 pub(crate) const EVIDENCE_SUSPECTS: usize = 12;
 
 /// Weighed beside them, without a name (mechanisms). Why: time; those that explain most.
-pub(crate) const EVIDENCE_STRANGERS: usize = 6;
+pub(crate) const EVIDENCE_UNLISTED: usize = 6;
 
 /// Of them that may act at once, at most (suspects). Why: time; what is left then is small beside the foremost.
 pub(crate) const EVIDENCE_SET: usize = 4;

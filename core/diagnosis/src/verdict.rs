@@ -5,7 +5,7 @@ mod evidence;
 
 use crate::candidates::Candidates;
 use crate::epochs::with_rivals;
-use crate::forward_selection::{Contender, Stage};
+use crate::forward_selection::{FittedCandidate, Stage};
 use crate::found::{CorrectionCandidate, NOT_LISTED};
 use crate::laboratory::{Laboratory, LaboratoryError, points_in};
 use crate::lack_of_fit::{LackOfFit, probability_of_noise};
@@ -17,7 +17,7 @@ use crate::thresholds::{
     ALIKE_CORRELATION, COMPARED_CANDIDATES, DETECTABLE_ERRORS, LACK_OF_FIT_LEVEL, NAMING_LEVEL,
     OVERWHELMING_GAIN, PRESENT_LEVEL, SAME_CORRELATION, SIGN_ERRORS, TIE_BIC,
 };
-use evidence::{Evidence, strangers_against};
+use evidence::{Evidence, unlisted_against};
 use plumb_calibration::arm_model::AddedEffect;
 use plumb_calibration::effect::{self, EffectId, Family, LooksAt, Site, Size};
 use plumb_calibration::fit::ResidualModel;
@@ -76,18 +76,19 @@ impl Laboratory {
                 needed.unwrap_or_else(|| stages.swap_remove(0))
             }
         };
-        evidence.rivals = strangers_against(&stage, &candidates.unlisted);
+        evidence.rivals = unlisted_against(&stage, &candidates.unlisted);
         evidence.lack_of_fit = LackOfFit::of(&stage.fitted, floor);
         let besides = stage.taken.iter().map(|taken| taken.id.clone()).collect();
-        let close = close_contenders(&stage.contenders, stage.equations());
+        let close = close_fitted_candidates(&stage.fitted_candidates, stage.equations());
         // Schwarz's criterion decides between events where nothing but noise is left beside the best.
-        let first = close.first().and_then(|index| stage.contenders.get(*index));
+        let first = close.first().and_then(|index| stage.fitted_candidates.get(*index));
         let close = if first.is_some_and(|best| leaves_noise_alone(best, floor)) {
             close
         } else {
             with_rivals(&stage, close)
         };
-        let asked: Vec<&Contender> = close.iter().filter_map(|index| stage.contenders.get(*index)).collect();
+        let asked: Vec<&FittedCandidate> =
+            close.iter().filter_map(|index| stage.fitted_candidates.get(*index)).collect();
         let (verdict, place) = judge(&asked, &evidence, floor);
         let dirty = is_dirty(asked.first().copied(), &evidence, floor);
         let base = self.base_of(&mut stage, stages, progress)?;
@@ -139,13 +140,13 @@ impl Laboratory {
             let own = full
                 .taken
                 .get(index)
-                .and_then(|taken| without.contenders.iter().find(|other| other.id.same_as(&taken.id)));
+                .and_then(|taken| without.fitted_candidates.iter().find(|other| other.id.same_as(&taken.id)));
             // By how much the criterion worsens without it, everything else fitted anew.
             let needed = without.bic - own.map_or(without.bic, |own| own.bic);
-            let passes = close_contenders(&without.contenders, without.equations())
+            let passes = close_fitted_candidates(&without.fitted_candidates, without.equations())
                 .first()
-                .and_then(|first| without.contenders.get(*first))
-                .is_some_and(Contender::passes);
+                .and_then(|first| without.fitted_candidates.get(*first))
+                .is_some_and(FittedCandidate::passes);
             if passes && best.as_ref().is_none_or(|(least, _)| needed > *least) {
                 best = Some((needed, without));
             }
@@ -154,11 +155,11 @@ impl Laboratory {
     }
 }
 
-/// The best plausible contender and all that come close to it, by their places in the list (the likeliest first).
-fn close_contenders(contenders: &[Contender], equations: f64) -> Vec<usize> {
-    let mut plausible = contenders.iter().filter(|contender| contender.is_plausible());
+/// The best plausible fitted candidate and all that come close to it, by their places in the list (the likeliest first).
+fn close_fitted_candidates(fitted_candidates: &[FittedCandidate], equations: f64) -> Vec<usize> {
+    let mut plausible = fitted_candidates.iter().filter(|fitted_candidate| fitted_candidate.is_plausible());
     let Some(best) = plausible.next() else { return Vec::new() };
-    let close = contenders.iter().enumerate().filter(|(_, one)| {
+    let close = fitted_candidates.iter().enumerate().filter(|(_, one)| {
         // Of many parameters one more is charged for: a drift along three axes that does what one joint's warming does is no worse
         // an explanation, if a dearer one.
         let not_charged = one.score.freedom.saturating_sub(best.score.freedom + 1) as f64;
@@ -169,7 +170,7 @@ fn close_contenders(contenders: &[Contender], equations: f64) -> Vec<usize> {
 
 impl Evidence {
     /// Something is there that nothing may be named for: it sits where its direction says, else where `otherwise` does.
-    fn nameless(&self, otherwise: Option<Site>) -> (Verdict, Option<Site>) {
+    fn unnamed(&self, otherwise: Option<Site>) -> (Verdict, Option<Site>) {
         let otherwise = otherwise.filter(|site| self.alone.is_empty() || self.alone.contains(site));
         match otherwise.or(self.alone.first().copied()) {
             Some(site) => (Verdict::Located, Some(site)),
@@ -179,39 +180,43 @@ impl Evidence {
 
     /// Whether more than noise is left without the effect in question; what is there beyond doubt counts although the sum of
     /// all residuals does not show it.
-    fn is_noisy(&self, best: Option<&Contender>) -> bool {
+    fn is_noisy(&self, best: Option<&FittedCandidate>) -> bool {
         let sure = !self.errs_alike && best.is_some_and(|best| best.holm_p < PRESENT_LEVEL);
         self.lack_of_fit.is_some_and(|lack_of_fit| lack_of_fit.is_significant() || sure)
     }
 
     /// Whether a name at this site may represent something else that is at work there.
     fn doubts_a_name_at(&self, site: Site) -> bool {
-        self.strangers.contains(&site) || self.uneven.contains(&site) || self.padded == Some(site)
+        self.unlisted_sites.contains(&site) || self.uneven.contains(&site) || self.padded == Some(site)
     }
 }
 
-/// The verdict on the close contenders (the likeliest first), and the site if only that is known.
-fn judge(contenders: &[&Contender], evidence: &Evidence, floor: &Floor) -> (Verdict, Option<Site>) {
-    let best = contenders.first().copied();
+/// The verdict on the close fitted candidates (the likeliest first), and the site if only that is known.
+fn judge(
+    fitted_candidates: &[&FittedCandidate],
+    evidence: &Evidence,
+    floor: &Floor,
+) -> (Verdict, Option<Site>) {
+    let best = fitted_candidates.first().copied();
     let noisy = evidence.is_noisy(best);
     let quiet = match (evidence.lack_of_fit, floor.scale) {
         (Some(_), Some(_)) => (Verdict::AtFloor, None),
         _ => (Verdict::FloorUnknown, None),
     };
     let Some(best) = best else {
-        let stranger = evidence.rivals.or(evidence.strangers.first().copied());
-        return if noisy { evidence.nameless(stranger) } else { quiet };
+        let unlisted_site = evidence.rivals.or(evidence.unlisted_sites.first().copied());
+        return if noisy { evidence.unnamed(unlisted_site) } else { quiet };
     };
     // To name the nearest of the listed would be to name the wrong one.
     if evidence.rivals.is_some() {
-        return evidence.nameless(evidence.rivals);
+        return evidence.unnamed(evidence.rivals);
     }
-    let one_place = contenders.iter().all(|contender| contender.id.site == best.id.site);
+    let one_place = fitted_candidates.iter().all(|fitted_candidate| fitted_candidate.id.site == best.id.site);
     let explains = explains_all(best, floor);
     // The directions speak of joints and the base alone: what explains all and sits elsewhere keeps its place.
     let at_best = match explains && !is_of_a_joint(&best.id) {
         true => (Verdict::Located, Some(best.id.site)),
-        false => evidence.nameless(Some(best.id.site)),
+        false => evidence.unnamed(Some(best.id.site)),
     };
     if !best.passes() {
         // What does not predict rows it has not seen is no finding, unless something must be there.
@@ -227,7 +232,7 @@ fn judge(contenders: &[&Contender], evidence: &Evidence, floor: &Floor) -> (Verd
     }
     let unfinished = evidence.left_over.is_some_and(|lack_of_fit| lack_of_fit.is_significant());
     let doubtful = unfinished || evidence.doubts_a_name_at(best.id.site);
-    match (contenders.len(), one_place) {
+    match (fitted_candidates.len(), one_place) {
         _ if doubtful && !is_overwhelming(best) => at_best,
         (1, _) => (Verdict::Named, None),
         (_, true) => (Verdict::Located, Some(best.id.site)),
@@ -236,19 +241,19 @@ fn judge(contenders: &[&Contender], evidence: &Evidence, floor: &Floor) -> (Verd
 }
 
 /// Whether more than noise may be left with the likeliest effect in; yes where the noise is not known.
-fn is_dirty(best: Option<&Contender>, evidence: &Evidence, floor: &Floor) -> bool {
+fn is_dirty(best: Option<&FittedCandidate>, evidence: &Evidence, floor: &Floor) -> bool {
     let unfinished = evidence.left_over.is_some_and(|lack_of_fit| lack_of_fit.is_significant());
     unfinished || floor.scale.is_none() || best.is_some_and(|best| !explains_all(best, floor))
 }
 
 /// Whether nothing but noise is left with an effect in; yes where the noise is not known.
-fn explains_all(best: &Contender, floor: &Floor) -> bool {
+fn explains_all(best: &FittedCandidate, floor: &Floor) -> bool {
     let (squares, freedom) = best.left;
     probability_of_noise(squares, freedom, floor).is_none_or(|p| p >= LACK_OF_FIT_LEVEL)
 }
 
 /// Whether it is known that nothing but noise is left with an effect in.
-fn leaves_noise_alone(best: &Contender, floor: &Floor) -> bool {
+fn leaves_noise_alone(best: &FittedCandidate, floor: &Floor) -> bool {
     let (squares, freedom) = best.left;
     probability_of_noise(squares, freedom, floor).is_some_and(|p| p >= LACK_OF_FIT_LEVEL)
 }
@@ -259,7 +264,7 @@ fn is_of_a_joint(id: &EffectId) -> bool {
 }
 
 /// Whether an effect predicts rows it has not seen so well that it is real whatever else is left.
-fn is_overwhelming(best: &Contender) -> bool {
+fn is_overwhelming(best: &FittedCandidate) -> bool {
     best.gains.iter().all(|gain| gain.total > OVERWHELMING_GAIN * gain.error)
 }
 
@@ -286,12 +291,12 @@ pub(crate) fn effect_place(machine: &ResidualModel<'_>, id: &EffectId) -> Effect
 }
 
 impl Finding<'_> {
-    fn at(&self, index: usize) -> Option<&Contender> {
-        self.stage.contenders.get(index)
+    fn at(&self, index: usize) -> Option<&FittedCandidate> {
+        self.stage.fitted_candidates.get(index)
     }
 
-    /// The contender in question.
-    pub(crate) fn best(&self) -> Option<&Contender> {
+    /// The fitted candidate in question.
+    pub(crate) fn best(&self) -> Option<&FittedCandidate> {
         self.close.first().and_then(|index| self.at(*index))
     }
 
@@ -303,13 +308,15 @@ impl Finding<'_> {
         Some(Named { effect, size: size.value, unit: size.unit.to_owned(), se: size.error })
     }
 
-    fn size(&self, contender: &Contender) -> Size {
+    fn size(&self, fitted_candidate: &FittedCandidate) -> Size {
         // A refit frees every number, also those that no plausible size of them could show.
-        if contender.score.has_unseen {
-            return contender.score.size;
+        if fitted_candidate.score.has_unseen {
+            return fitted_candidate.score.size;
         }
-        let built = effect::build(&contender.id, self.stage.fitted.machine.model);
-        built.map_or(contender.score.size, |effect| effect.size(&contender.values, &contender.covariance))
+        let built = effect::build(&fitted_candidate.id, self.stage.fitted.machine.model);
+        built.map_or(fitted_candidate.score.size, |effect| {
+            effect.size(&fitted_candidate.values, &fitted_candidate.covariance)
+        })
     }
 
     /// The known place, if that is the verdict.
@@ -317,7 +324,11 @@ impl Finding<'_> {
         let site = self.place.filter(|_| self.verdict == Verdict::Located)?;
         let model = self.stage.fitted.machine.model;
         let mut family: Vec<String> = Vec::new();
-        let close = self.close.iter().filter_map(|index| self.at(*index)).map(|contender| &contender.id);
+        let close = self
+            .close
+            .iter()
+            .filter_map(|index| self.at(*index))
+            .map(|fitted_candidate| &fitted_candidate.id);
         for id in close.chain(&self.besides).filter(|id| id.site == site) {
             if !family.contains(&id.name) {
                 family.push(id.name.clone());
@@ -328,7 +339,7 @@ impl Finding<'_> {
 
     /// Of all candidates a joint or link that yields against gravity explains most, clearly: the model's idea of what is down may be wrong.
     pub(crate) fn gravity_warning(&self) -> Option<Note> {
-        let first = self.stage.contenders.first()?;
+        let first = self.stage.fitted_candidates.first()?;
         let model = self.stage.fitted.machine.model;
         let yields =
             effect::build(&first.id, model).is_ok_and(|effect| effect.looks_at() == LooksAt::Gravity);
@@ -345,10 +356,12 @@ impl Finding<'_> {
             return Vec::new();
         }
         let places = self.close.iter().filter_map(|index| self.at(*index));
-        places.map(|contender| effect_place(&self.stage.fitted.machine, &contender.id)).collect()
+        places
+            .map(|fitted_candidate| effect_place(&self.stage.fitted.machine, &fitted_candidate.id))
+            .collect()
     }
 
-    /// Pairs of the best few contenders that move the readings alike in these poses.
+    /// Pairs of the best few fitted candidates that move the readings alike in these poses.
     pub(crate) fn alike(&self) -> Vec<Alike> {
         let Some(best) = self.best().map(|best| self.stage.fitted.machine.model.label(&best.id)) else {
             return Vec::new();
@@ -376,18 +389,19 @@ impl Finding<'_> {
         same.map(|(_, other)| model.label(&other)).collect()
     }
 
-    /// The best few contenders that move the readings like the best: the canonical correlation of what each adds to what is fitted.
+    /// The best few fitted candidates that move the readings like the best: the canonical correlation of what each adds to what is fitted.
     fn correlated(&self) -> Vec<(f64, EffectId)> {
         let Some(best) = self.best() else { return Vec::new() };
         let fitted = &self.stage.fitted;
         let (machine, fit) = (&fitted.machine, &fitted.fit);
         // Those that were not refitted explain too little to be mistaken for the best.
-        let others = self.stage.contenders.iter().filter(|other| other.id != best.id && other.refitted);
-        let compared: Vec<&Contender> =
+        let others =
+            self.stage.fitted_candidates.iter().filter(|other| other.id != best.id && other.refitted);
+        let compared: Vec<&FittedCandidate> =
             std::iter::once(best).chain(others.take(COMPARED_CANDIDATES)).collect();
         let effects: Vec<_> = compared
             .iter()
-            .filter_map(|contender| effect::build(&contender.id, machine.model).ok())
+            .filter_map(|fitted_candidate| effect::build(&fitted_candidate.id, machine.model).ok())
             .collect();
         if effects.len() != compared.len() {
             return Vec::new();
@@ -422,15 +436,22 @@ impl Finding<'_> {
     /// as much, and what has no name in the library.
     pub(crate) fn corrections(&self) -> Vec<CorrectionCandidate> {
         let model = self.stage.fitted.machine.model;
-        let close: Vec<&EffectId> =
-            self.close.iter().filter_map(|index| self.at(*index)).map(|contender| &contender.id).collect();
-        let passing = self.stage.contenders.iter().filter(|contender| contender.passes());
-        let corrections = passing.map(|contender| {
-            let others = close.iter().filter(|id| ***id != contender.id).map(|id| model.label(id));
-            let mut may_be: Vec<String> = std::iter::once(model.label(&contender.id)).chain(others).collect();
+        let close: Vec<&EffectId> = self
+            .close
+            .iter()
+            .filter_map(|index| self.at(*index))
+            .map(|fitted_candidate| &fitted_candidate.id)
+            .collect();
+        let passing =
+            self.stage.fitted_candidates.iter().filter(|fitted_candidate| fitted_candidate.passes());
+        let corrections = passing.map(|fitted_candidate| {
+            let others = close.iter().filter(|id| ***id != fitted_candidate.id).map(|id| model.label(id));
+            let mut may_be: Vec<String> =
+                std::iter::once(model.label(&fitted_candidate.id)).chain(others).collect();
             may_be.push(NOT_LISTED.to_owned());
-            let effect = AddedEffect { id: contender.id.clone(), values: contender.values.clone() };
-            let place = effect_place(&self.stage.fitted.machine, &contender.id);
+            let effect =
+                AddedEffect { id: fitted_candidate.id.clone(), values: fitted_candidate.values.clone() };
+            let place = effect_place(&self.stage.fitted.machine, &fitted_candidate.id);
             CorrectionCandidate { effect, place, may_be }
         });
         corrections.collect()
@@ -439,42 +460,45 @@ impl Finding<'_> {
     /// The likeliest candidates, with why each is not the name.
     pub(crate) fn candidates(&self, count: usize, floor: &Floor) -> Vec<Candidate> {
         let machine = &self.stage.fitted.machine;
-        let best = self.stage.contenders.first().map_or(0.0, |contender| contender.bic);
+        let best = self.stage.fitted_candidates.first().map_or(0.0, |fitted_candidate| fitted_candidate.bic);
         let points = points_in(machine, &self.stage.fitted.fit.rows).max(1) as f64;
         let unit = crate::noise_floor::typical_sigma(machine);
         let probabilities = self.probabilities();
         self.stage
-            .contenders
+            .fitted_candidates
             .iter()
             .enumerate()
             .take(count)
-            .map(|(index, contender)| {
-                let size = self.size(contender);
+            .map(|(index, fitted_candidate)| {
+                let size = self.size(fitted_candidate);
                 Candidate {
-                    effect: effect_place(machine, &contender.id),
-                    label: machine.model.label(&contender.id),
-                    holm_p: contender.holm_p,
-                    delta_bic: contender.bic - best,
+                    effect: effect_place(machine, &fitted_candidate.id),
+                    label: machine.model.label(&fitted_candidate.id),
+                    holm_p: fitted_candidate.holm_p,
+                    delta_bic: fitted_candidate.bic - best,
                     probability: probabilities
                         .iter()
                         .find(|(one, _)| *one == index)
                         .map(|(_, likely)| *likely),
-                    cv_gain: contender.promise.map(|promise| promise.before_mm - promise.after_mm),
-                    leaves_mm: contender.promise.map(|promise| promise.after_mm),
+                    cv_gain: fitted_candidate.promise.map(|promise| promise.before_mm - promise.after_mm),
+                    leaves_mm: fitted_candidate.promise.map(|promise| promise.after_mm),
                     size: size.value,
                     unit: size.unit.to_owned(),
                     se: size.error,
-                    plausible: contender.score.plausible,
-                    absorbed: contender.score.absorbed,
-                    explains_mm: contender.promise.map_or_else(
+                    plausible: fitted_candidate.score.plausible,
+                    absorbed: fitted_candidate.score.absorbed,
+                    explains_mm: fitted_candidate.promise.map_or_else(
                         || {
-                            expected_fall(self.stage.fitted.fit.normal.squares, contender.score.gain, points)
-                                * unit
+                            expected_fall(
+                                self.stage.fitted.fit.normal.squares,
+                                fitted_candidate.score.gain,
+                                points,
+                            ) * unit
                         },
                         |promise| promise.before_mm - promise.after_mm,
                     ),
-                    smallest: smallest(contender, floor),
-                    rejected: self.rejected(contender),
+                    smallest: smallest(fitted_candidate, floor),
+                    rejected: self.rejected(fitted_candidate),
                 }
             })
             .collect()
@@ -482,12 +506,12 @@ impl Finding<'_> {
 }
 
 /// The smallest size of a candidate that would be found four times in five, in its unit.
-fn smallest(contender: &Contender, floor: &Floor) -> f64 {
-    let (squares, freedom) = contender.left;
+fn smallest(fitted_candidate: &FittedCandidate, floor: &Floor) -> f64 {
+    let (squares, freedom) = fitted_candidate.left;
     // What the candidate itself explains hides nothing: the noise is what is left with it in. A fit to few rows may leave less than the noise, by chance.
     let noise = (squares / freedom).sqrt().max(floor.scale.unwrap_or(0.0));
     // What is left of it beyond the fitted parameters: the root, for strength is no square.
-    let visible = contender.score.strength * (1.0 - contender.score.absorbed).max(1e-12).sqrt();
+    let visible = fitted_candidate.score.strength * (1.0 - fitted_candidate.score.absorbed).max(1e-12).sqrt();
     if visible > 0.0 { DETECTABLE_ERRORS * noise / visible } else { f64::MAX }
 }
 

@@ -37,7 +37,7 @@ impl Volume {
     /// Poses within the joints' limits whose tip lies in the model's `working_volume`, where it has one, and on the open side of every plane it knows.
     pub(super) fn of(lab: &Laboratory, model: &Model, state: &State) -> Result<Self, LaboratoryError> {
         let joints = model.chain.len();
-        let mut dice = Random::seeded(23);
+        let mut rng = Random::seeded(23);
         let known = lab.table();
         let mut table = Table { source: known.source.clone(), joints, ..Table::default() };
         table.touch.names.clone_from(&known.touch.names);
@@ -57,17 +57,17 @@ impl Volume {
             if tip.xyz.len() >= POSES {
                 break;
             }
-            let q: Vec<f64> = ranges.iter().map(|(low, high)| low + (high - low) * dice.uniform()).collect();
+            let q: Vec<f64> = ranges.iter().map(|(low, high)| low + (high - low) * rng.uniform()).collect();
             if !inside(model, state, &q) {
                 continue;
             }
             table.q.extend(&q);
             if let Some(approach) = &mut table.approach {
-                approach.extend((0..joints).map(|_| if dice.below(2) == 0 { -1 } else { 1 }));
+                approach.extend((0..joints).map(|_| if rng.below(2) == 0 { -1 } else { 1 }));
             }
             table.lines.push(tip.xyz.len() as u32 + 1);
             table.note(None, None);
-            payloads.push(if loads.is_empty() { 0.0 } else { loads[dice.below(loads.len())] });
+            payloads.push(if loads.is_empty() { 0.0 } else { loads[rng.below(loads.len())] });
             tip.xyz.push([0.0; 3]);
         }
         if tip.xyz.is_empty() {

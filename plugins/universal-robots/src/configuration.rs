@@ -49,16 +49,16 @@ impl Configuration {
     /// # Errors
     /// [`PluginError::Refused`], naming the key and what would be right.
     pub fn read(config: &Value) -> Result<Self, PluginError> {
-        let nameless = || {
+        let unnamed = || {
             let text = "config: name the controller's address on the network, such as `config: {address: 192.168.1.10}`";
             PluginError::Refused(text.to_owned())
         };
         if config.is_null() {
-            return Err(nameless());
+            return Err(unnamed());
         }
         let raw: Raw =
             Raw::deserialize(config).map_err(|error| PluginError::Refused(format!("config: {error}")))?;
-        let given = raw.address.ok_or_else(nameless)?;
+        let given = raw.address.ok_or_else(unnamed)?;
         let address = given.trim().to_owned();
         if address.is_empty() || address.contains(['/', ' ']) {
             return Err(wrong("address", &given, "give an address alone, such as 192.168.1.10"));

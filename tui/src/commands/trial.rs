@@ -2,6 +2,7 @@
 
 pub mod arguments;
 mod cell;
+pub mod effect_request;
 mod error;
 mod files;
 mod inject;
@@ -12,7 +13,6 @@ mod rehearsal;
 mod reveal;
 pub mod score;
 mod shown;
-pub mod wish;
 
 use std::io::{self, Write as _};
 use std::path::PathBuf;

@@ -322,9 +322,9 @@ fn the_weights_of_a_side_are_before_it_and_before_its_cosines() {
 #[test]
 fn boards_go_by_name_and_one_without_a_name_by_any() {
     let with = |boards: &str| Model::parse("b.yaml", &format!("{ARM}{boards}\n")).unwrap();
-    let nameless = with("board: {seen_by: p1}");
-    assert_eq!((nameless.board_position(None), nameless.board_position(Some("floor"))), (Some(0), Some(0)));
-    assert_eq!((nameless.board_name(0), nameless.board_name(7)), ("board", "board"));
+    let unnamed = with("board: {seen_by: p1}");
+    assert_eq!((unnamed.board_position(None), unnamed.board_position(Some("floor"))), (Some(0), Some(0)));
+    assert_eq!((unnamed.board_name(0), unnamed.board_name(7)), ("board", "board"));
     let one = with("boards: {floor: {seen_by: p1}}");
     assert_eq!((one.board_position(None), one.board_position(Some("floor"))), (Some(0), Some(0)));
     assert_eq!(one.board_position(Some("wall")), None, "one that has a name goes by it alone");

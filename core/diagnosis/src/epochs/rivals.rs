@@ -10,7 +10,7 @@
 //! part of what is left.
 
 use super::search::long_run_variance_ratio;
-use crate::forward_selection::{Contender, Stage};
+use crate::forward_selection::{FittedCandidate, Stage};
 use crate::thresholds::{RIVAL_ERRORS, RIVAL_LEAVES};
 use plumb_calibration::effect::{EffectId, Family, Site, acts_by_epoch, kind};
 
@@ -25,23 +25,24 @@ fn is_of_instrument(id: &EffectId) -> bool {
     by_epoch && matches!(id.site, Site::Reading(_) | Site::Axis(_) | Site::Base)
 }
 
-/// The contenders close to the best, with those beside them that explain a jump as well; nothing is added where the best is
+/// The fitted candidates close to the best, with those beside them that explain a jump as well; nothing is added where the best is
 /// no event.
 pub(crate) fn with_rivals(stage: &Stage<'_>, mut close: Vec<usize>) -> Vec<usize> {
-    let contenders = &stage.contenders;
-    let best = close.first().and_then(|index| contenders.get(*index)).filter(|best| is_event(&best.id));
+    let fitted_candidates = &stage.fitted_candidates;
+    let best =
+        close.first().and_then(|index| fitted_candidates.get(*index)).filter(|best| is_event(&best.id));
     let Some(best) = best else { return close };
-    let by_epoch = contenders.iter().any(|other| acts_by_epoch(&other.id.name));
-    let plausible = contenders.iter().enumerate();
+    let by_epoch = fitted_candidates.iter().any(|other| acts_by_epoch(&other.id.name));
+    let plausible = fitted_candidates.iter().enumerate();
     let plausible = plausible.filter(|(_, one)| by_epoch && one.is_plausible() && is_event(&one.id));
-    let plausible: Vec<(usize, &Contender)> = plausible.collect();
+    let plausible: Vec<(usize, &FittedCandidate)> = plausible.collect();
     for (index, other) in &plausible {
         if !close.contains(index) && is_rival(other, best) {
             close.push(*index);
         }
     }
     // Of several that cannot be distinguished the instrument may always be one: a re-set instrument and a re-set joint look alike from where few rows are.
-    let mut candidates = close.iter().filter_map(|index| contenders.get(*index));
+    let mut candidates = close.iter().filter_map(|index| fitted_candidates.get(*index));
     let has_instrument = candidates.any(|one| is_of_instrument(&one.id));
     if close.len() > 1 && !has_instrument {
         let instrument = plausible.iter().find(|(_, one)| is_of_instrument(&one.id));
@@ -52,7 +53,7 @@ pub(crate) fn with_rivals(stage: &Stage<'_>, mut close: Vec<usize>) -> Vec<usize
 }
 
 /// Whether the rows cannot distinguish one event from a better one. What has more numbers fits better by them alone: each pays as in Schwarz's criterion, as Vuong (1989) proposes.
-fn is_rival(other: &Contender, best: &Contender) -> bool {
+fn is_rival(other: &FittedCandidate, best: &FittedCandidate) -> bool {
     let (own, least) = (&other.row_residuals, &best.row_residuals);
     if own.is_empty() || own.len() != least.len() {
         return false;
@@ -100,7 +101,7 @@ fn product_with_difference(own: &[f64], least: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::contender;
+    use crate::testing::fitted_candidate;
     use plumb_estimation::Random;
 
     #[test]
@@ -114,8 +115,10 @@ mod tests {
 
     #[test]
     fn a_rival_has_residuals_of_the_same_rows_that_do_not_differ() {
-        let with =
-            |row_residuals: Vec<Vec<f64>>| Contender { row_residuals, ..contender("joint_step", 0, 0.0) };
+        let with = |row_residuals: Vec<Vec<f64>>| FittedCandidate {
+            row_residuals,
+            ..fitted_candidate("joint_step", 0, 0.0)
+        };
         let best = with(noise(100, 5));
         assert!(is_rival(&with(best.row_residuals.clone()), &best));
         let worse = best.row_residuals.iter().map(|row| vec![row[0] + 1.0]).collect();
@@ -127,8 +130,11 @@ mod tests {
     #[test]
     fn of_two_events_the_one_with_more_numbers_pays_for_them() {
         let with = |row_residuals: Vec<Vec<f64>>, freedom: usize| {
-            let mut one =
-                Contender { row_residuals, left: (100.0, 100.0), ..contender("joint_step", 0, 0.0) };
+            let mut one = FittedCandidate {
+                row_residuals,
+                left: (100.0, 100.0),
+                ..fitted_candidate("joint_step", 0, 0.0)
+            };
             one.score.freedom = freedom;
             one
         };
@@ -152,10 +158,10 @@ mod tests {
     fn a_difference_must_be_a_part_of_what_is_left() {
         // Off by 0.5 in all of 400 rows of noise: 100 more of 400, ten standard errors. Of twice as much that is left it is less than 15 %.
         let least = noise(400, 7);
-        let with = |row_residuals: Vec<Vec<f64>>, left: f64| Contender {
+        let with = |row_residuals: Vec<Vec<f64>>, left: f64| FittedCandidate {
             row_residuals,
             left: (left, 400.0),
-            ..contender("joint_step", 0, 0.0)
+            ..fitted_candidate("joint_step", 0, 0.0)
         };
         let other = off_from(0, 0.5, &least);
         assert!(!is_rival(&with(other.clone(), 400.0), &with(least.clone(), 400.0)));
@@ -212,15 +218,15 @@ mod tests {
         let watch = plumb_estimation::Progress::unwatched();
         let mut stage = lab.stage(Vec::new(), None, &none, &watch).unwrap();
         let rows = noise(100, 5);
-        let with = |name: &str, site: Site, row_residuals: &[Vec<f64>]| Contender {
+        let with = |name: &str, site: Site, row_residuals: &[Vec<f64>]| FittedCandidate {
             id: EffectId::at(name, site),
             row_residuals: row_residuals.to_vec(),
-            ..contender(name, 0, 0.0)
+            ..fitted_candidate(name, 0, 0.0)
         };
         let worse: Vec<Vec<f64>> = rows.iter().map(|row| vec![row[0] + 1.0]).collect();
         let mut mad = with("joint_zero_reset", Site::Joint(1), &rows);
         mad.score.plausible = false;
-        stage.contenders = vec![
+        stage.fitted_candidates = vec![
             with("joint_zero_reset", Site::Joint(0), &rows),
             with("joint_zero_reset", Site::Joint(1), &worse),
             with("base_reset", Site::Base, &worse),
@@ -233,11 +239,11 @@ mod tests {
         assert_eq!(with_rivals(&stage, vec![0, 2]), [0, 2, 3], "the instrument is among them");
         assert_eq!(with_rivals(&stage, vec![5, 0]), [5, 0], "the best is no event");
         assert_eq!(with_rivals(&stage, Vec::new()), Vec::<usize>::new());
-        stage.contenders[3].row_residuals = worse;
+        stage.fitted_candidates[3].row_residuals = worse;
         assert_eq!(with_rivals(&stage, vec![0]), [0], "alone it is what it is");
         // Without anything by epoch events have no rivals.
         let step = |joint: usize| with("joint_step", Site::Joint(joint), &rows);
-        stage.contenders = vec![step(0), step(1)];
+        stage.fitted_candidates = vec![step(0), step(1)];
         assert_eq!(with_rivals(&stage, vec![0]), [0]);
     }
 
@@ -256,10 +262,10 @@ mod tests {
     #[test]
     fn a_number_more_costs_the_logarithm_of_the_equations_times_the_variance_that_is_left() {
         let with = |freedom: usize| {
-            let mut one = Contender {
+            let mut one = FittedCandidate {
                 row_residuals: vec![vec![1.0]; 100],
                 left: (400.0, 100.0),
-                ..contender("joint_step", 0, 0.0)
+                ..fitted_candidate("joint_step", 0, 0.0)
             };
             one.score.freedom = freedom;
             one
@@ -267,7 +273,7 @@ mod tests {
         // 400 squares on 100 degrees: each number costs 4 ln 100 = 18.4, and 0.15 of 400 are 60. Nothing else differs.
         assert!(is_rival(&with(4), &with(1)), "three numbers more");
         assert!(!is_rival(&with(5), &with(1)), "four numbers more");
-        let without_freedom = |freedom: usize| Contender { left: (4.0, 0.0), ..with(freedom) };
+        let without_freedom = |freedom: usize| FittedCandidate { left: (4.0, 0.0), ..with(freedom) };
         // Without any freedom one degree is assumed: a number costs 4 ln 100 where 0.6 are allowed.
         assert!(!is_rival(&without_freedom(2), &without_freedom(1)));
     }

@@ -15,7 +15,7 @@ use serde::Serialize;
 
 use crate::candidates::{self, Candidates, best_variants};
 use crate::fitted::Fitted;
-use crate::forward_selection::Contender;
+use crate::forward_selection::FittedCandidate;
 use crate::laboratory::{ErrorSummary, Laboratory, LaboratoryError, point_squares};
 use crate::noise_floor::Floor;
 use crate::score_test::{Probe, Score, score};
@@ -186,11 +186,11 @@ impl Laboratory {
         });
         let candidates = Candidates { listed: probes.collect(), unlisted: Vec::new() };
         let stage = lab.stage(Vec::new(), Some(fitted), &candidates, progress)?;
-        let passing = stage.contenders.iter().filter(|one| one.passes()).filter_map(|one| {
+        let passing = stage.fitted_candidates.iter().filter(|one| one.passes()).filter_map(|one| {
             let (index, _) = listed.iter().find(|(_, id)| id.same_as(&one.id))?;
             Some((one, scored.get(*index)?))
         });
-        let passing: Vec<(&Contender, &Scored)> = passing.collect();
+        let passing: Vec<(&FittedCandidate, &Scored)> = passing.collect();
         let Some((best, own)) = passing.first() else { return Ok(None) };
         let explains = explained(&stage.fitted, best, floor);
         // A formula is a claim about the whole of what is left; one that takes a part of it is more likely the shadow of something else.
@@ -207,19 +207,19 @@ impl Laboratory {
         }))
     }
 
-    /// Root mean square error of the fitted points without and with a contender, mm.
+    /// Root mean square error of the fitted points without and with a fitted candidate, mm.
     fn errors_with(
         &self,
-        contender: &Contender,
+        fitted_candidate: &FittedCandidate,
         fitted: &Fitted<'_>,
         progress: &Progress,
     ) -> Result<(f64, f64), LaboratoryError> {
         let added = plumb_calibration::arm_model::AddedEffect {
-            id: contender.id.clone(),
-            values: contender.values.clone(),
+            id: fitted_candidate.id.clone(),
+            values: fitted_candidate.values.clone(),
         };
         let plain = FitOptions { robust: false, ..self.options().fit };
-        let with = self.fit_beside(&[added], fitted, &contender.score.beside, plain, progress)?;
+        let with = self.fit_beside(&[added], fitted, &fitted_candidate.score.beside, plain, progress)?;
         Ok((rms(fitted), rms(&with)))
     }
 
@@ -233,7 +233,7 @@ impl Laboratory {
     fn to_hypothesis(
         &self,
         form: &Form,
-        best: &Contender,
+        best: &FittedCandidate,
         explains: f64,
         (before_mm, after_mm): (f64, f64),
         or: Vec<String>,
@@ -290,14 +290,14 @@ fn rms(fitted: &Fitted<'_>) -> f64 {
     ErrorSummary::or_zero(ErrorSummary::of(squares)).rms
 }
 
-/// Share of the squares beyond the noise that a contender takes away; of all of them where nobody knows the noise.
-fn explained(fitted: &Fitted<'_>, contender: &Contender, floor: &Floor) -> f64 {
+/// Share of the squares beyond the noise that a fitted candidate takes away; of all of them where nobody knows the noise.
+fn explained(fitted: &Fitted<'_>, fitted_candidate: &FittedCandidate, floor: &Floor) -> f64 {
     let before = fitted.fit.normal.squares;
     let freedom = (fitted.fit.normal.equations as f64 - fitted.fit.rank() as f64).max(1.0);
     // The noise's own share of the squares is not to be explained.
     let noise = floor.scale.map_or(0.0, |scale| scale * scale * freedom);
     let beyond = (before - noise).max(f64::MIN_POSITIVE);
-    ((before - contender.left.0) / beyond).clamp(0.0, 1.0)
+    ((before - fitted_candidate.left.0) / beyond).clamp(0.0, 1.0)
 }
 
 /// The definition that a model file with the block would hold.

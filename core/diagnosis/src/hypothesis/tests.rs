@@ -270,9 +270,9 @@ fn a_formula_explains_its_share_of_what_lies_beyond_the_noise() {
         scale: (noise > 0.0).then(|| (noise * before / freedom).sqrt()),
         ..Floor::of(&fitted.machine, &fitted.fit, &lab.context())
     };
-    let leaving = |share: f64| Contender {
+    let leaving = |share: f64| FittedCandidate {
         left: (share * before, freedom),
-        ..crate::testing::contender("joint_gain", 1, 0.0)
+        ..crate::testing::fitted_candidate("joint_gain", 1, 0.0)
     };
     let share = |left: f64, noise: f64| explained(&fitted, &leaving(left), &floor(noise));
     assert!((share(0.4, 0.2) - 0.75).abs() < 1e-9, "six tenths of eight");
@@ -288,7 +288,7 @@ fn a_form_pays_for_its_numbers_and_for_being_chosen_among_many() {
     let score = |gain: f64| Score {
         gain: gain * squares,
         freedom: 3,
-        ..crate::testing::contender("joint_gain", 1, 0.0).score
+        ..crate::testing::fitted_candidate("joint_gain", 1, 0.0).score
     };
     // Schwarz: n ln(S / n) + k ln n, up to what is the same for all.
     let differs = |gain: f64, cost: f64| {

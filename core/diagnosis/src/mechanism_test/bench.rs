@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector};
 use super::left_out_geometry::cost_of_choice;
 use super::suspects::{Suspect, Who};
 use crate::explainable::{Features, Mixed, MixedFit};
-use crate::forward_selection::{Contender, Stage};
+use crate::forward_selection::{FittedCandidate, Stage};
 use plumb_calibration::effect::EffectId;
 
 /// Some suspects that act at once, fitted, and their criterion: twice the negative logarithm of their marginal likelihood.
@@ -36,7 +36,7 @@ pub(super) struct Bench<'b> {
 impl Bench<'_> {
     /// Effects that the likeliest were chosen from.
     pub(super) fn families(&self) -> f64 {
-        self.stage.contenders.len() as f64
+        self.stage.fitted_candidates.len() as f64
     }
 
     /// Twice the negative logarithm of the marginal likelihood of a set: each independent parameter is charged as by Schwarz, searches and the choice of several besides.
@@ -71,7 +71,7 @@ impl Bench<'_> {
         first..first + self.parameters(&[member]).len()
     }
 
-    /// A suspect's place in the stage's list of contenders; nothing of one without a name.
+    /// A suspect's place in the stage's list of fitted candidates; nothing of one without a name.
     pub(super) fn place_in_stage(&self, member: usize) -> Option<usize> {
         match self.suspects.get(member)?.who {
             Who::Listed(index) => Some(index),
@@ -97,13 +97,13 @@ impl Bench<'_> {
         self.suspects.get(member).map_or(0.0, |one| self.mixed.squares_of(fit, &one.parameters))
     }
 
-    pub(super) fn contender(&self, member: usize) -> Option<&Contender> {
-        self.stage.contenders.get(self.place_in_stage(member)?)
+    pub(super) fn fitted_candidate(&self, member: usize) -> Option<&FittedCandidate> {
+        self.stage.fitted_candidates.get(self.place_in_stage(member)?)
     }
 
     /// Whether a suspect is an effect of the library that chance would hardly make, and of a possible size.
     pub(super) fn is_plausible(&self, member: usize) -> bool {
-        self.contender(member).is_some_and(Contender::is_plausible)
+        self.fitted_candidate(member).is_some_and(FittedCandidate::is_plausible)
     }
 
     /// What a suspect takes from what is left if it comes in alone.

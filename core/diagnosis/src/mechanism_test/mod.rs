@@ -13,7 +13,7 @@ mod sets;
 mod suspects;
 
 use crate::explainable::{Features, Mixed, chosen_rows};
-use crate::forward_selection::{Contender, Stage};
+use crate::forward_selection::{FittedCandidate, Stage};
 use crate::score_test::Probe;
 use crate::thresholds::{EVIDENCE_ROWS, NAMING_LEVEL, SITE_LEFT, TIE_BIC};
 pub(crate) use left_out_geometry::{GEOMETRY, explains_as_well};
@@ -44,13 +44,13 @@ pub(crate) enum Doubt {
     NotPassed,
 }
 
-/// What the rows say of the contenders of a stage beside a flexible part.
+/// What the rows say of the fitted candidates of a stage beside a flexible part.
 pub(crate) struct Mechanism {
     /// Contenders that cannot be distinguished, by their places in the stage's list, the foremost first.
     pub(crate) close: Vec<usize>,
     /// Nothing where the foremost is identified, or tied with the others of `close` alone.
     pub(crate) doubt: Option<Doubt>,
-    /// Posterior probability of each contender that was asked.
+    /// Posterior probability of each fitted candidate that was asked.
     pub(crate) probabilities: Vec<(usize, f64)>,
     /// Values of the foremost and their covariance, as they are beside the flexible part.
     values: (DVector<f64>, DMatrix<f64>),
@@ -193,14 +193,16 @@ impl Bench<'_> {
 
     /// What is to be said against the foremost of a set.
     fn doubt(&self, foremost: usize, set: &Set, sets: &Sets, rivals: &Rivals) -> Option<Doubt> {
-        let (Some(contender), Some(suspect)) = (self.contender(foremost), self.suspects.get(foremost)) else {
+        let (Some(fitted_candidate), Some(suspect)) =
+            (self.fitted_candidate(foremost), self.suspects.get(foremost))
+        else {
             return Some(Doubt::NotPassed);
         };
         let values = self.values(set, foremost);
         let (wald, rank) = wald(&values);
         // Bonferroni over the families it was chosen from; a search that costs 2 ln k in the criterion has tried k values.
         let chance = chi_squared_tail(wald, rank) * self.families() * (0.5 * suspect.cost).exp();
-        if contender.outvoted || chance >= NAMING_LEVEL {
+        if fitted_candidate.outvoted || chance >= NAMING_LEVEL {
             return Some(Doubt::NotPassed);
         }
         if let Some(site) = rivals.unlisted {
@@ -301,7 +303,7 @@ impl Mechanism {
         self.doubt.is_none() || self.knows_its_place()
     }
 
-    /// Asks the contenders of a stage; nothing where too few rows are left over to ask, or none of them is plausible.
+    /// Asks the fitted candidates of a stage; nothing where too few rows are left over to ask, or none of them is plausible.
     pub(crate) fn of(stage: &Stage<'_>, unlisted: &[Probe]) -> Option<Self> {
         let (machine, fit) = (&stage.fitted.machine, &stage.fitted.fit);
         let rows = chosen_rows(machine, fit, EVIDENCE_ROWS);
@@ -319,11 +321,12 @@ impl Mechanism {
         bench.judged(&sets)
     }
 
-    /// Gives the foremost contender the values it has beside the flexible part.
-    pub(crate) fn take_values(&self, contenders: &mut [Contender]) {
-        if let Some(contender) = self.close.first().and_then(|index| contenders.get_mut(*index)) {
-            contender.values = self.values.0.as_slice().to_vec();
-            contender.covariance = self.values.1.clone();
+    /// Gives the foremost fitted candidate the values it has beside the flexible part.
+    pub(crate) fn take_values(&self, fitted_candidates: &mut [FittedCandidate]) {
+        if let Some(fitted_candidate) = self.close.first().and_then(|index| fitted_candidates.get_mut(*index))
+        {
+            fitted_candidate.values = self.values.0.as_slice().to_vec();
+            fitted_candidate.covariance = self.values.1.clone();
         }
     }
 }

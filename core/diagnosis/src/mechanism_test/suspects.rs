@@ -1,11 +1,11 @@
-//! Who is asked: the likeliest contenders of the library, and the mechanisms without a name that explain most.
+//! Who is asked: the likeliest fitted candidates of the library, and the mechanisms without a name that explain most.
 
 use nalgebra::DMatrix;
 
 use crate::candidates::best_variants;
-use crate::forward_selection::{Contender, Stage};
+use crate::forward_selection::{FittedCandidate, Stage};
 use crate::score_test::{Probe, score};
-use crate::thresholds::{EVIDENCE_STRANGERS, EVIDENCE_SUSPECTS};
+use crate::thresholds::{EVIDENCE_SUSPECTS, EVIDENCE_UNLISTED};
 use plumb_calibration::effect::{self, Effect, EffectId, Site};
 
 /// Waves whose overtones are asked for at most: those behind explain much less.
@@ -14,7 +14,7 @@ const WAVES_ASKED: usize = 3;
 /// Which suspect.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Who {
-    /// A contender of the library, by its place in the stage's list.
+    /// A fitted candidate of the library, by its place in the stage's list.
     Listed(usize),
     /// Something without a name.
     Unlisted(Site),
@@ -43,31 +43,31 @@ pub(super) struct Asked {
 /// The suspects of a stage, and their columns.
 pub(super) fn suspects(stage: &Stage<'_>, unlisted: &[Probe], rows: &[usize]) -> Asked {
     let (machine, fit) = (&stage.fitted.machine, &stage.fitted.fit);
-    let listed = stage.contenders.iter().enumerate().take(EVIDENCE_SUSPECTS);
+    let listed = stage.fitted_candidates.iter().enumerate().take(EVIDENCE_SUSPECTS);
     let built =
         listed.filter_map(|(index, one)| Some((index, one, effect::build(&one.id, machine.model).ok()?)));
-    let built: Vec<(usize, &Contender, Box<dyn Effect>)> = built.collect();
-    let mut strangers = best_variants(unlisted, score(machine, fit, unlisted));
+    let built: Vec<(usize, &FittedCandidate, Box<dyn Effect>)> = built.collect();
+    let mut unlisted_probes = best_variants(unlisted, score(machine, fit, unlisted));
     // By what they explain, not by criterion: they are weighed in the same sets as the others, where their numbers are charged.
-    strangers.sort_by(|left, right| right.1.gain.total_cmp(&left.1.gain));
-    let strangers: Vec<(&Probe, f64)> = strangers
+    unlisted_probes.sort_by(|left, right| right.1.gain.total_cmp(&left.1.gain));
+    let unlisted_probes: Vec<(&Probe, f64)> = unlisted_probes
         .iter()
-        .take(EVIDENCE_STRANGERS)
+        .take(EVIDENCE_UNLISTED)
         .filter_map(|(index, score)| Some((unlisted.get(*index)?, score.gain)))
         .collect();
     let mut suspects: Vec<Suspect> = Vec::new();
     let mut effects: Vec<&dyn Effect> = Vec::new();
     let mut next = 0;
-    for (index, contender, effect) in &built {
+    for (index, fitted_candidate, effect) in &built {
         let parameters: Vec<usize> = (next..next + effect.parameters().len()).collect();
         next += parameters.len();
-        let (cost, gain) = (contender.search_cost, contender.score.gain);
-        let (id, who) = (contender.id.clone(), Who::Listed(*index));
+        let (cost, gain) = (fitted_candidate.search_cost, fitted_candidate.score.gain);
+        let (id, who) = (fitted_candidate.id.clone(), Who::Listed(*index));
         suspects.push(Suspect { id, who, parameters, cost, gain });
         effects.push(effect.as_ref());
     }
     let equations = fit.normal.equations as f64;
-    for (probe, gain) in strangers {
+    for (probe, gain) in unlisted_probes {
         let parameters: Vec<usize> = (next..next + probe.effect.parameters().len()).collect();
         next += parameters.len();
         let cost = probe.search_cost + probe.search.cost(equations);
@@ -92,7 +92,7 @@ pub(super) fn suspects(stage: &Stage<'_>, unlisted: &[Probe], rows: &[usize]) ->
 /// The likeliest waves, and the second and third overtone of each.
 fn overtones(stage: &Stage<'_>) -> Vec<(EffectId, Vec<Box<dyn Effect>>)> {
     let model = stage.fitted.machine.model;
-    let listed = stage.contenders.iter().take(EVIDENCE_SUSPECTS).map(|one| &one.id);
+    let listed = stage.fitted_candidates.iter().take(EVIDENCE_SUSPECTS).map(|one| &one.id);
     let waves = listed.filter_map(|id| Some((id, id.order?)));
     let mut found = Vec::new();
     for (id, order) in waves.take(WAVES_ASKED) {

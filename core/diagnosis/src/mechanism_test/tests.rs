@@ -163,9 +163,9 @@ fn with_wave_in<T>(
         .chain(beside.iter().copied())
         .map(|text| plumb_calibration::effect::parse(text, lab.model()).unwrap())
         .collect();
-    stage.contenders = wanted
+    stage.fitted_candidates = wanted
         .iter()
-        .map(|id| Contender { id: id.clone(), ..crate::testing::contender("", 0, 0.0) })
+        .map(|id| FittedCandidate { id: id.clone(), ..crate::testing::fitted_candidate("", 0, 0.0) })
         .collect();
     let (machine, fit) = (&stage.fitted.machine, &stage.fitted.fit);
     let rows = fit.rows.clone();

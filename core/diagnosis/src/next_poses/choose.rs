@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::design::{Design, Designer, Sensing, Wish};
+use super::design::{Design, Designer, PoseRequest, Sensing};
 use super::pictures::falls_on_its_surfaces;
 use super::rivals::Rival;
 use super::view::View;
@@ -122,14 +122,18 @@ impl<'a> Chooser<'a> {
     }
 
     /// Poses one after the other, each where the rivals differ most given those before: pairs that are apart already count little.
-    pub(super) fn choose(&mut self, wish: Wish<'_>, progress: &Progress) -> Result<Choice, LaboratoryError> {
+    pub(super) fn choose(
+        &mut self,
+        request: PoseRequest<'_>,
+        progress: &Progress,
+    ) -> Result<Choice, LaboratoryError> {
         // The same poses for the same question: what is asked twice must not be answered differently.
         let mut rng = Random::seeded(11);
         let mut known = Known::before(&self.rivals);
         let mut designs: Vec<Design> = Vec::new();
-        for place in 0..wish.count {
-            progress.report(0.7 + 0.3 * place as f64 / wish.count as f64, "choosing poses")?;
-            let Some(best) = self.best(wish, &known, &mut rng)? else { break };
+        for place in 0..request.count {
+            progress.report(0.7 + 0.3 * place as f64 / request.count as f64, "choosing poses")?;
+            let Some(best) = self.best(request, &known, &mut rng)? else { break };
             // What a pose will show is known before it is measured: in a linear model the covariance does not depend on the reading.
             known.learn(&best, self.noise);
             designs.push(best.design);
@@ -138,12 +142,17 @@ impl<'a> Chooser<'a> {
     }
 
     /// The best of many poses drawn anywhere, improved by small changes.
-    fn best(&self, wish: Wish<'_>, known: &Known, rng: &mut Random) -> Result<Option<Best>, LaboratoryError> {
-        let drawn = (0..POSES_TRIED).map(|_| self.designer.anywhere(wish, rng)).collect();
+    fn best(
+        &self,
+        request: PoseRequest<'_>,
+        known: &Known,
+        rng: &mut Random,
+    ) -> Result<Option<Best>, LaboratoryError> {
+        let drawn = (0..POSES_TRIED).map(|_| self.designer.anywhere(request, rng)).collect();
         let mut designs = self.projected(drawn)?;
         let mut best: Option<Best> = None;
         for round in 0..=DESIGN_ROUNDS {
-            let forecast = self.forecast(&designs, wish)?;
+            let forecast = self.forecast(&designs, request)?;
             for (index, design) in
                 designs.iter().enumerate().filter(|(index, _)| forecast.reach_allowed[*index])
             {
@@ -187,7 +196,11 @@ impl<'a> Chooser<'a> {
     }
 
     /// What every rival predicts at these poses.
-    pub(super) fn forecast(&self, designs: &[Design], wish: Wish<'_>) -> Result<Forecast, LaboratoryError> {
+    pub(super) fn forecast(
+        &self,
+        designs: &[Design],
+        request: PoseRequest<'_>,
+    ) -> Result<Forecast, LaboratoryError> {
         let lab = self.designer.lab;
         let mut model = lab.model().clone();
         if self.sensing == Sensing::SecondPoint {
@@ -220,7 +233,7 @@ impl<'a> Chooser<'a> {
                 *allowed &= (!table.is_of_stripes() && table.profiles.is_empty())
                     || falls_on_its_surfaces(&observations, row, &block.residuals);
                 all.push((-DVector::from_vec(block.residuals), block.jacobian.transpose()));
-                *allowed &= machine.stays_clear(&state, row, wish.keep_out)
+                *allowed &= machine.stays_clear(&state, row, request.keep_out)
                     && self.view.is_none_or(|view| view.sees(&machine, &state, row));
             }
             rivals.push(all);
@@ -359,10 +372,10 @@ mod tests {
         let mut chooser = Chooser::new(&lab, vec![rival], 1.0).unwrap();
         let design = |q: [f64; 2]| Design { q: q.to_vec(), approach: vec![0, 0], payload: 0.0, wait: 0.0 };
         let designs = [design([0.5, -1.0]), design([-0.3, 0.2])];
-        let wish = || Wish { count: 0, keep_out: &[], payloads: &[] };
+        let request = || PoseRequest { count: 0, keep_out: &[], payloads: &[] };
         for (sensing, side) in [(Sensing::AsBefore, 0.0), (Sensing::SecondPoint, SECOND_POINT * 350.0)] {
             chooser.sensing = sensing;
-            let forecast = chooser.forecast(&designs, wish()).unwrap();
+            let forecast = chooser.forecast(&designs, request()).unwrap();
             assert_eq!((forecast.rivals.len(), forecast.reach_allowed.as_slice()), (1, &[true, true][..]));
             for (index, design) in designs.iter().enumerate() {
                 let (first, both) = (design.q[0], design.q[0] + design.q[1]);

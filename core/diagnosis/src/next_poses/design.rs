@@ -12,7 +12,7 @@ use plumb_estimation::Random;
 
 /// What poses are asked for.
 #[derive(Clone, Copy)]
-pub(super) struct Wish<'w> {
+pub(super) struct PoseRequest<'w> {
     /// How many.
     pub(super) count: usize,
     /// Where the arm must not go.
@@ -74,7 +74,7 @@ impl Designer<'_> {
     }
 
     /// A pose anywhere in the joints' ranges.
-    pub(super) fn anywhere(&self, wish: Wish<'_>, rng: &mut Random) -> Design {
+    pub(super) fn anywhere(&self, request: PoseRequest<'_>, rng: &mut Random) -> Design {
         let joints = 0..self.lab.model().chain.len();
         let q = joints.clone().map(|joint| {
             let (low, high) = self.range(joint);
@@ -88,7 +88,7 @@ impl Designer<'_> {
             false => 0,
         });
         let approach = approach.collect();
-        let payload = match wish.payloads {
+        let payload = match request.payloads {
             [] => self.logged_payload(rng),
             given => given[rng.below(given.len())],
         };
@@ -275,12 +275,12 @@ mod tests {
         let lab = of_heights();
         let designer = Designer { lab: &lab, surface: None, waits: true, both_directions: true };
         let mut rng = Random::seeded(4);
-        let wish = |payloads: &'static [f64]| Wish { count: 1, keep_out: &[], payloads };
-        let drawn: Vec<Design> = (0..40).map(|_| designer.anywhere(wish(&[2.0, 5.0]), &mut rng)).collect();
+        let request = |payloads: &'static [f64]| PoseRequest { count: 1, keep_out: &[], payloads };
+        let drawn: Vec<Design> = (0..40).map(|_| designer.anywhere(request(&[2.0, 5.0]), &mut rng)).collect();
         assert!(drawn.iter().all(|one| [2.0, 5.0].contains(&one.payload) && WAITS.contains(&one.wait)));
         assert!(drawn.iter().any(|one| one.payload == 2.0) && drawn.iter().any(|one| one.payload == 5.0));
         assert!(WAITS.iter().all(|wait| drawn.iter().any(|one| one.wait == *wait)));
-        assert!((0..5).all(|_| designer.anywhere(wish(&[]), &mut rng).payload == 1.0));
+        assert!((0..5).all(|_| designer.anywhere(request(&[]), &mut rng).payload == 1.0));
         assert!(drawn.iter().all(|one| one.approach == [0, 0]), "no side is logged: none is asked for");
     }
 

@@ -3,7 +3,7 @@
 use nalgebra::DMatrix;
 
 use super::choose::Chooser;
-use super::design::Wish;
+use super::design::PoseRequest;
 use super::outcome::{Asked, Instead};
 use super::rivals::Rival;
 use super::{NextPoses, Wanted, no_pose, with_returns};
@@ -39,8 +39,9 @@ impl Laboratory {
         rivals.extend(faint.iter().map(|one| rival(one, stage, asked_mm(sigma), self)));
         let mut chooser = Chooser::new(&weighty, rivals, noise)?;
         chooser.separate_from_first();
-        let wish = Wish { count: wanted.count, keep_out: &wanted.keep_out, payloads: &wanted.payloads };
-        let choice = chooser.choose(wish, progress)?;
+        let request =
+            PoseRequest { count: wanted.count, keep_out: &wanted.keep_out, payloads: &wanted.payloads };
+        let choice = chooser.choose(request, progress)?;
         if choice.designs.is_empty() {
             return Err(no_pose());
         }

@@ -3,7 +3,7 @@
 use serde_json::{Map, Value, json};
 
 use super::choose::Chooser;
-use super::design::{Design, Sensing, Wish};
+use super::design::{Design, PoseRequest, Sensing};
 use super::outcome::{Instead, OtherWay};
 use crate::laboratory::{Laboratory, LaboratoryError};
 use crate::noise_floor::typical_sigma;
@@ -32,7 +32,7 @@ fn other_ways(lab: &Laboratory) -> Vec<(OtherWay, Sensing, Vec<f64>)> {
 /// What would separate the rivals if poses alone do not; `now` is how far the poses separate them.
 pub(super) fn what_would(
     chooser: &mut Chooser<'_>,
-    wish: Wish<'_>,
+    request: PoseRequest<'_>,
     now: f64,
     progress: &Progress,
 ) -> Result<Instead, LaboratoryError> {
@@ -40,7 +40,7 @@ pub(super) fn what_would(
     for (way, sensing, payloads) in other_ways(chooser.designer.lab) {
         chooser.sensing = sensing;
         // Whether another way of measuring helps shows after a few poses; the user chooses the way, and asks for poses again.
-        let few = Wish { count: wish.count.min(FEW), payloads: &payloads, ..wish };
+        let few = PoseRequest { count: request.count.min(FEW), payloads: &payloads, ..request };
         // The least of all pairs: a way that leaves two alike settles nothing.
         let separation = chooser.choose(few, progress)?.least();
         if best.as_ref().is_none_or(|(most, _)| separation > *most) {
@@ -48,7 +48,7 @@ pub(super) fn what_would(
         }
     }
     chooser.sensing = Sensing::AsBefore;
-    Ok(advice(best, now, wish.count.min(FEW)))
+    Ok(advice(best, now, request.count.min(FEW)))
 }
 
 /// The best other way, where it separates the rivals and clearly better than the poses do.
@@ -73,7 +73,7 @@ impl Chooser<'_> {
     pub(super) fn to_poses(&self, designs: &[Design]) -> Vec<NextPose> {
         let lab = self.designer.lab;
         let unit = lab.machine(&[]).map_or(1.0, |machine| typical_sigma(&machine));
-        let forecast = self.forecast(designs, Wish { count: 0, keep_out: &[], payloads: &[] }).ok();
+        let forecast = self.forecast(designs, PoseRequest { count: 0, keep_out: &[], payloads: &[] }).ok();
         let poses = designs.iter().enumerate().map(|(index, design)| {
             let mut predicted = Map::new();
             let readings = forecast.iter().flat_map(|forecast| self.rivals.iter().zip(&forecast.rivals));
@@ -173,15 +173,15 @@ mod tests {
         second.state.effects.iter_mut().skip(2).for_each(|values| values.fill(0.001));
         let first = super::super::rivals::Rival::of("stiff".to_owned(), Vec::new(), &fitted);
         let mut chooser = Chooser::new(&lab, vec![first, second], 1.0).unwrap();
-        let wish = || Wish { count: 6, keep_out: &[], payloads: &[] };
+        let request = || PoseRequest { count: 6, keep_out: &[], payloads: &[] };
         let mut apart = Vec::new();
         for (way, sensing, payloads) in other_ways(&lab) {
             chooser.sensing = sensing;
-            let few = Wish { count: FEW, payloads: &payloads, ..wish() };
+            let few = PoseRequest { count: FEW, payloads: &payloads, ..request() };
             apart.push((way, chooser.choose(few, &watch).unwrap().least()));
         }
         assert!(apart[0].1 > 3.0 * apart[1].1.max(1.0), "a load shows it: {apart:?}");
-        let advised = what_would(&mut chooser, wish(), 0.0, &watch).unwrap();
+        let advised = what_would(&mut chooser, request(), 0.0, &watch).unwrap();
         assert_eq!(advised, Instead::Way { way: apart[0].0, separation: apart[0].1, poses: FEW });
         assert!(chooser.sensing == Sensing::AsBefore);
     }

@@ -3,7 +3,7 @@
 use nalgebra::DMatrix;
 
 use crate::fitted::Fitted;
-use crate::forward_selection::Contender;
+use crate::forward_selection::FittedCandidate;
 use crate::laboratory::{Laboratory, LaboratoryError};
 use crate::noise_floor::Floor;
 use crate::thresholds::RIVALS;
@@ -37,20 +37,26 @@ impl Laboratory {
         let noise = floor.scale.unwrap_or(finding.stage.fitted.fit.scale).max(1e-9);
         let mut chosen: Vec<usize> = finding.close.clone();
         // A name is best tested against what came next.
-        for (index, contender) in finding.stage.contenders.iter().enumerate() {
-            if chosen.len() < 2 && !chosen.contains(&index) && contender.refitted && contender.score.plausible
+        for (index, fitted_candidate) in finding.stage.fitted_candidates.iter().enumerate() {
+            if chosen.len() < 2
+                && !chosen.contains(&index)
+                && fitted_candidate.refitted
+                && fitted_candidate.score.plausible
             {
                 chosen.push(index);
             }
         }
-        chosen.extend(adjacent_orders(&finding.stage.contenders, &chosen));
+        chosen.extend(adjacent_orders(&finding.stage.fitted_candidates, &chosen));
         let mut rivals = Vec::new();
         for index in chosen.into_iter().take(RIVALS) {
-            let Some(contender) = finding.stage.contenders.get(index) else { continue };
+            let Some(fitted_candidate) = finding.stage.fitted_candidates.get(index) else { continue };
             let mut effects = finding.stage.taken.clone();
-            effects.push(AddedEffect { id: contender.id.clone(), values: contender.values.clone() });
+            effects.push(AddedEffect {
+                id: fitted_candidate.id.clone(),
+                values: fitted_candidate.values.clone(),
+            });
             let fitted = self.fit_with(&effects, Some(&finding.stage.fitted), progress)?;
-            rivals.push(Rival::of(self.model().label(&contender.id), effects, &fitted));
+            rivals.push(Rival::of(self.model().label(&fitted_candidate.id), effects, &fitted));
         }
         if rivals.is_empty() {
             rivals.push(Rival::of(
@@ -65,17 +71,17 @@ impl Laboratory {
 
 /// Waves of the orders next to those in question, at the same joints: where the range of a joint was seen in part only, they
 /// come forward once more of it is seen.
-fn adjacent_orders(contenders: &[Contender], chosen: &[usize]) -> Vec<usize> {
-    let others = contenders.iter().enumerate().filter(|(index, _)| !chosen.contains(index));
-    let adjacent = others.filter(|(_, contender)| {
-        let mut asked = chosen.iter().filter_map(|index| contenders.get(*index));
-        asked.any(|other| is_adjacent(contender, other))
+fn adjacent_orders(fitted_candidates: &[FittedCandidate], chosen: &[usize]) -> Vec<usize> {
+    let others = fitted_candidates.iter().enumerate().filter(|(index, _)| !chosen.contains(index));
+    let adjacent = others.filter(|(_, fitted_candidate)| {
+        let mut asked = chosen.iter().filter_map(|index| fitted_candidates.get(*index));
+        asked.any(|other| is_adjacent(fitted_candidate, other))
     });
     adjacent.map(|(index, _)| index).collect()
 }
 
 /// Whether two candidates are waves of neighbouring orders at one joint.
-fn is_adjacent(one: &Contender, other: &Contender) -> bool {
+fn is_adjacent(one: &FittedCandidate, other: &FittedCandidate) -> bool {
     let orders = one.id.order.zip(other.id.order);
     one.id.joint() == other.id.joint() && orders.is_some_and(|(one, other)| (one - other).abs() == 1.0)
 }
@@ -83,12 +89,12 @@ fn is_adjacent(one: &Contender, other: &Contender) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::contender;
+    use crate::testing::fitted_candidate;
 
     #[test]
     fn waves_of_the_orders_beside_those_in_question_are_asked_too() {
         let wave = |joint: usize, order: f64| {
-            let mut wave = contender("joint_harmonic", joint, 0.0);
+            let mut wave = fitted_candidate("joint_harmonic", joint, 0.0);
             wave.id.order = Some(order);
             wave
         };
@@ -98,7 +104,7 @@ mod tests {
             wave(0, 2.0),
             wave(0, 5.0),
             wave(1, 4.0),
-            contender("joint_gain", 0, 0.0),
+            fitted_candidate("joint_gain", 0, 0.0),
         ];
         assert_eq!(adjacent_orders(&all, &[0]), [1, 2], "not two orders away, not at another joint");
         assert_eq!(adjacent_orders(&all, &[0, 1]), [2, 3]);

@@ -3,7 +3,7 @@
 use super::Finding;
 use crate::candidates::Candidates;
 use crate::epochs::with_rivals;
-use crate::forward_selection::{Contender, Stage};
+use crate::forward_selection::{FittedCandidate, Stage};
 use crate::laboratory::{LaboratoryError, points_in};
 use crate::mechanism_test::{Doubt, GEOMETRY, Mechanism, explains_as_well, posterior};
 use crate::noise_floor::{Floor, typical_sigma};
@@ -15,9 +15,9 @@ use crate::thresholds::NAMING_LEVEL;
 use plumb_calibration::effect::{self, EffectId};
 use plumb_estimation::Progress;
 
-/// What remains of a stage beside a flexible part; asked only where chance would hardly make any of its contenders, for it costs as much as the whole search.
+/// What remains of a stage beside a flexible part; asked only where chance would hardly make any of its fitted candidates, for it costs as much as the whole search.
 fn mechanism_of(stage: &Stage<'_>, unlisted: &[Probe]) -> Option<Mechanism> {
-    match stage.contenders.iter().any(Contender::is_plausible) {
+    match stage.fitted_candidates.iter().any(FittedCandidate::is_plausible) {
         true => Mechanism::of(stage, unlisted),
         false => None,
     }
@@ -33,7 +33,7 @@ impl<'a> Finding<'a> {
         progress: &Progress,
     ) -> Result<Self, LaboratoryError> {
         let in_the_dark = self.verdict == Verdict::Named && floor.scale.is_none();
-        if self.dirty && (self.verdict.is_nameless() || in_the_dark) {
+        if self.dirty && (self.verdict.is_unnamed() || in_the_dark) {
             progress.report(0.8, "weighing it beside what nothing explains")?;
             self = self.among_structure(&mut base, &candidates.unlisted, floor);
         }
@@ -91,7 +91,7 @@ impl<'a> Finding<'a> {
 
     /// The verdict is that of the weighing beside a flexible part.
     fn settled_by(mut self, mechanism: Mechanism, floor: &Floor) -> Self {
-        mechanism.take_values(&mut self.stage.contenders);
+        mechanism.take_values(&mut self.stage.fitted_candidates);
         // Explanations by epoch are compared row by row besides: what the flexible part leaves of one may be what another lacks.
         let rivals = with_rivals(&self.stage, mechanism.close.clone());
         self.close.clone_from(&mechanism.close);
@@ -109,7 +109,7 @@ impl<'a> Finding<'a> {
     }
 
     /// Root mean square error of a point with an effect in, less the noise where it is known, mm.
-    fn left_mm(&self, best: &Contender, floor: &Floor) -> f64 {
+    fn left_mm(&self, best: &FittedCandidate, floor: &Floor) -> f64 {
         let machine = &self.stage.fitted.machine;
         let points = points_in(machine, &self.stage.fitted.fit.rows).max(1) as f64;
         let (squares, freedom) = best.left;
@@ -117,7 +117,7 @@ impl<'a> Finding<'a> {
         ((squares - noise).max(0.0) / points).sqrt() * typical_sigma(machine)
     }
 
-    /// Posterior probability of a contender; nothing for one that was not weighed that no real machine has, or where more than noise is left and
+    /// Posterior probability of a fitted candidate; nothing for one that was not weighed that no real machine has, or where more than noise is left and
     /// nothing was weighed beside a flexible part.
     pub(super) fn probabilities(&self) -> Vec<(usize, f64)> {
         if let Some(mechanism) = &self.mechanism {
@@ -127,9 +127,11 @@ impl<'a> Finding<'a> {
         if self.dirty {
             return Vec::new();
         }
-        let contenders = self.stage.contenders.iter().enumerate();
-        let plausible: Vec<(usize, f64)> =
-            contenders.filter(|(_, one)| one.is_plausible()).map(|(index, one)| (index, one.bic)).collect();
+        let fitted_candidates = self.stage.fitted_candidates.iter().enumerate();
+        let plausible: Vec<(usize, f64)> = fitted_candidates
+            .filter(|(_, one)| one.is_plausible())
+            .map(|(index, one)| (index, one.bic))
+            .collect();
         let mut criteria: Vec<f64> = plausible.iter().map(|(_, bic)| *bic).collect();
         criteria.push(self.stage.bic);
         plausible.iter().zip(posterior(&criteria)).map(|((index, _), likely)| (*index, likely)).collect()
@@ -142,10 +144,10 @@ impl<'a> Finding<'a> {
         }
         let model = self.stage.fitted.machine.model;
         let close = self.close.iter().filter_map(|index| self.at(*index));
-        let twin = |contender: &Contender| {
-            let effect = effect::build(&contender.id, model).ok()?;
+        let twin = |fitted_candidate: &FittedCandidate| {
+            let effect = effect::build(&fitted_candidate.id, model).ok()?;
             let twin = effect.twin(&model.chain)?;
-            Some(Note::Twin { label: model.label(&contender.id), twin })
+            Some(Note::Twin { label: model.label(&fitted_candidate.id), twin })
         };
         close.filter_map(twin).collect()
     }
@@ -158,47 +160,51 @@ impl<'a> Finding<'a> {
         (!own.is_empty()).then(|| own.iter().sum::<f64>().min(1.0))
     }
 
-    /// Why a contender is not the name, and which rival is in its way; nothing for the one that is named.
-    pub(super) fn rejected(&self, contender: &Contender) -> Option<Rejection> {
-        let is_best = self.best().is_some_and(|best| best.id == contender.id);
-        let close =
-            self.close.iter().filter_map(|index| self.at(*index)).any(|other| other.id == contender.id);
+    /// Why a fitted candidate is not the name, and which rival is in its way; nothing for the one that is named.
+    pub(super) fn rejected(&self, fitted_candidate: &FittedCandidate) -> Option<Rejection> {
+        let is_best = self.best().is_some_and(|best| best.id == fitted_candidate.id);
+        let close = self
+            .close
+            .iter()
+            .filter_map(|index| self.at(*index))
+            .any(|other| other.id == fitted_candidate.id);
         if is_best && self.verdict == Verdict::Named {
             return None;
         }
         if let (true, Some(group)) = (is_best, self.free_first) {
             return Some(Rejection::HeldGeometry(group));
         }
-        Some(if contender.holm_p >= NAMING_LEVEL {
-            Rejection::NotSignificant(contender.holm_p)
-        } else if !contender.score.plausible {
+        Some(if fitted_candidate.holm_p >= NAMING_LEVEL {
+            Rejection::NotSignificant(fitted_candidate.holm_p)
+        } else if !fitted_candidate.score.plausible {
             Rejection::Implausible
         } else if close && self.close.len() > 1 {
-            Rejection::IndistinguishableFrom(self.others_in_question(contender))
-        } else if contender.outvoted {
+            Rejection::IndistinguishableFrom(self.others_in_question(fitted_candidate))
+        } else if fitted_candidate.outvoted {
             Rejection::Outvoted
-        } else if contender.refitted && !contender.gains.iter().all(Gain::counts) {
+        } else if fitted_candidate.refitted && !fitted_candidate.gains.iter().all(Gain::counts) {
             Rejection::NotPredicted
         } else {
-            self.rival(contender, is_best)
+            self.rival(fitted_candidate, is_best)
         })
     }
 
-    /// The names of those that explain it as well as a contender.
-    fn others_in_question(&self, contender: &Contender) -> Vec<String> {
+    /// The names of those that explain it as well as a fitted candidate.
+    fn others_in_question(&self, fitted_candidate: &FittedCandidate) -> Vec<String> {
         let model = self.stage.fitted.machine.model;
         let others = self.close.iter().filter_map(|index| self.at(*index));
-        let labels = others.filter(|other| other.id != contender.id).map(|other| model.label(&other.id));
+        let labels =
+            others.filter(|other| other.id != fitted_candidate.id).map(|other| model.label(&other.id));
         labels.collect()
     }
 
-    /// What is in the way of a contender that passes everything but being the likeliest, or undoubted.
-    fn rival(&self, contender: &Contender, is_best: bool) -> Rejection {
+    /// What is in the way of a fitted candidate that passes everything but being the likeliest, or undoubted.
+    fn rival(&self, fitted_candidate: &FittedCandidate, is_best: bool) -> Rejection {
         let model = self.stage.fitted.machine.model;
         let best = self.best().filter(|_| !is_best);
         let better = best.or_else(|| {
-            let first = self.stage.contenders.iter().find(|one| one.is_plausible());
-            first.filter(|first| first.id != contender.id)
+            let first = self.stage.fitted_candidates.iter().find(|one| one.is_plausible());
+            first.filter(|first| first.id != fitted_candidate.id)
         });
         if let Some(better) = better {
             return Rejection::WorseThan(model.label(&better.id));
@@ -206,7 +212,7 @@ impl<'a> Finding<'a> {
         match self.mechanism.as_ref().and_then(|mechanism| mechanism.doubt.clone()) {
             Some(Doubt::Smooth) => Rejection::SmoothExplains,
             Some(Doubt::Unlisted(site)) => Rejection::UnlistedAt(model.site_name(site)),
-            Some(Doubt::MoreAtItsJoint) => Rejection::MoreLeftAt(model.site_name(contender.id.site)),
+            Some(Doubt::MoreAtItsJoint) => Rejection::MoreLeftAt(model.site_name(fitted_candidate.id.site)),
             Some(Doubt::NotPredicted) => Rejection::SmoothPredicts,
             Some(Doubt::Size) => Rejection::OtherSize,
             Some(Doubt::NotPassed) | None => Rejection::MoreThanNoiseLeft,
@@ -218,7 +224,7 @@ impl<'a> Finding<'a> {
 mod tests {
     use super::*;
     use crate::laboratory::Laboratory;
-    use crate::testing::{contender, gain, two_links_with};
+    use crate::testing::{fitted_candidate, gain, two_links_with};
     use crate::{candidates, unlisted};
 
     const DECLARED: &str = "free: [joint_zero(*)]\nnoise: {p1_mm: 0.05}";
@@ -236,11 +242,11 @@ mod tests {
     fn what_is_left_with_an_effect_in_is_reported_beyond_the_noise() {
         with_finding(|finding, floor| {
             // 305 squares on 105 degrees of freedom: 200 beyond a noise of 1, in 40 points, sigmas of 0.05 mm.
-            let one = Contender { left: (305.0, 105.0), ..contender("joint_gain", 1, 0.0) };
+            let one = FittedCandidate { left: (305.0, 105.0), ..fitted_candidate("joint_gain", 1, 0.0) };
             assert!((finding.left_mm(&one, floor) - 5.0_f64.sqrt() * 0.05).abs() < 1e-12);
             let unknown = Floor { scale: None, ..floor.clone() };
             assert!((finding.left_mm(&one, &unknown) - (305.0_f64 / 40.0).sqrt() * 0.05).abs() < 1e-12);
-            let clean = Contender { left: (100.0, 105.0), ..contender("joint_gain", 1, 0.0) };
+            let clean = FittedCandidate { left: (100.0, 105.0), ..fitted_candidate("joint_gain", 1, 0.0) };
             assert_eq!(finding.left_mm(&clean, floor), 0.0);
         });
     }
@@ -252,7 +258,7 @@ mod tests {
             let probable = finding.probability().unwrap();
             let criteria: Vec<f64> = finding
                 .stage
-                .contenders
+                .fitted_candidates
                 .iter()
                 .filter(|one| one.is_plausible())
                 .map(|one| one.bic)
@@ -271,37 +277,37 @@ mod tests {
     fn a_candidate_is_reported_the_first_reason_why_it_is_no_name() {
         with_finding(|finding, _| {
             let named = finding.best().unwrap().id.clone();
-            let own = finding.stage.contenders[0].id.clone();
-            assert!(named == own && finding.rejected(&finding.stage.contenders[0]).is_none());
-            let other = || contender("joint_zero", 0, 50.0);
-            let why = |one: Contender| finding.rejected(&one).unwrap();
+            let own = finding.stage.fitted_candidates[0].id.clone();
+            assert!(named == own && finding.rejected(&finding.stage.fitted_candidates[0]).is_none());
+            let other = || fitted_candidate("joint_zero", 0, 50.0);
+            let why = |one: FittedCandidate| finding.rejected(&one).unwrap();
             assert_eq!(
-                why(Contender { holm_p: NAMING_LEVEL, ..other() }),
+                why(FittedCandidate { holm_p: NAMING_LEVEL, ..other() }),
                 Rejection::NotSignificant(NAMING_LEVEL)
             );
             let mut implausible = other();
             implausible.score.plausible = false;
             assert_eq!(why(implausible), Rejection::Implausible);
-            let outvoted = Contender { outvoted: true, ..other() };
+            let outvoted = FittedCandidate { outvoted: true, ..other() };
             assert_eq!(why(outvoted), Rejection::Outvoted);
-            assert_eq!(why(Contender { gains: vec![gain(0.5)], ..other() }), Rejection::NotPredicted);
+            assert_eq!(why(FittedCandidate { gains: vec![gain(0.5)], ..other() }), Rejection::NotPredicted);
             // What was not refitted was not asked to predict.
-            let expected = Contender { gains: vec![gain(0.5)], refitted: false, ..other() };
+            let expected = FittedCandidate { gains: vec![gain(0.5)], refitted: false, ..other() };
             let worse = || Rejection::WorseThan("joint_gain(elbow)".to_owned());
             assert_eq!(why(expected), worse());
             assert_eq!(why(other()), worse());
         });
         with_finding(|finding, _| {
             (finding.verdict, finding.free_first) = (Verdict::Tied, Some(GEOMETRY));
-            let rejection = finding.rejected(&finding.stage.contenders[0]).unwrap();
+            let rejection = finding.rejected(&finding.stage.fitted_candidates[0]).unwrap();
             assert_eq!(rejection, Rejection::HeldGeometry(GEOMETRY));
         });
         with_finding(|finding, _| {
             finding.verdict = Verdict::Tied;
             finding.close.push(1);
-            finding.stage.contenders[1].holm_p = 1e-9;
-            finding.stage.contenders[1].score.plausible = true;
-            let rejection = finding.rejected(&finding.stage.contenders[1]).unwrap();
+            finding.stage.fitted_candidates[1].holm_p = 1e-9;
+            finding.stage.fitted_candidates[1].score.plausible = true;
+            let rejection = finding.rejected(&finding.stage.fitted_candidates[1]).unwrap();
             assert_eq!(rejection, Rejection::IndistinguishableFrom(vec!["joint_gain(elbow)".to_owned()]));
         });
     }

@@ -1,4 +1,4 @@
-//! What a verdict rests on besides the contenders: mechanisms without a name, directions, what is left.
+//! What a verdict rests on besides the fitted candidates: mechanisms without a name, directions, what is left.
 
 use crate::candidates::{Candidates, best_variants};
 use crate::direction_test;
@@ -12,7 +12,7 @@ use plumb_calibration::arm_model::AddedEffect;
 use plumb_calibration::effect::{self, Search, Site};
 use plumb_estimation::{bic_above, holm};
 
-/// What a verdict rests on besides the contenders.
+/// What a verdict rests on besides the fitted candidates.
 #[derive(Default)]
 pub(super) struct Evidence {
     /// What is left without the effect in question.
@@ -20,7 +20,7 @@ pub(super) struct Evidence {
     /// What is left when everything that passed is in.
     pub(super) left_over: Option<LackOfFit>,
     /// Places where something without a name is still at work when everything that passed is in.
-    pub(super) strangers: Vec<Site>,
+    pub(super) unlisted_sites: Vec<Site>,
     /// Place of something without a name that does better than the effect in question.
     pub(super) rivals: Option<Site>,
     /// Places where, by its direction, all may sit that the model as it is lacks; the likeliest first.
@@ -34,7 +34,7 @@ pub(super) struct Evidence {
 }
 
 impl Laboratory {
-    /// What the stages say besides their contenders, the first with nothing taken in and the last with all. Of what is left where readings next to each other err alike
+    /// What the stages say besides their fitted candidates, the first with nothing taken in and the last with all. Of what is left where readings next to each other err alike
     /// no mechanism without a name and no direction is asked once it is less than the noise.
     pub(super) fn evidence_of(
         &self,
@@ -50,7 +50,7 @@ impl Laboratory {
         evidence.alone = direction_test::possible_sites(&alone, floor);
         evidence.padded = padded(&full.taken);
         if !is_shared_error(evidence.errs_alike, evidence.left_over) {
-            evidence.strangers = strangers(full, &candidates.unlisted);
+            evidence.unlisted_sites = unlisted_sites(full, &candidates.unlisted);
             let rest = if stages.len() == 1 { alone } else { self.direction_tests(&full.fitted, floor) };
             evidence.uneven = direction_test::uneven_sites(&rest);
         }
@@ -86,16 +86,19 @@ pub(super) fn significant_sites(tests: &[(f64, Site)]) -> Vec<Site> {
 }
 
 /// Sites where something the library has no name for is at work beyond a stage, the clearest first.
-fn strangers(stage: &Stage<'_>, unlisted: &[Probe]) -> Vec<Site> {
+fn unlisted_sites(stage: &Stage<'_>, unlisted: &[Probe]) -> Vec<Site> {
     let scores = best_variants(unlisted, score(&stage.fitted.machine, &stage.fitted.fit, unlisted));
     let tests = scores.iter().filter_map(|(index, score)| Some((score.p, unlisted.get(*index)?.id.site)));
     significant_sites(&tests.collect::<Vec<_>>())
 }
 
-/// Where something without a name does better than every contender, clearly, and is no chance find itself.
-pub(super) fn strangers_against(stage: &Stage<'_>, unlisted: &[Probe]) -> Option<Site> {
-    let best =
-        stage.contenders.iter().filter(|contender| contender.score.plausible).map(|contender| contender.bic);
+/// Where something without a name does better than every fitted candidate, clearly, and is no chance find itself.
+pub(super) fn unlisted_against(stage: &Stage<'_>, unlisted: &[Probe]) -> Option<Site> {
+    let best = stage
+        .fitted_candidates
+        .iter()
+        .filter(|fitted_candidate| fitted_candidate.score.plausible)
+        .map(|fitted_candidate| fitted_candidate.bic);
     let best = best.fold(f64::INFINITY, f64::min);
     let fit = &stage.fitted.fit;
     let (squares, equations, rank) = (fit.normal.squares, fit.normal.equations as f64, fit.rank() as f64);

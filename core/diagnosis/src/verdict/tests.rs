@@ -1,11 +1,11 @@
-//! Every branch of the verdict on contenders made by hand, and both sides of each threshold it rests on.
+//! Every branch of the verdict on fitted candidates made by hand, and both sides of each threshold it rests on.
 
 use nalgebra::DMatrix;
 
 use super::evidence::{padded, significant_sites};
 use super::*;
 use crate::noise_floor::FloorSource;
-use crate::testing::{contender, gain};
+use crate::testing::{fitted_candidate, gain};
 use crate::thresholds::UNLISTED_LEVEL;
 
 const FLOOR: Floor = Floor {
@@ -24,10 +24,10 @@ fn lack(p: f64) -> Option<LackOfFit> {
     Some(LackOfFit { ratio: 1.0, p })
 }
 
-/// The verdict on contenders where much is left without them.
-fn verdict_of(contenders: &[Contender], evidence: Evidence) -> (Verdict, Option<Site>) {
-    let close = close_contenders(contenders, EQUATIONS);
-    let asked: Vec<&Contender> = close.iter().map(|index| &contenders[*index]).collect();
+/// The verdict on fitted candidates where much is left without them.
+fn verdict_of(fitted_candidates: &[FittedCandidate], evidence: Evidence) -> (Verdict, Option<Site>) {
+    let close = close_fitted_candidates(fitted_candidates, EQUATIONS);
+    let asked: Vec<&FittedCandidate> = close.iter().map(|index| &fitted_candidates[*index]).collect();
     judge(&asked, &evidence, &FLOOR)
 }
 
@@ -43,13 +43,15 @@ fn located(joint: usize) -> (Verdict, Option<Site>) {
 }
 
 #[test]
-fn one_contender_that_passes_everything_is_named() {
-    assert_eq!(verdict_of(&[contender("joint_zero", 1, 0.0)], found()), NAMED);
+fn one_fitted_candidate_that_passes_everything_is_named() {
+    assert_eq!(verdict_of(&[fitted_candidate("joint_zero", 1, 0.0)], found()), NAMED);
 }
 
 #[test]
-fn contenders_within_the_tie_are_tied_or_located_and_beyond_it_the_best_is_named() {
-    let two = |joint: usize, bic: f64| [contender("joint_zero", 1, 0.0), contender("joint_gain", joint, bic)];
+fn fitted_candidates_within_the_tie_are_tied_or_located_and_beyond_it_the_best_is_named() {
+    let two = |joint: usize, bic: f64| {
+        [fitted_candidate("joint_zero", 1, 0.0), fitted_candidate("joint_gain", joint, bic)]
+    };
     assert_eq!(verdict_of(&two(2, 0.9 * TIE_BIC), found()).0, Verdict::Tied);
     assert_eq!(verdict_of(&two(1, 0.9 * TIE_BIC), found()), located(1));
     assert_eq!(verdict_of(&two(2, 1.1 * TIE_BIC), found()), NAMED);
@@ -57,11 +59,11 @@ fn contenders_within_the_tie_are_tied_or_located_and_beyond_it_the_best_is_named
 }
 
 #[test]
-fn a_contender_of_many_parameters_is_charged_for_one_more_only() {
+fn a_fitted_candidate_of_many_parameters_is_charged_for_one_more_only() {
     let with = |freedom: usize, extra: f64| {
-        let mut other = contender("drift", 2, extra);
+        let mut other = fitted_candidate("drift", 2, extra);
         other.score.freedom = freedom;
-        verdict_of(&[contender("joint_zero", 1, 0.0), other], found()).0
+        verdict_of(&[fitted_candidate("joint_zero", 1, 0.0), other], found()).0
     };
     let price = EQUATIONS.ln();
     assert_eq!(with(4, 2.0 * price + 0.9 * TIE_BIC), Verdict::Tied, "two of its three more are not charged");
@@ -72,7 +74,7 @@ fn a_contender_of_many_parameters_is_charged_for_one_more_only() {
 
 #[test]
 fn a_name_must_be_improbable_by_chance() {
-    let at = |holm_p: f64| Contender { holm_p, ..contender("joint_zero", 1, 0.0) };
+    let at = |holm_p: f64| FittedCandidate { holm_p, ..fitted_candidate("joint_zero", 1, 0.0) };
     assert!(at(0.9 * NAMING_LEVEL).passes() && !at(1.1 * NAMING_LEVEL).passes());
     assert_eq!(verdict_of(&[at(0.9 * NAMING_LEVEL)], found()), NAMED);
     assert_eq!(verdict_of(&[at(1.1 * NAMING_LEVEL)], found()).0, Verdict::Unknown);
@@ -80,15 +82,15 @@ fn a_name_must_be_improbable_by_chance() {
 
 #[test]
 fn an_implausible_an_outvoted_and_an_unproved_effect_are_not_named() {
-    let plain = || contender("joint_zero", 1, 0.0);
+    let plain = || fitted_candidate("joint_zero", 1, 0.0);
     let mut implausible = plain();
     implausible.score.plausible = false;
     assert_eq!(verdict_of(&[implausible], found()).0, Verdict::Unknown);
-    let outvoted = Contender { outvoted: true, ..plain() };
-    let unproved = Contender { gains: vec![gain(0.9)], ..plain() };
-    let harmful = Contender { gains: vec![gain(5.0), gain(-0.5)], ..plain() };
-    let untried = Contender { gains: Vec::new(), ..plain() };
-    let expected = Contender { refitted: false, ..plain() };
+    let outvoted = FittedCandidate { outvoted: true, ..plain() };
+    let unproved = FittedCandidate { gains: vec![gain(0.9)], ..plain() };
+    let harmful = FittedCandidate { gains: vec![gain(5.0), gain(-0.5)], ..plain() };
+    let untried = FittedCandidate { gains: Vec::new(), ..plain() };
+    let expected = FittedCandidate { refitted: false, ..plain() };
     for one in [outvoted, unproved, harmful, untried, expected] {
         assert!(!one.passes());
         assert_eq!(verdict_of(&[one], found()), located(1), "its site is where the error sits");
@@ -97,8 +99,11 @@ fn an_implausible_an_outvoted_and_an_unproved_effect_are_not_named() {
 
 #[test]
 fn what_does_not_predict_is_no_finding_unless_something_must_be_there() {
-    let unproved =
-        |holm_p: f64| Contender { holm_p, gains: vec![gain(-3.0)], ..contender("joint_zero", 1, 0.0) };
+    let unproved = |holm_p: f64| FittedCandidate {
+        holm_p,
+        gains: vec![gain(-3.0)],
+        ..fitted_candidate("joint_zero", 1, 0.0)
+    };
     let quiet = || Evidence { lack_of_fit: lack(0.5), left_over: lack(0.5), ..Evidence::default() };
     assert_eq!(verdict_of(&[unproved(1.1 * PRESENT_LEVEL)], quiet()), (Verdict::AtFloor, None));
     assert_eq!(verdict_of(&[unproved(0.9 * PRESENT_LEVEL)], quiet()), located(1));
@@ -107,16 +112,16 @@ fn what_does_not_predict_is_no_finding_unless_something_must_be_there() {
 }
 
 #[test]
-fn without_a_contender_the_lack_of_fit_decides() {
+fn without_a_fitted_candidate_the_lack_of_fit_decides() {
     let at = |p: f64| verdict_of(&[], Evidence { lack_of_fit: lack(p), ..Evidence::default() });
     assert_eq!(at(1.1 * LACK_OF_FIT_LEVEL), (Verdict::AtFloor, None));
     assert_eq!(at(0.9 * LACK_OF_FIT_LEVEL), (Verdict::Unknown, None));
     let strange =
-        Evidence { lack_of_fit: lack(1e-9), strangers: vec![Site::Joint(3)], ..Evidence::default() };
+        Evidence { lack_of_fit: lack(1e-9), unlisted_sites: vec![Site::Joint(3)], ..Evidence::default() };
     assert_eq!(verdict_of(&[], strange), located(3));
     let directed = Evidence {
         lack_of_fit: lack(1e-9),
-        strangers: vec![Site::Joint(3)],
+        unlisted_sites: vec![Site::Joint(3)],
         alone: vec![Site::Joint(2)],
         ..Evidence::default()
     };
@@ -127,7 +132,7 @@ fn without_a_contender_the_lack_of_fit_decides() {
 fn a_doubted_name_is_located_unless_its_evidence_is_overwhelming() {
     let doubts: [fn(&mut Evidence); 4] = [
         |evidence| evidence.left_over = lack(0.9 * LACK_OF_FIT_LEVEL),
-        |evidence| evidence.strangers = vec![Site::Joint(1)],
+        |evidence| evidence.unlisted_sites = vec![Site::Joint(1)],
         |evidence| evidence.uneven = vec![Site::Joint(1)],
         |evidence| evidence.padded = Some(Site::Joint(1)),
     ];
@@ -135,34 +140,35 @@ fn a_doubted_name_is_located_unless_its_evidence_is_overwhelming() {
         let verdict = |errors: f64| {
             let mut evidence = found();
             doubt(&mut evidence);
-            let one = Contender { gains: vec![gain(errors)], ..contender("joint_zero", 1, 0.0) };
+            let one = FittedCandidate { gains: vec![gain(errors)], ..fitted_candidate("joint_zero", 1, 0.0) };
             verdict_of(&[one], evidence)
         };
         assert_eq!(verdict(0.9 * OVERWHELMING_GAIN), located(1));
         assert_eq!(verdict(1.1 * OVERWHELMING_GAIN), NAMED);
     }
-    let elsewhere = Evidence { strangers: vec![Site::Joint(4)], uneven: vec![Site::Joint(4)], ..found() };
+    let elsewhere =
+        Evidence { unlisted_sites: vec![Site::Joint(4)], uneven: vec![Site::Joint(4)], ..found() };
     assert_eq!(
-        verdict_of(&[contender("joint_zero", 1, 0.0)], elsewhere),
+        verdict_of(&[fitted_candidate("joint_zero", 1, 0.0)], elsewhere),
         NAMED,
         "doubts at another joint do not count"
     );
     let finished = Evidence { left_over: lack(1.1 * LACK_OF_FIT_LEVEL), ..found() };
-    assert_eq!(verdict_of(&[contender("joint_zero", 1, 0.0)], finished), NAMED);
+    assert_eq!(verdict_of(&[fitted_candidate("joint_zero", 1, 0.0)], finished), NAMED);
 }
 
 #[test]
 fn a_mechanism_without_a_name_that_explains_more_takes_the_site() {
     let evidence = Evidence { rivals: Some(Site::Joint(5)), ..found() };
-    assert_eq!(verdict_of(&[contender("joint_zero", 1, 0.0)], evidence), located(5));
+    assert_eq!(verdict_of(&[fitted_candidate("joint_zero", 1, 0.0)], evidence), located(5));
 }
 
 #[test]
 fn what_does_not_reach_the_floor_is_not_tied_where_the_direction_knows_one_site() {
-    let unproved = |joint: usize, left: f64| Contender {
+    let unproved = |joint: usize, left: f64| FittedCandidate {
         gains: vec![gain(0.0)],
         left: (left, 190.0),
-        ..contender("joint_gain", joint, 0.0)
+        ..fitted_candidate("joint_gain", joint, 0.0)
     };
     let at = |left: f64| {
         let evidence = Evidence { alone: vec![Site::Joint(2)], ..found() };
@@ -207,7 +213,8 @@ fn canonical_correlation_of_collinear_and_of_orthogonal_columns() {
 
 #[test]
 fn that_noise_alone_is_left_must_be_known() {
-    let left = |squares: f64| Contender { left: (squares, 190.0), ..contender("joint_gain", 1, 0.0) };
+    let left =
+        |squares: f64| FittedCandidate { left: (squares, 190.0), ..fitted_candidate("joint_gain", 1, 0.0) };
     assert!(leaves_noise_alone(&left(190.0), &FLOOR) && !leaves_noise_alone(&left(400.0), &FLOOR));
     let unknown = Floor { scale: None, sigma_mm: None, ..FLOOR };
     assert!(!leaves_noise_alone(&left(190.0), &unknown) && explains_all(&left(400.0), &unknown));
@@ -217,7 +224,7 @@ fn that_noise_alone_is_left_must_be_known() {
 fn the_smallest_size_is_five_errors_of_what_is_left_with_the_candidate_in_and_never_of_less_than_the_noise() {
     // 380 squares in 190 degrees of freedom: a scatter of the root of two. A strength of 4 a unit, of which three quarters are swallowed in squares: 2 are left.
     let left = |squares: f64| {
-        let mut one = Contender { left: (squares, 190.0), ..contender("joint_gain", 1, 0.0) };
+        let mut one = FittedCandidate { left: (squares, 190.0), ..fitted_candidate("joint_gain", 1, 0.0) };
         (one.score.strength, one.score.absorbed) = (4.0, 0.75);
         one
     };
@@ -251,18 +258,18 @@ fn a_root_mean_square_falls_by_the_difference_of_the_roots() {
     assert_eq!(expected_fall(100.0, 0.0, 4.0), 0.0);
 }
 
-/// A finding on contenders made by hand, and what is asked of it.
-fn finding_of<T>(contenders: Vec<Contender>, ask: impl Fn(&mut Finding<'_>) -> T) -> T {
+/// A finding on fitted candidates made by hand, and what is asked of it.
+fn finding_of<T>(fitted_candidates: Vec<FittedCandidate>, ask: impl Fn(&mut Finding<'_>) -> T) -> T {
     let lab = crate::testing::two_links(20, "joint_zero(*)", 0.05, 31, |_| [0.0; 2]);
     let none = crate::candidates::Candidates { listed: Vec::new(), unlisted: Vec::new() };
     let mut stage = lab.stage(Vec::new(), None, &none, &plumb_estimation::Progress::unwatched()).unwrap();
-    stage.contenders = contenders;
+    stage.fitted_candidates = fitted_candidates;
     ask(&mut finding_of_stage(stage))
 }
 
-/// All contenders are close to the best, and nothing else is known.
+/// All fitted candidates are close to the best, and nothing else is known.
 fn finding_of_stage(stage: Stage<'_>) -> Finding<'_> {
-    let close = (0..stage.contenders.len()).collect();
+    let close = (0..stage.fitted_candidates.len()).collect();
     let rows = stage.fitted.fit.rows.clone();
     Finding {
         stage,
@@ -284,7 +291,7 @@ fn finding_of_stage(stage: Stage<'_>) -> Finding<'_> {
 #[test]
 fn a_joint_that_rises_under_load_is_warned_of_where_it_is_the_likeliest_and_no_chance() {
     let warned = |name: &str, value: f64, holm_p: f64| {
-        let one = Contender { values: vec![value], holm_p, ..contender(name, 1, 0.0) };
+        let one = FittedCandidate { values: vec![value], holm_p, ..fitted_candidate(name, 1, 0.0) };
         finding_of(vec![one], |finding| finding.gravity_warning())
     };
     let name = "joint_compliance";
@@ -297,20 +304,21 @@ fn a_joint_that_rises_under_load_is_warned_of_where_it_is_the_likeliest_and_no_c
 
 #[test]
 fn what_cannot_be_distinguished_is_listed_where_that_is_the_verdict() {
-    let two = || vec![contender("joint_gain", 1, 0.0), contender("joint_zero", 0, 0.5)];
-    let tied = |contenders: Vec<Contender>, verdict: Verdict, free_first: Option<&'static str>| {
-        let places = finding_of(contenders, |finding| {
-            (finding.verdict, finding.free_first) = (verdict, free_first);
-            finding.tied()
-        });
-        places.iter().map(|place| format!("{}({})", place.effect, place.place)).collect::<Vec<_>>()
-    };
+    let two = || vec![fitted_candidate("joint_gain", 1, 0.0), fitted_candidate("joint_zero", 0, 0.5)];
+    let tied =
+        |fitted_candidates: Vec<FittedCandidate>, verdict: Verdict, free_first: Option<&'static str>| {
+            let places = finding_of(fitted_candidates, |finding| {
+                (finding.verdict, finding.free_first) = (verdict, free_first);
+                finding.tied()
+            });
+            places.iter().map(|place| format!("{}({})", place.effect, place.place)).collect::<Vec<_>>()
+        };
     let both = ["joint_gain(elbow)", "joint_zero(shoulder)"];
     assert_eq!(tied(two(), Verdict::Tied, None), both);
     assert_eq!(tied(two(), Verdict::Located, None), both);
     assert_eq!(tied(two(), Verdict::Named, None), [""; 0]);
     // One alone is tied with errors of the geometry that are to be freed first, and with nothing else.
-    let one = || vec![contender("joint_gain", 1, 0.0)];
+    let one = || vec![fitted_candidate("joint_gain", 1, 0.0)];
     assert_eq!(tied(one(), Verdict::Tied, Some("link_length(*)")), [both[0]]);
     assert_eq!(tied(one(), Verdict::Tied, None), [""; 0]);
     assert_eq!(tied(one(), Verdict::Located, Some("link_length(*)")), [""; 0]);
@@ -318,12 +326,12 @@ fn what_cannot_be_distinguished_is_listed_where_that_is_the_verdict() {
 
 #[test]
 fn a_known_place_is_given_with_what_may_be_at_work_there_and_nowhere_else() {
-    let contenders = || {
+    let fitted_candidates = || {
         let names = [("joint_gain", 1), ("joint_harmonic", 1), ("joint_zero", 0), ("joint_harmonic", 1)];
-        names.map(|(name, joint)| contender(name, joint, 0.0)).into_iter().collect()
+        names.map(|(name, joint)| fitted_candidate(name, joint, 0.0)).into_iter().collect()
     };
     let located = |verdict: Verdict, place: Option<Site>| {
-        finding_of(contenders(), |finding| {
+        finding_of(fitted_candidates(), |finding| {
             (finding.verdict, finding.place) = (verdict, place);
             finding.besides = vec![
                 EffectId::at("joint_backlash", Site::Joint(1)),
@@ -340,9 +348,10 @@ fn a_known_place_is_given_with_what_may_be_at_work_there_and_nowhere_else() {
 
 #[test]
 fn a_correction_may_be_itself_what_is_close_or_what_no_library_lists() {
-    let outvoted = Contender { outvoted: true, ..contender("joint_zero", 1, 2.0) };
-    let contenders = vec![contender("joint_gain", 1, 0.0), contender("joint_gain", 0, 1.0), outvoted];
-    let found = finding_of(contenders, |finding| {
+    let outvoted = FittedCandidate { outvoted: true, ..fitted_candidate("joint_zero", 1, 2.0) };
+    let fitted_candidates =
+        vec![fitted_candidate("joint_gain", 1, 0.0), fitted_candidate("joint_gain", 0, 1.0), outvoted];
+    let found = finding_of(fitted_candidates, |finding| {
         finding.close = vec![0, 1];
         finding.corrections()
     });
@@ -364,17 +373,17 @@ fn alike_over<T>(step: f64, ask: impl Fn(&mut Finding<'_>) -> T) -> T {
     });
     let none = crate::candidates::Candidates { listed: Vec::new(), unlisted: Vec::new() };
     let mut stage = lab.stage(Vec::new(), None, &none, &plumb_estimation::Progress::unwatched()).unwrap();
-    stage.contenders = vec![
-        contender("joint_zero", 1, 0.0),
-        contender("joint_zero", 0, 1.0),
-        contender("joint_gain", 1, 2.0),
-        Contender { refitted: false, ..contender("joint_gain", 1, 3.0) },
+    stage.fitted_candidates = vec![
+        fitted_candidate("joint_zero", 1, 0.0),
+        fitted_candidate("joint_zero", 0, 1.0),
+        fitted_candidate("joint_gain", 1, 2.0),
+        FittedCandidate { refitted: false, ..fitted_candidate("joint_gain", 1, 3.0) },
     ];
     ask(&mut finding_of_stage(stage))
 }
 
 #[test]
-fn contenders_that_move_the_readings_alike_are_listed_by_how_much_and_the_same_are_set_apart() {
+fn fitted_candidates_that_move_the_readings_alike_are_listed_by_how_much_and_the_same_are_set_apart() {
     // A zero and a gain move the elbow by 1 and by its angle: the correlation is the cosine of these two columns.
     let cosine = |step: f64| {
         let q: Vec<f64> = (0..60).map(|row| 1.0 + step * f64::from(row)).collect();
@@ -394,7 +403,7 @@ fn contenders_that_move_the_readings_alike_are_listed_by_how_much_and_the_same_a
     }
     // The shoulder moves the point in other directions than the elbow.
     let of_shoulder = alike_over(0.002, |finding| {
-        finding.stage.contenders.swap(0, 1);
+        finding.stage.fitted_candidates.swap(0, 1);
         finding.correlated()
     });
     assert_eq!(of_shoulder, []);
@@ -426,24 +435,26 @@ fn of_effects_that_were_taken_in_the_one_that_is_missed_most_is_in_question() {
     assert_eq!(needed(&[]), None);
 }
 
-/// Why the contender of this place is not the name.
+/// Why the fitted candidate of this place is not the name.
 fn rejection(
-    contenders: Vec<Contender>,
+    fitted_candidates: Vec<FittedCandidate>,
     place: usize,
     verdict: Verdict,
     close: &[usize],
 ) -> Option<crate::outcome::Rejection> {
-    finding_of_many(contenders, verdict, close, |finding| finding.rejected(&finding.stage.contenders[place]))
+    finding_of_many(fitted_candidates, verdict, close, |finding| {
+        finding.rejected(&finding.stage.fitted_candidates[place])
+    })
 }
 
 fn finding_of_many<T>(
-    contenders: Vec<Contender>,
+    fitted_candidates: Vec<FittedCandidate>,
     verdict: Verdict,
     close: &[usize],
     ask: impl Fn(&Finding<'_>) -> T,
 ) -> T {
-    let contenders = std::cell::RefCell::new(contenders);
-    finding_of(contenders.take(), |finding| {
+    let fitted_candidates = std::cell::RefCell::new(fitted_candidates);
+    finding_of(fitted_candidates.take(), |finding| {
         (finding.verdict, finding.close) = (verdict, close.to_vec());
         ask(finding)
     })
@@ -452,10 +463,10 @@ fn finding_of_many<T>(
 #[test]
 fn what_is_not_named_is_rejected_for_the_first_thing_that_speaks_against_it() {
     use crate::outcome::Rejection;
-    let with = |change: &dyn Fn(&mut Contender)| {
-        let mut other = contender("joint_zero", 0, 20.0);
+    let with = |change: &dyn Fn(&mut FittedCandidate)| {
+        let mut other = fitted_candidate("joint_zero", 0, 20.0);
         change(&mut other);
-        rejection(vec![contender("joint_gain", 1, 0.0), other], 1, Verdict::Named, &[0])
+        rejection(vec![fitted_candidate("joint_gain", 1, 0.0), other], 1, Verdict::Named, &[0])
     };
     let worse = Some(Rejection::WorseThan("joint_gain(elbow)".to_owned()));
     assert_eq!(with(&|_| ()), worse);
@@ -464,14 +475,14 @@ fn what_is_not_named_is_rejected_for_the_first_thing_that_speaks_against_it() {
     assert_eq!(with(&|one| one.score.plausible = false), Some(Rejection::Implausible));
     assert_eq!(with(&|one| one.outvoted = true), Some(Rejection::Outvoted));
     assert_eq!(with(&|one| one.gains.push(gain(0.5))), Some(Rejection::NotPredicted));
-    let unasked = |one: &mut Contender| (one.refitted, one.gains) = (false, vec![gain(0.5)]);
+    let unasked = |one: &mut FittedCandidate| (one.refitted, one.gains) = (false, vec![gain(0.5)]);
     assert_eq!(with(&unasked), worse, "nobody asked whether it predicts");
 }
 
 #[test]
 fn the_best_is_rejected_only_where_it_is_not_named() {
     use crate::outcome::Rejection;
-    let two = || vec![contender("joint_gain", 1, 0.0), contender("joint_zero", 0, 0.5)];
+    let two = || vec![fitted_candidate("joint_gain", 1, 0.0), fitted_candidate("joint_zero", 0, 0.5)];
     assert_eq!(rejection(two(), 0, Verdict::Named, &[0]), None);
     assert_eq!(rejection(two(), 0, Verdict::Located, &[0]), Some(Rejection::MoreThanNoiseLeft));
     let other = |label: &str| Some(Rejection::IndistinguishableFrom(vec![label.to_owned()]));
@@ -482,7 +493,7 @@ fn the_best_is_rejected_only_where_it_is_not_named() {
     assert_eq!(rejection(two(), 1, Verdict::Located, &[1]), worse);
     let held = finding_of(two(), |finding| {
         finding.free_first = Some("geometry(*)");
-        [0, 1].map(|place| finding.rejected(&finding.stage.contenders[place]))
+        [0, 1].map(|place| finding.rejected(&finding.stage.fitted_candidates[place]))
     });
     assert_eq!(held[0], Some(Rejection::HeldGeometry("geometry(*)")));
     assert_eq!(held[1], other("joint_gain(elbow)"));
@@ -491,14 +502,14 @@ fn the_best_is_rejected_only_where_it_is_not_named() {
 #[test]
 fn more_than_noise_is_left_where_the_rows_show_it_or_the_best_is_there_beyond_doubt() {
     let noisy = |lack_of_fit: Option<LackOfFit>, holm_p: f64| {
-        let best = Contender { holm_p, ..contender("joint_gain", 1, 0.0) };
+        let best = FittedCandidate { holm_p, ..fitted_candidate("joint_gain", 1, 0.0) };
         Evidence { lack_of_fit, ..Evidence::default() }.is_noisy(Some(&best))
     };
     assert!(noisy(lack(0.5), 0.99 * PRESENT_LEVEL) && !noisy(lack(0.5), PRESENT_LEVEL));
     assert!(noisy(lack(1e-9), 1.0) && !noisy(None, 0.0), "without a floor nobody knows");
     assert!(Evidence { lack_of_fit: lack(1e-9), ..Evidence::default() }.is_noisy(None));
     // Of readings that err alike the sum of all residuals decides alone.
-    let best = Contender { holm_p: 0.0, ..contender("joint_gain", 1, 0.0) };
+    let best = FittedCandidate { holm_p: 0.0, ..fitted_candidate("joint_gain", 1, 0.0) };
     let alike = |p: f64| {
         Evidence { lack_of_fit: lack(p), errs_alike: true, ..Evidence::default() }.is_noisy(Some(&best))
     };
@@ -517,7 +528,7 @@ fn a_name_that_wrong_lengths_explain_as_well_is_taken_back_and_the_geometry_is_t
         let listed = crate::candidates::probes(&lab);
         let none = crate::candidates::Candidates { listed: Vec::new(), unlisted: Vec::new() };
         let mut stage = lab.stage(Vec::new(), None, &none, &plumb_estimation::Progress::unwatched()).unwrap();
-        stage.contenders = vec![Contender { holm_p, ..contender("joint_gain", 1, 0.0) }];
+        stage.fitted_candidates = vec![FittedCandidate { holm_p, ..fitted_candidate("joint_gain", 1, 0.0) }];
         let mut finding = finding_of_stage(stage);
         finding.verdict = verdict;
         let candidates = crate::candidates::Candidates { listed, unlisted: Vec::new() };

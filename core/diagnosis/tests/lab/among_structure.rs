@@ -6,7 +6,7 @@ use plumb_diagnosis::{Diagnosis, Verdict};
 use plumb_estimation::Progress;
 use plumb_report::diagnosis_sentence;
 
-use super::made_up::{COLUMN_ARM, Dice, column_poses, column_tip, laboratory};
+use super::made_up::{COLUMN_ARM, Xorshift, column_poses, column_tip, laboratory};
 
 /// Degrees by which shoulder and elbow are off for reasons that no effect describes: the angles of waist and elbow at once, in waves of no whole number a turn.
 fn unknown(q: [f64; 3]) -> [f64; 2] {
@@ -16,7 +16,7 @@ fn unknown(q: [f64; 3]) -> [f64; 2] {
 
 /// The column arm measured with unknown structure, and with whatever is `hidden`: what each joint is off by, degrees, from its row, pose and last move.
 fn diagnosis(seed: u64, hidden: impl Fn(usize, [f64; 3], [f64; 3]) -> [f64; 3]) -> Diagnosis {
-    let mut dice = Dice::seeded(seed);
+    let mut rng = Xorshift::seeded(seed);
     let mut text = "q1_deg,q2_deg,q3_deg,p1_x_mm,p1_y_mm,p1_z_mm\n".to_owned();
     let mut before = None;
     for (row, q) in column_poses(160, seed).into_iter().enumerate() {
@@ -24,7 +24,7 @@ fn diagnosis(seed: u64, hidden: impl Fn(usize, [f64; 3], [f64; 3]) -> [f64; 3]) 
             before.map_or([0.0; 3], |last: [f64; 3]| [q[0] - last[0], q[1] - last[1], q[2] - last[2]]);
         let (structure, off) = (unknown(q), hidden(row, q, moved));
         let really = [q[0] + off[0], q[1] + off[1] + structure[0], q[2] + off[2] + structure[1]];
-        let [x, y, z] = column_tip(really).map(|part| part + dice.noise(0.02));
+        let [x, y, z] = column_tip(really).map(|part| part + rng.noise(0.02));
         text.push_str(&format!("{},{},{},{x},{y},{z}\n", q[0], q[1], q[2]));
         before = Some(q);
     }

@@ -8,7 +8,7 @@ use plumb_calibration::measurement::Observations;
 use plumb_calibration::table::Table;
 use plumb_estimation::Progress;
 
-use super::made_up::Dice;
+use super::made_up::Xorshift;
 
 /// Rows of a six-axis arm: a (mm), alpha, theta (deg), d (mm).
 const ARM: [[f64; 4]; 6] = [
@@ -41,14 +41,14 @@ fn turned(axis: Vector3<f64>, deg: f64) -> UnitQuaternion<f64> {
 
 /// Lengths of a draw wire to the tip, read twice wrongly re-set by some millimetres, in poses in which joints 3 to 6 hardly move: most zeros are hardly determined.
 fn table(seed: u64) -> String {
-    let mut dice = Dice::seeded(seed);
+    let mut rng = Xorshift::seeded(seed);
     let mut text = "q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,distance_mm,distance_to\n".to_owned();
     for row in 0..ROWS {
         let middle = [-70.0, 30.0, -25.0, -15.0, 70.0, -60.0];
         let half = [12.0, 6.0, 1.0, 0.5, 1.0, 0.5];
         let mut flange = Isometry3::identity();
         for ([a, alpha, theta, d], (middle, half)) in ARM.iter().zip(middle.iter().zip(half)) {
-            let q = dice.between(middle - half, middle + half);
+            let q = rng.between(middle - half, middle + half);
             let q: f64 = format!("{q:.3}").parse().unwrap();
             text.push_str(&format!("{q},"));
             flange = flange
@@ -58,7 +58,7 @@ fn table(seed: u64) -> String {
         }
         let length = (flange * Point3::origin() - Point3::new(243.0, -450.0, 24.0)).norm();
         let reset = if row >= 40 { 3.0 } else { 0.0 } - if row >= 110 { 5.0 } else { 0.0 };
-        text.push_str(&format!("{:.3},anchor\n", length + reset + dice.noise(0.2)));
+        text.push_str(&format!("{:.3},anchor\n", length + reset + rng.noise(0.2)));
     }
     text
 }

@@ -7,18 +7,18 @@ use plumb_diagnosis::{Claim, Note, Verdict};
 use plumb_estimation::Progress;
 use plumb_report::diagnosis_sentence;
 
-use super::made_up::{COLUMN_ARM, Dice, column_poses, column_tip, laboratory};
+use super::made_up::{COLUMN_ARM, Xorshift, column_poses, column_tip, laboratory};
 
 const MODEL: &str = "targets: {p1: {}}\nfree: [joint_zero(*)]\nnoise: {p1_mm: 0.02}\n";
 
 /// Positions of the column arm, whose joints are off by `off` (deg) of the pose.
 fn table(rows: usize, seed: u64, off: impl Fn([f64; 3]) -> [f64; 3]) -> String {
-    let mut dice = Dice::seeded(seed);
+    let mut rng = Xorshift::seeded(seed);
     let mut text = "q1_deg,q2_deg,q3_deg,p1_x_mm,p1_y_mm,p1_z_mm\n".to_owned();
     for q in column_poses(rows, seed) {
         let wrong = off(q);
         let [x, y, z] = column_tip([q[0] + wrong[0], q[1] + wrong[1], q[2] + wrong[2]])
-            .map(|part| part + dice.noise(0.02));
+            .map(|part| part + rng.noise(0.02));
         text.push_str(&format!("{},{},{},{x},{y},{z}\n", q[0], q[1], q[2]));
     }
     text
@@ -116,10 +116,10 @@ fn a_claim_that_is_none_is_refused_with_its_place() {
 fn a_name_that_the_locked_rows_contradict_is_given_and_not_added() {
     // In the last session, which is held out, the elbow's gain is the other way round, as after a repair.
     let mut text = String::from("session,q1_deg,q2_deg,q3_deg,p1_x_mm,p1_y_mm,p1_z_mm\n");
-    let mut dice = Dice::seeded(5);
+    let mut rng = Xorshift::seeded(5);
     for (number, q) in column_poses(160, 5).into_iter().enumerate() {
         let (session, gain) = if number < 110 { ("before", 0.004) } else { ("after", -0.004) };
-        let [x, y, z] = column_tip([q[0], q[1], q[2] * (1.0 + gain)]).map(|part| part + dice.noise(0.02));
+        let [x, y, z] = column_tip([q[0], q[1], q[2] * (1.0 + gain)]).map(|part| part + rng.noise(0.02));
         text.push_str(&format!("{session},{:.5},{:.5},{:.5},{x:.5},{y:.5},{z:.5}\n", q[0], q[1], q[2]));
     }
     let options = |holdout| Options { holdout, ..Options::default() };

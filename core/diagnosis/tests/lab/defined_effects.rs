@@ -8,7 +8,7 @@ use plumb_diagnosis::split::Holdout;
 use plumb_estimation::Progress;
 use plumb_report::diagnosis_sentence;
 
-use super::made_up::{COLUMN_ARM, Dice, column_poses, column_tip, laboratory, try_laboratory};
+use super::made_up::{COLUMN_ARM, Xorshift, column_poses, column_tip, laboratory, try_laboratory};
 
 const KNOWN: &str =
     "base: {free: true}\ntargets: {p1: {free: true}}\nmeasured_from: world\nfree: [joint_zero(*)]\n";
@@ -25,10 +25,10 @@ const BELT: &str = r#"  - name: belt_error
 
 /// Positions of the column arm; `wrong` changes what it really does: joints in degrees, then the tip in mm.
 fn table(wrong: impl Fn([f64; 3]) -> [f64; 3], moved: impl Fn([f64; 3], [f64; 3]) -> [f64; 3]) -> String {
-    let mut dice = Dice::seeded(21);
+    let mut rng = Xorshift::seeded(21);
     let mut text = "q1_deg,q2_deg,q3_deg,p1_x_mm,p1_y_mm,p1_z_mm\n".to_owned();
     for q in column_poses(80, 21) {
-        let [x, y, z] = moved(q, column_tip(wrong(q))).map(|part| part + dice.noise(0.02));
+        let [x, y, z] = moved(q, column_tip(wrong(q))).map(|part| part + rng.noise(0.02));
         text.push_str(&format!("{:.5},{:.5},{:.5},{x:.5},{y:.5},{z:.5}\n", q[0], q[1], q[2]));
     }
     text
@@ -114,9 +114,9 @@ define:
   - {{name: askance, adds: {{trigger_height_mm: \"k*sin(q2+q3)^2\"}}, parameters: {{k: {{unit: mm, range: [-20, 20]}}}}}}
 "
     );
-    let (mut rows, mut dice) = ("q1_deg,q2_deg,q3_deg,on\n".to_owned(), Dice::seeded(5));
+    let (mut rows, mut rng) = ("q1_deg,q2_deg,q3_deg,on\n".to_owned(), Xorshift::seeded(5));
     for _ in 0..40 {
-        let (waist, shoulder) = (dice.between(-90.0, 90.0), dice.between(-10.0, 12.0));
+        let (waist, shoulder) = (rng.between(-90.0, 90.0), rng.between(-10.0, 12.0));
         let miss = |elbow: f64| {
             let askance = (shoulder + elbow).to_radians().sin().powi(2);
             column_tip([waist, shoulder, elbow])[2] - 200.0 - 8.0 - 3.0 * askance
@@ -126,7 +126,7 @@ define:
             let middle = 0.5 * (low + high);
             if miss(middle) > 0.0 { high = middle } else { low = middle }
         }
-        rows.push_str(&format!("{waist},{shoulder},{:.7},table\n", low + dice.noise(0.001)));
+        rows.push_str(&format!("{waist},{shoulder},{:.7},table\n", low + rng.noise(0.001)));
     }
     let options = Options { holdout: Holdout::None, ..Options::default() };
     let watch = Progress::unwatched();

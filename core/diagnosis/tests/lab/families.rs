@@ -4,20 +4,20 @@ use plumb_diagnosis::laboratory::Options;
 use plumb_diagnosis::split::Holdout;
 use plumb_estimation::Progress;
 
-use super::made_up::{COLUMN_ARM, Dice, column_poses, column_tip, laboratory};
+use super::made_up::{COLUMN_ARM, Xorshift, column_poses, column_tip, laboratory};
 
 /// Joint (from 0), periods a turn, amplitude in degrees.
 const WHEELS: [(usize, f64, f64); 4] = [(0, 9.0, 0.03), (1, 12.0, 0.025), (2, 7.0, 0.04), (0, 20.0, 0.015)];
 
 fn table(rows: usize) -> String {
-    let mut dice = Dice::seeded(31);
+    let mut rng = Xorshift::seeded(31);
     let mut text = "q1_deg,q2_deg,q3_deg,p1_x_mm,p1_y_mm,p1_z_mm\n".to_owned();
     for q in column_poses(rows, 31) {
         let mut really = q;
         for (joint, order, amplitude) in WHEELS {
             really[joint] += amplitude * (order * q[joint].to_radians() + 0.4).sin();
         }
-        let [x, y, z] = column_tip(really).map(|part| part + dice.noise(0.02));
+        let [x, y, z] = column_tip(really).map(|part| part + rng.noise(0.02));
         text.push_str(&format!("{:.5},{:.5},{:.5},{x:.5},{y:.5},{z:.5}\n", q[0], q[1], q[2]));
     }
     text
@@ -54,10 +54,10 @@ fn a_family_of_harmonics_is_found_at_one_go_and_holds_on_rows_not_fitted() {
 #[test]
 fn a_machine_without_a_family_is_not_given_one() {
     let model = format!("{COLUMN_ARM}targets: {{p1: {{}}}}\nfree: [joint_zero(*)]\nnoise: {{p1_mm: 0.02}}\n");
-    let mut dice = Dice::seeded(32);
+    let mut rng = Xorshift::seeded(32);
     let mut text = "q1_deg,q2_deg,q3_deg,p1_x_mm,p1_y_mm,p1_z_mm\n".to_owned();
     for q in column_poses(600, 32) {
-        let [x, y, z] = column_tip(q).map(|part| part + dice.noise(0.02));
+        let [x, y, z] = column_tip(q).map(|part| part + rng.noise(0.02));
         text.push_str(&format!("{:.5},{:.5},{:.5},{x:.5},{y:.5},{z:.5}\n", q[0], q[1], q[2]));
     }
     let growth = laboratory(&model, &text, Options::default()).grow(&Progress::unwatched()).unwrap();

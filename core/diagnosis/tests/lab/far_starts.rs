@@ -6,7 +6,7 @@ use plumb_calibration::fit::FitOptions;
 use plumb_diagnosis::laboratory::Options;
 use plumb_estimation::Progress;
 
-use super::made_up::{Dice, laboratory};
+use super::made_up::{Xorshift, laboratory};
 
 /// Rows of distal Denavit-Hartenberg numbers: a (mm), alpha (deg), d (mm).
 type Rows = &'static [[f64; 3]];
@@ -55,13 +55,13 @@ fn turn(axis: Vector3<f64>, deg: f64) -> Isometry3<f64> {
 
 /// Model and table of an arm made with errors, its base and target metres and half turns from where the model has them.
 fn case(rows: Rows, tolerance: &Tolerance, noise: f64, seed: u64) -> (String, String) {
-    let mut dice = Dice::seeded(seed);
+    let mut rng = Xorshift::seeded(seed);
     let mut model = "arm: made-up\nconvention: distal\njoints:\n".to_owned();
     for (index, [a, alpha, d]) in rows.iter().enumerate() {
         model.push_str(&format!("  - {{name: j{}, a_mm: {a}, alpha_deg: {alpha}, d_mm: {d}}}\n", index + 1));
     }
     model.push_str("targets: {p1: {xyz_mm: [0, 0, 20], free: true}}\nfree: [joint_zero(*), geometry(*)]\n");
-    let mut off = |most: f64| dice.between(-most, most);
+    let mut off = |most: f64| rng.between(-most, most);
     let made: Vec<[f64; 5]> = rows
         .iter()
         .map(|[a, alpha, d]| {
@@ -84,7 +84,7 @@ fn case(rows: Rows, tolerance: &Tolerance, noise: f64, seed: u64) -> (String, St
     for _ in 0..90 {
         let mut flange = base;
         for [a, alpha, d, zero, skew] in &made {
-            let q = dice.between(-150.0, 150.0);
+            let q = rng.between(-150.0, 150.0);
             table.push_str(&format!("{q:.5},"));
             let q: f64 = format!("{q:.5}").parse().unwrap();
             flange = flange
@@ -94,7 +94,7 @@ fn case(rows: Rows, tolerance: &Tolerance, noise: f64, seed: u64) -> (String, St
                 * turn(Vector3::x(), *alpha);
         }
         let point = flange * target;
-        let read: Vec<String> = point.iter().map(|part| format!("{:.6}", part + dice.noise(noise))).collect();
+        let read: Vec<String> = point.iter().map(|part| format!("{:.6}", part + rng.noise(noise))).collect();
         table.push_str(&format!("{}\n", read.join(",")));
     }
     (model, table)

@@ -5,16 +5,16 @@ use plumb_diagnosis::laboratory::Options;
 use plumb_estimation::Progress;
 use plumb_report::diagnosis_sentence;
 
-use super::made_up::{Dice, TWO_LINKS, laboratory, two_links_tip};
+use super::made_up::{TWO_LINKS, Xorshift, laboratory, two_links_tip};
 
 /// Positions of the two links with the shoulder's zero off by so much.
 fn table(error_deg: f64, seed: u64) -> String {
-    let mut dice = Dice::seeded(seed);
+    let mut rng = Xorshift::seeded(seed);
     let mut table = "q1_deg,q2_deg,p1_x_mm,p1_y_mm,p1_z_mm\n".to_owned();
     for _ in 0..40 {
-        let (shoulder, elbow) = (dice.between(-120.0, 120.0), dice.between(-120.0, 120.0));
+        let (shoulder, elbow) = (rng.between(-120.0, 120.0), rng.between(-120.0, 120.0));
         let (x, y) = two_links_tip(shoulder + error_deg, elbow);
-        let (x, y, z) = (x + dice.noise(0.05), y + dice.noise(0.05), dice.noise(0.05));
+        let (x, y, z) = (x + rng.noise(0.05), y + rng.noise(0.05), rng.noise(0.05));
         table.push_str(&format!("{shoulder:.4},{elbow:.4},{x:.4},{y:.4},{z:.4}\n"));
     }
     table

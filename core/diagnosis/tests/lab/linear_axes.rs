@@ -6,7 +6,7 @@ use plumb_diagnosis::laboratory::{Laboratory, Options};
 use plumb_estimation::Progress;
 use plumb_report::{diagnosis_sentence, map_sentence, note_in_words};
 
-use super::made_up::{Dice, laboratory};
+use super::made_up::{Xorshift, laboratory};
 
 const AXIS: &str = "
 arm: axis
@@ -29,7 +29,7 @@ fn screw(x: f64) -> f64 {
 
 /// Ten targets that lie on no grid, five cycles there and back; each side is approached from half a play before.
 fn table(seed: u64, play: f64, error: impl Fn(f64) -> f64) -> String {
-    let mut dice = Dice::seeded(seed);
+    let mut rng = Xorshift::seeded(seed);
     let mut text = "q1_mm,approach_q1,repeat,session,p1_x_mm\n".to_owned();
     let targets: Vec<f64> =
         (0..10).map(|index| 20.0 * f64::from(index) + 7.0 * (f64::from(index) * 1.7).sin().abs()).collect();
@@ -37,7 +37,7 @@ fn table(seed: u64, play: f64, error: impl Fn(f64) -> f64) -> String {
         let there = targets.iter().enumerate().map(|(index, x)| (index, x, 1.0));
         let back = targets.iter().enumerate().rev().map(|(index, x)| (index, x, -1.0));
         for (index, x, side) in there.chain(back) {
-            let read = x + error(*x) - side * play / 2.0 + dice.noise(SCATTER);
+            let read = x + error(*x) - side * play / 2.0 + rng.noise(SCATTER);
             text.push_str(&format!("{x},{side},t{index},c{cycle},{read}\n"));
         }
     }
@@ -76,7 +76,7 @@ fn the_play_of_an_axis_is_named_beside_an_error_of_position_which_a_map_then_tak
 fn what_goes_with_the_position_is_said_so_where_no_condition_is_at_work() {
     let diagnosis = axis(&table(4, 0.0, screw)).diagnose(&Progress::unwatched()).unwrap();
     assert!(
-        diagnosis.named.is_none() && diagnosis.verdict.is_nameless(),
+        diagnosis.named.is_none() && diagnosis.verdict.is_unnamed(),
         "{}",
         diagnosis_sentence(&diagnosis)
     );
@@ -120,15 +120,15 @@ fn wave(x: f64) -> f64 {
 
 /// So many positions, each from both sides, at random along the travel or whole pitches apart.
 fn positions(seed: u64, count: u32, whole: bool) -> String {
-    let mut dice = Dice::seeded(seed);
+    let mut rng = Xorshift::seeded(seed);
     let mut text = "q1_mm,approach_q1,p1_x_mm\n".to_owned();
     for index in 0..count {
         let x = match whole {
             true => 10.0 * f64::from(index % 20),
-            false => (dice.between(0.0, 200.0) * 1000.0).round() / 1000.0,
+            false => (rng.between(0.0, 200.0) * 1000.0).round() / 1000.0,
         };
         for side in [1.0, -1.0] {
-            let read = x + wave(x) + 2e-4 * x - side * PLAY / 2.0 + dice.noise(SCATTER);
+            let read = x + wave(x) + 2e-4 * x - side * PLAY / 2.0 + rng.noise(SCATTER);
             text.push_str(&format!("{x},{side},{read}\n"));
         }
     }

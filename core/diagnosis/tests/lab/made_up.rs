@@ -5,9 +5,9 @@ use plumb_calibration::table::Table;
 use plumb_diagnosis::laboratory::{Laboratory, Options};
 
 /// Numbers that look random and never change.
-pub(crate) struct Dice(u64);
+pub(crate) struct Xorshift(u64);
 
-impl Dice {
+impl Xorshift {
     pub(crate) fn seeded(seed: u64) -> Self {
         Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ 0x2545_f491_4f6c_dd1d)
     }
@@ -83,7 +83,7 @@ pub(crate) fn column_tip(q: [f64; 3]) -> [f64; 3] {
 
 /// Many poses of the column arm, degrees.
 pub(crate) fn column_poses(count: usize, seed: u64) -> Vec<[f64; 3]> {
-    let mut dice = Dice::seeded(seed);
-    let mut pose = || [dice.between(-150.0, 150.0), dice.between(-20.0, 100.0), dice.between(-120.0, -10.0)];
+    let mut rng = Xorshift::seeded(seed);
+    let mut pose = || [rng.between(-150.0, 150.0), rng.between(-20.0, 100.0), rng.between(-120.0, -10.0)];
     (0..count).map(|_| pose()).collect()
 }

@@ -7,17 +7,17 @@ use plumb_estimation::Progress;
 use plumb_kinematics::HalfSpace;
 use plumb_report::{instead_in_words, next_poses_sentence};
 
-use super::made_up::{Dice, TWO_LINKS, laboratory, two_links_tip};
+use super::made_up::{TWO_LINKS, Xorshift, laboratory, two_links_tip};
 
 /// The elbow is held near 60 degrees: an error of its zero looks like one of its gain.
 fn narrow() -> String {
-    let mut dice = Dice::seeded(41);
+    let mut rng = Xorshift::seeded(41);
     let mut text = "q1_deg,q2_deg,p1_x_mm,p1_y_mm,p1_z_mm\n".to_owned();
     for _ in 0..30 {
-        let (shoulder, elbow) = (dice.between(-100.0, 100.0), dice.between(59.0, 61.0));
+        let (shoulder, elbow) = (rng.between(-100.0, 100.0), rng.between(59.0, 61.0));
         let (x, y) = two_links_tip(shoulder, elbow + 0.5);
-        let (x, y) = (x + dice.noise(0.05), y + dice.noise(0.05));
-        text.push_str(&format!("{shoulder:.4},{elbow:.4},{x:.4},{y:.4},{:.4}\n", dice.noise(0.05)));
+        let (x, y) = (x + rng.noise(0.05), y + rng.noise(0.05));
+        text.push_str(&format!("{shoulder:.4},{elbow:.4},{x:.4},{y:.4},{:.4}\n", rng.noise(0.05)));
     }
     text
 }

@@ -6,17 +6,17 @@ use plumb_diagnosis::{Diagnosis, NotShown, Verdict, Wanted};
 use plumb_estimation::Progress;
 use plumb_report::{diagnosis_sentence, next_poses_sentence};
 
-use super::made_up::{Dice, TWO_LINKS, laboratory, try_laboratory, two_links_tip};
+use super::made_up::{TWO_LINKS, Xorshift, laboratory, try_laboratory, two_links_tip};
 
 /// Measurements of an arm with nothing wrong but its zeros, the elbow between two angles; 0.05 mm of noise.
 fn measured(low: f64, high: f64, rows: usize) -> String {
-    let mut dice = Dice::seeded(7);
+    let mut rng = Xorshift::seeded(7);
     let mut text = "q1_deg,q2_deg,p1_x_mm,p1_y_mm,p1_z_mm\n".to_owned();
     for _ in 0..rows {
-        let (shoulder, elbow) = (dice.between(-150.0, 150.0), dice.between(low, high));
+        let (shoulder, elbow) = (rng.between(-150.0, 150.0), rng.between(low, high));
         let (x, y) = two_links_tip(shoulder + 0.2, elbow - 0.3);
-        let (x, y) = (x + dice.noise(0.05), y + dice.noise(0.05));
-        text.push_str(&format!("{shoulder:.4},{elbow:.4},{x:.4},{y:.4},{:.4}\n", dice.noise(0.05)));
+        let (x, y) = (x + rng.noise(0.05), y + rng.noise(0.05));
+        text.push_str(&format!("{shoulder:.4},{elbow:.4},{x:.4},{y:.4},{:.4}\n", rng.noise(0.05)));
     }
     text
 }

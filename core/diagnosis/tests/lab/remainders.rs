@@ -5,15 +5,15 @@ use plumb_diagnosis::laboratory::Options;
 use plumb_estimation::Progress;
 use plumb_report::{alike_in_words, diagnosis_sentence, rest_in_words};
 
-use super::made_up::{COLUMN_ARM, Dice, column_poses, column_tip, laboratory};
+use super::made_up::{COLUMN_ARM, Xorshift, column_poses, column_tip, laboratory};
 
 /// Positions of the column arm whose point is pushed aside by something that depends on the hall's humidity.
 fn table(push: &dyn Fn(f64) -> f64, seed: u64) -> String {
-    let mut dice = Dice::seeded(seed);
+    let mut rng = Xorshift::seeded(seed);
     let mut text = "q1_deg,q2_deg,q3_deg,p1_x_mm,p1_y_mm,p1_z_mm,humidity,door\n".to_owned();
     for q in column_poses(120, seed) {
-        let (humidity, door) = (dice.between(20.0, 60.0), dice.unit().round());
-        let [x, y, z] = column_tip(q).map(|part| part + dice.noise(0.02));
+        let (humidity, door) = (rng.between(20.0, 60.0), rng.unit().round());
+        let [x, y, z] = column_tip(q).map(|part| part + rng.noise(0.02));
         let y = y + push(humidity);
         text.push_str(&format!("{},{},{},{x},{y},{z},{humidity},{door}\n", q[0], q[1], q[2]));
     }
@@ -49,12 +49,12 @@ fn what_a_column_of_the_users_own_goes_with_is_reported_with_its_shape() {
 
 #[test]
 fn effects_that_move_the_readings_alike_are_reported_with_how_much_alike() {
-    let mut dice = Dice::seeded(51);
+    let mut rng = Xorshift::seeded(51);
     let mut text = "q1_deg,q2_deg,q3_deg,p1_x_mm,p1_y_mm,p1_z_mm\n".to_owned();
     for _ in 0..100 {
         // The elbow hardly moves: what a wrong gain does there, a longer link before it does as well.
-        let q = [dice.between(-150.0, 150.0), dice.between(-20.0, 100.0), dice.between(-70.0, -45.0)];
-        let [x, y, z] = column_tip([q[0], q[1], q[2] * 1.005]).map(|part| part + dice.noise(0.02));
+        let q = [rng.between(-150.0, 150.0), rng.between(-20.0, 100.0), rng.between(-70.0, -45.0)];
+        let [x, y, z] = column_tip([q[0], q[1], q[2] * 1.005]).map(|part| part + rng.noise(0.02));
         text.push_str(&format!("{},{},{},{x},{y},{z}\n", q[0], q[1], q[2]));
     }
     let diagnosis = laboratory(&model(), &text, Options::default()).diagnose(&Progress::unwatched()).unwrap();
@@ -70,11 +70,11 @@ fn effects_that_move_the_readings_alike_are_reported_with_how_much_alike() {
 
 #[test]
 fn a_column_of_words_is_reported_by_its_words_and_no_level_is_left_out() {
-    let mut dice = Dice::seeded(61);
+    let mut rng = Xorshift::seeded(61);
     let mut text = "q1_deg,q2_deg,q3_deg,p1_x_mm,p1_y_mm,p1_z_mm,fixture\n".to_owned();
     for (row, q) in column_poses(150, 61).into_iter().enumerate() {
         let (fixture, shift) = [("left", 0.0), ("right", 0.6), ("rear", -0.6)][row % 3];
-        let [x, y, z] = column_tip(q).map(|part| part + dice.noise(0.02));
+        let [x, y, z] = column_tip(q).map(|part| part + rng.noise(0.02));
         text.push_str(&format!("{},{},{},{},{y},{z},{fixture}\n", q[0], q[1], q[2], x + shift));
     }
     let diagnosis = laboratory(&model(), &text, Options::default()).diagnose(&Progress::unwatched()).unwrap();

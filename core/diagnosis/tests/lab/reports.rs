@@ -10,7 +10,7 @@ use plumb_estimation::Progress;
 use plumb_report::diagnosis_sentence;
 use plumb_report::model_report::html;
 
-use super::made_up::{COLUMN_ARM, Dice, column_poses, column_tip, laboratory};
+use super::made_up::{COLUMN_ARM, Xorshift, column_poses, column_tip, laboratory};
 
 #[test]
 fn a_template_of_every_robot_reads_and_its_table_has_a_column_for_every_joint() {
@@ -39,10 +39,10 @@ fn a_template_of_every_robot_reads_and_its_table_has_a_column_for_every_joint() 
 
 #[test]
 fn a_report_is_one_page_that_gives_the_story_and_needs_no_other_file() {
-    let mut dice = Dice::seeded(51);
+    let mut rng = Xorshift::seeded(51);
     let mut table = "q1_deg,q2_deg,q3_deg,p1_x_mm,p1_y_mm,p1_z_mm\n".to_owned();
     for q in column_poses(60, 51) {
-        let [x, y, z] = column_tip([q[0], q[1], q[2] * 1.006]).map(|part| part + dice.noise(0.02));
+        let [x, y, z] = column_tip([q[0], q[1], q[2] * 1.006]).map(|part| part + rng.noise(0.02));
         table.push_str(&format!("{:.5},{:.5},{:.5},{x:.5},{y:.5},{z:.5}\n", q[0], q[1], q[2]));
     }
     let model = format!(
@@ -127,10 +127,10 @@ fn points_lead_to_rows(page: &str) {
 
 #[test]
 fn the_fall_of_a_report_is_solid_for_mechanisms_and_hatched_from_the_first_correction_on() {
-    let mut dice = Dice::seeded(52);
+    let mut rng = Xorshift::seeded(52);
     let mut table = "q1_deg,q2_deg,q3_deg,p1_x_mm,p1_y_mm,p1_z_mm\n".to_owned();
     for q in column_poses(60, 52) {
-        let [x, y, z] = column_tip([q[0], q[1], q[2] * 1.006]).map(|part| part + dice.noise(0.02));
+        let [x, y, z] = column_tip([q[0], q[1], q[2] * 1.006]).map(|part| part + rng.noise(0.02));
         table.push_str(&format!("{:.5},{:.5},{:.5},{x:.5},{y:.5},{z:.5}\n", q[0], q[1], q[2]));
     }
     let model = format!(

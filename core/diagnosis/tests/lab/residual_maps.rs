@@ -9,7 +9,7 @@ use plumb_diagnosis::split::Holdout;
 use plumb_estimation::Progress;
 use plumb_report::{growth_sentence, map_in_words};
 
-use super::made_up::{COLUMN_ARM, Dice, column_poses, column_tip, laboratory};
+use super::made_up::{COLUMN_ARM, Xorshift, column_poses, column_tip, laboratory};
 
 const MODEL: &str = "targets: {p1: {}}\nfree: [joint_zero(*)]\nnoise: {p1_mm: 0.02}\n";
 
@@ -20,10 +20,10 @@ fn off(q: [f64; 3]) -> [f64; 3] {
 }
 
 fn table(rows: usize, seed: u64, off: impl Fn([f64; 3]) -> [f64; 3]) -> String {
-    let mut dice = Dice::seeded(seed);
+    let mut rng = Xorshift::seeded(seed);
     let mut text = "q1_deg,q2_deg,q3_deg,p1_x_mm,p1_y_mm,p1_z_mm\n".to_owned();
     for q in column_poses(rows, seed) {
-        let [x, y, z] = tip(q, &off).map(|part| part + dice.noise(0.02));
+        let [x, y, z] = tip(q, &off).map(|part| part + rng.noise(0.02));
         text.push_str(&format!("{},{},{},{x},{y},{z}\n", q[0], q[1], q[2]));
     }
     text

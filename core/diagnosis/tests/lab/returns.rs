@@ -6,12 +6,12 @@ use plumb_diagnosis::{Diagnosis, Verdict};
 use plumb_estimation::Progress;
 use plumb_report::diagnosis_sentence;
 
-use super::made_up::{COLUMN_ARM, Dice, column_poses, column_tip, laboratory};
+use super::made_up::{COLUMN_ARM, Xorshift, column_poses, column_tip, laboratory};
 
 /// The column arm: 40 poses, and six to which it returned five times; `moved` shifts a row's point. It is reported whether the row is a
 /// return, the pose, and a number between 0 and 1.
 fn diagnosed(seed: u64, moved: impl Fn(bool, [f64; 3], f64) -> [f64; 3]) -> Diagnosis {
-    let mut dice = Dice::seeded(seed);
+    let mut rng = Xorshift::seeded(seed);
     let mut text = "q1_deg,q2_deg,q3_deg,p1_x_mm,p1_y_mm,p1_z_mm,repeat\n".to_owned();
     let poses = column_poses(46, seed);
     let (single, returned) = poses.split_at(40);
@@ -19,12 +19,12 @@ fn diagnosed(seed: u64, moved: impl Fn(bool, [f64; 3], f64) -> [f64; 3]) -> Diag
     let rows: Vec<([f64; 3], String)> =
         single.iter().map(|pose| (*pose, String::new())).chain(returns).collect();
     for (pose, group) in rows {
-        let (point, shift) = (column_tip(pose), moved(!group.is_empty(), pose, dice.unit()));
+        let (point, shift) = (column_tip(pose), moved(!group.is_empty(), pose, rng.unit()));
         let cells: Vec<String> = pose.iter().map(|angle| format!("{angle:.4}")).collect();
         let read: Vec<String> = point
             .iter()
             .zip(shift)
-            .map(|(part, shift)| format!("{:.4}", part + shift + dice.noise(0.05)))
+            .map(|(part, shift)| format!("{:.4}", part + shift + rng.noise(0.05)))
             .collect();
         text.push_str(&format!("{},{},{group}\n", cells.join(","), read.join(",")));
     }
@@ -114,12 +114,12 @@ fn returns_that_scatter_alike_or_of_which_a_few_are_outliers_are_no_fault() {
 
 /// A joint that jumps half-way through 120 poses, one reading in twelve an outlier, all of these along that joint's motion; what is said.
 fn jumped(seed: u64) -> Diagnosis {
-    let mut dice = Dice::seeded(seed);
+    let mut rng = Xorshift::seeded(seed);
     let mut text = "q1_deg,q2_deg,q3_deg,p1_x_mm,p1_y_mm,p1_z_mm\n".to_owned();
     for (row, pose) in column_poses(120, seed).into_iter().enumerate() {
         let step = if row >= 60 { 0.06 } else { 0.0 };
         let point = column_tip([pose[0], pose[1], pose[2] + step]);
-        let slip = if dice.unit() < 1.0 / 12.0 { dice.between(-1.5, 1.5) } else { 0.0 };
+        let slip = if rng.unit() < 1.0 / 12.0 { rng.between(-1.5, 1.5) } else { 0.0 };
         let further = column_tip([pose[0], pose[1], pose[2] + step + 0.5]);
         // Half a degree of the elbow moves the tip by 1.3 mm.
         let along: Vec<f64> = further.iter().zip(point).map(|(there, here)| (there - here) / 1.3).collect();
@@ -127,7 +127,7 @@ fn jumped(seed: u64) -> Diagnosis {
         let read: Vec<String> = point
             .iter()
             .zip(along)
-            .map(|(part, along)| format!("{:.4}", part + slip * along + dice.noise(0.05)))
+            .map(|(part, along)| format!("{:.4}", part + slip * along + rng.noise(0.05)))
             .collect();
         text.push_str(&format!("{},{}\n", cells.join(","), read.join(",")));
     }

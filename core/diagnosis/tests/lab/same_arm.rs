@@ -12,7 +12,7 @@ use plumb_diagnosis::{Diagnosis, Verdict};
 use plumb_estimation::{Progress, for_each};
 use plumb_report::diagnosis_sentence;
 
-use super::made_up::Dice;
+use super::made_up::Xorshift;
 
 const JOINTS: usize = 4;
 const NAMES: [&str; JOINTS] = ["one", "two", "three", "four"];
@@ -69,8 +69,8 @@ fn at(frame: &Matrix4<f64>, point: Vector3<f64>) -> Vector3<f64> {
 }
 
 impl Arm {
-    fn drawn(dice: &mut Dice) -> Self {
-        let mut one = |low: f64, high: f64| dice.between(low, high);
+    fn drawn(rng: &mut Xorshift) -> Self {
+        let mut one = |low: f64, high: f64| rng.between(low, high);
         // Two axes are parallel, as in most arms.
         let alpha = [std::f64::consts::FRAC_PI_2, 0.0, std::f64::consts::FRAC_PI_2, 0.0];
         Self {
@@ -244,24 +244,24 @@ impl Arm {
 
 /// The readings of a campaign, with some joints counted the other way.
 fn table(arm: &Arm, hidden: Hidden, seed: u64, mirrored: [bool; JOINTS]) -> Table {
-    let mut dice = Dice::seeded(seed);
+    let mut rng = Xorshift::seeded(seed);
     let mut text = String::from(
         "q1_deg,q2_deg,q3_deg,q4_deg,approach_q1,approach_q2,approach_q3,approach_q4,p1_x_mm,p1_y_mm,p1_z_mm\n",
     );
     let visited: Vec<[f64; JOINTS]> = (0..POSES)
         .map(|_| {
             [
-                dice.between(-150.0, 150.0),
-                dice.between(-20.0, 110.0),
-                dice.between(-130.0, 10.0),
-                dice.between(-150.0, 150.0),
+                rng.between(-150.0, 150.0),
+                rng.between(-20.0, 110.0),
+                rng.between(-130.0, 10.0),
+                rng.between(-150.0, 150.0),
             ]
         })
         .collect();
     // Six poses are returned to four times each.
     let returns = visited.iter().take(6).flat_map(|pose| [*pose; 4]).collect::<Vec<_>>();
     for pose in visited.into_iter().chain(returns) {
-        let sides: [f64; JOINTS] = std::array::from_fn(|_| if dice.unit() < 0.5 { -1.0 } else { 1.0 });
+        let sides: [f64; JOINTS] = std::array::from_fn(|_| if rng.unit() < 0.5 { -1.0 } else { 1.0 });
         let tip = arm.tip(hidden, pose.map(f64::to_radians), sides);
         let sign: [f64; JOINTS] = mirrored.map(|mirrored| if mirrored { -1.0 } else { 1.0 });
         for joint in 0..JOINTS {
@@ -270,7 +270,7 @@ fn table(arm: &Arm, hidden: Hidden, seed: u64, mirrored: [bool; JOINTS]) -> Tabl
         for joint in 0..JOINTS {
             write!(text, "{},", sign[joint] * sides[joint]).unwrap();
         }
-        let read = tip.map(|part| part + dice.noise(NOISE));
+        let read = tip.map(|part| part + rng.noise(NOISE));
         writeln!(text, "{:.6},{:.6},{:.6}", read.x, read.y, read.z).unwrap();
     }
     Table::parse("table.csv", &text).unwrap()
@@ -295,8 +295,8 @@ fn said(diagnosis: &Diagnosis) -> (Verdict, Option<String>, Option<String>, Vec<
     )
 }
 
-fn drawn(dice: &mut Dice, number: u64) -> Hidden {
-    let joint = 1 + (dice.unit() * 3.0) as usize % 3;
+fn drawn(rng: &mut Xorshift, number: u64) -> Hidden {
+    let joint = 1 + (rng.unit() * 3.0) as usize % 3;
     let other = if joint == 3 { 2 } else { joint + 1 };
     match number % 5 {
         0 => Hidden::Compliance(1 + joint % 2, 1.5e-5),
@@ -319,9 +319,9 @@ fn the_same_arm_gets_the_same_verdict_however_it_is_written() {
     let arms = arms();
     let numbers: Vec<u64> = (0..arms).collect();
     let results = for_each(&numbers, |number| {
-        let mut dice = Dice::seeded(1000 + number);
-        let arm = Arm::drawn(&mut dice);
-        let hidden = drawn(&mut dice, *number);
+        let mut rng = Xorshift::seeded(1000 + number);
+        let arm = Arm::drawn(&mut rng);
+        let hidden = drawn(&mut rng, *number);
         let ways = arm.ways();
         let verdicts: Vec<_> = ways
             .iter()

@@ -7,7 +7,7 @@ use plumb_diagnosis::{Named, Verdict};
 use plumb_estimation::Progress;
 use plumb_report::diagnosis_sentence;
 
-use super::made_up::{Dice, laboratory};
+use super::made_up::{Xorshift, laboratory};
 
 /// A column, two links of 200 and 150 mm, and a wrist that holds the sensor: it looks down where all angles but the first add to
 /// nought. It is drawn as its data sheet has it.
@@ -70,31 +70,31 @@ fn pose(waist: f64, r: f64, z: f64, lean: f64) -> [f64; 4] {
 }
 
 fn rows(eye: Eye, seed: u64) -> String {
-    let mut dice = Dice::seeded(seed);
+    let mut rng = Xorshift::seeded(seed);
     let mut text = "q1_deg,q2_deg,q3_deg,q4_deg,on,signal\n".to_owned();
     for row in 0..120 {
-        let on = dice.unit() < 0.5;
+        let on = rng.unit() < 0.5;
         let level = if on { light(8.0) } else { (1.0 - eye.hysteresis) * light(8.0) };
-        let waist = dice.between(-25.0, 25.0);
+        let waist = rng.between(-25.0, 25.0);
         let (surface, [q1, q2, q3, q4]) = if row % 3 == 0 {
             // Over the edge, the hand level, at some height: the share of the spot that has to be light.
-            let distance = dice.between(6.0, 7.9);
+            let distance = rng.between(6.0, 7.9);
             let share = ((level / light(distance)) - 0.05) / 0.95;
             let lit = |middle: f64| {
                 0.5 + (middle * (1.0 - middle * middle).sqrt() + middle.asin()) / std::f64::consts::PI
             };
             let light_side = falls_through(-1.0, 1.0, |middle| share - lit(middle));
-            let x = 230.0 - light_side + dice.noise(0.02);
+            let x = 230.0 - light_side + rng.noise(0.02);
             let r = x / waist.to_radians().cos() - distance * eye.tilt;
             ("edge", pose(waist, r, distance, 0.0))
         } else {
             let (name, height, shade) =
                 if row % 3 == 1 { ("table", 0.0, 0.0) } else { ("block", 60.0, eye.lighter) };
             let distance = falls_through(5.0, 40.0, |distance| (1.0 + shade) * light(distance) - level);
-            let lean = dice.between(-10.0, 10.0);
+            let lean = rng.between(-10.0, 10.0);
             let (sine, cosine) = lean.to_radians().sin_cos();
-            let z = height + distance * (cosine - eye.tilt * sine) + dice.noise(0.02);
-            (name, pose(waist, dice.between(170.0, 250.0), z, lean))
+            let z = height + distance * (cosine - eye.tilt * sine) + rng.noise(0.02);
+            (name, pose(waist, rng.between(170.0, 250.0), z, lean))
         };
         let signal = if on { "on" } else { "off" };
         text.push_str(&format!("{q1:.5},{q2:.5},{q3:.5},{q4:.5},{surface},{signal}\n"));

@@ -5,14 +5,14 @@ use plumb_diagnosis::split::Holdout;
 use plumb_estimation::Progress;
 use plumb_report::why_held_in_words;
 
-use super::made_up::{COLUMN_ARM, Dice, column_poses, column_tip, laboratory, try_laboratory};
+use super::made_up::{COLUMN_ARM, Xorshift, column_poses, column_tip, laboratory, try_laboratory};
 
 /// Positions of the column arm, read in three sessions from three places, metres apart; in session `b` after a half turn.
 fn table(seed: u64) -> String {
-    let mut dice = Dice::seeded(seed);
+    let mut rng = Xorshift::seeded(seed);
     let mut text = "q1_deg,q2_deg,q3_deg,p1_x_mm,p1_y_mm,p1_z_mm,session\n".to_owned();
     for (row, q) in column_poses(120, seed).into_iter().enumerate() {
-        let [x, y, z] = column_tip(q).map(|part| part + dice.noise(0.02));
+        let [x, y, z] = column_tip(q).map(|part| part + rng.noise(0.02));
         let ([x, y, z], session) = match row / 40 {
             0 => ([x, y, z], "a"),
             1 => ([1500.0 - x, -y - 300.0, z + 40.0], "b"),

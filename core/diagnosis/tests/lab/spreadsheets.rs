@@ -3,15 +3,15 @@
 use plumb_diagnosis::laboratory::Options;
 use plumb_estimation::Progress;
 
-use super::made_up::{Dice, TWO_LINKS, laboratory, two_links_tip};
+use super::made_up::{TWO_LINKS, Xorshift, laboratory, two_links_tip};
 
 /// Values of one table: shoulder and elbow in degrees, x and y in mm.
 fn measured() -> Vec<[f64; 4]> {
-    let mut dice = Dice::seeded(11);
+    let mut rng = Xorshift::seeded(11);
     let mut row = || {
-        let (shoulder, elbow) = (dice.between(-100.0, 100.0), dice.between(-100.0, 100.0));
+        let (shoulder, elbow) = (rng.between(-100.0, 100.0), rng.between(-100.0, 100.0));
         let (x, y) = two_links_tip(shoulder + 0.3, elbow - 0.2);
-        [shoulder, elbow, x + dice.noise(0.02), y + dice.noise(0.02)]
+        [shoulder, elbow, x + rng.noise(0.02), y + rng.noise(0.02)]
     };
     (0..30).map(|_| row()).collect()
 }

@@ -7,7 +7,7 @@ use plumb_diagnosis::split::Holdout;
 use plumb_estimation::Progress;
 use plumb_report::diagnosis_sentence;
 
-use super::made_up::{COLUMN_ARM, Dice, column_poses, laboratory};
+use super::made_up::{COLUMN_ARM, Xorshift, column_poses, laboratory};
 
 /// Where the column arm with a turning hand has a point of the hand, mm; `q` in degrees.
 fn point(q: [f64; 4], [x, y, z]: [f64; 3]) -> [f64; 3] {
@@ -24,18 +24,18 @@ fn point(q: [f64; 4], [x, y, z]: [f64; 3]) -> [f64; 3] {
 const TARGETS: [[f64; 3]; 3] = [[0.0, 0.0, 20.0], [60.0, 0.0, 0.0], [0.0, 60.0, 10.0]];
 
 fn table(excess: f64, seed: u64) -> String {
-    let mut dice = Dice::seeded(seed);
+    let mut rng = Xorshift::seeded(seed);
     let mut text = "q1_deg,q2_deg,q3_deg,q4_deg".to_owned();
     for target in 1..=3 {
         text.push_str(&format!(",p{target}_x_mm,p{target}_y_mm,p{target}_z_mm"));
     }
     text.push('\n');
     for [waist, shoulder, elbow] in column_poses(90, seed) {
-        let hand = dice.between(-80.0, 80.0);
+        let hand = rng.between(-80.0, 80.0);
         text.push_str(&format!("{waist},{shoulder},{elbow},{hand}"));
         for target in TARGETS {
             for part in point([waist, shoulder, elbow, hand * (1.0 + excess)], target) {
-                text.push_str(&format!(",{}", part + dice.noise(0.02)));
+                text.push_str(&format!(",{}", part + rng.noise(0.02)));
             }
         }
         text.push('\n');

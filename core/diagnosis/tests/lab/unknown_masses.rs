@@ -5,7 +5,7 @@ use plumb_diagnosis::laboratory::Options;
 use plumb_estimation::Progress;
 use plumb_report::{diagnosis_sentence, note_in_words, why_held_in_words};
 
-use super::made_up::{COLUMN_ARM, Dice, column_poses, column_tip, laboratory};
+use super::made_up::{COLUMN_ARM, Xorshift, column_poses, column_tip, laboratory};
 
 const NOISE: f64 = 0.02;
 
@@ -17,10 +17,10 @@ fn sag(q: [f64; 3]) -> f64 {
 }
 
 fn table(rows: usize, seed: u64) -> String {
-    let mut dice = Dice::seeded(seed);
+    let mut rng = Xorshift::seeded(seed);
     let mut text = "q1_deg,q2_deg,q3_deg,p1_x_mm,p1_y_mm,p1_z_mm\n".to_owned();
     for q in column_poses(rows, seed) {
-        let [x, y, z] = column_tip([q[0], q[1] + sag(q), q[2]]).map(|part| part + dice.noise(NOISE));
+        let [x, y, z] = column_tip([q[0], q[1] + sag(q), q[2]]).map(|part| part + rng.noise(NOISE));
         text.push_str(&format!("{},{},{},{x},{y},{z}\n", q[0], q[1], q[2]));
     }
     text

@@ -5,7 +5,7 @@ use plumb_diagnosis::{Diagnosis, Verdict};
 use plumb_estimation::Progress;
 use plumb_report::diagnosis_sentence;
 
-use super::made_up::{COLUMN_ARM, Dice, column_poses, column_tip, laboratory};
+use super::made_up::{COLUMN_ARM, Xorshift, column_poses, column_tip, laboratory};
 
 /// The zero's hidden shift, mm/K.
 const HIDDEN: f64 = 0.06;
@@ -33,12 +33,12 @@ fn diagnosed(
     temperature: fn(usize) -> f64,
     read: impl Fn([f64; 3]) -> (f64, &'static str),
 ) -> Diagnosis {
-    let mut dice = Dice::seeded(41);
+    let mut rng = Xorshift::seeded(41);
     let mut text = format!("time_s,temperature_c,q1_deg,q2_deg,q3_deg,{columns}\n");
     for (row, q) in column_poses(COUNT, 41).into_iter().enumerate() {
         let (value, to) = read(column_tip(q));
         let warm = temperature(row);
-        let shown = value + HIDDEN * (warm - 20.0) + dice.noise(0.05);
+        let shown = value + HIDDEN * (warm - 20.0) + rng.noise(0.05);
         text.push_str(&format!(
             "{},{warm:.3},{:.6},{:.6},{:.6},{shown:.4},{to}\n",
             60 * row,

@@ -10,7 +10,7 @@ use plumb_diagnosis::split::Holdout;
 use plumb_estimation::Progress;
 use plumb_report::diagnosis_sentence;
 
-use super::made_up::{Dice, laboratory, try_laboratory};
+use super::made_up::{Xorshift, laboratory, try_laboratory};
 
 /// Length, twist (deg) and offset of each row: an arm of six joints whose last three axes meet.
 const ROWS: [(f64, f64, f64); 6] = [
@@ -56,15 +56,15 @@ pub(super) fn pose(xyz: [f64; 3], rpy_deg: [f64; 3]) -> Pose {
 }
 
 /// With noise of so many mm and degrees an axis.
-fn noisy(truth: &Pose, (mm, deg): (f64, f64), dice: &mut Dice) -> Pose {
-    let mut three = |sigma: f64| Vector3::from_fn(|_, _| dice.noise(sigma));
+fn noisy(truth: &Pose, (mm, deg): (f64, f64), rng: &mut Xorshift) -> Pose {
+    let mut three = |sigma: f64| Vector3::from_fn(|_, _| rng.noise(sigma));
     let turn = UnitQuaternion::from_scaled_axis(three(deg.to_radians()));
     Pose::from_parts(Translation3::from(truth.translation.vector + three(mm)), truth.rotation * turn)
 }
 
-fn anywhere(dice: &mut Dice) -> [f64; 6] {
+fn anywhere(rng: &mut Xorshift) -> [f64; 6] {
     [[-100.0, 100.0], [10.0, 80.0], [-80.0, 20.0], [-120.0, 120.0], [-90.0, 90.0], [-150.0, 150.0]]
-        .map(|[low, high]| dice.between(low, high))
+        .map(|[low, high]| rng.between(low, high))
 }
 
 fn cells(numbers: impl IntoIterator<Item = f64>) -> String {
@@ -85,12 +85,12 @@ fn tracked(
     seed: u64,
     written: impl Fn(&UnitQuaternion<f64>) -> Vec<f64>,
 ) -> String {
-    let mut dice = Dice::seeded(seed);
+    let mut rng = Xorshift::seeded(seed);
     let base = pose([1500.0, -700.0, 300.0], [2.0, -3.0, 120.0]);
     let mut text = String::new();
     for _ in 0..rows {
-        let q = anywhere(&mut dice);
-        let seen = noisy(&(base * flange(&q, &ZEROS) * body), noise, &mut dice);
+        let q = anywhere(&mut rng);
+        let seen = noisy(&(base * flange(&q, &ZEROS) * body), noise, &mut rng);
         let place = seen.translation.vector;
         text +=
             &format!("{},{},{}\n", cells(q), cells(place.iter().copied()), cells(written(&seen.rotation)));
@@ -245,12 +245,12 @@ fn orientations_of_another_convention_are_recognized_and_reported() {
         refused(&vectors("rad", |turn| turn.scaled_axis().iter().map(|part| part.to_degrees()).collect()));
     assert!(said.contains("more than a whole turn") && said.contains("line 2, column 10"), "{said}");
     // Axes that are none of these: each row turned at random.
-    let mut dice = Dice::seeded(9);
+    let mut rng = Xorshift::seeded(9);
     let header = format!("{},p1_qw,p1_qx,p1_qy,p1_qz\n", of_positions());
     let rows: String = tracked(30, &body, (0.1, 0.05), 5, plain)
         .lines()
         .map(|line| {
-            let numbers: Vec<f64> = (0..4).map(|_| dice.noise(1.0)).collect();
+            let numbers: Vec<f64> = (0..4).map(|_| rng.noise(1.0)).collect();
             let turn = UnitQuaternion::from_quaternion(Quaternion::new(
                 numbers[0], numbers[1], numbers[2], numbers[3],
             ));
@@ -303,19 +303,19 @@ pub(super) fn pictures_of(
     zeros: &[f64; 6],
     one_axis: bool,
 ) -> Vec<String> {
-    let mut dice = Dice::seeded(seed);
+    let mut rng = Xorshift::seeded(seed);
     let mut taken = Vec::new();
     while taken.len() < rows {
         let q = match one_axis {
             // Upright with the hand straight down, the first and last joint alone turn it.
-            true => [dice.between(-20.0, 20.0), 60.0, -60.0, 0.0, 0.0, dice.between(-60.0, 60.0)],
-            false => anywhere(&mut dice),
+            true => [rng.between(-20.0, 20.0), 60.0, -60.0, 0.0, 0.0, rng.between(-60.0, 60.0)],
+            false => anywhere(&mut rng),
         };
         let seen = camera().inverse() * flange(&q, zeros).inverse() * board;
         let place = seen.translation.vector;
         let in_view = place.z > 200.0 && place.z < 700.0 && place.x.hypot(place.y) < 0.45 * place.z;
         if one_axis || in_view {
-            let seen = noisy(&seen, noise, &mut dice);
+            let seen = noisy(&seen, noise, &mut rng);
             let turn: Vec<f64> = seen.rotation.scaled_axis().iter().copied().collect();
             taken.push(format!(
                 "{},{},{}",

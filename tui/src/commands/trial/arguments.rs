@@ -11,8 +11,8 @@ use plumb_simulated::physics::campaign::specification::{
 use plumb_simulated::physics::description::{ArmDescription, Motion};
 use plumb_simulated::physics::random::Random;
 
+use super::effect_request::EffectRequest;
 use super::error::TrialError;
-use super::wish::Wish;
 
 /// Options that shape a campaign.
 #[derive(Debug, Clone, clap::Args)]
@@ -23,7 +23,7 @@ pub struct CampaignArguments {
     /// What to hide: `none`, `any`, `outside`, `not_repeatable`, or an effect such as `joint_backlash(elbow)=3x`; repeat it for several. At random
     /// when not given.
     #[arg(long = "effect", value_name = "EFFECT")]
-    effects: Vec<Wish>,
+    effects: Vec<EffectRequest>,
     /// Poses visited once.
     #[arg(long, default_value_t = 60)]
     poses: usize,
@@ -90,7 +90,7 @@ impl CampaignArguments {
         let mut specification = Specification::usual(find_arm(self.arm.as_deref().unwrap_or(drawn_arm))?);
         specification.hidden = match self.effects.as_slice() {
             [] => drawn_effects,
-            wishes => wishes.iter().filter_map(|wish| wish.0.clone()).collect(),
+            requests => requests.iter().filter_map(|request| request.0.clone()).collect(),
         };
         specification.poses = self.poses;
         specification.spread = match (self.narrow, self.grid) {

@@ -8,8 +8,8 @@ use plumb_simulated::physics::campaign::seal::OpenError;
 use plumb_simulated::physics::description::DescriptionError;
 use thiserror::Error;
 
+use super::effect_request::EffectRequestError;
 use super::injection::InjectionError;
-use super::wish::WishError;
 
 /// Why a trial command failed.
 #[derive(Debug, Error)]
@@ -42,7 +42,7 @@ pub enum TrialError {
     },
     /// `--effect` cannot be read.
     #[error(transparent)]
-    Wish(#[from] WishError),
+    EffectRequest(#[from] EffectRequestError),
     /// A number makes no sense.
     #[error("--{option} {value}: {right}")]
     Option {

@@ -13,12 +13,12 @@ use plumb_report::diagnosis_sentence;
 use plumb_simulated::physics::campaign::specification::{Size, Wanted};
 use plumb_simulated::physics::imperfection::Imperfection;
 
+use super::effect_request::{EffectRequest, EffectRequestError};
 use super::error::TrialError;
 use super::files::{MODEL, TABLE, write};
 use super::injection::{Found, InjectionError, Measurements};
 use super::outcome::Outcome;
 use super::shown::shown_size;
-use super::wish::{Wish, WishError};
 use crate::commands::model::arguments::naming;
 use crate::progress::watched;
 
@@ -63,8 +63,8 @@ struct Tried {
 
 /// Hides, diagnoses, and says from which size on it would be found.
 pub(super) fn run(arguments: &InjectArguments) -> Result<Outcome, TrialError> {
-    let wish: Wish = format!("{}={}", arguments.effect, arguments.size).parse()?;
-    let wanted = wish.0.ok_or_else(|| WishError::Form(arguments.effect.clone()))?;
+    let request: EffectRequest = format!("{}={}", arguments.effect, arguments.size).parse()?;
+    let wanted = request.0.ok_or_else(|| EffectRequestError::Form(arguments.effect.clone()))?;
     for name in [TABLE, MODEL, ANSWER] {
         let path = arguments.output.join(name);
         if path.exists() {

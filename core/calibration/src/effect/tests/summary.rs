@@ -1,7 +1,9 @@
 //! What a table has to offer, and effects of slides that its positions cannot show.
 
 use crate::arm_model::Model;
-use crate::effect::{Channel, EffectId, DatasetSummary, CandidateContext, not_at_these_positions, parse, waves_not_shown};
+use crate::effect::{
+    CandidateContext, Channel, DatasetSummary, EffectId, not_at_these_positions, parse, waves_not_shown,
+};
 use crate::table::scalar::{DISTANCE, HEIGHT};
 use crate::table::{Stretch, Table};
 

@@ -7,22 +7,22 @@ use plumb_simulated::physics::campaign::catalogue::Choice;
 use plumb_simulated::physics::campaign::specification::{Size, Wanted};
 use thiserror::Error;
 
-/// Times the noise when a wish gives no size.
+/// Times the noise when a request gives no size.
 const USUAL_RATIO: f64 = 3.0;
 
-/// Why a wish cannot be read.
+/// Why a request cannot be read.
 #[derive(Debug, Clone, PartialEq, Error)]
-pub enum WishError {
+pub enum EffectRequestError {
     /// Not of the form at all.
     #[error("--effect {0}: write NAME, NAME(PLACE) or NAME(PLACE, DETAIL), and =3x or =0.05deg for the size")]
     Form(String),
     /// A size that is none.
     #[error(
-        "--effect {wish}: `{size}` is not a size; write 3x for three times the noise, or a number with deg, mrad, rad, um, mm, deg/m or urad/m, or alone"
+        "--effect {request}: `{size}` is not a size; write 3x for three times the noise, or a number with deg, mrad, rad, um, mm, deg/m or urad/m, or alone"
     )]
     Size {
-        /// The whole wish.
-        wish: String,
+        /// The whole request.
+        request: String,
         /// Its size.
         size: String,
     },
@@ -30,12 +30,12 @@ pub enum WishError {
 
 /// One `--effect`.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Wish(pub Option<Wanted>);
+pub struct EffectRequest(pub Option<Wanted>);
 
-impl FromStr for Wish {
-    type Err = WishError;
+impl FromStr for EffectRequest {
+    type Err = EffectRequestError;
 
-    fn from_str(text: &str) -> Result<Self, WishError> {
+    fn from_str(text: &str) -> Result<Self, EffectRequestError> {
         if text.trim() == "none" {
             return Ok(Self(None));
         }
@@ -43,7 +43,7 @@ impl FromStr for Wish {
             Some((what, size)) => (what.trim(), read_size(text, size.trim())?),
             None => (text.trim(), Size::OverNoise(USUAL_RATIO)),
         };
-        let bad = || WishError::Form(text.to_owned());
+        let bad = || EffectRequestError::Form(text.to_owned());
         let (name, inside) = match what.split_once('(') {
             Some((name, rest)) => (name.trim(), Some(rest.strip_suffix(')').ok_or_else(bad)?)),
             None => (what, None),
@@ -64,8 +64,8 @@ impl FromStr for Wish {
     }
 }
 
-fn read_size(wish: &str, size: &str) -> Result<Size, WishError> {
-    let bad = || WishError::Size { wish: wish.to_owned(), size: size.to_owned() };
+fn read_size(request: &str, size: &str) -> Result<Size, EffectRequestError> {
+    let bad = || EffectRequestError::Size { request: request.to_owned(), size: size.to_owned() };
     let units = ["deg/m", "urad/m", "mrad", "rad", "deg", "um", "mm", "x", ""];
     let (digits, unit) =
         units.iter().find_map(|unit| Some((size.strip_suffix(unit)?, *unit))).ok_or_else(bad)?;
@@ -88,12 +88,12 @@ mod tests {
     use super::*;
 
     fn read(text: &str) -> (String, Option<String>, Option<String>, Size) {
-        let Wanted { choice, size } = text.parse::<Wish>().unwrap().0.unwrap();
+        let Wanted { choice, size } = text.parse::<EffectRequest>().unwrap().0.unwrap();
         (choice.name, choice.place, choice.detail, size)
     }
 
     #[test]
-    fn a_wish_names_effect_place_detail_and_size() {
+    fn a_request_names_effect_place_detail_and_size() {
         assert_eq!(read("joint_backlash"), ("joint_backlash".into(), None, None, Size::OverNoise(3.0)));
         assert_eq!(
             read("joint_harmonic(waist, 20) = 1.5x"),
@@ -107,12 +107,12 @@ mod tests {
         assert_eq!(read("joint_backlash(elbow)=180deg").3, Size::Exact(PI));
         assert_eq!(read("axis_yaw(x)=180deg/m").3, Size::Exact(PI / 1000.0));
         assert_eq!(read("axis_yaw(x)=350urad/m").3, Size::Exact(350.0 * 1e-9));
-        assert_eq!("none".parse::<Wish>().unwrap(), Wish(None));
+        assert_eq!("none".parse::<EffectRequest>().unwrap(), EffectRequest(None));
     }
 
     #[test]
-    fn bad_wishes_say_what_would_be_right() {
-        let message = |text: &str| text.parse::<Wish>().unwrap_err().to_string();
+    fn bad_requests_say_what_would_be_right() {
+        let message = |text: &str| text.parse::<EffectRequest>().unwrap_err().to_string();
         assert!(
             message("joint_backlash(elbow")
                 .starts_with("--effect joint_backlash(elbow: write NAME, NAME(PLACE)")
