@@ -156,6 +156,12 @@ pub enum Rejection {
     MoreLeftAt(String),
     /// Its size is another once the rest is allowed for.
     OtherSize,
+    /// It is not significant once a smooth function of what is known of a row explains the rest.
+    NotSignificantBesideSmooth,
+    /// Others are likelier once a smooth function of what is known of a row explains the rest.
+    LessLikelyBesideSmooth,
+    /// Several effects that can imitate anything were taken in at this place.
+    FlexibleTermsAt(String),
     /// More than noise is left with it in, which a mechanism without a name may explain as well.
     MoreThanNoiseLeft,
 }

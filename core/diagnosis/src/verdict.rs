@@ -17,7 +17,7 @@ use crate::thresholds::{
     ALIKE_CORRELATION, COMPARED_CANDIDATES, DETECTABLE_ERRORS, LACK_OF_FIT_LEVEL, NAMING_LEVEL,
     OVERWHELMING_GAIN, PRESENT_LEVEL, SAME_CORRELATION, SIGN_ERRORS, TIE_BIC,
 };
-use evidence::{Evidence, unlisted_against};
+use evidence::{Against, Evidence, unlisted_against};
 use plumb_calibration::arm_model::AddedEffect;
 use plumb_calibration::effect::{self, EffectId, Family, LooksAt, Site, Size};
 use plumb_calibration::fit::ResidualModel;
@@ -35,7 +35,7 @@ pub(crate) struct Finding<'a> {
     pub(crate) verdict: Verdict,
     /// The place that is known, if that is the verdict.
     pub(crate) place: Option<Site>,
-    /// Contenders no worse than the best by more than the information criterion can distinguish.
+    /// Fitted candidates no worse than the best by more than the information criterion can distinguish.
     pub(crate) close: Vec<usize>,
     /// Effects that belong besides the one in question.
     pub(crate) besides: Vec<EffectId>,
@@ -47,6 +47,8 @@ pub(crate) struct Finding<'a> {
     pub(crate) free_first: Option<&'static str>,
     /// What was found beside a flexible part for what nothing explains; nothing where that was not asked.
     mechanism: Option<Mechanism>,
+    /// What speaks against a name where the likeliest effect sits, besides other candidates.
+    against: Option<Against>,
     /// Whether more than noise may be left with the effect in question in.
     dirty: bool,
     /// Rows that are no outliers with everything in that was found.
@@ -90,6 +92,7 @@ impl Laboratory {
         let asked: Vec<&FittedCandidate> =
             close.iter().filter_map(|index| stage.fitted_candidates.get(*index)).collect();
         let (verdict, place) = judge(&asked, &evidence, floor);
+        let against = asked.first().and_then(|best| evidence.against_a_name_at(best.id.site));
         let dirty = is_dirty(asked.first().copied(), &evidence, floor);
         let base = self.base_of(&mut stage, stages, progress)?;
         let finding = Finding {
@@ -104,6 +107,7 @@ impl Laboratory {
             left_unexplained_mm: None,
             free_first: None,
             mechanism: None,
+            against,
             dirty,
             rows,
         };
@@ -184,11 +188,6 @@ impl Evidence {
         let sure = !self.errs_alike && best.is_some_and(|best| best.holm_p < PRESENT_LEVEL);
         self.lack_of_fit.is_some_and(|lack_of_fit| lack_of_fit.is_significant() || sure)
     }
-
-    /// Whether a name at this site may represent something else that is at work there.
-    fn doubts_a_name_at(&self, site: Site) -> bool {
-        self.unlisted_sites.contains(&site) || self.uneven.contains(&site) || self.padded == Some(site)
-    }
 }
 
 /// The verdict on the close fitted candidates (the likeliest first), and the site if only that is known.
@@ -230,8 +229,7 @@ fn judge(
             },
         };
     }
-    let unfinished = evidence.left_over.is_some_and(|lack_of_fit| lack_of_fit.is_significant());
-    let doubtful = unfinished || evidence.doubts_a_name_at(best.id.site);
+    let doubtful = evidence.against_a_name_at(best.id.site).is_some();
     match (fitted_candidates.len(), one_place) {
         _ if doubtful && !is_overwhelming(best) => at_best,
         (1, _) => (Verdict::Named, None),
@@ -242,8 +240,7 @@ fn judge(
 
 /// Whether more than noise may be left with the likeliest effect in; yes where the noise is not known.
 fn is_dirty(best: Option<&FittedCandidate>, evidence: &Evidence, floor: &Floor) -> bool {
-    let unfinished = evidence.left_over.is_some_and(|lack_of_fit| lack_of_fit.is_significant());
-    unfinished || floor.scale.is_none() || best.is_some_and(|best| !explains_all(best, floor))
+    evidence.is_unfinished() || floor.scale.is_none() || best.is_some_and(|best| !explains_all(best, floor))
 }
 
 /// Whether nothing but noise is left with an effect in; yes where the noise is not known.
@@ -378,7 +375,7 @@ impl Finding<'_> {
         alike
     }
 
-    /// Contenders that are the same thing as the best in these rows: they move every reading just as it does, and the tip as much or as little. What the arm's own
+    /// Fitted candidates that are the same thing as the best in these rows: they move every reading just as it does, and the tip as much or as little. What the arm's own
     /// sensor does, and what the arm does, may read alike and still send the tip to different places.
     pub(crate) fn same(&self) -> Vec<String> {
         let Some(best) = self.best() else { return Vec::new() };

@@ -46,7 +46,7 @@ pub(crate) enum Doubt {
 
 /// What the rows say of the fitted candidates of a stage beside a flexible part.
 pub(crate) struct Mechanism {
-    /// Contenders that cannot be distinguished, by their places in the stage's list, the foremost first.
+    /// Fitted candidates that cannot be distinguished, by their places in the stage's list, the foremost first.
     pub(crate) close: Vec<usize>,
     /// Nothing where the foremost is identified, or tied with the others of `close` alone.
     pub(crate) doubt: Option<Doubt>,

@@ -1,6 +1,7 @@
 //! A name among structure that nothing explains, how probable each candidate is, and why the others are rejected.
 
 use super::Finding;
+use super::evidence::Against;
 use crate::candidates::Candidates;
 use crate::epochs::with_rivals;
 use crate::forward_selection::{FittedCandidate, Stage};
@@ -12,7 +13,7 @@ use crate::outcome::{Rejection, Verdict};
 use crate::predictive_gain::Gain;
 use crate::score_test::Probe;
 use crate::thresholds::NAMING_LEVEL;
-use plumb_calibration::effect::{self, EffectId};
+use plumb_calibration::effect::{self, EffectId, Site};
 use plumb_estimation::Progress;
 
 /// What remains of a stage beside a flexible part; asked only where chance would hardly make any of its fitted candidates, for it costs as much as the whole search.
@@ -215,7 +216,27 @@ impl<'a> Finding<'a> {
             Some(Doubt::MoreAtItsJoint) => Rejection::MoreLeftAt(model.site_name(fitted_candidate.id.site)),
             Some(Doubt::NotPredicted) => Rejection::SmoothPredicts,
             Some(Doubt::Size) => Rejection::OtherSize,
-            Some(Doubt::NotPassed) | None => Rejection::MoreThanNoiseLeft,
+            Some(Doubt::NotPassed) => Rejection::NotSignificantBesideSmooth,
+            None if self.is_less_likely_beside_smooth(fitted_candidate) => Rejection::LessLikelyBesideSmooth,
+            None => self.against_the_name(fitted_candidate.id.site),
+        }
+    }
+
+    /// Whether others are likelier beside the flexible part.
+    fn is_less_likely_beside_smooth(&self, fitted_candidate: &FittedCandidate) -> bool {
+        let Some(mechanism) = &self.mechanism else { return false };
+        let mut foremost = mechanism.close.iter().filter_map(|index| self.at(*index));
+        !foremost.any(|one| one.id == fitted_candidate.id)
+    }
+
+    /// What speaks against a name at this site, besides other candidates.
+    fn against_the_name(&self, site: Site) -> Rejection {
+        let model = self.stage.fitted.machine.model;
+        match self.against {
+            Some(Against::Unlisted) => Rejection::UnlistedAt(model.site_name(site)),
+            Some(Against::LeftAlong) => Rejection::MoreLeftAt(model.site_name(site)),
+            Some(Against::FlexibleTerms) => Rejection::FlexibleTermsAt(model.site_name(site)),
+            Some(Against::LeftOver) | None => Rejection::MoreThanNoiseLeft,
         }
     }
 }

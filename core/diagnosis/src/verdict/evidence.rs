@@ -33,6 +33,39 @@ pub(super) struct Evidence {
     pub(super) errs_alike: bool,
 }
 
+/// What speaks against a name at a site, besides other candidates.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Against {
+    /// A mechanism without a name is at work there too.
+    Unlisted,
+    /// More is left along the motion of that site than across it.
+    LeftAlong,
+    /// Several effects that can imitate anything were taken in there.
+    FlexibleTerms,
+    /// More than noise is left with everything in.
+    LeftOver,
+}
+
+impl Evidence {
+    /// What speaks against a name at this site, the most specific first.
+    pub(super) fn against_a_name_at(&self, site: Site) -> Option<Against> {
+        if self.unlisted_sites.contains(&site) {
+            Some(Against::Unlisted)
+        } else if self.uneven.contains(&site) {
+            Some(Against::LeftAlong)
+        } else if self.padded == Some(site) {
+            Some(Against::FlexibleTerms)
+        } else {
+            self.is_unfinished().then_some(Against::LeftOver)
+        }
+    }
+
+    /// Whether more than noise is left with everything in.
+    pub(super) fn is_unfinished(&self) -> bool {
+        self.left_over.is_some_and(|lack_of_fit| lack_of_fit.is_significant())
+    }
+}
+
 impl Laboratory {
     /// What the stages say besides their fitted candidates, the first with nothing taken in and the last with all. Of what is left where readings next to each other err alike
     /// no mechanism without a name and no direction is asked once it is less than the noise.

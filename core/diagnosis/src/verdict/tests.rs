@@ -283,6 +283,7 @@ fn finding_of_stage(stage: Stage<'_>) -> Finding<'_> {
         left_unexplained_mm: None,
         free_first: None,
         mechanism: None,
+        against: None,
         dirty: false,
         rows,
     }
@@ -477,6 +478,42 @@ fn what_is_not_named_is_rejected_for_the_first_thing_that_speaks_against_it() {
     assert_eq!(with(&|one| one.gains.push(gain(0.5))), Some(Rejection::NotPredicted));
     let unasked = |one: &mut FittedCandidate| (one.refitted, one.gains) = (false, vec![gain(0.5)]);
     assert_eq!(with(&unasked), worse, "nobody asked whether it predicts");
+}
+
+#[test]
+fn what_speaks_against_a_name_is_reported_as_what_it_is() {
+    use crate::outcome::Rejection;
+    let joint = Site::Joint(1);
+    let all = || Evidence {
+        left_over: lack(1e-9),
+        unlisted_sites: vec![joint],
+        uneven: vec![joint],
+        padded: Some(joint),
+        ..found()
+    };
+    let less = |change: fn(&mut Evidence)| {
+        let mut evidence = all();
+        change(&mut evidence);
+        evidence.against_a_name_at(joint)
+    };
+    assert_eq!(less(|_| ()), Some(Against::Unlisted));
+    assert_eq!(less(|one| one.unlisted_sites.clear()), Some(Against::LeftAlong));
+    let flexible = |one: &mut Evidence| (one.unlisted_sites, one.uneven) = (Vec::new(), Vec::new());
+    assert_eq!(less(flexible), Some(Against::FlexibleTerms));
+    assert_eq!(all().against_a_name_at(Site::Joint(0)), Some(Against::LeftOver));
+    assert_eq!(found().against_a_name_at(joint), None);
+    let rejected = |against: Option<Against>| {
+        finding_of(vec![fitted_candidate("joint_gain", 1, 0.0)], |finding| {
+            (finding.verdict, finding.against) = (Verdict::Located, against);
+            finding.rejected(&finding.stage.fitted_candidates[0]).unwrap()
+        })
+    };
+    let elbow = || "elbow".to_owned();
+    assert_eq!(rejected(Some(Against::Unlisted)), Rejection::UnlistedAt(elbow()));
+    assert_eq!(rejected(Some(Against::LeftAlong)), Rejection::MoreLeftAt(elbow()));
+    assert_eq!(rejected(Some(Against::FlexibleTerms)), Rejection::FlexibleTermsAt(elbow()));
+    assert_eq!(rejected(Some(Against::LeftOver)), Rejection::MoreThanNoiseLeft);
+    assert_eq!(rejected(None), Rejection::MoreThanNoiseLeft);
 }
 
 #[test]

@@ -27,6 +27,18 @@ pub fn rejection_in_words(rejection: &Rejection) -> String {
             format!("a mechanism that is not listed explains it as well, or is at work too, at {place}")
         }
         Rejection::MoreLeftAt(place) => format!("too much else is left at {place}"),
+        Rejection::NotSignificantBesideSmooth => {
+            "not significant once a smooth function of what is known of a row explains the rest".to_owned()
+        }
+        Rejection::LessLikelyBesideSmooth => {
+            "others are likelier once a smooth function of what is known of a row explains the rest"
+                .to_owned()
+        }
+        Rejection::FlexibleTermsAt(place) => {
+            format!(
+                "several flexible terms (gain, waves, coupling) at {place} may together imitate something else"
+            )
+        }
         Rejection::OtherSize => "its size is another once the rest is allowed for".to_owned(),
         Rejection::MoreThanNoiseLeft => {
             "more than noise is left with it in, which a mechanism that is not listed may explain as well"

@@ -2,6 +2,7 @@
 
 use super::few_poses::{added_to, with_condition};
 use super::jumps::jumps_in_words;
+use super::rejection::rejection_in_words;
 use super::rest::rest_in_words;
 use crate::phrase::{listed, noise_text, size_text};
 use plumb_diagnosis::{Alike, Diagnosis, EffectPlace, Located, Named, NotShown, Rejection, Verdict};
@@ -91,7 +92,7 @@ fn why_not_named(diagnosis: &Diagnosis, located: &Located) -> String {
                     "too few poses to name it: {one} comes nearest, and does not yet predict rows it has not seen"
                 )
             }
-            [] | [_] => format!("{one} comes nearest and does not explain all of it"),
+            [] | [_] => nearest(diagnosis, one, &located.place),
             several => format!("these data cannot tell {} apart", listed(several, "and")),
         },
         several => format!("these data cannot tell {} apart", listed(several, "and")),
@@ -125,11 +126,25 @@ fn tie(diagnosis: &Diagnosis) -> String {
     )
 }
 
+/// What comes nearest at a place, and why it is not named.
+fn nearest(diagnosis: &Diagnosis, effect: &str, place: &str) -> String {
+    match rejection_at(diagnosis, effect, place) {
+        None | Some(Rejection::MoreThanNoiseLeft | Rejection::MoreLeftAt(_)) => {
+            format!("{effect} comes nearest and does not explain all of it")
+        }
+        Some(other) => format!("{effect}, which comes nearest, is not named: {}", rejection_in_words(other)),
+    }
+}
+
+/// Why the first candidate of this name at a place is not the name.
+fn rejection_at<'d>(diagnosis: &'d Diagnosis, effect: &str, place: &str) -> Option<&'d Rejection> {
+    let mut there = diagnosis.candidates.iter();
+    there.find(|one| one.effect.effect == effect && one.effect.place == place)?.rejected.as_ref()
+}
+
 /// Whether what comes nearest at a place is not named because it does not predict rows it has not seen.
 fn is_borne_out_too_little(diagnosis: &Diagnosis, effect: &str, place: &str) -> bool {
-    let mut there =
-        diagnosis.candidates.iter().filter(|one| one.effect.effect == effect && one.effect.place == place);
-    there.next().is_some_and(|best| best.rejected == Some(Rejection::NotPredicted))
+    rejection_at(diagnosis, effect, place) == Some(&Rejection::NotPredicted)
 }
 
 /// What is not shown, effects of one name together, in the order of the greatest of each.
@@ -264,6 +279,11 @@ mod tests {
         assert!(
             doubted.ends_with("but joint_gain comes nearest and does not explain all of it."),
             "{doubted}"
+        );
+        let several_terms = located(Rejection::FlexibleTermsAt("elbow".to_owned()), &["joint_gain"]);
+        assert!(
+            several_terms.ends_with("but joint_gain, which comes nearest, is not named: several flexible terms (gain, waves, coupling) at elbow may together imitate something else."),
+            "{several_terms}"
         );
         assert!(located(Rejection::Outvoted, &[]).ends_with("but nothing in the library explains it."));
         let several = located(Rejection::Outvoted, &["joint_gain", "joint_zero"]);
