@@ -84,7 +84,7 @@ fn name(diagnosis: &Diagnosis, named: &Named) -> String {
 
 /// Why nothing is named at a known place.
 fn why_not_named(diagnosis: &Diagnosis, located: &Located) -> String {
-    match located.family.as_slice() {
+    match in_question(diagnosis, located).as_slice() {
         [] => "nothing in the library explains it".to_owned(),
         [one] => match tied_at(diagnosis, one, &located.place).as_slice() {
             [] | [_] if is_borne_out_too_little(diagnosis, one, &located.place) => {
@@ -124,6 +124,20 @@ fn tie(diagnosis: &Diagnosis) -> String {
         listed(&labels, "and"),
         diagnosis.alike.first().map_or_else(String::new, |alike| format!(": {}", alike_in_words(alike)))
     )
+}
+
+/// Of the effects of a place those that may be the one in question: what was found besides is at work together with it, and no rival of it.
+fn in_question(diagnosis: &Diagnosis, located: &Located) -> Vec<String> {
+    let rivals = located.family.iter().filter(|name| !is_only_besides(diagnosis, name, &located.place));
+    let rivals: Vec<String> = rivals.cloned().collect();
+    if rivals.is_empty() { located.family.clone() } else { rivals }
+}
+
+/// Whether an effect of this name was found besides at a place, and none of that name is tied there.
+fn is_only_besides(diagnosis: &Diagnosis, effect: &str, place: &str) -> bool {
+    let (alone, with_more) = (format!("{effect}({place})"), format!("{effect}({place}, "));
+    let is_besides = diagnosis.besides.iter().any(|label| *label == alone || label.starts_with(&with_more));
+    is_besides && tied_at(diagnosis, effect, place).is_empty()
 }
 
 /// What comes nearest at a place, and why it is not named.
@@ -285,6 +299,22 @@ mod tests {
             several_terms.ends_with("but joint_gain, which comes nearest, is not named: several flexible terms (gain, waves, coupling) at elbow may together imitate something else."),
             "{several_terms}"
         );
+        let mut both = diagnosis.clone();
+        both.verdict = Verdict::Located;
+        both.besides = vec!["joint_harmonic(elbow, 3)".to_owned()];
+        let family = ["joint_gain", "joint_harmonic"].map(str::to_owned).to_vec();
+        both.located = Some(Located { place: "elbow".to_owned(), family });
+        both.candidates[0].rejected =
+            Some(Rejection::IndistinguishableFrom(vec!["base_reset(base)".to_owned()]));
+        let sentence = diagnosis_sentence(&both);
+        assert!(
+            sentence.ends_with(
+                "but joint_gain, which comes nearest, is not named: indistinguishable from base_reset(base)."
+            ),
+            "what is at work besides is no rival: {sentence}"
+        );
+        both.besides.clear();
+        assert!(diagnosis_sentence(&both).ends_with("cannot tell joint_gain and joint_harmonic apart."));
         assert!(located(Rejection::Outvoted, &[]).ends_with("but nothing in the library explains it."));
         let several = located(Rejection::Outvoted, &["joint_gain", "joint_zero"]);
         assert!(
