@@ -56,6 +56,15 @@ pub(crate) struct Mechanism {
     values: (DVector<f64>, DMatrix<f64>),
 }
 
+#[cfg(test)]
+impl Mechanism {
+    /// One made by hand: these are close, and this speaks against the foremost.
+    pub(crate) fn made(close: Vec<usize>, doubt: Option<Doubt>) -> Self {
+        let values = (DVector::zeros(1), DMatrix::zeros(1, 1));
+        Self { close, doubt, probabilities: Vec::new(), values }
+    }
+}
+
 /// What would do in place of the foremost suspect of the likeliest set.
 #[derive(Default)]
 struct Rivals {

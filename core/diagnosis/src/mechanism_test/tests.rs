@@ -222,8 +222,7 @@ fn a_wave_has_company_in_strong_overtones_and_in_what_else_moves_its_joint_as_mu
 #[test]
 fn a_place_is_known_unless_something_else_does_as_well() {
     let with = |doubt: Option<Doubt>| {
-        let values = (DVector::zeros(1), DMatrix::zeros(1, 1));
-        let mechanism = Mechanism { close: vec![0], doubt, probabilities: Vec::new(), values };
+        let mechanism = Mechanism::made(vec![0], doubt);
         (mechanism.knows_its_place(), mechanism.is_reported())
     };
     assert_eq!(with(None), (false, true), "it has a name");

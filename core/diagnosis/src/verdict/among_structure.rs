@@ -295,6 +295,24 @@ mod tests {
     }
 
     #[test]
+    fn what_a_smooth_function_leaves_of_the_best_is_why_it_is_no_name() {
+        with_finding(|finding, _| {
+            let rejected = |finding: &mut Finding<'_>, close: Vec<usize>, doubt: Option<Doubt>| {
+                finding.verdict = Verdict::Located;
+                finding.close.truncate(1);
+                finding.mechanism = Some(Mechanism::made(close, doubt));
+                finding.rejected(finding.best().unwrap()).unwrap()
+            };
+            let best = finding.close[0];
+            let not_passed = rejected(finding, vec![best], Some(Doubt::NotPassed));
+            assert_eq!(not_passed, Rejection::NotSignificantBesideSmooth);
+            assert_eq!(rejected(finding, vec![best], Some(Doubt::Smooth)), Rejection::SmoothExplains);
+            assert_eq!(rejected(finding, vec![best + 1], None), Rejection::LessLikelyBesideSmooth);
+            assert_eq!(rejected(finding, vec![best], None), Rejection::MoreThanNoiseLeft);
+        });
+    }
+
+    #[test]
     fn a_candidate_is_reported_the_first_reason_why_it_is_no_name() {
         with_finding(|finding, _| {
             let named = finding.best().unwrap().id.clone();
