@@ -109,36 +109,32 @@ struct Walker {
     origin: Vector3<f64>,
 }
 
+/// Turns two axes of a frame about the third, from the first towards the second.
+fn turn(first: &mut Vector3<f64>, second: &mut Vector3<f64>, angle: f64) {
+    if angle == 0.0 {
+        return;
+    }
+    let (sine, cosine) = angle.sin_cos();
+    let turned = *first * cosine + *second * sine;
+    *second = *second * cosine - *first * sine;
+    *first = turned;
+}
+
 impl Walker {
     fn start() -> Self {
         Self { x: Vector3::x(), y: Vector3::y(), z: Vector3::z(), origin: Vector3::zeros() }
     }
 
     fn turn_z(&mut self, angle: f64) {
-        let (sine, cosine) = angle.sin_cos();
-        let x = self.x * cosine + self.y * sine;
-        self.y = self.y * cosine - self.x * sine;
-        self.x = x;
+        turn(&mut self.x, &mut self.y, angle);
     }
 
     fn turn_x(&mut self, angle: f64) {
-        if angle == 0.0 {
-            return;
-        }
-        let (sine, cosine) = angle.sin_cos();
-        let y = self.y * cosine + self.z * sine;
-        self.z = self.z * cosine - self.y * sine;
-        self.y = y;
+        turn(&mut self.y, &mut self.z, angle);
     }
 
     fn turn_y(&mut self, angle: f64) {
-        if angle == 0.0 {
-            return;
-        }
-        let (sine, cosine) = angle.sin_cos();
-        let z = self.z * cosine + self.x * sine;
-        self.x = self.x * cosine - self.z * sine;
-        self.z = z;
+        turn(&mut self.z, &mut self.x, angle);
     }
 
     fn follow(&mut self, pose: &IsometryMatrix3<f64>) {

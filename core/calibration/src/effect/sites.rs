@@ -87,10 +87,10 @@ impl<'a> Sites<'a> {
     fn pairs(&self, first: &str, other: &str) -> Found {
         let (firsts, others) = (self.joints(first)?, self.joints(other)?);
         // With a wildcard the pair of a joint with itself is left out; written by name it is refused, with a reason.
-        let wild = first == "*" || other == "*";
+        let has_wildcard = first == "*" || other == "*";
         let mut found = Vec::new();
         for site in firsts {
-            for with in others.iter().filter(|with| !(wild && **with == site)) {
+            for with in others.iter().filter(|with| !(has_wildcard && **with == site)) {
                 found.push(EffectId { with: with.joint(), ..self.id(site) });
             }
         }
