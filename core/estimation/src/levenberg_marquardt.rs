@@ -4,9 +4,10 @@
 //! damping follows Nielsen's rule `1 - (2g - 1)^3` of the gain ratio `g` (Nielsen 1999; Madsen, Nielsen and Tingleff 2004,
 //! Methods for Non-Linear Least Squares Problems, section 3.2). A descent has converged where the gain that a further step
 //! predicts is small beside the variance of one measurement. Where residuals stay large, their curvature counts as well, see
-//! [`curvature`].
+//! [`curvature`]. Where a valley bends, steps bend with it: the predictions' second derivative along a step corrects it to second order (geodesic
+//! acceleration, Transtrum and Sethna 2012, arXiv:1201.5885), or steps would be as short as the valley is narrow.
 
-use nalgebra::{Cholesky, DMatrix, DVector};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use crate::{Cancelled, NormalEquations, Progress, RankRevealingCholesky};
 
@@ -27,6 +28,12 @@ pub trait Problem {
 
     /// Whether all numbers of a state are finite.
     fn is_finite(&self, state: &Self::State) -> bool;
+
+    /// The derivatives of the predictions at a state times their second derivative along a change, `J' p''`, divided by the sigmas squared; nothing where it is not
+    /// worked out, and steps stay straight.
+    fn second_derivative_along(&self, _state: &Self::State, _change: &DVector<f64>) -> Option<DVector<f64>> {
+        None
+    }
 }
 
 /// Where a descent ended.
@@ -102,6 +109,17 @@ const BROKEN_PROMISE: f64 = 0.25;
 /// Broken promises in a row that end a descent whose gains are as small as [`UNKEPT_PROMISE`]: ever shorter steps would come no nearer.
 const BROKEN_PROMISES: usize = 3;
 
+/// Ratio of the gain reached to the gain predicted below which a valley seems to bend, so that the next steps are asked how they do (Nielsen 1999: from about here on the damping no
+/// longer falls by much).
+const STRAIGHT: f64 = 0.75;
+
+/// Length of the correction to second order, relative to the step, above which a step leads beyond where two orders describe anything, and is not tried (Transtrum and Sethna 2012,
+/// equation 9).
+const MOST_BENT: f64 = 0.75;
+
+/// The same, below which the valley is straight again.
+const HARDLY_BENT: f64 = 0.1;
+
 /// Fraction of the sum of squares below which the gain of a refused step counts as none.
 const NEGLIGIBLE: f64 = 1e-8;
 
@@ -157,8 +175,19 @@ pub fn descend_from<P: Problem>(
     let scales = normal.matrix.diagonal();
     let damping = Damping { value: settings.damping, growth: 2.0 };
     let curvature = Curvature::unknown(normal.gradient.len());
-    let mut run =
-        Run { problem, held, state, normal, scales, damping, curvature, idle: 0, refused: 0, broken: 0 };
+    let mut run = Run {
+        problem,
+        held,
+        state,
+        normal,
+        scales,
+        damping,
+        curvature,
+        bends: false,
+        idle: 0,
+        refused: 0,
+        broken: 0,
+    };
     for step in 0..settings.steps {
         progress.check()?;
         if let Some(converged) = run.step() {
@@ -202,12 +231,21 @@ struct Run<'a, P: Problem> {
     scales: DVector<f64>,
     damping: Damping,
     curvature: Curvature,
+    /// Whether the valley seems to bend.
+    bends: bool,
     /// Accepted steps in a row that gained next to nothing.
     idle: usize,
     /// Refused steps in a row.
     refused: usize,
     /// Steps in a row that were short and gained less than their gradient promised.
     broken: usize,
+}
+
+/// A damped step, the gain it predicts, and the factor of the damped matrix.
+struct DampedStep {
+    change: DVector<f64>,
+    predicted: f64,
+    factor: Cholesky<f64, Dyn>,
 }
 
 impl<P: Problem> Run<'_, P> {
@@ -221,7 +259,7 @@ impl<P: Problem> Run<'_, P> {
         for (scale, fresh) in self.scales.iter_mut().zip(self.normal.matrix.diagonal().iter()) {
             *scale = scale.max(*fresh);
         }
-        let Some((change, predicted)) = self.damped_step() else {
+        let Some(DampedStep { change, predicted, factor }) = self.damped_step() else {
             // With curvature the matrix need not be positive definite; without, damping makes it so.
             match self.curvature.added() {
                 Some(_) => self.curvature.set_aside(),
@@ -233,11 +271,18 @@ impl<P: Problem> Run<'_, P> {
         if predicted <= no_gain && (self.idle >= IDLE_STEPS || promised(&self.normal, self.held) <= no_gain) {
             return Some(true);
         }
+        let Some(change) = self.bent(change, &factor) else {
+            self.damping.refuse();
+            return self.damping.is_exhausted().then_some(false);
+        };
         let state = self.problem.stepped(&self.state, &change);
         // Nearly every step is taken: its normal equations come with its sum of squares.
         let normal = self.problem.normal_equations(&state);
         let gain = self.normal.squares - normal.squares;
         let gain_ratio = gain / predicted;
+        // Written so that what is not a number bends.
+        let is_straight = gain_ratio >= STRAIGHT;
+        self.bends |= !is_straight;
         self.curvature.choose(&self.normal, &change, gain);
         let finite = normal.squares.is_finite() && self.problem.is_finite(&state);
         if finite && gain_ratio > LEAST_GAIN_RATIO {
@@ -254,8 +299,25 @@ impl<P: Problem> Run<'_, P> {
         self.refuse(predicted)
     }
 
+    /// A step that follows a valley to second order where that bends, else the step itself; nothing where it leads beyond what two orders describe.
+    fn bent(&mut self, change: DVector<f64>, factor: &Cholesky<f64, Dyn>) -> Option<DVector<f64>> {
+        let second = self.bends.then(|| self.problem.second_derivative_along(&self.state, &change)).flatten();
+        let Some(mut second) = second else { return Some(change) };
+        for parameter in self.held {
+            second[*parameter] = 0.0;
+        }
+        let correction = -factor.solve(&second);
+        let length = |vector: &DVector<f64>| {
+            let scaled = vector.iter().zip(self.scales.iter()).map(|(one, scale)| one * one * scale);
+            scaled.sum::<f64>().sqrt()
+        };
+        let share = 2.0 * length(&correction) / length(&change).max(f64::MIN_POSITIVE);
+        self.bends = share >= HARDLY_BENT;
+        (share <= MOST_BENT).then(|| change + correction * 0.5)
+    }
+
     /// The damped step and the gain it predicts; nothing where the damped matrix is not positive definite.
-    fn damped_step(&self) -> Option<(DVector<f64>, f64)> {
+    fn damped_step(&self) -> Option<DampedStep> {
         let (mut damped, gradient) = without_held(&self.normal, self.held);
         if let Some(curvature) = self.curvature.added() {
             damped += curvature;
@@ -267,12 +329,13 @@ impl<P: Problem> Run<'_, P> {
         for parameter in self.held {
             damped[(*parameter, *parameter)] = 1.0;
         }
-        let change = Cholesky::new(damped)?.solve(&gradient);
+        let factor = Cholesky::new(damped)?;
+        let change = factor.solve(&gradient);
         // What the linear model gains by this step: (lambda h'Dh + h'g), Madsen, Nielsen and Tingleff 2004, equation 3.14, without its 1/2.
         let scaled: f64 =
             change.iter().zip(self.scales.iter()).map(|(change, scale)| change * change * scale).sum();
         let predicted = self.damping.value * scaled + change.dot(&gradient);
-        Some((change, predicted))
+        Some(DampedStep { change, predicted, factor })
     }
 
     /// A step that gains too little is not taken; whether the descent converged, if that ends it.

@@ -8,6 +8,9 @@ use super::scratch::Scratch;
 use super::state::State;
 use crate::effect::Effect;
 
+/// Share of a step over which its second derivative is taken: a tenth (Transtrum and Sethna 2012, section 3.4), so that rounding is no matter and the third order hardly.
+const SECOND_DIFFERENCE: f64 = 0.1;
+
 impl ResidualModel<'_> {
     /// Normal equations of the free slots and the probes over `rows`.
     pub fn normal(
@@ -38,6 +41,44 @@ impl ResidualModel<'_> {
         let mut total = NormalEquations::zeros(self.slots.len());
         let block = self.block(state, rows, weights, &[]);
         total.take(&block.residuals, &block.jacobian);
+        total
+    }
+
+    /// The derivatives of the predictions over `rows` times their second derivative along a change of the free numbers: by a forward difference of the predictions beyond
+    /// what the derivatives say (Transtrum and Sethna 2012, arXiv:1201.5885, equation 8).
+    pub(super) fn second_derivative_along(
+        &self,
+        state: &State,
+        change: &DVector<f64>,
+        rows: &[usize],
+        weights: &[f64],
+    ) -> DVector<f64> {
+        let ahead = state.stepped(&self.slots, (change * SECOND_DIFFERENCE).as_slice());
+        let mut total = DVector::zeros(self.slots.len());
+        over_chunks(
+            rows,
+            || (DVector::zeros(self.slots.len()), Scratch::default(), Vec::new()),
+            |(sum, scratch, residuals), chunk| {
+                let block = self.block(state, chunk, weights, &[]);
+                let mut second = block.jacobian.tr_mul(change);
+                let mut here = second.iter_mut().zip(&block.residuals);
+                for row in chunk {
+                    residuals.clear();
+                    self.row_residuals(&ahead, *row, scratch, residuals);
+                    let weight = weights.get(*row).copied().unwrap_or(1.0).sqrt();
+                    let scaled = residuals.iter().zip(self.observations.of_row(*row));
+                    for (residual, equation) in scaled {
+                        if let Some((second, known)) = here.next() {
+                            // The prediction grows as the residual falls.
+                            let rise = (known - residual * weight / equation.sigma) / SECOND_DIFFERENCE;
+                            *second = 2.0 * (rise - *second) / SECOND_DIFFERENCE;
+                        }
+                    }
+                }
+                sum.gemv(1.0, &block.jacobian, &second, 1.0);
+            },
+            |(sum, _, _)| total += sum,
+        );
         total
     }
 

@@ -48,4 +48,9 @@ impl Problem for WeightedRows<'_, '_> {
     fn is_finite(&self, state: &State) -> bool {
         state.is_finite()
     }
+
+    fn second_derivative_along(&self, state: &State, change: &DVector<f64>) -> Option<DVector<f64>> {
+        // Plausible ranges are linear in the numbers; distances between places are nearly so in a step.
+        Some(self.machine.second_derivative_along(state, change, self.rows, self.weights))
+    }
 }

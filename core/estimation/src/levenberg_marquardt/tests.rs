@@ -27,7 +27,38 @@ impl Problem for Textbook {
     }
 }
 
-fn solve(problem: &Textbook, start: &[f64], held: &[usize]) -> Descent<DVector<f64>> {
+/// The same with the second derivative of the predictions along a step.
+struct Bending(Textbook);
+
+impl Problem for Bending {
+    type State = DVector<f64>;
+
+    fn normal_equations(&self, state: &DVector<f64>) -> NormalEquations {
+        self.0.normal_equations(state)
+    }
+
+    fn stepped(&self, state: &DVector<f64>, change: &DVector<f64>) -> DVector<f64> {
+        self.0.stepped(state, change)
+    }
+
+    fn is_finite(&self, state: &DVector<f64>) -> bool {
+        self.0.is_finite(state)
+    }
+
+    fn second_derivative_along(&self, state: &DVector<f64>, change: &DVector<f64>) -> Option<DVector<f64>> {
+        let model = self.0.0;
+        let small = 1e-3;
+        let [behind, ahead] = [-small, small].map(|share| model(&(state + change * share)).0);
+        let (here, jacobian) = model(state);
+        Some(jacobian.tr_mul(&((ahead + behind - here * 2.0) / (small * small))))
+    }
+}
+
+fn solve<P: Problem<State = DVector<f64>>>(
+    problem: &P,
+    start: &[f64],
+    held: &[usize],
+) -> Descent<DVector<f64>> {
     let settings = Settings { steps: 500, damping: CAREFUL };
     let start = DVector::from_column_slice(start);
     descend(problem, &start, held, settings, &Progress::unwatched()).unwrap()
@@ -105,6 +136,98 @@ fn large_residuals_are_descended_in_a_few_steps() {
     assert!((-0.1..NO_GAIN * 85822.2 / 20.0).contains(&excess), "{excess} too much");
     // J'J alone ends 30 above it.
     assert!(descent.converged && descent.steps <= 40, "{} steps", descent.steps);
+}
+
+/// Rosenbrock's valley a hundred times as narrow, and as long.
+fn narrow_valley(x: &DVector<f64>) -> (DVector<f64>, DMatrix<f64>) {
+    (
+        DVector::from_vec(vec![1000.0 * (x[1] - x[0] * x[0]), 10.0 - x[0]]),
+        DMatrix::from_row_slice(2, 2, &[-2000.0 * x[0], 1000.0, -1.0, 0.0]),
+    )
+}
+
+#[test]
+fn a_step_that_bends_with_its_valley_goes_farther() {
+    let start = [-10.0, 100.0];
+    let straight = solve(&Textbook(narrow_valley), &start, &[]);
+    let bent = solve(&Bending(Textbook(narrow_valley)), &start, &[]);
+    assert!(!straight.converged && straight.steps == 500, "{} steps", straight.steps);
+    assert!(bent.converged && (bent.state[0] - 10.0).abs() < 1e-3, "{}", bent.state);
+    assert!(bent.steps < 250, "{} steps", bent.steps);
+}
+
+#[test]
+fn a_bent_step_leaves_held_parameters_alone() {
+    let descent = solve(&Bending(Textbook(rosenbrock)), &[0.5, 3.0], &[0]);
+    assert!(descent.converged);
+    assert_eq!(descent.state[0], 0.5);
+}
+
+#[test]
+fn where_a_valley_is_straight_no_second_derivative_is_asked_for() {
+    /// Fails where it is asked.
+    struct Straight;
+    impl Problem for Straight {
+        type State = DVector<f64>;
+        fn normal_equations(&self, state: &DVector<f64>) -> NormalEquations {
+            let mut normal = NormalEquations::zeros(2);
+            normal.take(
+                &[3.0 - state[0], 5.0 - state[0] - state[1]],
+                &DMatrix::from_row_slice(2, 2, &[1.0, 1.0, 0.0, 1.0]),
+            );
+            normal
+        }
+        fn stepped(&self, state: &DVector<f64>, change: &DVector<f64>) -> DVector<f64> {
+            state + change
+        }
+        fn is_finite(&self, _state: &DVector<f64>) -> bool {
+            true
+        }
+        fn second_derivative_along(&self, _: &DVector<f64>, _: &DVector<f64>) -> Option<DVector<f64>> {
+            panic!("every step gains what it promises")
+        }
+    }
+    let descent = solve(&Straight, &[0.0, 0.0], &[]);
+    assert!(descent.converged && (descent.state - DVector::from_vec(vec![3.0, 2.0])).norm() < 1e-6);
+}
+
+/// A run at a state of the narrow valley, with this damping, that is asked for a bent step.
+fn bent_step(damping: f64) -> (Option<DVector<f64>>, DVector<f64>, bool) {
+    let problem = Bending(Textbook(narrow_valley));
+    let state = DVector::from_vec(vec![-3.0, 9.0]);
+    let normal = problem.normal_equations(&state);
+    let mut run = Run {
+        problem: &problem,
+        held: &[],
+        scales: normal.matrix.diagonal(),
+        damping: Damping { value: damping, growth: 2.0 },
+        curvature: Curvature::unknown(2),
+        bends: true,
+        idle: 0,
+        refused: 0,
+        broken: 0,
+        state,
+        normal,
+    };
+    let step = run.damped_step().unwrap();
+    let bent = run.bent(step.change.clone(), &step.factor);
+    (bent, step.change, run.bends)
+}
+
+#[test]
+fn how_far_a_step_bends_decides_whether_it_is_tried_and_whether_the_next_is_asked() {
+    // Along the valley y = x^2 a step h of x bends y by h^2 to second order: with x' = h, 2 x x' + h^2.
+    let (bent, straight, bends) = bent_step(1e-7);
+    let bent = bent.unwrap();
+    let along = straight[0];
+    assert!((bent[1] - (-6.0 * bent[0] + along * along)).abs() < 1e-3 * along * along, "{bent} {straight}");
+    assert!(bends);
+    // Without damping the step leads across all of the valley: 13 of x bend y by 169, beside the 78 of the straight step.
+    let (none, straight, bends) = bent_step(1e-14);
+    assert!(none.is_none() && bends && (straight[0] - 13.0).abs() < 0.1, "{straight}");
+    // A hundredth as far it hardly bends.
+    let (short, straight, bends) = bent_step(1e-3);
+    assert!(short.is_some() && !bends && straight[0].abs() < 0.1, "{straight}");
 }
 
 #[test]
