@@ -306,14 +306,15 @@ impl Finding<'_> {
     }
 
     fn size(&self, fitted_candidate: &FittedCandidate) -> Size {
-        // A refit frees every number, also those that no plausible size of them could show.
-        if fitted_candidate.score.has_unseen {
+        let Ok(effect) = effect::build(&fitted_candidate.id, self.stage.fitted.machine.model) else {
             return fitted_candidate.score.size;
-        }
-        let built = effect::build(&fitted_candidate.id, self.stage.fitted.machine.model);
-        built.map_or(fitted_candidate.score.size, |effect| {
-            effect.size(&fitted_candidate.values, &fitted_candidate.covariance)
-        })
+        };
+        // A refit frees every number, also those that no plausible size of them could show.
+        let size = match fitted_candidate.score.has_unseen {
+            true => fitted_candidate.score.size,
+            false => effect.size(&fitted_candidate.values, &fitted_candidate.covariance),
+        };
+        size.unless_undetermined(effect.parameters())
     }
 
     /// The known place, if that is the verdict.

@@ -224,6 +224,17 @@ pub struct Size {
     pub error: f64,
 }
 
+impl Size {
+    /// The same; not determined where its standard error is wider than all that the numbers of that unit may plausibly be.
+    #[must_use]
+    pub fn unless_undetermined(self, parameters: &[Parameter]) -> Self {
+        let own = parameters.iter().filter(|parameter| parameter.unit.name == self.unit);
+        let widest = own.map(|one| (one.range.1 - one.range.0) * one.unit.factor).fold(0.0, f64::max);
+        let is_undetermined = widest > 0.0 && self.error > widest;
+        Self { error: if is_undetermined { f64::INFINITY } else { self.error }, ..self }
+    }
+}
+
 /// The standard error of a number of this variance. A variance of exactly zero is that of a number which the rows cannot determine and which is held:
 /// nothing is known of it.
 pub(crate) fn standard_error(variance: f64) -> f64 {

@@ -379,6 +379,7 @@ impl Laboratory {
             let covariance = fit.covariance.select_rows(&slots).select_columns(&slots);
             let values = fit.state.effects.get(index).map_or(&[][..], Vec::as_slice);
             let size = part.effect.size(values, &covariance);
+            let size = size.unless_undetermined(part.effect.parameters());
             let correction = self.model.correction(&part.id).filter(|_| index >= free);
             // Of an effect some of whose numbers are free there is a size to report.
             let held = slots.iter().all(|slot| fit.factor.dependent.contains(slot));
