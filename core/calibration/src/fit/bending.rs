@@ -1,11 +1,12 @@
 //! How what gravity bends in a row changes with each number of the joints' rows and with turns of the base, by differences.
 
-use nalgebra::{DMatrix, DVector, Rotation3, Vector3};
+use nalgebra::{DMatrix, Rotation3, Vector3};
 use plumb_kinematics::{LinkFrames, Weights};
 
-use super::arm_pose::{ArmPose, Changes};
+use super::arm_pose::ArmPose;
+use super::bend_slopes::{Rates, Slopes};
 use super::residual_model::ResidualModel;
-use super::response::{CARRIED, DH_PARAMETERS, Response, TURNS};
+use super::response::{DH_PARAMETERS, Response, TURNS};
 use super::scratch::Scratch;
 use super::state::State;
 use crate::effect::{Drive, LooksAt, Situation};
@@ -13,14 +14,6 @@ use crate::effect::{Drive, LooksAt, Situation};
 /// Changes with which derivatives are taken, rad and mm: their squares are below rounding beside a bend, and they are far above it.
 const SMALL_TURN: f64 = 1e-6;
 const SMALL_SHIFT: f64 = 1e-3;
-
-/// What gravity bends, as one column: numbers of joints' rows, shift and turn of what bent links carry.
-fn as_column(bent: &Changes, column: &mut [f64]) {
-    let joints = bent.deviations.iter().flat_map(|row| [row.theta, row.alpha, row.beta, row.d, row.a]);
-    let (shift, turn) = bent.carried();
-    let all = joints.chain(shift.iter().copied()).chain(turn.iter().copied());
-    column.iter_mut().zip(all).for_each(|(entry, value)| *entry = value);
-}
 
 impl ResidualModel<'_> {
     /// Works out how the arm of a row whose pose is known responds to small changes.
@@ -44,23 +37,41 @@ impl ResidualModel<'_> {
         drives: &mut Vec<Drive>,
     ) -> DMatrix<f64> {
         let numbers = DH_PARAMETERS.len() * self.model.chain.len();
+        let Some(mut kept) = self.kept_slopes.of_row(row) else {
+            return self.slopes(state, row, pose, drives).alone(&state.effects, numbers);
+        };
+        let down = self.down(state);
+        if let Some(slopes) = kept.as_ref().filter(|slopes| slopes.hold_at(&down, &pose.changes.deviations)) {
+            return slopes.alone(&state.effects, numbers);
+        }
+        let slopes = self.slopes(state, row, pose, drives);
+        let alone = slopes.alone(&state.effects, numbers);
+        *kept = self.kept_slopes.have_room_for(&slopes).then_some(slopes);
+        alone
+    }
+
+    /// How the rates at which gravity bends the arm of a row change with each source, by differences.
+    fn slopes(&self, state: &State, row: usize, pose: &ArmPose, drives: &mut Vec<Drive>) -> Slopes {
+        let numbers = DH_PARAMETERS.len() * self.model.chain.len();
         let weights = self.weights(state, row);
-        let mut bent = Changes::default();
-        let mut bend =
-            |link_frames: &LinkFrames, moments: &[f64], weights: Weights<'_>, column: &mut [f64]| {
-                let situation = self.situation(state, row, link_frames, moments, None);
-                bent.clear(self.model.chain.len(), state.targets.len());
-                self.add_bends(state, &Situation { weights, ..situation }, drives, &mut bent);
-                as_column(&bent, column);
-            };
-        let mut here = DVector::zeros(numbers + CARRIED);
-        bend(&pose.link_frames, &pose.moments, weights, here.as_mut_slice());
-        let mut alone = DMatrix::zeros(numbers + CARRIED, numbers + 3);
+        let mut rates = Rates::default();
+        let mut at = |link_frames: &LinkFrames, moments: &[f64], weights: Weights<'_>, rates: &mut Rates| {
+            let situation = self.situation(state, row, link_frames, moments, None);
+            rates.begin();
+            self.add_rates(&Situation { weights, ..situation }, drives, rates);
+        };
+        at(&pose.link_frames, &pose.moments, weights, &mut rates);
+        let here = rates.rates.clone();
+        let mut by_source = DMatrix::zeros(numbers + 3, here.len());
+        let mut set = |source: usize, rates: &Rates, small: f64| {
+            let ahead = rates.rates.iter().zip(&here).map(|(ahead, here)| (ahead - here) / small);
+            by_source.row_mut(source).iter_mut().zip(ahead).for_each(|(slope, value)| *slope = value);
+        };
         let (mut link_frames, mut moments) = (LinkFrames::default(), pose.moments.clone());
         let mut deviations = pose.changes.deviations.clone();
         // Where no link has a known weight, moments play no part: only directions of gravity do.
         let is_weighed = pose.moments.iter().any(|moment| *moment != 0.0);
-        let shifts_matter = is_weighed || here.rows(numbers, CARRIED).amax() > 0.0;
+        let shifts_matter = is_weighed || rates.bends.iter().any(|bend| bend.target >= numbers);
         for number in 0..numbers {
             let (joint, place) = (number / DH_PARAMETERS.len(), number % DH_PARAMETERS.len());
             if place >= TURNS && !shifts_matter {
@@ -78,9 +89,8 @@ impl ResidualModel<'_> {
             if is_weighed {
                 weights.moments(&link_frames, &mut moments);
             }
-            let mut column = alone.column_mut(number);
-            bend(&link_frames, &moments, weights, column.as_mut_slice());
-            column.zip_apply(&here, |ahead, here| *ahead = (*ahead - here) / small);
+            at(&link_frames, &moments, weights, &mut rates);
+            set(number, &rates, small);
         }
         // The base turns against gravity, which is the same as gravity turning the other way.
         for axis in 0..3 {
@@ -88,10 +98,22 @@ impl ResidualModel<'_> {
             let down = self.model.down(&(turn * state.base.rotation));
             let tilted = Weights { down, ..weights };
             tilted.moments(&pose.link_frames, &mut moments);
-            let mut column = alone.column_mut(numbers + axis);
-            bend(&pose.link_frames, &moments, tilted, column.as_mut_slice());
-            column.zip_apply(&here, |ahead, here| *ahead = (*ahead - here) / SMALL_TURN);
+            at(&pose.link_frames, &moments, tilted, &mut rates);
+            set(numbers + axis, &rates, SMALL_TURN);
         }
-        alone
+        let bends = rates.bends.into_iter().take(here.len()).collect();
+        Slopes { down: weights.down, deviations: pose.changes.deviations.clone(), bends, by_source }
+    }
+
+    /// Adds the rates at which gravity bends the arm in a situation.
+    fn add_rates(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>, rates: &mut Rates) {
+        let numbers = DH_PARAMETERS.len() * self.model.chain.len();
+        for (index, part) in self.parts.iter().enumerate() {
+            if part.effect.looks_at() == LooksAt::Gravity {
+                drives.clear();
+                part.effect.drive(situation, drives);
+                rates.add_drives(index, drives, numbers);
+            }
+        }
     }
 }

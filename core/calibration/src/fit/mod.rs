@@ -4,6 +4,7 @@ mod align;
 mod arm_pose;
 mod assume;
 mod beliefs;
+mod bend_slopes;
 mod bending;
 mod doubt;
 mod gauge;

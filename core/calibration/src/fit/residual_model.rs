@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVectorViewMut, Vector3};
 
+use super::bend_slopes::KeptSlopes;
 use super::scratch::Scratch;
 use super::state::{Slot, State};
 use crate::arm_model::{AddedEffect, MapEffect, Model};
@@ -42,6 +43,8 @@ pub struct ResidualModel<'a> {
     pub(super) epochs: Vec<usize>,
     /// What the model's residual map does in each row; empty without one.
     pub(super) mapped: Vec<Option<MapEffect>>,
+    /// How what gravity bends changes with the configuration, as far as it was worked out.
+    pub(super) kept_slopes: KeptSlopes,
 }
 
 /// Residuals and derivatives of a few rows. `jacobian` is slots by equations; both are divided by each equation's
@@ -77,6 +80,7 @@ impl<'a> ResidualModel<'a> {
                 (0..table.len()).map(|row| epochs.of_row(table, row)).collect()
             }),
             mapped: mapped_rows(model, table),
+            kept_slopes: KeptSlopes::for_rows(table.len()),
         };
         for added in effects {
             let effect = effect::build(&added.id, model.model)?;
@@ -95,6 +99,7 @@ impl<'a> ResidualModel<'a> {
         self.parts.push(Part { id, effect });
         self.start_values.push(values);
         self.slots = self.free_slots();
+        self.kept_slopes = KeptSlopes::for_rows(self.table.len());
     }
 
     fn free_slots(&self) -> Vec<Slot> {

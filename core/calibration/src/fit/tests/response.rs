@@ -1,6 +1,7 @@
 //! Derivatives of an arm that bends under its weight, against differences.
 
 use super::*;
+use nalgebra::DVector;
 
 /// A six-joint arm with heavy links, upright in a world whose gravity its base is turned in.
 const HEAVY: &str = "
@@ -80,6 +81,111 @@ fn what_turns_a_link_turns_its_weight_and_what_that_bends() {
         let worst = worst(effects);
         assert!(worst < 1e-5, "{effects:?}: off by {worst} of the slope");
     }
+}
+
+/// A state with all that can be fitted moved by so much (rad, or a hundred times as many mm), the base turned besides.
+fn moved(machine: &ResidualModel<'_>, by: f64, base_turned: f64) -> State {
+    let step: Vec<f64> = machine
+        .slots()
+        .iter()
+        .enumerate()
+        .map(|(index, slot)| match slot {
+            Slot::BaseTurn(_) => base_turned,
+            Slot::Effect(part, _) if machine.parts[*part].id.name.starts_with("link_l") => 100.0 * by,
+            Slot::Effect(part, _) if machine.parts[*part].id.name == "joint_zero" => {
+                by * if index % 2 == 0 { 1.0 } else { -1.0 }
+            }
+            _ => 0.0,
+        })
+        .collect();
+    machine.start().stepped(machine.slots(), &step)
+}
+
+#[test]
+fn slopes_are_kept_near_by_and_worked_out_anew_where_the_arm_hangs_otherwise() {
+    let table = Table::parse("made.csv", TURNED).unwrap();
+    let model = Model::parse("arm.yaml", HEAVY).unwrap();
+    let observations = Observations::new(&model, &table).unwrap();
+    let added: Vec<AddedEffect> = ["joint_zero(j2)", "joint_zero(j4)", "link_length(j2)", "link_length(j3)"]
+        .iter()
+        .map(|text| (*text, vec![0.0]))
+        .chain([("joint_compliance(j2)", vec![0.003]), ("link_sag(j3)", vec![0.0002])])
+        .map(|(text, values)| AddedEffect { id: parse(text, &model).unwrap(), values })
+        .collect();
+    let machine = || ResidualModel::new(&model, &table, &observations, &added).unwrap();
+    let rows = [0, 1];
+    // What differs between derivatives with slopes from the start and with fresh ones, as a share of the greatest derivative.
+    let off = |state: &State| {
+        let begun = machine();
+        let start = begun.block(&begun.start(), &rows, &[], &[]).jacobian;
+        let [kept, fresh] = [begun, machine()].map(|machine| machine.block(state, &rows, &[], &[]).jacobian);
+        ((&kept - &fresh).amax() / fresh.amax(), (&fresh - start).amax() / fresh.amax())
+    };
+    // Half a milliradian and a twentieth of a millimetre: the derivatives themselves move by more than the slopes matter.
+    let (kept, moved_by) = off(&moved(&machine(), 0.0005, 0.0005));
+    // Of a bend of a tenth of a radian; of one of a machine it is a hundredth of that.
+    assert!(kept > 0.0 && kept < 1e-4 && moved_by > 10.0 * kept, "{kept} of {moved_by}");
+    // Farther away, in any one of what counts, they are the same to the last digit.
+    for far in [moved(&machine(), 0.002, 0.0), moved(&machine(), 0.0, 0.3)] {
+        assert_eq!(off(&far).0, 0.0);
+    }
+}
+
+#[test]
+fn the_second_derivative_along_a_change_is_that_of_the_predictions() {
+    let table = Table::parse("made.csv", TURNED).unwrap();
+    let model = Model::parse("arm.yaml", HEAVY).unwrap();
+    let observations = Observations::new(&model, &table).unwrap();
+    let added: Vec<AddedEffect> =
+        [("joint_zero(j2)", 0.0), ("link_length(j2)", 0.0), ("joint_compliance(j2)", 0.003)]
+            .iter()
+            .map(|(text, value)| AddedEffect { id: parse(text, &model).unwrap(), values: vec![*value] })
+            .collect();
+    let machine = ResidualModel::new(&model, &table, &observations, &added).unwrap();
+    let (rows, weights) = ([0, 1], [0.25, 1.0]);
+    let change = DVector::from_fn(machine.slots().len(), |slot, _| match machine.slots()[slot] {
+        Slot::BaseTurn(axis) => 0.02 * (axis as f64 + 1.0),
+        Slot::Effect(0, _) => -0.03,
+        Slot::Effect(1, _) => 5.0,
+        _ => 0.0,
+    });
+    let at = |share: f64| {
+        let state = machine.start().stepped(machine.slots(), (&change * share).as_slice());
+        machine.block(&state, &rows, &weights, &[])
+    };
+    // Central differences of the predictions, which fall as the residuals rise.
+    let small = 0.01;
+    let [behind, here, ahead] = [-small, 0.0, small].map(|share| DVector::from_vec(at(share).residuals));
+    let second = (here * 2.0 - behind - ahead) / (small * small);
+    let expected = at(0.0).jacobian * second;
+    let found = machine.second_derivative_along(&machine.start(), &change, &rows, &weights);
+    assert!(
+        expected.norm() > 0.0 && (&found - &expected).norm() < 0.02 * expected.norm(),
+        "{found} {expected}"
+    );
+}
+
+#[test]
+fn an_effect_that_joins_has_slopes_of_its_own() {
+    let table = Table::parse("made.csv", TURNED).unwrap();
+    let model = Model::parse("arm.yaml", HEAVY).unwrap();
+    let observations = Observations::new(&model, &table).unwrap();
+    let with = |texts: &[(&str, f64)]| -> Vec<AddedEffect> {
+        let added = |(text, value): &(&str, f64)| AddedEffect {
+            id: parse(text, &model).unwrap(),
+            values: vec![*value],
+        };
+        texts.iter().map(added).collect()
+    };
+    let (first, second) = (("joint_compliance(j2)", 0.003), ("joint_compliance(j3)", 0.005));
+    let mut joined = ResidualModel::new(&model, &table, &observations, &with(&[first])).unwrap();
+    joined.block(&joined.start(), &[0, 1], &[], &[]);
+    let id = parse(second.0, &model).unwrap();
+    let effect = crate::effect::build(&id, &model).unwrap();
+    joined.admit(id, std::sync::Arc::from(effect), vec![second.1]);
+    let whole = ResidualModel::new(&model, &table, &observations, &with(&[first, second])).unwrap();
+    let [joined, whole] = [joined, whole].map(|one| one.block(&one.start(), &[0, 1], &[], &[]).jacobian);
+    assert_eq!(joined, whole);
 }
 
 /// Three slides one upon the other: what turns a carriage turns about where the ones before have brought it.
