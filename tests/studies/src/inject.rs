@@ -8,7 +8,7 @@ use std::io::{self, Write as _};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use crate::benchmark::probabilities::candidates;
+use crate::benchmark::probabilities::{candidates, probabilities};
 use crate::reliability::{Forecast, Reliability};
 use plumb::commands::trial::injection::{Found, InjectionError, Measurements};
 use plumb_calibration::arm_model::Model;
@@ -48,6 +48,9 @@ const EFFECTS: [&str; 11] = [
 /// Draws for one injection before the effect is said not to show in a set.
 const DRAWS: u64 = 4;
 
+/// Probability from which on something is of the machine itself: the end of the lowest bin of the table, beyond which an effect is no longer ruled out.
+const LIKELY_WITHOUT: f64 = 0.05;
+
 /// Options of `plumb-studies inject`.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
@@ -74,6 +77,10 @@ pub(crate) struct Arguments {
     /// The first seed.
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// Ask the rows of every injection as they are, too: what is likely there before anything is hidden is the machine's own, nobody knows whether it is true, and the table of
+    /// probabilities leaves it out. Takes twice as long.
+    #[arg(long)]
+    apart: bool,
     /// Report of every injection what was hidden, and what the lab said.
     #[arg(long)]
     each: bool,
@@ -226,6 +233,12 @@ fn name_of(diagnosis: &Diagnosis) -> Option<Name> {
     named.map(|one| (one.effect.effect.clone(), one.effect.place.clone()))
 }
 
+/// Effects and places that are likely in rows in which nothing is hidden.
+fn likely_without(probabilities: &[(&str, &str, f64)]) -> Vec<Name> {
+    let likely = probabilities.iter().filter(|(_, _, probability)| *probability >= LIKELY_WITHOUT);
+    likely.map(|(effect, place, _)| ((*effect).to_owned(), (*place).to_owned())).collect()
+}
+
 fn borrowed(name: Option<&Name>) -> Option<(&str, &str)> {
     name.map(|(effect, place)| (effect.as_str(), place.as_str()))
 }
@@ -267,15 +280,23 @@ fn injections(
         let place = hidden.mechanism.place(own.arm());
         let name = (hidden.mechanism.name(), place.as_str());
         let mut before = before.cloned();
-        if Found::of(&diagnosis, name, borrowed(before.as_ref())) == Found::NamedWrong {
+        let is_doubtful = Found::of(&diagnosis, name, borrowed(before.as_ref())) == Found::NamedWrong;
+        let mut of_the_machine = Vec::new();
+        if is_doubtful || arguments.apart {
             // These rows may have named it before anything was hidden.
-            before = name_of(&own.diagnose(None, &progress)?);
+            let plain = own.diagnose(None, &progress)?;
+            if arguments.apart {
+                of_the_machine = likely_without(&probabilities(&plain));
+            }
+            before = name_of(&plain);
         }
-        let before = borrowed(before.as_ref());
-        let found = Found::of(&diagnosis, name, before);
         // What was named before anything was hidden is there besides: nobody knows whether it is true.
+        of_the_machine.extend(before.clone());
+        let found = Found::of(&diagnosis, name, borrowed(before.as_ref()));
         let is_hidden = |effect: &str, at: &str| (effect, at) == name;
-        let asked = |(effect, at): (&str, &str)| before != Some((effect, at)) || is_hidden(effect, at);
+        let is_of_the_machine =
+            |one: (&str, &str)| of_the_machine.iter().any(|known| borrowed(Some(known)) == Some(one));
+        let asked = |one: (&str, &str)| is_hidden(one.0, one.1) || !is_of_the_machine(one);
         forecasts.extend(candidates(&diagnosis, &asked, &is_hidden));
         if arguments.each {
             say(&describe(hidden.mechanism.name(), &place, found, &diagnosis))?;
@@ -361,6 +382,14 @@ mod tests {
         all.take(&counts);
         all.take(&counts);
         assert_eq!(all.line("a", "b"), "| a | b | 12 | 2 | 4 | 6 | 8 | 2 | 4 |\n");
+    }
+
+    #[test]
+    fn what_is_likely_before_anything_is_hidden_is_of_the_machine() {
+        let said = [("joint_gain", "pan", 0.9), ("joint_gain", "lift", 0.049), ("link_sag", "pan", 0.05)];
+        let name = |effect: &str, place: &str| (effect.to_owned(), place.to_owned());
+        assert_eq!(likely_without(&said), [name("joint_gain", "pan"), name("link_sag", "pan")]);
+        assert_eq!(borrowed(likely_without(&said).first()), Some(("joint_gain", "pan")));
     }
 
     #[test]

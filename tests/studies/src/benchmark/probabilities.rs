@@ -40,12 +40,8 @@ impl Said {
     }
 }
 
-/// Forecasts of those candidates that were given a probability and are asked about. Effects of one name at one place are one candidate: either is true if it is hidden.
-pub(crate) fn candidates(
-    diagnosis: &Diagnosis,
-    asked: &impl Fn((&str, &str)) -> bool,
-    hides: &impl Fn(&str, &str) -> bool,
-) -> Vec<Forecast> {
+/// Effect, place and probability of those candidates that were given one. Effects of one name at one place are one candidate, with the sum of their probabilities.
+pub(crate) fn probabilities(diagnosis: &Diagnosis) -> Vec<(&str, &str, f64)> {
     let mut by_place: Vec<(&str, &str, f64)> = Vec::new();
     for candidate in &diagnosis.candidates {
         let (Some(probability), effect) = (candidate.probability, &candidate.effect) else { continue };
@@ -54,11 +50,21 @@ pub(crate) fn candidates(
             None => by_place.push((&effect.effect, &effect.place, probability)),
         }
     }
+    by_place
+}
+
+/// Forecasts of those candidates that were given a probability and are asked about; one is true if it is hidden.
+pub(crate) fn candidates(
+    diagnosis: &Diagnosis,
+    asked: &impl Fn((&str, &str)) -> bool,
+    hides: &impl Fn(&str, &str) -> bool,
+) -> Vec<Forecast> {
     let forecast = |(name, place, probability): (&str, &str, f64)| Forecast {
         probability,
         came_true: hides(name, place),
     };
-    by_place.into_iter().filter(|(name, place, _)| asked((*name, *place))).map(forecast).collect()
+    let all = probabilities(diagnosis).into_iter();
+    all.filter(|(name, place, _)| asked((*name, *place))).map(forecast).collect()
 }
 
 /// Whether what is hidden is named, tied, or in the family that is located.
