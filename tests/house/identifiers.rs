@@ -32,6 +32,8 @@ pub(crate) const RETIRED: &[(&str, &str)] = &[
     ("contenders", "fitted candidates"),
     ("strangers", "unlisted mechanisms"),
     ("nameless", "unnamed"),
+    ("grave", "severity"),
+    ("outlook", "predictions, or evidence at known ratios"),
 ];
 
 /// Identifiers that still contain a retired word, as `file: identifier`. This list may only shrink.

@@ -230,7 +230,7 @@ pub enum Event {
     },
     /// Something worth a line in the log.
     Log {
-        /// How grave.
+        /// How severe.
         level: LogLevel,
         /// The device or part that says it.
         source: String,
@@ -355,7 +355,7 @@ impl RunOutcome {
     }
 }
 
-/// How grave a log line is.
+/// How severe a log line is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum LogLevel {

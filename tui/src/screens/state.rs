@@ -36,8 +36,8 @@ pub(crate) enum Overlay {
 /// One line above the footer: the last thing worth saying.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Notice {
-    /// How grave.
-    pub grave: Gravity,
+    /// How severe.
+    pub severity: Severity,
     /// One plain sentence.
     pub text: String,
 }
@@ -51,15 +51,15 @@ pub(crate) struct Leaving {
     pub aborts: bool,
 }
 
-/// How grave a notice is.
+/// How severe a notice is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Gravity {
+pub(crate) enum Severity {
     /// For information.
-    Calm,
+    Info,
     /// Wants attention.
-    Attention,
+    Warning,
     /// A fault.
-    Fault,
+    Error,
 }
 
 /// All state of the screens.
@@ -253,7 +253,7 @@ impl State {
     }
 
     /// Says something on the line above the footer.
-    pub(crate) fn say(&mut self, grave: Gravity, text: impl Into<String>) {
-        self.notice = Some(Notice { grave, text: text.into() });
+    pub(crate) fn say(&mut self, severity: Severity, text: impl Into<String>) {
+        self.notice = Some(Notice { severity, text: text.into() });
     }
 }

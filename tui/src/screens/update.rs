@@ -16,7 +16,7 @@ use super::model;
 use super::run::{self, PAGE, Phase};
 use super::scan;
 use super::screen::Screen;
-use super::state::{Gravity, Leaving, Overlay, State};
+use super::state::{Leaving, Overlay, Severity, State};
 use super::view::command_at;
 
 /// How long the program waits for a run to come to rest before it closes all the same.
@@ -40,8 +40,8 @@ pub(crate) fn update(state: &mut State, message: Message) -> Vec<Action> {
         }
         Message::PictureSaved(saved) => {
             match saved {
-                Ok(name) => state.say(Gravity::Calm, format!("Picture saved: {name}")),
-                Err(reason) => state.say(Gravity::Fault, format!("The picture was not saved: {reason}")),
+                Ok(name) => state.say(Severity::Info, format!("Picture saved: {name}")),
+                Err(reason) => state.say(Severity::Error, format!("The picture was not saved: {reason}")),
             }
             Vec::new()
         }
@@ -171,7 +171,7 @@ fn show(state: &mut State, screen: Screen) -> Vec<Action> {
             Screen::History => "No record is open: plumb history --screen opens it.",
             _ => "No cell is open: plumb run CELL opens one.",
         };
-        state.say(Gravity::Calm, text);
+        state.say(Severity::Info, text);
     }
     Vec::new()
 }
@@ -215,14 +215,14 @@ fn note_stop(state: &mut State, leave: bool) -> Vec<Action> {
         state.overlay
     };
     if state.only_watches() && state.run.is_some() {
-        state.say(Gravity::Attention, "Nothing was stopped: this program only watches.");
+        state.say(Severity::Warning, "Nothing was stopped: this program only watches.");
     } else if state.run.is_some() {
         let text = if state.cell.is_moving() {
             "Stop sent to every robot. Watch the arm until it rests."
         } else {
             "Stop sent to every robot; none reported that it was moving."
         };
-        state.say(Gravity::Attention, text);
+        state.say(Severity::Warning, text);
     }
     if works { vec![Action::CancelLab] } else { Vec::new() }
 }
@@ -257,7 +257,7 @@ fn leave(state: &mut State, aborts: bool) -> Vec<Action> {
     if state.has_open_run() && state.leaving.is_none() {
         state.overlay = None;
         state.leaving = Some(Leaving { since: state.now, aborts });
-        state.say(Gravity::Attention, "Leaving as soon as the robots are at rest.");
+        state.say(Severity::Warning, "Leaving as soon as the robots are at rest.");
         actions.extend(leave_when_at_rest(state));
     } else {
         actions.push(Action::Leave);
@@ -281,29 +281,29 @@ fn leave_when_at_rest(state: &State) -> Vec<Action> {
 fn show_news(state: &mut State, event: &Event) {
     match event {
         Event::PromptAsked { .. } if state.screen != Screen::Run => {
-            state.say(Gravity::Attention, "The run asks something: 2 shows it.");
+            state.say(Severity::Warning, "The run asks something: 2 shows it.");
         }
-        Event::Stopped { reason } => state.say(Gravity::Attention, format!("Stopped: {reason}")),
+        Event::Stopped { reason } => state.say(Severity::Warning, format!("Stopped: {reason}")),
         Event::Paused { reason, .. } => {
-            state.say(Gravity::Attention, format!("Paused: {reason}. Nothing moves until r resumes."));
+            state.say(Severity::Warning, format!("Paused: {reason}. Nothing moves until r resumes."));
         }
         Event::Resumed => state.notice = None,
         // What went wrong before is mended once a step has passed again.
         Event::StepFinished { outcome: StepOutcome::Passed, .. } => {
-            state.notice.take_if(|notice| notice.grave == Gravity::Fault);
+            state.notice.take_if(|notice| notice.severity == Severity::Error);
         }
         Event::Log { level: LogLevel::Error, source, message, .. } => {
-            state.say(Gravity::Fault, format!("{source}: {message}"));
+            state.say(Severity::Error, format!("{source}: {message}"));
         }
         Event::PromptAnswered { .. } => state.notice = None,
         Event::RunEnded { .. } if state.screen == Screen::Run => state.notice = None,
         Event::RunEnded { outcome, message, .. } => {
-            let grave = match outcome {
-                RunOutcome::Passed => Gravity::Calm,
-                RunOutcome::Aborted | RunOutcome::NeedsOperator => Gravity::Attention,
-                RunOutcome::Failed | RunOutcome::Error => Gravity::Fault,
+            let severity = match outcome {
+                RunOutcome::Passed => Severity::Info,
+                RunOutcome::Aborted | RunOutcome::NeedsOperator => Severity::Warning,
+                RunOutcome::Failed | RunOutcome::Error => Severity::Error,
             };
-            state.say(grave, message.clone());
+            state.say(severity, message.clone());
         }
         _ => {}
     }

@@ -9,7 +9,7 @@ use super::history::BringBack;
 use super::keys::Command;
 use super::run::Phase;
 use super::screen::Screen;
-use super::state::{Gravity, Overlay, State};
+use super::state::{Overlay, Severity, State};
 use super::{cell, footer, help, history, log, model, pane, run, scan};
 
 /// Below this width or height there is room for the stop key and no page.
@@ -55,10 +55,10 @@ pub(crate) fn view(state: &State, frame: &mut Frame) {
         Screen::Scan => scan::view(state, frame, rows.body),
     }
     if let Some(notice) = &state.notice {
-        let (sign, style) = match notice.grave {
-            Gravity::Calm => (" \u{b7} ", state.theme.text),
-            Gravity::Attention => (" ! ", state.theme.warning),
-            Gravity::Fault => (" \u{2717} ", state.theme.bad),
+        let (sign, style) = match notice.severity {
+            Severity::Info => (" \u{b7} ", state.theme.text),
+            Severity::Warning => (" ! ", state.theme.warning),
+            Severity::Error => (" \u{2717} ", state.theme.bad),
         };
         let text = pane::fitted(&notice.text, usize::from(area.width).saturating_sub(3));
         frame.render_widget(Line::styled(format!("{sign}{text}"), style), rows.notice);

@@ -225,12 +225,14 @@ pub struct Size {
 }
 
 impl Size {
-    /// The same; not determined where its standard error is wider than all that the numbers of that unit may plausibly be.
+    /// The same; not determined where its standard error is larger than the standard deviation of all that is plausible for a number of that unit, each value as likely
+    /// as the others: the rows then say no more than nothing does.
     #[must_use]
     pub fn unless_undetermined(self, parameters: &[Parameter]) -> Self {
         let own = parameters.iter().filter(|parameter| parameter.unit.name == self.unit);
         let widest = own.map(|one| (one.range.1 - one.range.0) * one.unit.factor).fold(0.0, f64::max);
-        let is_undetermined = widest > 0.0 && self.error > widest;
+        // The standard deviation of a uniform distribution is its width over the root of 12 (JCGM 100:2008, 4.3.7).
+        let is_undetermined = widest > 0.0 && self.error > widest / 12.0_f64.sqrt();
         Self { error: if is_undetermined { f64::INFINITY } else { self.error }, ..self }
     }
 }

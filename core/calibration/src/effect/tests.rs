@@ -581,7 +581,7 @@ fn sizes_no_real_machine_has_are_distinguished_from_those_it_may_have() {
 }
 
 #[test]
-fn a_size_known_no_better_than_its_plausible_range_is_not_determined() {
+fn a_size_known_no_better_than_before_anything_was_measured_is_not_determined() {
     let parameters = [
         Parameter::new("shift", Unit::MM, (-100.0, 100.0)),
         Parameter::new("turn", Unit::DEG, (-0.01, 0.03)),
@@ -589,8 +589,8 @@ fn a_size_known_no_better_than_its_plausible_range_is_not_determined() {
     let with = |unit: Unit, error: f64| {
         Size { value: 2.5, unit: unit.name, error }.unless_undetermined(&parameters).error
     };
-    assert_eq!([with(Unit::MM, 199.0), with(Unit::MM, 201.0)], [199.0, f64::INFINITY]);
-    // 0.04 rad are 2.29 degrees.
-    assert_eq!([with(Unit::DEG, 2.28), with(Unit::DEG, 2.30)], [2.28, f64::INFINITY]);
+    // 200 over the root of 12 are 57.7; 0.04 rad are 2.292 degrees, of which that is 0.662.
+    assert_eq!([with(Unit::MM, 57.7), with(Unit::MM, 57.8)], [57.7, f64::INFINITY]);
+    assert_eq!([with(Unit::DEG, 0.661), with(Unit::DEG, 0.662)], [0.661, f64::INFINITY]);
     assert_eq!(with(Unit::RATIO, 1e9), 1e9, "of another unit nothing is known");
 }

@@ -131,7 +131,7 @@ pub enum Link {
 pub struct DeviceLog {
     /// The device.
     pub device: String,
-    /// How grave.
+    /// How severe.
     pub level: LogLevel,
     /// The line.
     pub message: String,

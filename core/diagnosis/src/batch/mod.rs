@@ -4,7 +4,7 @@
 //! space and by random fold. Selection, significance and cross-validation then cost no further pass.
 
 mod fall;
-mod outlook;
+mod left_out;
 mod pool;
 
 use super::claim::Claim;
@@ -17,7 +17,7 @@ use super::verdict::effect_place;
 use crate::laboratory::{Laboratory, LaboratoryError};
 use crate::noise_floor::Floor;
 use fall::Fall;
-use outlook::Outlook;
+use left_out::LeftOutPredictions;
 use plumb_calibration::arm_model::Model;
 use plumb_calibration::effect::EffectId;
 use plumb_calibration::fit::FitOptions;
@@ -147,16 +147,17 @@ impl Laboratory {
         let (more, moved) = pool.effects(picks);
         let (machine, state) = laboratory.expected(&more, fitted, &moved)?;
         let joints = named.iter().filter_map(|(_, pick)| pool.probes[pick.probe].id.joint()).collect();
-        let outlook = Outlook::of(&machine, &state, (&rows, &fitted.fit.weights), &joints, progress)?;
+        let predictions =
+            LeftOutPredictions::of(&machine, &state, (&rows, &fitted.fit.weights), &joints, progress)?;
         // Where more than noise is left whatever is taken in, a name takes overwhelming evidence.
-        let unfinished =
-            LackOfFit::beside(outlook.noise(), floor).is_none_or(|lack_of_fit| lack_of_fit.is_significant());
+        let unfinished = LackOfFit::beside(predictions.noise(), floor)
+            .is_none_or(|lack_of_fit| lack_of_fit.is_significant());
         let asked = if unfinished { OVERWHELMING_GAIN } else { GAIN_ERRORS };
         let mut doubtful = Vec::new();
         for (place, pick) in named {
             progress.check()?;
             // The picks are the last of the machine's parts, in their order.
-            let gains = outlook.gains(machine.parts.len() - picks.len() + place);
+            let gains = predictions.gains(machine.parts.len() - picks.len() + place);
             let predicts = gains.iter().all(|gain| gain.total > asked * gain.error);
             // A gain must show in every way of leaving out: by region, by range of its joint, by session.
             if !predicts || pool.rivalled(picks, place) {

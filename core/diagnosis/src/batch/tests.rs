@@ -99,28 +99,38 @@ fn an_effect_that_is_there_predicts_what_is_left_out_in_every_way_that_is_asked(
     let (machine, fit) = (&fitted.machine, &fitted.fit);
     let weights = vec![1.0; lab.table().len()];
     let joints = std::collections::BTreeSet::from([1]);
-    let outlook =
-        outlook::Outlook::of(machine, &fit.state, (&fit.rows, &weights), &joints, &Progress::unwatched())
-            .unwrap();
+    let predictions = left_out::LeftOutPredictions::of(
+        machine,
+        &fit.state,
+        (&fit.rows, &weights),
+        &joints,
+        &Progress::unwatched(),
+    )
+    .unwrap();
     // Effects that the model frees come first, in the order of the machine's parts.
     let place = |joint: usize| machine.parts.iter().position(|part| part.id == at(joint)).unwrap();
-    let (nothing, real) = (outlook.gains(place(0)), outlook.gains(place(1)));
+    let (nothing, real) = (predictions.gains(place(0)), predictions.gains(place(1)));
     // The shoulder was not asked for: by regions alone; the elbow by regions and by ranges of its own.
     assert_eq!((nothing.len(), real.len()), (1, 2));
     assert!(real.iter().all(|gain| gain.counts() && gain.total > 0.0), "{real:?}");
     assert!(!nothing[0].counts(), "{nothing:?}");
-    let noise = outlook.noise();
+    let noise = predictions.noise();
     assert!((noise.variance.sqrt() / 0.02 - 1.0).abs() < 0.15, "{noise:?}");
     // Three readings a row, less two zeros and two gains.
     assert_eq!(noise.freedom, 176.0);
     // Where every row counts a quarter the metric sees a quarter of the variance.
     let quarter = vec![0.25; lab.table().len()];
-    let outlook =
-        outlook::Outlook::of(machine, &fit.state, (&fit.rows, &quarter), &joints, &Progress::unwatched())
-            .unwrap();
-    assert!((outlook.noise().variance / noise.variance - 0.25).abs() < 1e-6, "{:?}", outlook.noise());
+    let predictions = left_out::LeftOutPredictions::of(
+        machine,
+        &fit.state,
+        (&fit.rows, &quarter),
+        &joints,
+        &Progress::unwatched(),
+    )
+    .unwrap();
+    assert!((predictions.noise().variance / noise.variance - 0.25).abs() < 1e-6, "{:?}", predictions.noise());
     // A gain is that of rows, whatever they count.
-    let same = outlook.gains(place(1));
+    let same = predictions.gains(place(1));
     assert!(
         same.iter().zip(&real).all(|(one, other)| (one.total / other.total - 1.0).abs() < 1e-6),
         "{same:?}"

@@ -100,7 +100,7 @@ pub(crate) struct LeftOutRows {
 }
 
 /// What the rows say of every suspect when the flexible part keeps its variances: models with any of them in are then compared without a further fit.
-pub(crate) struct Outlook {
+pub(crate) struct EvidenceAtRatios {
     information: DMatrix<f64>,
     score: DVector<f64>,
     /// Products of the suspects' columns before the flexible part took its share.
@@ -109,7 +109,7 @@ pub(crate) struct Outlook {
     freedom: f64,
 }
 
-impl Outlook {
+impl EvidenceAtRatios {
     /// Twice the negative logarithm of the likelihood with these parameters in, but for what all models share, and how many of them are independent.
     pub(crate) fn deviance(&self, parameters: &[usize]) -> (f64, usize) {
         let own = self.own.select_rows(parameters).select_columns(parameters);
@@ -281,7 +281,7 @@ impl Mixed {
     }
 
     /// What the rows say of all suspects while the flexible part keeps these ratios; nothing where the numbers break down.
-    pub(crate) fn outlook(&self, ratios: &[f64]) -> Option<Outlook> {
+    pub(crate) fn evidence_at(&self, ratios: &[f64]) -> Option<EvidenceAtRatios> {
         let suspects: Vec<usize> = (self.flexible..self.reduced.right.len()).collect();
         let matrix = &self.reduced.matrix;
         let (columns, _) = self.active_columns(ratios);
@@ -291,7 +291,7 @@ impl Mixed {
         let across = matrix.select_columns(&suspects).select_rows(&columns);
         let through = inverse * &across;
         let own = matrix.select_rows(&suspects).select_columns(&suspects);
-        Some(Outlook {
+        Some(EvidenceAtRatios {
             information: &own - across.tr_mul(&through),
             score: self.reduced.right.select_rows(&suspects) - through.tr_mul(&right),
             own,
@@ -490,20 +490,20 @@ mod tests {
     }
 
     #[test]
-    fn the_outlook_at_the_ratios_of_a_fit_is_that_fit() {
+    fn the_evidence_at_the_ratios_of_a_fit_is_that_fit() {
         let (features, t) = smooth(11, |t| 4.0 * (4.0 * t).sin() + 1.5 * wave(t));
         let mixed = Mixed::new(&features, &column(&t, wave)).unwrap();
         let (nothing, with) = (mixed.fit(&[], None).unwrap(), mixed.fit(&[0], None).unwrap());
-        let outlook = mixed.outlook(&with.ratios).unwrap();
-        let (alone, rank) = outlook.deviance(&[0]);
-        let none = outlook.deviance(&[]);
+        let evidence = mixed.evidence_at(&with.ratios).unwrap();
+        let (alone, rank) = evidence.deviance(&[0]);
+        let none = evidence.deviance(&[]);
         assert_eq!((rank, none.1), (1, 0));
         // Both leave out what the ratios themselves cost, so that differences are those of the same ratios.
         let again = mixed.fit_within(1, &[0], Some(&with.ratios)).unwrap();
         let without = mixed.fit_within(1, &[], Some(&with.ratios)).unwrap();
         assert!((none.0 - alone - (without.deviance - again.deviance)).abs() < 1e-6);
         // Where a suspect explains next to nothing the deviance is the degrees of freedom times the logarithm of the squares.
-        assert!((none.0 - outlook.freedom * outlook.squares.ln()).abs() < 1e-9);
+        assert!((none.0 - evidence.freedom * evidence.squares.ln()).abs() < 1e-9);
         assert!(with.deviance < nothing.deviance);
     }
 
@@ -511,16 +511,16 @@ mod tests {
     fn a_perfect_fit_of_made_up_data_has_a_finite_likelihood() {
         // A score of 2 at an information of 1 takes away 4 squares: all there are.
         let one = |value: f64| DMatrix::from_element(1, 1, value);
-        let outlook = |squares: f64| Outlook {
+        let evidence = |squares: f64| EvidenceAtRatios {
             information: one(1.0),
             score: DVector::from_element(1, 2.0),
             own: one(1.0),
             squares,
             freedom: 10.0,
         };
-        assert!((outlook(4.0).deviance(&[0]).0 - 10.0 * 4e-12_f64.ln()).abs() < 1e-9);
+        assert!((evidence(4.0).deviance(&[0]).0 - 10.0 * 4e-12_f64.ln()).abs() < 1e-9);
         assert!(
-            (outlook(5.0).deviance(&[0]).0 - 0.0).abs() < 1e-9,
+            (evidence(5.0).deviance(&[0]).0 - 0.0).abs() < 1e-9,
             "one square is left: its logarithm is nought"
         );
     }

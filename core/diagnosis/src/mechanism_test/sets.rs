@@ -56,14 +56,14 @@ impl Search<'_> {
 
     /// The sets with one more member that promise most.
     fn wider(&self, set: &Set) -> Vec<Vec<usize>> {
-        let Some(outlook) = self.bench.mixed.outlook(&set.fit.ratios) else { return Vec::new() };
+        let Some(evidence) = self.bench.mixed.evidence_at(&set.fit.ratios) else { return Vec::new() };
         let others = (0..self.bench.suspects.len()).filter(|one| !set.members.contains(one));
         let mut promised: Vec<(f64, Vec<usize>)> = others
             .map(|other| {
                 // Ascending, so that one set has one name however it was reached.
                 let members: BTreeSet<usize> = set.members.iter().copied().chain([other]).collect();
                 let members: Vec<usize> = members.into_iter().collect();
-                let (deviance, rank) = outlook.deviance(&self.bench.parameters(&members));
+                let (deviance, rank) = evidence.deviance(&self.bench.parameters(&members));
                 (self.bench.criterion(&members, deviance, rank), members)
             })
             .collect();

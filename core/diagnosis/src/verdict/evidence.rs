@@ -28,7 +28,7 @@ pub(super) struct Evidence {
     /// Places along whose motion more is left than across it when everything that passed is in.
     pub(super) uneven: Vec<Site>,
     /// Joint on which more than one of the effects sits that can imitate anything.
-    pub(super) padded: Option<Site>,
+    pub(super) flexible_terms_at: Option<Site>,
     /// Readings next to each other err alike: chance says nothing of what they share.
     pub(super) errs_alike: bool,
 }
@@ -53,7 +53,7 @@ impl Evidence {
             Some(Against::Unlisted)
         } else if self.uneven.contains(&site) {
             Some(Against::LeftAlong)
-        } else if self.padded == Some(site) {
+        } else if self.flexible_terms_at == Some(site) {
             Some(Against::FlexibleTerms)
         } else {
             self.is_unfinished().then_some(Against::LeftOver)
@@ -81,7 +81,7 @@ impl Laboratory {
         evidence.left_over = LackOfFit::of(&full.fitted, floor);
         let alone = self.direction_tests(&first.fitted, floor);
         evidence.alone = direction_test::possible_sites(&alone, floor);
-        evidence.padded = padded(&full.taken);
+        evidence.flexible_terms_at = flexible_terms_at(&full.taken);
         if !is_shared_error(evidence.errs_alike, evidence.left_over) {
             evidence.unlisted_sites = unlisted_sites(full, &candidates.unlisted);
             let rest = if stages.len() == 1 { alone } else { self.direction_tests(&full.fitted, floor) };
@@ -92,7 +92,7 @@ impl Laboratory {
 }
 
 /// The joint on which more than one effect sits that imitates anything.
-pub(super) fn padded(taken: &[AddedEffect]) -> Option<Site> {
+pub(super) fn flexible_terms_at(taken: &[AddedEffect]) -> Option<Site> {
     let flexible = taken.iter().map(|taken| &taken.id);
     let flexible = flexible.filter(|id| effect::kind(&id.name).is_some_and(|kind| kind.imitates_anything));
     let mut sites = flexible.map(|id| id.site);

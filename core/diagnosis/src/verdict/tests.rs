@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use super::evidence::{padded, significant_sites};
+use super::evidence::{flexible_terms_at, significant_sites};
 use super::*;
 use crate::noise_floor::FloorSource;
 use crate::testing::{fitted_candidate, gain};
@@ -134,7 +134,7 @@ fn a_doubted_name_is_located_unless_its_evidence_is_overwhelming() {
         |evidence| evidence.left_over = lack(0.9 * LACK_OF_FIT_LEVEL),
         |evidence| evidence.unlisted_sites = vec![Site::Joint(1)],
         |evidence| evidence.uneven = vec![Site::Joint(1)],
-        |evidence| evidence.padded = Some(Site::Joint(1)),
+        |evidence| evidence.flexible_terms_at = Some(Site::Joint(1)),
     ];
     for doubt in doubts {
         let verdict = |errors: f64| {
@@ -195,8 +195,11 @@ fn two_flexible_terms_at_one_joint_imitate_anything() {
         values: Vec::new(),
     };
     let wave_and_gain = [taken("joint_gain", 1), taken("joint_zero", 2), taken("joint_harmonic", 1)];
-    assert_eq!(padded(&wave_and_gain), Some(Site::Joint(1)));
-    assert_eq!(padded(&[taken("joint_gain", 1), taken("joint_harmonic", 2), taken("joint_zero", 1)]), None);
+    assert_eq!(flexible_terms_at(&wave_and_gain), Some(Site::Joint(1)));
+    assert_eq!(
+        flexible_terms_at(&[taken("joint_gain", 1), taken("joint_harmonic", 2), taken("joint_zero", 1)]),
+        None
+    );
 }
 
 #[test]
@@ -488,7 +491,7 @@ fn what_speaks_against_a_name_is_reported_as_what_it_is() {
         left_over: lack(1e-9),
         unlisted_sites: vec![joint],
         uneven: vec![joint],
-        padded: Some(joint),
+        flexible_terms_at: Some(joint),
         ..found()
     };
     let less = |change: fn(&mut Evidence)| {

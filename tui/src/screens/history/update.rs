@@ -6,7 +6,7 @@ use super::archive::{ArchiveAnswer, ArchiveRequest};
 use super::state::OpenedRun;
 use crate::screens::keys::Command;
 use crate::screens::message::Action;
-use crate::screens::state::{Gravity, Overlay, State};
+use crate::screens::state::{Overlay, Severity, State};
 
 /// Longer than anybody filters by.
 const LONGEST_FILTER: usize = 60;
@@ -54,7 +54,7 @@ pub(crate) fn bring_back(state: &mut State, command: Command) -> Vec<Action> {
             history.bring_back = Some(back);
             state.overlay = Some(Overlay::BringBack);
         }
-        Err(reason) => state.say(Gravity::Calm, reason),
+        Err(reason) => state.say(Severity::Info, reason),
     }
     Vec::new()
 }
@@ -115,8 +115,8 @@ pub(crate) fn take(state: &mut State, answer: ArchiveAnswer) {
                 opened.lines = lines;
             }
         }
-        ArchiveAnswer::BroughtBack(message) => state.say(Gravity::Calm, message),
-        ArchiveAnswer::NotBroughtBack(reason) => state.say(Gravity::Fault, reason),
+        ArchiveAnswer::BroughtBack(message) => state.say(Severity::Info, message),
+        ArchiveAnswer::NotBroughtBack(reason) => state.say(Severity::Error, reason),
         ArchiveAnswer::Failed(reason) => history.problem = Some(reason),
     }
 }

@@ -8,7 +8,7 @@ use super::picture::{PictureSize, picture};
 use super::state::{Colouring, ScanState, Strokes};
 use super::view::units;
 use crate::screens::message::Action;
-use crate::screens::state::{Gravity, State};
+use crate::screens::state::{Severity, State};
 
 /// An angle key turns by this, rad.
 const TURN: f64 = 5.0 * std::f64::consts::PI / 180.0;
@@ -101,7 +101,7 @@ pub(crate) fn obey(state: &mut State, command: ScanCommand) -> Vec<Action> {
     }
     scan.eye_is_set |= moves_the_eye(command);
     if let Some(said) = said {
-        state.say(Gravity::Calm, said);
+        state.say(Severity::Info, said);
     }
     Vec::new()
 }

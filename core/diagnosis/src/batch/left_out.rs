@@ -15,7 +15,7 @@ use plumb_estimation::{Cancelled, Progress};
 use plumb_estimation::{NormalEquations, RankRevealingCholesky, for_each, huber_variance};
 
 /// Rows at a state, and what is foretold of them when their region, their part of a joint's range or their session is left out.
-pub(super) struct Outlook<'m> {
+pub(super) struct LeftOutPredictions<'m> {
     machine: &'m ResidualModel<'m>,
     state: &'m State,
     weights: &'m [f64],
@@ -56,7 +56,7 @@ impl Block {
     }
 }
 
-impl<'m> Outlook<'m> {
+impl<'m> LeftOutPredictions<'m> {
     /// Looks at these rows, in which the machine's last effects were put at the values they are expected at; gains are to be asked
     /// of effects at these joints.
     pub(super) fn of(
