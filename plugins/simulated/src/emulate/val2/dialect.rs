@@ -47,7 +47,7 @@ impl Dialect {
         }
     }
 
-    /// The question before something grave.
+    /// The question before a command that is to be confirmed.
     pub(super) fn sure(self) -> &'static str {
         match self {
             Dialect::Mark2 => "Are you sure (Y/N)? ",

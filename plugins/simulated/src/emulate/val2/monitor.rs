@@ -24,7 +24,7 @@ enum Mode {
     /// Changes of a point are being typed: its name and its values, deg.
     Changes(String, [f64; 6]),
     /// It has asked whether somebody is sure.
-    Sure(Grave),
+    Sure(Confirmed),
     /// The arm moves.
     Moving,
     /// All joints are driven to their next index pulses.
@@ -35,8 +35,9 @@ enum Mode {
     Program,
 }
 
+/// A command that is asked about once more before it is done.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Grave {
+enum Confirmed {
     Calibrate,
     PotCal,
     /// To end the program that runs.
@@ -208,7 +209,7 @@ impl Monitor {
         if was_moving {
             return self.end_with(ControllerError::Aborted);
         }
-        if matches!(self.mode, Mode::Program | Mode::Sure(Grave::Abort)) {
+        if matches!(self.mode, Mode::Program | Mode::Sure(Confirmed::Abort)) {
             // A control C cancels what is typed; the program goes on.
             self.go_on_with_program();
             return Ok(());
@@ -224,11 +225,11 @@ impl Monitor {
                 Err(error) => self.end_with(error),
             },
             Mode::Changes(name, values) => self.change(name, values, line),
-            Mode::Sure(grave) => self.dare(grave, line),
+            Mode::Sure(confirmed) => self.dare(confirmed, line),
             Mode::Program => {
                 match parse(line) {
                     Ok(Command::Abort) => {
-                        self.mode = Mode::Sure(Grave::Abort);
+                        self.mode = Mode::Sure(Confirmed::Abort);
                         self.said.extend_from_slice(self.dialect.sure().as_bytes());
                         return Ok(());
                     }
@@ -287,8 +288,10 @@ impl Monitor {
                     self.say_line(&shown);
                 }
             },
-            Command::Calibrate => return self.ask_whether_sure(Grave::Calibrate),
-            Command::Execute(program) if program == "POTCAL" => return self.ask_whether_sure(Grave::PotCal),
+            Command::Calibrate => return self.ask_whether_sure(Confirmed::Calibrate),
+            Command::Execute(program) if program == "POTCAL" => {
+                return self.ask_whether_sure(Confirmed::PotCal);
+            }
             Command::Execute(_) => return self.end_with(ControllerError::NoProgram),
             Command::Set(name, angles) => {
                 self.points.insert(name, angles);
@@ -337,19 +340,19 @@ impl Monitor {
         Ok(())
     }
 
-    fn ask_whether_sure(&mut self, grave: Grave) -> Result<(), ArmError> {
+    fn ask_whether_sure(&mut self, confirmed: Confirmed) -> Result<(), ArmError> {
         if !self.power {
             return self.end_with(ControllerError::PowerOff);
         }
-        self.mode = Mode::Sure(grave);
+        self.mode = Mode::Sure(confirmed);
         self.said.extend_from_slice(self.dialect.sure().as_bytes());
         Ok(())
     }
 
-    fn dare(&mut self, grave: Grave, line: &str) -> Result<(), ArmError> {
+    fn dare(&mut self, confirmed: Confirmed, line: &str) -> Result<(), ArmError> {
         let is_sure = line.trim().eq_ignore_ascii_case("y");
-        match grave {
-            Grave::Abort if !is_sure => {
+        match confirmed {
+            Confirmed::Abort if !is_sure => {
                 self.go_on_with_program();
                 Ok(())
             }
@@ -357,13 +360,13 @@ impl Monitor {
                 self.back_to_commands();
                 Ok(())
             }
-            Grave::Abort => {
+            Confirmed::Abort => {
                 self.say_line("Program task 0 stopped");
                 self.back_to_commands();
                 Ok(())
             }
-            Grave::Calibrate => self.find_index_pulses(),
-            Grave::PotCal => {
+            Confirmed::Calibrate => self.find_index_pulses(),
+            Confirmed::PotCal => {
                 let (here, _) = self.arm.read()?;
                 let off =
                     here.iter().zip(&JOINTS).position(|(here, joint)| (here - joint.ready_deg).abs() > 15.0);
