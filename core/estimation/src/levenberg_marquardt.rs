@@ -113,8 +113,8 @@ const BROKEN_PROMISES: usize = 3;
 /// longer falls by much).
 const STRAIGHT: f64 = 0.75;
 
-/// Length of the correction to second order, relative to the step, above which a step leads beyond where two orders describe anything, and is not tried (Transtrum and Sethna 2012,
-/// equation 9).
+/// Length of the correction to second order, relative to the step, above which a step leads beyond where two orders describe anything, and is not tried (Transtrum and Sethna 2012; the GNU
+/// Scientific Library has the same value).
 const MOST_BENT: f64 = 0.75;
 
 /// The same, below which the valley is straight again.

@@ -176,7 +176,7 @@ pub fn recipe(kind: Kind, body: &[u8]) -> Result<(u8, Vec<String>), RtdeError> {
     Ok((*number, String::from_utf8_lossy(types).split(',').map(str::to_owned).collect()))
 }
 
-/// The words of a text of the controller's, which says who it is from and how grave it is, too.
+/// The words of a text of the controller's, which says who it is from and how severe it is, too.
 pub fn text(body: &[u8]) -> String {
     let message = body.split_first().and_then(|(length, rest)| rest.get(..usize::from(*length)));
     String::from_utf8_lossy(message.unwrap_or(body)).into_owned()

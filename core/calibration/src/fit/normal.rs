@@ -8,7 +8,7 @@ use super::scratch::Scratch;
 use super::state::State;
 use crate::effect::Effect;
 
-/// Share of a step over which its second derivative is taken: a tenth (Transtrum and Sethna 2012, section 3.4), so that rounding is no matter and the third order hardly.
+/// Share of a step over which its second derivative is taken: a tenth, so that rounding is no matter and the third order hardly.
 const SECOND_DIFFERENCE: f64 = 0.1;
 
 impl ResidualModel<'_> {
@@ -45,7 +45,7 @@ impl ResidualModel<'_> {
     }
 
     /// The derivatives of the predictions over `rows` times their second derivative along a change of the free numbers: by a forward difference of the predictions beyond
-    /// what the derivatives say (Transtrum and Sethna 2012, arXiv:1201.5885, equation 8).
+    /// what the derivatives say (Transtrum and Sethna 2012, arXiv:1201.5885).
     pub(super) fn second_derivative_along(
         &self,
         state: &State,
