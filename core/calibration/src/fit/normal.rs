@@ -44,8 +44,8 @@ impl ResidualModel<'_> {
         total
     }
 
-    /// The derivatives of the predictions over `rows` times their second derivative along a change of the free numbers: by a forward difference of the predictions beyond
-    /// what the derivatives say (Transtrum and Sethna 2012, arXiv:1201.5885).
+    /// The derivatives of the predictions over `rows` times their second derivative along a change of the free numbers (Transtrum and Sethna 2012, arXiv:1201.5885). By
+    /// central differences: beside what the first derivatives promise an error of theirs, divided by the share of the step, would look like a bend.
     pub(super) fn second_derivative_along(
         &self,
         state: &State,
@@ -53,33 +53,47 @@ impl ResidualModel<'_> {
         rows: &[usize],
         weights: &[f64],
     ) -> DVector<f64> {
-        let ahead = state.stepped(&self.slots, (change * SECOND_DIFFERENCE).as_slice());
+        let [ahead, behind] = [SECOND_DIFFERENCE, -SECOND_DIFFERENCE]
+            .map(|share| state.stepped(&self.slots, (change * share).as_slice()));
         let mut total = DVector::zeros(self.slots.len());
         over_chunks(
             rows,
             || (DVector::zeros(self.slots.len()), Scratch::default(), Vec::new()),
             |(sum, scratch, residuals), chunk| {
                 let block = self.block(state, chunk, weights, &[]);
-                let mut second = block.jacobian.tr_mul(change);
-                let mut here = second.iter_mut().zip(&block.residuals);
-                for row in chunk {
-                    residuals.clear();
-                    self.row_residuals(&ahead, *row, scratch, residuals);
-                    let weight = weights.get(*row).copied().unwrap_or(1.0).sqrt();
-                    let scaled = residuals.iter().zip(self.observations.of_row(*row));
-                    for (residual, equation) in scaled {
-                        if let Some((second, known)) = here.next() {
-                            // The prediction grows as the residual falls.
-                            let rise = (known - residual * weight / equation.sigma) / SECOND_DIFFERENCE;
-                            *second = 2.0 * (rise - *second) / SECOND_DIFFERENCE;
-                        }
-                    }
+                // Predictions grow as residuals fall.
+                let mut second = DVector::from_vec(block.residuals) * 2.0;
+                for moved in [&ahead, &behind] {
+                    self.scaled_residuals(moved, chunk, weights, scratch, residuals);
+                    second.iter_mut().zip(&*residuals).for_each(|(second, residual)| *second -= residual);
                 }
-                sum.gemv(1.0, &block.jacobian, &second, 1.0);
+                let squared = SECOND_DIFFERENCE * SECOND_DIFFERENCE;
+                sum.gemv(1.0 / squared, &block.jacobian, &second, 1.0);
             },
             |(sum, _, _)| total += sum,
         );
         total
+    }
+
+    /// Residuals of some rows, divided by the sigmas and weighted as in a [`RowBlock`](super::RowBlock), in place of what `out` held.
+    fn scaled_residuals(
+        &self,
+        state: &State,
+        rows: &[usize],
+        weights: &[f64],
+        scratch: &mut Scratch,
+        out: &mut Vec<f64>,
+    ) {
+        out.clear();
+        for row in rows {
+            let first = out.len();
+            self.row_residuals(state, *row, scratch, out);
+            let weight = weights.get(*row).copied().unwrap_or(1.0).sqrt();
+            let own = out.iter_mut().skip(first);
+            for (residual, equation) in own.zip(self.observations.of_row(*row)) {
+                *residual *= weight / equation.sigma;
+            }
+        }
     }
 
     /// Weighted sum of squares over `rows`, in declared sigmas squared, without derivatives.
@@ -89,14 +103,8 @@ impl ResidualModel<'_> {
             rows,
             || (0.0, Scratch::default(), Vec::new()),
             |(sum, scratch, residuals), chunk| {
-                for row in chunk {
-                    residuals.clear();
-                    self.row_residuals(state, *row, scratch, residuals);
-                    let weight = weights.get(*row).copied().unwrap_or(1.0);
-                    let scaled = residuals.iter().zip(self.observations.of_row(*row));
-                    *sum += weight
-                        * scaled.map(|(residual, equation)| (residual / equation.sigma).powi(2)).sum::<f64>();
-                }
+                self.scaled_residuals(state, chunk, weights, scratch, residuals);
+                *sum += residuals.iter().map(|residual| residual * residual).sum::<f64>();
             },
             |(sum, _, _)| total += sum,
         );

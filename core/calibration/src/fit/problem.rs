@@ -50,10 +50,6 @@ impl Problem for WeightedRows<'_, '_> {
     }
 
     fn second_derivative_along(&self, state: &State, change: &DVector<f64>) -> Option<DVector<f64>> {
-        // A pass over the many points of stripes costs more than it saves: a compliance was named in ten times the time.
-        if self.machine.neighbours_err_alike() {
-            return None;
-        }
         // Plausible ranges are linear in the numbers; distances between places are nearly so in a step.
         Some(self.machine.second_derivative_along(state, change, self.rows, self.weights))
     }

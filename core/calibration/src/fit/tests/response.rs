@@ -166,6 +166,29 @@ fn the_second_derivative_along_a_change_is_that_of_the_predictions() {
 }
 
 #[test]
+fn what_derivatives_are_off_by_is_no_bend() {
+    let table = Table::parse("made.csv", TURNED).unwrap();
+    let model = Model::parse("arm.yaml", HEAVY).unwrap();
+    let observations = Observations::new(&model, &table).unwrap();
+    let added: Vec<AddedEffect> = [("joint_zero(j2)", 0.0), ("joint_compliance(j2)", 0.003)]
+        .iter()
+        .map(|(text, value)| AddedEffect { id: parse(text, &model).unwrap(), values: vec![*value] })
+        .collect();
+    let machine = ResidualModel::new(&model, &table, &observations, &added).unwrap();
+    // With the slopes of the start derivatives are off by some hundred-thousandths here.
+    machine.block(&machine.start(), &[0, 1], &[], &[]);
+    let state = moved(&machine, 0.0008, 0.0);
+    let along = |size: f64| {
+        let turned = machine.slots().iter().map(|slot| if *slot == Slot::Effect(0, 0) { size } else { 0.0 });
+        let change = DVector::from_iterator(machine.slots().len(), turned);
+        machine.second_derivative_along(&state, &change, &[0, 1], &[])
+    };
+    // A second derivative goes with the square of the change, however small that is.
+    let (large, small) = (along(1e-2) * 1e-4, along(1e-4));
+    assert!(large.norm() > 0.0 && (&small - &large).norm() < 0.02 * large.norm(), "{small} {large}");
+}
+
+#[test]
 fn an_effect_that_joins_has_slopes_of_its_own() {
     let table = Table::parse("made.csv", TURNED).unwrap();
     let model = Model::parse("arm.yaml", HEAVY).unwrap();
