@@ -291,8 +291,17 @@ fn guessed_and_taken(lab: &Lab, cell: &str, procedure: &str) -> (Times, (f64, f6
     (times, whole)
 }
 
-/// Kinds of steps that take less than this altogether make no difference to anybody, s.
+/// A guess that is off by less than this for all steps of a kind together makes no difference to anybody, s.
 const NOTICED_S: f64 = 0.5;
+
+/// Other tests keep the processor from a run now and then, which makes it longer and never shorter: a guess is off if it is off in each of so many runs.
+const RUNS: usize = 3;
+
+/// Whether a guess is off by more than a factor of two, and anybody notices.
+fn is_off((_, (guess, taken)): &(String, (f64, f64))) -> bool {
+    let (less, more) = (guess.min(*taken), guess.max(*taken));
+    more >= 2.0 * less && more - less >= NOTICED_S
+}
 
 #[test]
 fn a_plan_guesses_the_time_of_its_run_and_of_every_kind_of_step_within_a_factor_of_two() {
@@ -304,13 +313,15 @@ fn a_plan_guesses_the_time_of_its_run_and_of_every_kind_of_step_within_a_factor_
         ("light-stripe", "cup.yaml", "scan-cup"),
         ("so101", "cell.yaml", "calibrate"),
     ] {
-        let lab = Lab::of(folder);
-        let (times, whole) = guessed_and_taken(&lab, cell, procedure);
-        for (kind, (guess, taken)) in times.into_iter().chain([("the whole".to_owned(), whole)]) {
-            let factor = guess.max(taken) / guess.min(taken).max(1e-9);
-            let ok = factor < 2.0 || guess.max(taken) < NOTICED_S;
-            assert!(ok, "{folder}/{cell} {procedure}, {kind}: {guess:.2} s guessed, {taken:.2} s taken");
+        let mut off = Vec::new();
+        for _ in 0..RUNS {
+            let (times, whole) = guessed_and_taken(&Lab::of(folder), cell, procedure);
+            off = times.into_iter().chain([("the whole".to_owned(), whole)]).filter(is_off).collect();
+            if off.is_empty() {
+                break;
+            }
         }
+        assert_eq!(off, [], "{folder}/{cell} {procedure}: kinds of steps, s guessed and taken");
     }
 }
 

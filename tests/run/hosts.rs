@@ -8,12 +8,11 @@ use std::process::Command;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use nix::sys::signal::{Signal, kill as send};
-use nix::unistd::Pid;
+use nix::sys::signal::Signal;
 use plumb_cell::device::CellPlace;
 use plumb_simulated::client::WorldClient;
 
-use crate::lab::{Lab, PATIENCE, Running, command_of, kill, skipped};
+use crate::lab::{Lab, PATIENCE, Running, command_of, kill, send, skipped};
 
 /// What `core/README.md` states, and what a busy machine adds.
 const ORCHESTRATOR_SILENT: Duration = Duration::from_secs(2);
@@ -344,7 +343,7 @@ fn a_sensor_that_is_frozen_in_mid_search_stops_the_arm_and_is_named() {
     let lab = Lab::new();
     let cell = Watched::moving_in(&lab, "waist.find_a");
     let eye = cell.running.host_of("libplumb_ir_proximity");
-    send(Pid::from_raw(eye.cast_signed()), Signal::SIGSTOP).unwrap();
+    send(eye, Signal::SIGSTOP);
     let begin = Instant::now();
     let (last, code) = cell.running.end();
     assert!(begin.elapsed() < HOST_SILENT + 2 * BUSY_MACHINE, "it took {:?}", begin.elapsed());
@@ -367,7 +366,7 @@ fn a_host_that_is_frozen_while_it_starts_ends_the_run_in_time_with_its_name() {
             }
         };
         thread::sleep(Duration::from_millis(moment));
-        send(Pid::from_raw(eye.cast_signed()), Signal::SIGSTOP).unwrap();
+        send(eye, Signal::SIGSTOP);
         let frozen = Instant::now();
         let (last, code) = running.end();
         let limit = Duration::from_secs(15) + HOST_SILENT + 2 * BUSY_MACHINE;

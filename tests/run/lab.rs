@@ -240,7 +240,7 @@ impl Running {
     }
 
     pub(crate) fn signal(&self, signal: nix::sys::signal::Signal) {
-        nix::sys::signal::kill(nix::unistd::Pid::from_raw(self.process().cast_signed()), signal).unwrap();
+        send(self.process(), signal);
     }
 
     /// The process that hosts the plugin of this library.
@@ -300,11 +300,12 @@ pub(crate) fn command_of(process: u32) -> String {
 }
 
 pub(crate) fn kill(process: u32) {
-    nix::sys::signal::kill(
-        nix::unistd::Pid::from_raw(process.cast_signed()),
-        nix::sys::signal::Signal::SIGKILL,
-    )
-    .unwrap();
+    send(process, nix::sys::signal::Signal::SIGKILL);
+}
+
+/// Sends a process a signal.
+pub(crate) fn send(process: u32, signal: nix::sys::signal::Signal) {
+    nix::sys::signal::kill(nix::unistd::Pid::from_raw(process.cast_signed()), signal).unwrap();
 }
 
 /// Waits for a process to be gone.

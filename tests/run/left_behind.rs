@@ -113,6 +113,19 @@ fn the_controllers_of_a_killed_run_end_with_it_and_the_doctor_ends_its_world() {
 }
 
 #[test]
+fn the_doctor_gives_hosts_of_a_killed_run_time_to_put_their_devices_away() {
+    let lab = Lab::new();
+    // A host ends too soon to be met, and one that is frozen is woken by the death of its run: a shell of the name takes its part for a second.
+    std::os::unix::fs::symlink("/bin/sh", lab.path("plumb")).unwrap();
+    lab.write("host", "sleep 1\n");
+    let mut killed = std::process::Command::new("sh");
+    killed.args(["-c", "./plumb host </dev/null >/dev/null 2>&1 &"]).current_dir(lab.path("."));
+    assert!(killed.status().unwrap().success());
+    let output = lab.plumb(&["doctor", "cell.yaml"]);
+    assert_eq!(output.code(), 0, "{}", output.all());
+}
+
+#[test]
 fn a_run_that_can_be_resumed_keeps_its_world_alone() {
     let lab = Lab::new();
     lab.write("procedures/broken.yaml", "procedure: broken\nsteps:\n  - {id: sum, do: {compute: {values: {a_mm: 1.0 / arm.joints.waist_deg * 0.0 + sqrt(-1.0)}}}}\n");

@@ -1,18 +1,16 @@
 //! Cells: which run, and what those that were killed left behind.
 
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use plumb_cell::device::{CellPlace, PlaceState, Remains};
 use plumb_simulated::client::WorldClient;
 
 use super::finding::Finding;
+use super::processes::{LOOK, PUTTING_AWAY};
 use crate::commands::run::simulated_world::SimulatedWorld;
 
 const TOPIC: &str = "cells";
-
-/// How long the hosts of a killed program may take to put their devices away.
-const PUTTING_AWAY: Duration = Duration::from_secs(10);
 
 /// A cell file that is not there.
 #[derive(Debug, thiserror::Error)]
@@ -106,7 +104,7 @@ fn removed(place: &CellPlace) -> Result<(), plumb_bus::DomainError> {
     loop {
         match place.remove() {
             Err(plumb_bus::DomainError::InUse(_)) if begin.elapsed() < PUTTING_AWAY => {
-                std::thread::sleep(Duration::from_millis(20));
+                std::thread::sleep(LOOK);
             }
             other => return other,
         }

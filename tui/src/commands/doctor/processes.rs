@@ -2,12 +2,19 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
 use plumb_cell::device::{CellPlace, PlaceState};
 
 use super::finding::Finding;
 
 const TOPIC: &str = "processes";
+
+/// How long the hosts of a killed program may take to put their devices away.
+pub(super) const PUTTING_AWAY: Duration = Duration::from_secs(10);
+
+/// How often it is looked whether they have.
+pub(super) const LOOK: Duration = Duration::from_millis(20);
 
 /// One process of this program.
 struct Process {
@@ -20,9 +27,9 @@ pub(super) fn look() -> Vec<Finding> {
     let of_cells: Vec<PathBuf> = CellPlace::all().iter().map(CellPlace::world_socket).collect();
     let runs_somewhere = CellPlace::all().iter().any(|place| matches!(place.state(), PlaceState::InUse(_)));
     let mut findings = Vec::new();
-    for process in processes() {
+    for process in settled_processes() {
         match process.arguments.get(1).map(String::as_str) {
-            Some("host") if process.parent == 1 => findings.push(Finding::wrong(
+            Some(_) if process.is_lone_host() => findings.push(Finding::wrong(
                 TOPIC,
                 format!(
                     "process {}: the host of a device, without the program that started it",
@@ -52,8 +59,25 @@ pub(super) fn look() -> Vec<Finding> {
 }
 
 impl Process {
+    /// It is the host of a device, and the program that started it has gone.
+    fn is_lone_host(&self) -> bool {
+        self.parent == 1 && self.arguments.get(1).is_some_and(|command| command == "host")
+    }
+
     fn names(&self, path: &Path) -> bool {
         self.arguments.iter().any(|argument| Path::new(argument) == path)
+    }
+}
+
+/// The living processes of this program, once hosts of a killed one have had the time to put their devices away.
+fn settled_processes() -> Vec<Process> {
+    let begin = Instant::now();
+    loop {
+        let processes = processes();
+        if begin.elapsed() >= PUTTING_AWAY || !processes.iter().any(Process::is_lone_host) {
+            return processes;
+        }
+        std::thread::sleep(LOOK);
     }
 }
 
