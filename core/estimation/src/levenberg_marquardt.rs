@@ -30,7 +30,7 @@ pub trait Problem {
     fn is_finite(&self, state: &Self::State) -> bool;
 
     /// The derivatives of the predictions at a state times their second derivative along a change, `J' p''`, divided by the sigmas squared; nothing where it is not
-    /// worked out, and steps stay straight.
+    /// worked out, and steps stay straight. To be worked out without the first derivatives along the change: what those are off by would look like a bend.
     fn second_derivative_along(&self, _state: &Self::State, _change: &DVector<f64>) -> Option<DVector<f64>> {
         None
     }
@@ -307,13 +307,16 @@ impl<P: Problem> Run<'_, P> {
             second[*parameter] = 0.0;
         }
         let correction = -factor.solve(&second);
-        let length = |vector: &DVector<f64>| {
-            let scaled = vector.iter().zip(self.scales.iter()).map(|(one, scale)| one * one * scale);
-            scaled.sum::<f64>().sqrt()
-        };
-        let share = 2.0 * length(&correction) / length(&change).max(f64::MIN_POSITIVE);
-        self.bends = share >= HARDLY_BENT;
+        let share = 2.0 * (self.scaled_square(&correction) / self.scaled_square(&change)).sqrt();
+        // Written so that what is not a number bends too far.
+        let is_straight = share < HARDLY_BENT;
+        self.bends = !is_straight;
         (share <= MOST_BENT).then(|| change + correction * 0.5)
+    }
+
+    /// Squared length of a change, each parameter in its scale.
+    fn scaled_square(&self, change: &DVector<f64>) -> f64 {
+        change.iter().zip(self.scales.iter()).map(|(change, scale)| change * change * scale).sum()
     }
 
     /// The damped step and the gain it predicts; nothing where the damped matrix is not positive definite.
@@ -332,9 +335,7 @@ impl<P: Problem> Run<'_, P> {
         let factor = Cholesky::new(damped)?;
         let change = factor.solve(&gradient);
         // What the linear model gains by this step: (lambda h'Dh + h'g), Madsen, Nielsen and Tingleff 2004, equation 3.14, without its 1/2.
-        let scaled: f64 =
-            change.iter().zip(self.scales.iter()).map(|(change, scale)| change * change * scale).sum();
-        let predicted = self.damping.value * scaled + change.dot(&gradient);
+        let predicted = self.damping.value * self.scaled_square(&change) + change.dot(&gradient);
         Some(DampedStep { change, predicted, factor })
     }
 

@@ -294,9 +294,9 @@ fn injections(
         of_the_machine.extend(before.clone());
         let found = Found::of(&diagnosis, name, borrowed(before.as_ref()));
         let is_hidden = |effect: &str, at: &str| (effect, at) == name;
-        let is_of_the_machine =
-            |one: (&str, &str)| of_the_machine.iter().any(|known| borrowed(Some(known)) == Some(one));
-        let asked = |one: (&str, &str)| is_hidden(one.0, one.1) || !is_of_the_machine(one);
+        let asked = |one: (&str, &str)| {
+            is_hidden(one.0, one.1) || of_the_machine.iter().all(|known| borrowed(Some(known)) != Some(one))
+        };
         forecasts.extend(candidates(&diagnosis, &asked, &is_hidden));
         if arguments.each {
             say(&describe(hidden.mechanism.name(), &place, found, &diagnosis))?;

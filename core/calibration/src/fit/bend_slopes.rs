@@ -58,18 +58,18 @@ impl Rates {
     /// Adds what an effect drives.
     pub(super) fn add_drives(&mut self, part: usize, drives: &[Drive], numbers: usize) {
         for Drive { parameter, handle, rate } in drives.iter().copied() {
-            let bend = |target| Bend { part, parameter, target };
             match handle {
                 Handle::Joint(joint, dh_parameter) => {
                     if let Some(place) = DH_PARAMETERS.iter().position(|known| *known == dh_parameter) {
-                        self.add(bend(joint * DH_PARAMETERS.len() + place), rate);
+                        let target = joint * DH_PARAMETERS.len() + place;
+                        self.add(Bend { part, parameter, target }, rate);
                     }
                 }
                 Handle::Twist { shift, turn, about, .. } => {
                     // A turn about a point is a turn about the base's origin and a shift.
                     let shift = shift - turn.cross(&about);
                     for (axis, amount) in shift.iter().chain(turn.iter()).enumerate() {
-                        self.add(bend(numbers + axis), amount * rate);
+                        self.add(Bend { part, parameter, target: numbers + axis }, amount * rate);
                     }
                 }
                 // Gravity bends nothing else.
@@ -95,18 +95,19 @@ pub(super) struct Slopes {
     pub(super) by_source: DMatrix<f64>,
 }
 
+/// Whether two rows differ so little that slopes at one hold at the other.
+fn is_near(own: &Deviation, other: &Deviation) -> bool {
+    let turns = [own.theta - other.theta, own.alpha - other.alpha, own.beta - other.beta];
+    let shifts = [own.d - other.d, own.a - other.a];
+    turns.iter().all(|turn| turn.abs() <= KEPT_TURN) && shifts.iter().all(|shift| shift.abs() <= KEPT_SHIFT)
+}
+
 impl Slopes {
     /// Whether they hold in this configuration too.
     pub(super) fn hold_at(&self, down: &Vector3<f64>, deviations: &[Deviation]) -> bool {
-        let is_near = |(own, other): (&Deviation, &Deviation)| {
-            let turns = [own.theta - other.theta, own.alpha - other.alpha, own.beta - other.beta];
-            let shifts = [own.d - other.d, own.a - other.a];
-            turns.iter().all(|turn| turn.abs() <= KEPT_TURN)
-                && shifts.iter().all(|shift| shift.abs() <= KEPT_SHIFT)
-        };
         (self.down - down).norm() <= KEPT_TURN
             && self.deviations.len() == deviations.len()
-            && self.deviations.iter().zip(deviations).all(is_near)
+            && self.deviations.iter().zip(deviations).all(|(own, other)| is_near(own, other))
     }
 
     /// How what is bent changes with each source alone, at these values of the effects: numbers of joints' rows and what is carried, by sources.
@@ -116,7 +117,9 @@ impl Slopes {
             let value = values.get(bend.part).and_then(|values| values.get(bend.parameter)).copied();
             let value = value.unwrap_or(0.0);
             if value != 0.0 && bend.target < alone.nrows() {
-                alone.row_mut(bend.target).zip_apply(&slopes.transpose(), |sum, slope| *sum += value * slope);
+                for (sum, slope) in alone.row_mut(bend.target).iter_mut().zip(slopes.iter()) {
+                    *sum += value * slope;
+                }
             }
         }
         alone

@@ -97,16 +97,14 @@ fn an_effect_that_is_there_predicts_what_is_left_out_in_every_way_that_is_asked(
     let added = [at(0), at(1)].map(|id| AddedEffect { id, values: vec![0.0] });
     let fitted = lab.fit_with(&added, None, &Progress::unwatched()).unwrap();
     let (machine, fit) = (&fitted.machine, &fitted.fit);
-    let weights = vec![1.0; lab.table().len()];
+    let [weights, quarter] = [1.0, 0.25].map(|weight| vec![weight; lab.table().len()]);
     let joints = std::collections::BTreeSet::from([1]);
-    let predictions = left_out::LeftOutPredictions::of(
-        machine,
-        &fit.state,
-        (&fit.rows, &weights),
-        &joints,
-        &Progress::unwatched(),
-    )
-    .unwrap();
+    let progress = Progress::unwatched();
+    let weighed = |weights| {
+        let rows = (fit.rows.as_slice(), weights);
+        left_out::LeftOutPredictions::of(machine, &fit.state, rows, &joints, &progress).unwrap()
+    };
+    let predictions = weighed(weights.as_slice());
     // Effects that the model frees come first, in the order of the machine's parts.
     let place = |joint: usize| machine.parts.iter().position(|part| part.id == at(joint)).unwrap();
     let (nothing, real) = (predictions.gains(place(0)), predictions.gains(place(1)));
@@ -119,15 +117,7 @@ fn an_effect_that_is_there_predicts_what_is_left_out_in_every_way_that_is_asked(
     // Three readings a row, less two zeros and two gains.
     assert_eq!(noise.freedom, 176.0);
     // Where every row counts a quarter the metric sees a quarter of the variance.
-    let quarter = vec![0.25; lab.table().len()];
-    let predictions = left_out::LeftOutPredictions::of(
-        machine,
-        &fit.state,
-        (&fit.rows, &quarter),
-        &joints,
-        &Progress::unwatched(),
-    )
-    .unwrap();
+    let predictions = weighed(quarter.as_slice());
     assert!((predictions.noise().variance / noise.variance - 0.25).abs() < 1e-6, "{:?}", predictions.noise());
     // A gain is that of rows, whatever they count.
     let same = predictions.gains(place(1));
