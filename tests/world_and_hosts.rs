@@ -282,10 +282,11 @@ fn a_second_ago() -> u64 {
 
 #[test]
 fn pictures_late_out_of_order_cut_short_or_of_another_size_are_errors_of_the_stream_and_it_goes_on() {
+    // Dated as a camera of this cell would: what is hours behind the cell's clock is refused for that alone. Taken before the world begins, whose clock stands where
+    // it began until something moves: however long the hosts take to start, nothing is ahead of it.
+    let began = a_second_ago();
     let cell = Cell::new("world-ideal.yaml", "fast");
     let mut stripe = Stripe::new(&cell);
-    // Dated as a camera of this cell would: what is hours behind the cell's clock is refused for that alone.
-    let began = a_second_ago();
     stripe.holds_still(began + 1_000_000);
     let whole = usize::MAX;
     for (after_ns, side, bytes, expected) in [
