@@ -200,15 +200,15 @@ pub(super) fn one_step(
     rows: &[usize],
     weights: Vec<f64>,
 ) -> Result<Option<Fit>, FitError> {
-    let start = Start::at(machine, start.clone(), (rows, &weights));
-    let factor = start.factor();
-    if factor.rank() >= start.normal.equations {
+    let Some(tangent) = Tangent::at(machine, start, rows, None) else { return Ok(None) };
+    let normal = tangent.normal(&weights);
+    let factor = RankRevealingCholesky::new(&normal.matrix);
+    if factor.rank() >= normal.equations {
         return Ok(None);
     }
-    let Some(tangent) = Tangent::at(machine, &start.state, rows, None) else { return Ok(None) };
-    let damped = tangent.damped(&(start.normal.matrix.diagonal() * ONE_STEP_DAMPING));
+    let damped = tangent.damped(&(normal.matrix.diagonal() * ONE_STEP_DAMPING));
     let (step, weights) = damped.settle(weights, &factor.dependent, factor.rank());
-    let state = start.state.stepped(machine.slots(), step.as_slice());
+    let state = start.stepped(machine.slots(), step.as_slice());
     if !state.is_finite() {
         return Ok(None);
     }

@@ -74,8 +74,7 @@ impl<'t> Tangent<'t> {
         held: &[usize],
         parameters: usize,
     ) -> (DVector<f64>, Vec<f64>) {
-        let mut normal = self.known.clone();
-        self.weigh(&mut normal, |row| weights.get(row).copied().unwrap_or(1.0));
+        let mut normal = self.normal(&weights);
         // Iteratively reweighted least squares (Holland and Welsch 1977) on the linear problem.
         for _ in 0..ROUNDS {
             let distances = self.distances(&full_step(&normal, held));
@@ -91,6 +90,15 @@ impl<'t> Tangent<'t> {
             }
         }
         (full_step(&normal, held), weights)
+    }
+
+    /// The normal equations at the state itself, as the residual model has them with these weights.
+    pub(super) fn normal(&self, weights: &[f64]) -> NormalEquations {
+        let mut normal = self.known.clone();
+        self.weigh(&mut normal, |row| weights.get(row).copied().unwrap_or(1.0));
+        normal.squares = self.squares(weights);
+        normal.equations += self.residuals.len();
+        normal
     }
 
     /// The weighted sum of squares at the state itself.

@@ -47,10 +47,10 @@ struct Folds<'a> {
     folds: Vec<Fold>,
 }
 
-/// A fold: its rows, its equations, and the products of all other rows.
+/// A fold: its rows, their equations by columns, and the products of all other rows.
 struct Fold {
     rows: Vec<usize>,
-    equations: Vec<usize>,
+    design: DMatrix<f64>,
     rest: Reduced,
 }
 
@@ -99,15 +99,17 @@ impl<'a> Folds<'a> {
             rows.iter().filter_map(|row| place.get(*row)?.clone()).flatten().collect()
         };
         let equations: Vec<Vec<usize>> = blocks.iter().map(of).collect();
-        let products =
-            for_each(&equations, |equations| Products::of(&features.design.select_rows(equations)));
+        let parts = for_each(&equations, |equations| {
+            let design = features.design.select_rows(equations);
+            (Products::of(&design), design)
+        });
         let mut all = features.knowledge.clone();
-        products.iter().for_each(|one| all.add(one));
+        parts.iter().for_each(|(own, _)| all.add(own));
         let mut folds = Vec::new();
-        for ((rows, equations), own) in blocks.into_iter().zip(equations).zip(&products) {
+        for (rows, (own, design)) in blocks.into_iter().zip(parts) {
             // Sums without a fold are the sums of all less its own: one pass over the rows for all folds.
-            let rest = Reduced::of(&all.without(own), features.fixed)?;
-            folds.push(Fold { rows, equations, rest });
+            let rest = Reduced::of(&all.without(&own), features.fixed)?;
+            folds.push(Fold { rows, design, rest });
         }
         (folds.len() > 1).then_some(Self { machine, fit, features, folds })
     }
@@ -146,9 +148,13 @@ impl<'a> Folds<'a> {
     fn residuals(&self, fold: &Fold, components: &[usize], ratios: &mut [f64]) -> Vec<f64> {
         let flexible = fold.rest.fit(&self.features.components, components, ratios);
         let coefficients = fold.rest.coefficients(&flexible);
-        let design: DMatrix<f64> = self.features.design.select_rows(&fold.equations);
-        let columns = design.ncols() - 1;
-        let left = design.column(columns) - design.columns(0, columns) * coefficients;
+        let mut left = fold.design.column(fold.design.ncols() - 1).into_owned();
+        // Those of components that are not asked are zero, which are most.
+        let asked =
+            fold.design.column_iter().zip(&coefficients).filter(|(_, coefficient)| **coefficient != 0.0);
+        for (column, coefficient) in asked {
+            left.axpy(-coefficient, &column, 1.0);
+        }
         let mut all = vec![0.0; self.machine.observations.equations.len()];
         let mut next = left.iter();
         for row in &fold.rows {

@@ -169,6 +169,10 @@ fn normal_equations_sum_weighted_squares_and_agree_with_residuals() {
         assert!(near(normal.squares, expected) && normal.equations == 6);
         let tangent = Tangent::at(machine, &state, &[1, 2], None).unwrap();
         assert!(near(tangent.squares(&weights), expected));
+        let of_tangent = tangent.normal(&weights);
+        assert!(near(of_tangent.squares, expected) && of_tangent.equations == 6);
+        assert!(near(of_tangent.matrix[(0, 0)], normal.matrix[(0, 0)]));
+        assert!(near(of_tangent.gradient[0], normal.gradient[0]));
         let alone = machine.normal_of_rows(&state, &[1, 2], &weights);
         assert!(near(alone.squares, expected) && near(alone.gradient[0], normal.gradient[0]));
         // The gradient is half the slope of the squares, downhill.
