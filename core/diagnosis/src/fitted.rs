@@ -18,6 +18,12 @@ pub(crate) struct Fitted<'a> {
 }
 
 impl Fitted<'_> {
+    /// Numbers that the rows determine once `freedom` more are fitted, counted as the linear model counts them. What a refit itself counts depends on its way: one that
+    /// begins near its end frees weakly determined numbers that a fit from afar holds, and each of them is `ln n` of the criterion by which candidates are compared.
+    pub(crate) fn parameters_with(&self, freedom: usize) -> f64 {
+        (self.fit.rank() + freedom) as f64
+    }
+
     /// Huber's loss over the fitted rows, squared sigmas, for a scatter of `scale` sigmas.
     pub(crate) fn loss(&self, scale: f64) -> f64 {
         let distances = Distances::of(&self.machine, &self.fit.residuals);

@@ -11,7 +11,8 @@ use crate::noise_floor::Floor;
 use crate::predictive_gain::{Gain, Judge, Promise};
 use crate::score_test::{Noise, Probe, Score, score};
 use crate::thresholds::{
-    MOST_EFFECTS, NAMING_LEVEL, OUTLIER_JUDGE_LEVEL, OUTLIER_JUDGES, REFIT_BELOW, REFITTED_CANDIDATES,
+    MOST_EFFECTS, MOST_EXCHANGES, NAMING_LEVEL, OUTLIER_JUDGE_LEVEL, OUTLIER_JUDGES, REFIT_BELOW,
+    REFITTED_CANDIDATES,
 };
 use plumb_calibration::arm_model::AddedEffect;
 use plumb_calibration::effect::{EffectId, kind};
@@ -179,9 +180,11 @@ impl Laboratory {
         let equations = robust.fit.normal.equations as f64;
         let least = robust.machine.least_variance();
         // With the least scatter for all: each by its own would make a fit look good that calls everything an outlier.
-        let all = std::iter::once(robust)
-            .chain(&fits)
-            .map(|fit| (bic_above(least, fit.loss(scale), equations, fit.fit.rank() as f64, 0.0), fit));
+        let freedoms = std::iter::once(0).chain(asked.iter().map(|(_, score)| score.freedom));
+        let all = std::iter::once(robust).chain(&fits).zip(freedoms).map(|(fit, freedom)| {
+            let numbers = robust.parameters_with(freedom);
+            (bic_above(least, fit.loss(scale), equations, numbers, 0.0), fit)
+        });
         // Of equals the first, without anything added.
         let best = all.min_by(|left, right| left.0.total_cmp(&right.0));
         Ok(best.map_or_else(|| robust.inliers(), |(_, fit)| fit.inliers()))
@@ -245,7 +248,8 @@ impl Laboratory {
         });
         for (fitted_candidate, refit) in stage.fitted_candidates.iter_mut().zip(refits) {
             let (refit, gains) = refit?;
-            let (squares, rank) = (refit.fit.normal.squares, refit.fit.rank() as f64);
+            let (squares, rank) =
+                (refit.fit.normal.squares, stage.fitted.parameters_with(fitted_candidate.score.freedom));
             fitted_candidate.bic = bic_above(
                 refit.machine.least_variance(),
                 squares,
@@ -259,8 +263,7 @@ impl Laboratory {
             if kind(&fitted_candidate.id.name).is_some_and(|kind| kind.is_event) {
                 fitted_candidate.row_residuals = refit.row_residuals();
             }
-            let squares = refit.fit.normal.squares;
-            fitted_candidate.left = (squares, f64::max(equations - refit.fit.rank() as f64, 1.0));
+            fitted_candidate.left = (squares, f64::max(equations - rank, 1.0));
             if let Some(values) = refit.fit.state.effects.last() {
                 fitted_candidate.values.clone_from(values);
                 let slots = refit.machine.slots().len();
@@ -307,10 +310,26 @@ impl Laboratory {
         progress: &Progress,
     ) -> Result<Vec<Stage<'_>>, LaboratoryError> {
         let mut stages = vec![self.stage(Vec::new(), None, candidates, progress)?];
-        // The first stage has none taken in.
-        while stages.len() <= MOST_EFFECTS {
-            progress.report(0.2 + 0.1 * stages.len() as f64, "searching")?;
-            let Some(last) = stages.last() else { break };
+        for _ in 0..=MOST_EXCHANGES {
+            self.take_in_passing(&mut stages, candidates, floor, progress)?;
+            let Some(last) = stages.last().filter(|last| last.taken.len() > 1) else { break };
+            let Some(set) = self.exchange(last, candidates, progress)? else { break };
+            let next = self.next_stage(set, last, candidates, progress)?;
+            stages.push(next);
+        }
+        Ok(stages)
+    }
+
+    /// Takes in one effect after another beside what the last stage has.
+    fn take_in_passing<'a>(
+        &'a self,
+        stages: &mut Vec<Stage<'a>>,
+        candidates: &Candidates,
+        floor: &Floor,
+        progress: &Progress,
+    ) -> Result<(), LaboratoryError> {
+        while let Some(last) = stages.last().filter(|last| last.taken.len() < MOST_EFFECTS) {
+            progress.report(0.3 + 0.1 * last.taken.len() as f64, "searching")?;
             let left = LackOfFit::of(&last.fitted, floor);
             if is_shared_error(last.fitted.machine.neighbours_err_alike(), left) {
                 break;
@@ -321,15 +340,25 @@ impl Laboratory {
             };
             let mut taken = last.taken.clone();
             taken.push(AddedEffect { id: best.id.clone(), values: best.values.clone() });
-            let near = Some(&last.fitted);
-            let next = match taken.len() < MOST_EFFECTS {
-                true => self.stage(taken, near, candidates, progress)?,
-                // Only what it leaves is asked of it.
-                false => self.scored_stage(taken, near, candidates, progress)?.0,
-            };
+            let next = self.next_stage(taken, last, candidates, progress)?;
             stages.push(next);
         }
-        Ok(stages)
+        Ok(())
+    }
+
+    /// The stage with these effects in, near another.
+    fn next_stage<'a>(
+        &'a self,
+        taken: Vec<AddedEffect>,
+        near: &Stage<'_>,
+        candidates: &Candidates,
+        progress: &Progress,
+    ) -> Result<Stage<'a>, LaboratoryError> {
+        match taken.len() < MOST_EFFECTS {
+            true => self.stage(taken, Some(&near.fitted), candidates, progress),
+            // Only what it leaves is asked of it.
+            false => Ok(self.scored_stage(taken, Some(&near.fitted), candidates, progress)?.0),
+        }
     }
 }
 
@@ -401,5 +430,23 @@ mod tests {
         assert!((of(1).values[0] - 0.01).abs() < 4.0 * of(1).covariance[(0, 0)].sqrt());
         assert_eq!((of(1).left.1, of(0).left.1), (57.0, 190.0));
         assert!(of(1).row_residuals.is_empty(), "only events are compared row by row");
+    }
+
+    #[test]
+    fn candidates_are_charged_for_the_numbers_of_the_stage_and_their_own_however_they_were_fitted() {
+        // Nearly parallel axes: what is held of the offsets along them depends on where a fit begins.
+        let lab =
+            crate::testing::two_links(40, "joint_zero(*),geometry(*)", 0.05, 31, |q| [0.0, 0.01 * q[1]]);
+        let candidates = Candidates { listed: crate::candidates::probes(&lab), unlisted: Vec::new() };
+        let stage = lab.stage(Vec::new(), None, &candidates, &Progress::unwatched()).unwrap();
+        let mut refitted = 0;
+        for one in stage.fitted_candidates.iter().filter(|one| one.refitted && one.id.inner.is_none()) {
+            let numbers = (stage.fitted.fit.rank() + one.score.freedom) as f64;
+            let expected = bic_above(0.0, one.left.0, stage.equations(), numbers, one.search_cost);
+            assert!((one.bic - expected).abs() < 1e-9, "{:?}: {} {expected}", one.id, one.bic);
+            assert_eq!(one.left.1, stage.equations() - numbers);
+            refitted += 1;
+        }
+        assert!(refitted > 1, "{refitted}");
     }
 }

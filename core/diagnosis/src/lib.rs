@@ -8,6 +8,7 @@ mod cross_validation;
 mod diagnose;
 mod direction_test;
 mod epochs;
+mod exchange;
 mod explainable;
 mod extrapolation;
 mod few_poses;

@@ -108,7 +108,7 @@ pub(crate) fn score(machine: &ResidualModel<'_>, fit: &Fit, probes: &[Probe]) ->
 }
 
 /// One over the length of each column, 0 for a column of nothing.
-fn units(own: &DMatrix<f64>) -> DVector<f64> {
+pub(crate) fn units(own: &DMatrix<f64>) -> DVector<f64> {
     own.diagonal().map(|square| if square > 0.0 { square.sqrt().recip() } else { 0.0 })
 }
 
@@ -121,7 +121,7 @@ fn in_units(matrix: &DMatrix<f64>, units: &DVector<f64>) -> DMatrix<f64> {
 
 /// The inverse of the information on a candidate beyond the fitted parameters, and its rank. Directions in which hardly
 /// anything is left (in units where each column has length one) are dropped: there the inverse is zero.
-fn information_inverse(beyond: &DMatrix<f64>, units: &DVector<f64>) -> (DMatrix<f64>, usize) {
+pub(crate) fn information_inverse(beyond: &DMatrix<f64>, units: &DVector<f64>) -> (DMatrix<f64>, usize) {
     let eigen = in_units(beyond, units).symmetric_eigen();
     let mut inverse = DMatrix::zeros(beyond.nrows(), beyond.nrows());
     let mut rank = 0;
@@ -164,7 +164,7 @@ fn without_unseen(beyond: &DMatrix<f64>, shown: &[f64], noise: Noise) -> (DMatri
 }
 
 /// Whether values lie within an effect's plausible ranges, give or take two standard errors.
-fn is_plausible(effect: &dyn Effect, values: &[f64], covariance: &DMatrix<f64>) -> bool {
+pub(crate) fn is_plausible(effect: &dyn Effect, values: &[f64], covariance: &DMatrix<f64>) -> bool {
     effect.parameters().iter().zip(values).enumerate().all(|(index, (parameter, value))| {
         // A sound size at the edge of its range comes out beyond it half of the time.
         let reach = 2.0 * covariance[(index, index)].max(0.0).sqrt();

@@ -96,6 +96,15 @@ pub(crate) const OVERWHELMING_GAIN: f64 = 20.0;
 /// Taken in by one diagnosis at most (effects). Why: time; a model that lacks more is grown (`grow`).
 pub(crate) const MOST_EFFECTS: usize = 5;
 
+/// Times that a set of effects is exchanged for a better one at most (exchanges). Why: time; one or two are the rule.
+pub(crate) const MOST_EXCHANGES: usize = 4;
+
+/// Candidates beside which each other is tried as a pair, those that alone explain most (candidates). Why: time; of two that explain much together one explains something alone.
+pub(crate) const EXCHANGE_PARTNERS: usize = 30;
+
+/// Sets that are fitted in place of one (sets). Why: time; the linear model ranks them well where errors are small.
+pub(crate) const EXCHANGES_FITTED: usize = 6;
+
 /// A compliance so far below zero means that gravity points the other way in the model (standard errors). Why:
 /// five sigma.
 pub(crate) const SIGN_ERRORS: f64 = 5.0;

@@ -56,6 +56,10 @@ pub struct Sag {
 }
 
 impl Weights<'_> {
+    /// No weight at all: for what depends on an arm's shape alone.
+    pub const WITHOUT: Weights<'static> =
+        Weights { masses: &[], payload: 0.0, down: Vector3::new(0.0, 0.0, -1.0) };
+
     /// The joint it moves with, weight (N) and place (base frame, mm) of everything that moves with a joint at or beyond `first`; of the load at the flange
     /// the joint is `usize::MAX`.
     pub fn beyond<'p>(

@@ -1,11 +1,14 @@
 //! What a kind of effect says of itself: where it may act, how it is seen, what it is like.
 
-use plumb_kinematics::Motion;
+use plumb_kinematics::{LinkFrames, Motion, Weights};
 
 use super::Effect;
 use super::identity::{EffectId, EffectNameError, Site};
 use super::summary::DatasetSummary;
 use crate::arm_model::{Model, Sensor};
+
+/// A link that is no longer is none (mm): lengths of arms are wrong by less, and parts that carry an arm are longer.
+const SHORTEST_LINK: f64 = 5.0;
 
 /// What kind of thing an effect is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -222,6 +225,19 @@ impl CandidateContext<'_> {
     pub(super) fn every_turning_joint(&self, name: &str) -> Vec<EffectId> {
         let mut ids = self.every_joint(name);
         ids.retain(|id| id.joint().is_some_and(|joint| self.turns(joint)));
+        ids
+    }
+
+    /// One candidate a joint whose link has a length of its own, in the arm as drawn. Where axes meet, what is fitted of a length is an error of the arm: no beam and no
+    /// shaft, whose stiffness would be anything.
+    pub(super) fn every_link(&self, name: &str) -> Vec<EffectId> {
+        let chain = &self.model.chain;
+        let link_frames = LinkFrames::of(chain, &vec![0.0; chain.len()], &[]);
+        let mut ids = self.every_joint(name);
+        ids.retain(|id| {
+            let ends = id.joint().and_then(|joint| Weights::WITHOUT.link(&link_frames, joint));
+            ends.is_some_and(|(start, end)| (end - start).norm() > SHORTEST_LINK)
+        });
         ids
     }
 

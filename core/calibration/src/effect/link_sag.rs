@@ -48,7 +48,7 @@ pub(super) const KIND: Kind = Kind {
         Ok(Box::new(LinkSag { joint: setting.joint()?, parameters }))
     },
     candidates: |context| match context.has_weight() {
-        true => context.every_joint("link_sag"),
+        true => context.every_link("link_sag"),
         false => Vec::new(),
     },
 };

@@ -51,8 +51,8 @@ fn lies_along(chain: &Chain, link: usize, joint: usize) -> bool {
         return false;
     }
     let link_frames = LinkFrames::of(chain, &vec![0.0; chain.len()], &[]);
-    let weights = Weights { masses: &[], payload: 0.0, down: -Vector3::z() };
-    let line = weights.link(&link_frames, link).and_then(|(start, end)| (end - start).try_normalize(1e-6));
+    let line =
+        Weights::WITHOUT.link(&link_frames, link).and_then(|(start, end)| (end - start).try_normalize(1e-6));
     let axis = link_frames.joints.get(joint).map(|frame| frame.axis);
     line.zip(axis).is_some_and(|(line, axis)| line.cross(&axis).norm() < ALONG)
 }
@@ -91,7 +91,7 @@ pub(super) const KIND: Kind = Kind {
         // What is the same as a joint's compliance goes by that name, and is reported with it (`Effect::twin`).
         let chain = &context.model.chain;
         let own = |link: usize| !lies_along(chain, link, link) && !lies_along(chain, link, link + 1);
-        let mut ids = context.every_joint("link_torsion");
+        let mut ids = context.every_link("link_torsion");
         ids.retain(|id| id.joint().is_some_and(own));
         ids
     },

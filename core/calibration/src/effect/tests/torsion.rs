@@ -110,3 +110,30 @@ fn the_twist_of_a_link_along_a_joints_axis_goes_by_the_name_of_the_joints_compli
     assert!(labels.contains(&"link_torsion(shoulder)".to_owned()), "{labels:?}");
     assert!(!labels.contains(&"link_torsion(roll)".to_owned()), "{labels:?}");
 }
+
+/// A wrist whose axes meet after a forearm of 300 mm, as most arms have.
+const WRIST: &str = "
+arm: wrist
+convention: distal
+joints:
+  - {name: lift, a_mm: 400}
+  - {name: roll, alpha_deg: -90, a_mm: 0.5}
+  - {name: bend, alpha_deg: 90, d_mm: 300}
+  - {name: flange, d_mm: 70}
+links: [{after: flange, mass_kg: 2}]
+measured_from: world
+";
+
+#[test]
+fn only_links_with_a_length_of_their_own_bend_or_twist() {
+    let model = Model::parse("arm.yaml", WRIST).unwrap();
+    let summary = DatasetSummary::default();
+    let context = CandidateContext { model: &model, summary: &summary };
+    let labels = |name: &str| {
+        let ids = (kind(name).unwrap().candidates)(&context);
+        ids.iter().map(|id| model.label(id)).collect::<Vec<String>>()
+    };
+    // Half a millimetre between two axes is an error of the arm, whose stiffness would be anything.
+    assert_eq!(labels("link_sag"), ["link_sag(lift)", "link_sag(bend)", "link_sag(flange)"]);
+    assert_eq!(labels("link_torsion"), ["link_torsion(lift)"]);
+}

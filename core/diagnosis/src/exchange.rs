@@ -1,0 +1,170 @@
+//! Exchanges: whether one or two of the effects that forward selection took in are better replaced. A set that was grown one by one can be one in which no single
+//! effect could be added, left out or replaced with profit, although another set explains the rows better: where two joints yield to gravity, the bending of the link
+//! between them explains most of both, and two effects that imitate anything explain the rest. So one or two are replaced by up to two others (Miller 2002, Subset
+//! Selection in Regression, chapter 3: sequential replacement, replacing two variables at a time), first in the linear model about the fit, then in earnest.
+
+mod linear_model;
+
+use crate::candidates::Candidates;
+use crate::forward_selection::Stage;
+use crate::laboratory::{Laboratory, LaboratoryError};
+use crate::score_test::is_plausible;
+use crate::thresholds::EXCHANGES_FITTED;
+use linear_model::{Column, LinearModel, Member, Proposal};
+use plumb_calibration::arm_model::AddedEffect;
+use plumb_calibration::effect::{self, Effect, EffectId};
+use plumb_calibration::fit::{FitOptions, ResidualModel, Slot};
+use plumb_estimation::{Progress, bic_above, for_each};
+
+/// A set of effects that was fitted in place of a stage's, and how much better Schwarz's criterion calls it.
+struct Exchanged {
+    set: Vec<AddedEffect>,
+    gain: f64,
+}
+
+impl Laboratory {
+    /// The set that explains the rows of a stage better than what it has taken in; nothing if there is none.
+    pub(crate) fn exchange(
+        &self,
+        stage: &Stage<'_>,
+        candidates: &Candidates,
+        progress: &Progress,
+    ) -> Result<Option<Vec<AddedEffect>>, LaboratoryError> {
+        let linear = linearized(stage, candidates)?;
+        let before = stage.bic + linear.search_costs();
+        let proposals: Vec<Proposal> = linear.proposals(before).into_iter().take(EXCHANGES_FITTED).collect();
+        let tried = for_each(&proposals, |proposal| self.exchanged(stage, &linear, proposal, progress));
+        let mut best: Option<Exchanged> = None;
+        for exchanged in tried {
+            let Some(exchanged) = exchanged? else { continue };
+            if exchanged.gain > best.as_ref().map_or(0.0, |best| best.gain) {
+                best = Some(exchanged);
+            }
+        }
+        Ok(best.map(|best| best.set))
+    }
+
+    /// A proposal fitted to the rows of the stage; nothing if a machine cannot have such values.
+    fn exchanged(
+        &self,
+        stage: &Stage<'_>,
+        linear: &LinearModel,
+        proposal: &Proposal,
+        progress: &Progress,
+    ) -> Result<Option<Exchanged>, LaboratoryError> {
+        let set = proposal.set(&stage.taken, linear);
+        let options = FitOptions { robust: false, ..self.options().fit };
+        let rows = (stage.fitted.fit.rows.as_slice(), stage.fitted.fit.weights.as_slice());
+        let refit = self.fit_near(&set, &stage.fitted, rows, options, progress)?;
+        let fit = &refit.fit;
+        let set = set.into_iter().map(|one| {
+            let part = refit.machine.parts.iter().position(|part| part.id == one.id)?;
+            let values = fit.state.effects.get(part)?.clone();
+            let slots = slots_of(&refit.machine, part);
+            let covariance = fit.covariance.select_rows(&slots).select_columns(&slots);
+            let effect = refit.machine.parts.get(part)?.effect.as_ref();
+            is_plausible(effect, &values, &covariance).then_some(AddedEffect { id: one.id, values })
+        });
+        let Some(set) = set.collect::<Option<Vec<AddedEffect>>>() else { return Ok(None) };
+        let after = bic_above(
+            refit.machine.least_variance(),
+            fit.normal.squares,
+            fit.normal.equations as f64,
+            proposal.parameters,
+            proposal.search_costs,
+        );
+        let gain = stage.bic + linear.search_costs() - after - proposal.price_of_growth;
+        Ok(Some(Exchanged { set, gain }))
+    }
+}
+
+/// Which free numbers are those of one part of a machine.
+fn slots_of(machine: &ResidualModel<'_>, part: usize) -> Vec<usize> {
+    let slots = machine.slots().iter().enumerate();
+    let own = slots.filter(|(_, slot)| matches!(slot, Slot::Effect(index, _) if *index == part));
+    own.map(|(index, _)| index).collect()
+}
+
+/// The linear model about the fit of a stage.
+fn linearized(stage: &Stage<'_>, candidates: &Candidates) -> Result<LinearModel, LaboratoryError> {
+    let (machine, fit) = (&stage.fitted.machine, &stage.fitted.fit);
+    let equations = fit.normal.equations as f64;
+    let cost = |id: &EffectId| {
+        let probe = candidates.listed.iter().find(|probe| probe.id == *id);
+        probe.map_or(0.0, |probe| probe.search_cost + probe.search.cost(equations))
+    };
+    let mut members = Vec::new();
+    for taken in &stage.taken {
+        let part = machine.parts.iter().position(|part| part.id == taken.id);
+        let values = part.and_then(|part| fit.state.effects.get(part)).cloned().unwrap_or_default();
+        let columns = part.map_or_else(Vec::new, |part| slots_of(machine, part));
+        members.push(Member { columns, values, search_cost: cost(&taken.id) });
+    }
+    let mut first = machine.slots().len();
+    let mut columns = Vec::new();
+    for candidate in &stage.fitted_candidates {
+        let effect = effect::build(&candidate.id, machine.model)?;
+        let range = first..first + effect.parameters().len();
+        first = range.end;
+        columns.push(Column { id: candidate.id.clone(), effect, range, search_cost: candidate.search_cost });
+    }
+    let effects: Vec<&dyn Effect> = columns.iter().map(|column| column.effect.as_ref()).collect();
+    let normal = machine.normal(&fit.state, &fit.rows, &fit.weights, &effects);
+    let parameters = fit.rank() as f64;
+    Ok(LinearModel {
+        normal,
+        parameters,
+        slots: machine.slots().len(),
+        members,
+        columns,
+        least: machine.least_variance(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::candidates::probes;
+    use crate::testing::two_links;
+    use plumb_calibration::effect::{Site, parse};
+
+    /// What is exchanged for these effects in an arm whose joints have gains that are wrong by a hundredth and by half of that.
+    fn exchanged_for(taken: &[&str]) -> Option<Vec<String>> {
+        let lab = two_links(60, "joint_zero(*)", 0.05, 31, |q| [0.01 * q[0], -0.005 * q[1]]);
+        let watch = Progress::unwatched();
+        let candidates = Candidates { listed: probes(&lab), unlisted: Vec::new() };
+        let taken = taken.iter().map(|label| {
+            let id = parse(label, lab.model()).unwrap();
+            let values = vec![0.0; effect::build(&id, lab.model()).unwrap().parameters().len()];
+            AddedEffect { id, values }
+        });
+        let stage = lab.stage(taken.collect(), None, &candidates, &watch).unwrap();
+        let set = lab.exchange(&stage, &candidates, &watch).unwrap()?;
+        assert!(set.iter().all(|one| matches!(one.id.site, Site::Joint(_))));
+        let mut labels: Vec<String> = set.iter().map(|one| lab.model().label(&one.id)).collect();
+        labels.sort();
+        Some(labels)
+    }
+
+    const BOTH: [&str; 2] = ["joint_gain(elbow)", "joint_gain(shoulder)"];
+
+    #[test]
+    fn what_imitates_is_exchanged_for_what_is_there_one_or_both_at_once() {
+        let one = exchanged_for(&["joint_gain(shoulder)", "joint_harmonic(elbow, 1)"]);
+        assert_eq!(one.unwrap(), BOTH);
+        let both = exchanged_for(&["joint_harmonic(shoulder, 1)", "joint_harmonic(elbow, 1)"]);
+        assert_eq!(both.unwrap(), BOTH);
+    }
+
+    #[test]
+    fn what_is_not_needed_beside_the_others_leaves() {
+        let beside =
+            exchanged_for(&["joint_gain(shoulder)", "joint_gain(elbow)", "joint_harmonic(elbow, 3)"]);
+        assert_eq!(beside.unwrap(), BOTH);
+    }
+
+    #[test]
+    fn the_effects_that_are_there_stay() {
+        assert_eq!(exchanged_for(&BOTH), None);
+    }
+}
