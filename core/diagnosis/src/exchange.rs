@@ -5,16 +5,21 @@
 
 mod linear_model;
 
+use std::collections::BTreeSet;
+
 use crate::candidates::Candidates;
 use crate::forward_selection::Stage;
 use crate::laboratory::{Laboratory, LaboratoryError};
 use crate::score_test::is_plausible;
-use crate::thresholds::EXCHANGES_FITTED;
+use crate::thresholds::{EXCHANGES_FITTED, TIE_BIC};
 use linear_model::{Column, LinearModel, Member, Proposal};
 use plumb_calibration::arm_model::AddedEffect;
 use plumb_calibration::effect::{self, Effect, EffectId};
 use plumb_calibration::fit::{FitOptions, ResidualModel, Slot};
 use plumb_estimation::{Progress, bic_above, for_each};
+
+/// By which the criterion of the linear model may be wrong for a pair that is fitted (BIC units). Why: bends of a degree move it by some units.
+const LINEAR_ERROR: f64 = 20.0;
 
 /// A set of effects that was fitted in place of a stage's, and how much better Schwarz's criterion calls it.
 struct Exchanged {
@@ -42,6 +47,33 @@ impl Laboratory {
             }
         }
         Ok(best.map(|best| best.set))
+    }
+
+    /// Which candidates of a stage explain the rows as well as the likeliest one if two of one kind act together, by their places in its list: a pair that Schwarz's criterion
+    /// hardly distinguishes from it, though neither of the two does alone what it does.
+    pub(crate) fn pairs_as_likely(
+        &self,
+        stage: &Stage<'_>,
+        best: usize,
+        candidates: &Candidates,
+        progress: &Progress,
+    ) -> Result<Vec<usize>, LaboratoryError> {
+        let linear = linearized(stage, candidates)?;
+        let Some(own) = stage.fitted_candidates.get(best) else { return Ok(Vec::new()) };
+        let limit = own.bic + linear.search_costs() + TIE_BIC;
+        let mut pairs = linear.pairs_of_one_kind();
+        pairs.retain(|pair| !pair.candidates().contains(&best) && pair.criterion < limit + LINEAR_ERROR);
+        pairs.truncate(EXCHANGES_FITTED);
+        let tried = for_each(&pairs, |pair| self.exchanged(stage, &linear, pair, progress));
+        let before = stage.bic + linear.search_costs();
+        let mut found = BTreeSet::new();
+        for (pair, fitted) in pairs.iter().zip(tried) {
+            // What a pair was chosen from is the same as for the likeliest one, which is one of a kind as well.
+            if fitted?.is_some_and(|fitted| before - fitted.gain - pair.choice < limit) {
+                found.extend(pair.candidates());
+            }
+        }
+        Ok(found.into_iter().collect())
     }
 
     /// A proposal fitted to the rows of the stage; nothing if a machine cannot have such values.
@@ -73,7 +105,7 @@ impl Laboratory {
             proposal.parameters,
             proposal.search_costs,
         );
-        let gain = stage.bic + linear.search_costs() - after - proposal.price_of_growth;
+        let gain = stage.bic + linear.search_costs() - after - proposal.choice;
         Ok(Some(Exchanged { set, gain }))
     }
 }
@@ -98,7 +130,7 @@ fn linearized(stage: &Stage<'_>, candidates: &Candidates) -> Result<LinearModel,
         let part = machine.parts.iter().position(|part| part.id == taken.id);
         let values = part.and_then(|part| fit.state.effects.get(part)).cloned().unwrap_or_default();
         let columns = part.map_or_else(Vec::new, |part| slots_of(machine, part));
-        members.push(Member { columns, values, search_cost: cost(&taken.id) });
+        members.push(Member { id: taken.id.clone(), columns, values, search_cost: cost(&taken.id) });
     }
     let mut first = machine.slots().len();
     let mut columns = Vec::new();

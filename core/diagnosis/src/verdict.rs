@@ -89,6 +89,7 @@ impl Laboratory {
         } else {
             with_rivals(&stage, close)
         };
+        let close = self.with_pairs(&stage, close, candidates, progress)?;
         let asked: Vec<&FittedCandidate> =
             close.iter().filter_map(|index| stage.fitted_candidates.get(*index)).collect();
         let (verdict, place) = judge(&asked, &evidence, floor);
@@ -112,6 +113,22 @@ impl Laboratory {
             rows,
         };
         finding.weighed(base, candidates, floor, progress)
+    }
+
+    /// The candidates that come close to the likeliest, and those of which two of one kind do so together.
+    fn with_pairs(
+        &self,
+        stage: &Stage<'_>,
+        mut close: Vec<usize>,
+        candidates: &Candidates,
+        progress: &Progress,
+    ) -> Result<Vec<usize>, LaboratoryError> {
+        let Some(best) = close.first().copied() else { return Ok(close) };
+        if stage.fitted_candidates.get(best).is_some_and(FittedCandidate::passes) {
+            let pairs = self.pairs_as_likely(stage, best, candidates, progress)?;
+            close.extend(pairs.into_iter().filter(|index| !close.contains(index)).collect::<Vec<_>>());
+        }
+        Ok(close)
     }
 
     /// The stage without anything taken in, where that in question has something; what its candidates promise is then that of adding each alone.

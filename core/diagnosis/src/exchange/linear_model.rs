@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::score_test::{information_inverse, units};
 use crate::thresholds::EXCHANGE_PARTNERS;
 use plumb_calibration::arm_model::AddedEffect;
-use plumb_calibration::effect::{Effect, EffectId};
+use plumb_calibration::effect::{self, Effect, EffectId};
 use plumb_estimation::{NormalEquations, RankRevealingCholesky, bic_above};
 
 /// Part of a sum of squares that is left at least, whatever the linear model takes away.
@@ -16,6 +16,7 @@ const LEAST_LEFT: f64 = 1e-6;
 
 /// An effect that takes part in the fit.
 pub(super) struct Member {
+    pub(super) id: EffectId,
     /// Its numbers among those that are fitted.
     pub(super) columns: Vec<usize>,
     /// Its values at the fit.
@@ -59,19 +60,18 @@ pub(super) struct Proposal {
     pub(super) parameters: f64,
     /// What was searched for in the set's effects costs so much of the criterion.
     pub(super) search_costs: f64,
-    /// What its effects cost besides, less what those of the members do: `2 ln` of the candidates for each, since it was chosen from so many (extended BIC, Chen and Chen
-    /// 2008). Where it has fewer effects this is below zero.
-    pub(super) price_of_growth: f64,
+    /// What the choice of its effects costs besides, less what that of the members does; where it has fewer effects this is below zero.
+    pub(super) choice: f64,
 }
 
 impl Proposal {
     /// The criterion with what the choice costs.
     fn price(&self) -> f64 {
-        self.criterion + self.price_of_growth
+        self.criterion + self.choice
     }
 
     /// Which candidates come.
-    fn candidates(&self) -> BTreeSet<usize> {
+    pub(super) fn candidates(&self) -> BTreeSet<usize> {
         self.added.iter().map(|(index, _)| *index).collect()
     }
 
@@ -153,21 +153,31 @@ impl LinearModel {
     }
 
     /// The best pair of one candidate with any other.
-    fn best_beside(&self, (one, alone): (usize, &Gain), removed: &[usize], rest: &Rest) -> Option<Proposal> {
-        let pairs = (0..self.columns.len()).filter(|other| *other != one).filter_map(|other| {
-            let shared = rest.block((other, one), self);
-            // What is left of the other beyond the first.
-            let carried = &shared * &alone.inverse;
-            let block = rest.block((other, other), self) - &carried * shared.transpose();
-            let gradient = rest.part(other, self) - &carried * rest.part(one, self);
-            let beside = self.gain(other, &block, &gradient)?;
-            let first = &alone.values - carried.tr_mul(&beside.values);
-            let plausible = self.is_plausible(one, &first) && self.is_plausible(other, &beside.values);
-            let added = vec![(one, first.as_slice().to_vec()), (other, beside.values.as_slice().to_vec())];
-            let gained = (alone.squares + beside.squares, alone.freedom + beside.freedom);
-            plausible.then(|| self.proposal(removed, added, rest, gained))
-        });
-        pairs.min_by(|left, right| left.criterion.total_cmp(&right.criterion))
+    fn best_beside(&self, one: (usize, &Gain), removed: &[usize], rest: &Rest) -> Option<Proposal> {
+        let others = (0..self.columns.len()).filter(|other| *other != one.0);
+        let pairs = others.filter_map(|other| self.pair(one, other, removed, rest));
+        pairs.min_by(|left, right| left.price().total_cmp(&right.price()))
+    }
+
+    /// One candidate with another; nothing where a machine cannot have such values, or the other cannot be told from what is fitted.
+    fn pair(
+        &self,
+        (one, alone): (usize, &Gain),
+        other: usize,
+        removed: &[usize],
+        rest: &Rest,
+    ) -> Option<Proposal> {
+        let shared = rest.block((other, one), self);
+        // What is left of the other beyond the first.
+        let carried = &shared * &alone.inverse;
+        let block = rest.block((other, other), self) - &carried * shared.transpose();
+        let gradient = rest.part(other, self) - &carried * rest.part(one, self);
+        let beside = self.gain(other, &block, &gradient)?;
+        let first = &alone.values - carried.tr_mul(&beside.values);
+        let plausible = self.is_plausible(one, &first) && self.is_plausible(other, &beside.values);
+        let added = vec![(one, first.as_slice().to_vec()), (other, beside.values.as_slice().to_vec())];
+        let gained = (alone.squares + beside.squares, alone.freedom + beside.freedom);
+        plausible.then(|| self.proposal(removed, added, rest, gained))
     }
 
     fn proposal(
@@ -181,19 +191,56 @@ impl LinearModel {
         let come = added.iter().filter_map(|(index, _)| self.columns.get(*index));
         let search_costs = stay.map(|(_, member)| member.search_cost).sum::<f64>()
             + come.map(|column| column.search_cost).sum::<f64>();
-        let more = added.len() as f64 - removed.len() as f64;
-        let choice = (self.columns.len().max(1) as f64).ln();
+        let names = self.members.iter().enumerate().filter(|(index, _)| !removed.contains(index));
+        let names = names.map(|(_, member)| member.id.name.as_str());
+        let come = added.iter().filter_map(|(index, _)| Some(self.columns.get(*index)?.id.name.as_str()));
+        let choice = self.choice(names.chain(come));
         let left = (rest.squares - squares).max(rest.squares * LEAST_LEFT);
         let equations = self.normal.equations as f64;
         let parameters = self.parameters - rest.gone + freedom;
         Proposal {
             criterion: bic_above(self.least, left, equations, parameters, search_costs),
             parameters,
-            price_of_growth: 2.0 * choice * more,
+            choice: choice - self.choice(self.members.iter().map(|member| member.id.name.as_str())),
             removed: removed.to_vec(),
             added,
             search_costs,
         }
+    }
+
+    /// What a choice of effects of these kinds costs: `2 ln` of the candidates it was made from (extended BIC, Chen and Chen 2008). The first of a kind is chosen from all
+    /// candidates; a further one from those of its kind, for the joints of an arm are alike: where one yields, others do.
+    fn choice<'n>(&self, names: impl Iterator<Item = &'n str>) -> f64 {
+        let own =
+            self.members.iter().map(|member| &member.id).chain(self.columns.iter().map(|column| &column.id));
+        let all: Vec<&str> = own.map(|id| id.name.as_str()).collect();
+        let mut known = BTreeSet::new();
+        let of_one = |name: &'n str| match known.insert(name) {
+            true => all.len(),
+            false => all.iter().filter(|other| **other == name).count(),
+        };
+        names.map(of_one).map(|count| 2.0 * (count.max(1) as f64).ln()).sum()
+    }
+
+    /// The likeliest pairs of candidates of one kind beside the members, the best first: where one joint yields, others do. A kind that imitates anything imitates pairs
+    /// as well, and is not asked.
+    pub(super) fn pairs_of_one_kind(&self) -> Vec<Proposal> {
+        let rest = self.rest(&[]);
+        let mut pairs = Vec::new();
+        for (one, column) in self.columns.iter().enumerate() {
+            if effect::kind(&column.id.name).is_none_or(|kind| kind.imitates_anything) {
+                continue;
+            }
+            let Some(alone) = self.gain(one, &rest.block((one, one), self), &rest.part(one, self)) else {
+                continue;
+            };
+            let others = (one + 1..self.columns.len()).filter(|other| {
+                self.columns.get(*other).is_some_and(|other| other.id.name == column.id.name)
+            });
+            pairs.extend(others.filter_map(|other| self.pair((one, &alone), other, &[], &rest)));
+        }
+        pairs.sort_by(|left, right| left.criterion.total_cmp(&right.criterion));
+        pairs
     }
 
     fn is_plausible(&self, index: usize, values: &DVector<f64>) -> bool {
@@ -308,7 +355,8 @@ mod tests {
                 Column { id, effect, range: 2 + number..3 + number, search_cost: 0.0 }
             });
             let columns = columns.collect();
-            let members = vec![Member { columns: vec![1], values: vec![values[1]], search_cost: 3.0 }];
+            let id = EffectId::at("joint_settling", Site::Joint(0));
+            let members = vec![Member { id, columns: vec![1], values: vec![values[1]], search_cost: 3.0 }];
             LinearModel { normal, slots: 2, members, columns, parameters: 2.0, least: 0.0 }
         }
     }
@@ -342,10 +390,13 @@ mod tests {
         let drawn = Drawn::new();
         let mut model = drawn.model();
         assert_eq!(model.search_costs(), 3.0);
-        let choice = 2.0 * 3.0_f64.ln();
+        // Each of the first of its kind among four candidates; the second of two gains among these.
+        let [first, second] = [4.0_f64, 2.0].map(|count| 2.0 * count.ln());
         for proposal in model.proposals(f64::INFINITY) {
             let more = proposal.added.len() as f64 - 1.0;
-            assert!((proposal.price_of_growth - more * choice).abs() < 1e-12);
+            let of_one_kind = proposal.candidates() == [0, 1].into();
+            let expected = if of_one_kind { second } else { more * first };
+            assert!((proposal.choice - expected).abs() < 1e-12, "{proposal:?}");
             assert_eq!((proposal.search_costs, proposal.parameters), (0.0, 2.0 + more));
         }
         // Only what betters the criterion by more than its price is proposed.
