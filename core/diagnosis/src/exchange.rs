@@ -35,7 +35,7 @@ impl Laboratory {
         candidates: &Candidates,
         progress: &Progress,
     ) -> Result<Option<Vec<AddedEffect>>, LaboratoryError> {
-        let linear = linearized(stage, candidates)?;
+        let linear = linearized(stage, candidates, |_| true)?;
         let before = stage.bic + linear.search_costs();
         let proposals: Vec<Proposal> = linear.proposals(before).into_iter().take(EXCHANGES_FITTED).collect();
         let tried = for_each(&proposals, |proposal| self.exchanged(stage, &linear, proposal, progress));
@@ -50,7 +50,7 @@ impl Laboratory {
     }
 
     /// Which candidates of a stage explain the rows as well as the likeliest one if two of one kind act together, by their places in its list: a pair that Schwarz's criterion
-    /// hardly distinguishes from it, though neither of the two does alone what it does.
+    /// hardly distinguishes from it, though neither of the two does alone what it does. Kinds that imitate anything imitate pairs as well, and are not asked.
     pub(crate) fn pairs_as_likely(
         &self,
         stage: &Stage<'_>,
@@ -58,11 +58,12 @@ impl Laboratory {
         candidates: &Candidates,
         progress: &Progress,
     ) -> Result<Vec<usize>, LaboratoryError> {
-        let linear = linearized(stage, candidates)?;
+        let linear = linearized(stage, candidates, |id| !imitates_anything(id))?;
         let Some(own) = stage.fitted_candidates.get(best) else { return Ok(Vec::new()) };
         let limit = own.bic + linear.search_costs() + TIE_BIC;
         let mut pairs = linear.pairs_of_one_kind();
-        pairs.retain(|pair| !pair.candidates().contains(&best) && pair.criterion < limit + LINEAR_ERROR);
+        let without_best = |pair: &Proposal| linear.ids(pair).all(|id| *id != own.id);
+        pairs.retain(|pair| without_best(pair) && pair.criterion < limit + LINEAR_ERROR);
         pairs.truncate(EXCHANGES_FITTED);
         let tried = for_each(&pairs, |pair| self.exchanged(stage, &linear, pair, progress));
         let before = stage.bic + linear.search_costs();
@@ -70,7 +71,10 @@ impl Laboratory {
         for (pair, fitted) in pairs.iter().zip(tried) {
             // What a pair was chosen from is the same as for the likeliest one, which is one of a kind as well.
             if fitted?.is_some_and(|fitted| before - fitted.gain - pair.choice < limit) {
-                found.extend(pair.candidates());
+                let ids = linear.ids(pair);
+                found.extend(
+                    ids.filter_map(|id| stage.fitted_candidates.iter().position(|one| one.id == *id)),
+                );
             }
         }
         Ok(found.into_iter().collect())
@@ -117,8 +121,16 @@ fn slots_of(machine: &ResidualModel<'_>, part: usize) -> Vec<usize> {
     own.map(|(index, _)| index).collect()
 }
 
-/// The linear model about the fit of a stage.
-fn linearized(stage: &Stage<'_>, candidates: &Candidates) -> Result<LinearModel, LaboratoryError> {
+fn imitates_anything(id: &EffectId) -> bool {
+    effect::kind(&id.name).is_none_or(|kind| kind.imitates_anything)
+}
+
+/// The linear model about the fit of a stage, with those of its candidates that are asked.
+fn linearized(
+    stage: &Stage<'_>,
+    candidates: &Candidates,
+    is_asked: impl Fn(&EffectId) -> bool,
+) -> Result<LinearModel, LaboratoryError> {
     let (machine, fit) = (&stage.fitted.machine, &stage.fitted.fit);
     let equations = fit.normal.equations as f64;
     let cost = |id: &EffectId| {
@@ -134,7 +146,7 @@ fn linearized(stage: &Stage<'_>, candidates: &Candidates) -> Result<LinearModel,
     }
     let mut first = machine.slots().len();
     let mut columns = Vec::new();
-    for candidate in &stage.fitted_candidates {
+    for candidate in stage.fitted_candidates.iter().filter(|candidate| is_asked(&candidate.id)) {
         let effect = effect::build(&candidate.id, machine.model)?;
         let range = first..first + effect.parameters().len();
         first = range.end;
@@ -193,6 +205,51 @@ mod tests {
         let beside =
             exchanged_for(&["joint_gain(shoulder)", "joint_gain(elbow)", "joint_harmonic(elbow, 3)"]);
         assert_eq!(beside.unwrap(), BOTH);
+    }
+
+    /// Weights that hang on the two links, which lie in a vertical plane.
+    const WEIGHTS: &str = "
+free: [joint_zero(*)]
+links: [{after: shoulder, mass_kg: 4, centre_mm: [-80, 0, 0]}, {after: elbow, mass_kg: 3, centre_mm: [-40, 0, 0]}]
+gravity: [0, -1, 0]
+";
+
+    #[test]
+    fn two_joints_that_yield_are_as_likely_as_what_imitates_both_and_one_alone_is_not() {
+        // Torques of the weights about the two axes, N m.
+        let torques = |q: [f64; 2]| {
+            let (first, both) = (q[0].cos(), (q[0] + q[1]).cos());
+            let beyond = 3.0 * 9.80665 * 0.110 * both;
+            let all = beyond + 9.80665 * (4.0 * 0.120 + 3.0 * 0.200) * first;
+            [all, beyond]
+        };
+        let labels = |compliance: [f64; 2]| {
+            let off = |q: [f64; 2]| {
+                let [all, beyond] = torques(q);
+                [-compliance[0] * all, -compliance[1] * beyond]
+            };
+            let lab = crate::testing::two_links_with(WEIGHTS, 60, 0.02, 31, off);
+            let watch = Progress::unwatched();
+            let candidates = Candidates { listed: probes(&lab), unlisted: Vec::new() };
+            let stage = lab.stage(Vec::new(), None, &candidates, &watch).unwrap();
+            // In place of the likeliest: an effect that does not come near, with the criterion that the likeliest pair has, and with more.
+            let other = stage.fitted_candidates.iter().position(|one| one.id.name == "joint_gain").unwrap();
+            let mut stage = stage;
+            let linear = linearized(&stage, &candidates, |id| !imitates_anything(id)).unwrap();
+            let pair = linear.pairs_of_one_kind().swap_remove(0);
+            let fitted = lab.exchanged(&stage, &linear, &pair, &watch).unwrap().unwrap();
+            let criterion = stage.bic - fitted.gain - pair.choice;
+            [0.9 * TIE_BIC, 1.1 * TIE_BIC].map(|behind| {
+                stage.fitted_candidates[other].bic = criterion - behind;
+                let pairs = lab.pairs_as_likely(&stage, other, &candidates, &watch).unwrap();
+                let ids = pairs.iter().map(|index| lab.model().label(&stage.fitted_candidates[*index].id));
+                ids.collect::<std::collections::BTreeSet<String>>()
+            })
+        };
+        let [near, far] = labels([2e-4, 3e-4]);
+        let both = ["joint_compliance(elbow)", "joint_compliance(shoulder)"].map(str::to_owned);
+        assert!(both.iter().all(|label| near.contains(label)), "{near:?}");
+        assert!(both.iter().any(|label| !far.contains(label)), "{far:?}");
     }
 
     #[test]

@@ -312,7 +312,7 @@ impl Laboratory {
         let mut stages = vec![self.stage(Vec::new(), None, candidates, progress)?];
         for _ in 0..=MOST_EXCHANGES {
             self.take_in_passing(&mut stages, candidates, floor, progress)?;
-            let Some(last) = stages.last().filter(|last| last.taken.len() > 1) else { break };
+            let Some(last) = stages.last().filter(|last| may_be_exchanged(last, floor)) else { break };
             let Some(set) = self.exchange(last, candidates, progress)? else { break };
             let next = self.next_stage(set, last, candidates, progress)?;
             stages.push(next);
@@ -366,6 +366,13 @@ impl Laboratory {
 /// not there. Nothing more is asked of it.
 pub(crate) fn is_shared_error(neighbours_err_alike: bool, left: Option<LackOfFit>) -> bool {
     neighbours_err_alike && left.is_some_and(|left| !left.is_significant())
+}
+
+/// Whether a stage's effects may be exchanged: where more than noise is left with as many in as may be, or nobody knows the noise, no set explains the rows, and what is
+/// there is asked beside a flexible part.
+fn may_be_exchanged(stage: &Stage<'_>, floor: &Floor) -> bool {
+    let explains = || LackOfFit::of(&stage.fitted, floor).is_some_and(|left| !left.is_significant());
+    stage.taken.len() > 1 && (stage.taken.len() < MOST_EFFECTS || explains())
 }
 
 /// Whether chance would do as much as a fitted candidate's gain with every row in, squared sigmas, beside this noise.

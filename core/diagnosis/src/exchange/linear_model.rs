@@ -6,9 +6,9 @@ use std::ops::Range;
 use nalgebra::{DMatrix, DVector};
 
 use crate::score_test::{information_inverse, units};
-use crate::thresholds::EXCHANGE_PARTNERS;
+use crate::thresholds::{EXCHANGE_PARTNERS, MOST_EFFECTS};
 use plumb_calibration::arm_model::AddedEffect;
-use plumb_calibration::effect::{self, Effect, EffectId};
+use plumb_calibration::effect::{Effect, EffectId};
 use plumb_estimation::{NormalEquations, RankRevealingCholesky, bic_above};
 
 /// Part of a sum of squares that is left at least, whatever the linear model takes away.
@@ -71,7 +71,7 @@ impl Proposal {
     }
 
     /// Which candidates come.
-    pub(super) fn candidates(&self) -> BTreeSet<usize> {
+    fn candidates(&self) -> BTreeSet<usize> {
         self.added.iter().map(|(index, _)| *index).collect()
     }
 
@@ -118,7 +118,10 @@ impl LinearModel {
         let pairs = (0..count).flat_map(|one| (one + 1..count).map(move |other| vec![one, other]));
         let mut proposals: Vec<Proposal> =
             alone.chain(pairs).flat_map(|removed| self.without(&removed)).collect();
-        proposals.retain(|proposal| proposal.price() < before);
+        proposals.retain(|proposal| {
+            let size = count - proposal.removed.len() + proposal.added.len();
+            size <= MOST_EFFECTS && proposal.price() < before
+        });
         proposals.sort_by(|left, right| left.price().total_cmp(&right.price()));
         // A pair is found from either of its candidates.
         let mut known = BTreeSet::new();
@@ -222,15 +225,16 @@ impl LinearModel {
         names.map(of_one).map(|count| 2.0 * (count.max(1) as f64).ln()).sum()
     }
 
-    /// The likeliest pairs of candidates of one kind beside the members, the best first: where one joint yields, others do. A kind that imitates anything imitates pairs
-    /// as well, and is not asked.
+    /// The effects that come with a proposal.
+    pub(super) fn ids<'p>(&'p self, proposal: &'p Proposal) -> impl Iterator<Item = &'p EffectId> {
+        proposal.added.iter().filter_map(|(index, _)| Some(&self.columns.get(*index)?.id))
+    }
+
+    /// The likeliest pairs of candidates of one kind beside the members, the best first: where one joint yields, others do.
     pub(super) fn pairs_of_one_kind(&self) -> Vec<Proposal> {
         let rest = self.rest(&[]);
         let mut pairs = Vec::new();
         for (one, column) in self.columns.iter().enumerate() {
-            if effect::kind(&column.id.name).is_none_or(|kind| kind.imitates_anything) {
-                continue;
-            }
             let Some(alone) = self.gain(one, &rest.block((one, one), self), &rest.part(one, self)) else {
                 continue;
             };
