@@ -193,6 +193,19 @@ fn diagnosed(home: &Path, name: &str, options: &[&str]) -> serde_json::Value {
 }
 
 #[test]
+fn two_joints_that_yield_are_found_both_and_not_the_link_between_them() {
+    let home = tempfile::tempdir().unwrap();
+    let hidden = ["--effect", "joint_compliance(lift)=8x", "--effect", "joint_compliance(elbow)=4x"];
+    for seed in ["14", "16"] {
+        let more = ["--arm", "ur10", "--seed", seed, "--poses", "120", "--free", "geometry"];
+        let diagnosis = diagnosed(home.path(), seed, &[&more[..], &hidden[..]].concat());
+        let named = &diagnosis["named"];
+        assert_eq!((&named["effect"], &named["where"]), (&"joint_compliance".into(), &"lift".into()));
+        assert_eq!(diagnosis["besides"], serde_json::json!(["joint_compliance(elbow)"]), "seed {seed}");
+    }
+}
+
+#[test]
 fn what_the_library_has_no_name_for_is_located_by_its_direction_and_not_padded_with_names() {
     let home = tempfile::tempdir().unwrap();
     for (seed, arm, effect, place) in [
