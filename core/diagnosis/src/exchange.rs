@@ -14,7 +14,7 @@ use crate::score_test::is_plausible;
 use crate::thresholds::{EXCHANGES_FITTED, TIE_BIC};
 use linear_model::{Column, LinearModel, Member, Proposal};
 use plumb_calibration::arm_model::AddedEffect;
-use plumb_calibration::effect::{self, Effect, EffectId};
+use plumb_calibration::effect::{self, Effect, EffectId, Family};
 use plumb_calibration::fit::{FitOptions, ResidualModel, Slot};
 use plumb_estimation::{Progress, bic_above, for_each};
 
@@ -50,7 +50,7 @@ impl Laboratory {
     }
 
     /// Which candidates of a stage explain the rows as well as the likeliest one if two of one kind act together, by their places in its list: a pair that Schwarz's criterion
-    /// hardly distinguishes from it, though neither of the two does alone what it does. Kinds that imitate anything imitate pairs as well, and are not asked.
+    /// hardly distinguishes from it, though neither of the two does alone what it does.
     pub(crate) fn pairs_as_likely(
         &self,
         stage: &Stage<'_>,
@@ -58,7 +58,7 @@ impl Laboratory {
         candidates: &Candidates,
         progress: &Progress,
     ) -> Result<Vec<usize>, LaboratoryError> {
-        let linear = linearized(stage, candidates, |id| !imitates_anything(id))?;
+        let linear = linearized(stage, candidates, comes_in_pairs)?;
         let Some(own) = stage.fitted_candidates.get(best) else { return Ok(Vec::new()) };
         let limit = own.bic + linear.search_costs() + TIE_BIC;
         let mut pairs = linear.pairs_of_one_kind();
@@ -121,8 +121,14 @@ fn slots_of(machine: &ResidualModel<'_>, part: usize) -> Vec<usize> {
     own.map(|(index, _)| index).collect()
 }
 
-fn imitates_anything(id: &EffectId) -> bool {
-    effect::kind(&id.name).is_none_or(|kind| kind.imitates_anything)
+/// Whether two effects of this kind at two places may be one explanation: what joints do and links under load, as all joints of an arm are alike. Kinds that imitate
+/// anything imitate pairs as well; geometry that is not free is asked as a whole; what was re-set was re-set once.
+fn comes_in_pairs(id: &EffectId) -> bool {
+    effect::kind(&id.name).is_some_and(|kind| {
+        matches!(kind.family, Family::Joint | Family::LinkAndTime)
+            && !kind.imitates_anything
+            && !kind.is_event
+    })
 }
 
 /// The linear model about the fit of a stage, with those of its candidates that are asked.
@@ -235,7 +241,7 @@ gravity: [0, -1, 0]
             // In place of the likeliest: an effect that does not come near, with the criterion that the likeliest pair has, and with more.
             let other = stage.fitted_candidates.iter().position(|one| one.id.name == "joint_gain").unwrap();
             let mut stage = stage;
-            let linear = linearized(&stage, &candidates, |id| !imitates_anything(id)).unwrap();
+            let linear = linearized(&stage, &candidates, comes_in_pairs).unwrap();
             let pair = linear.pairs_of_one_kind().swap_remove(0);
             let fitted = lab.exchanged(&stage, &linear, &pair, &watch).unwrap().unwrap();
             let criterion = stage.bic - fitted.gain - pair.choice;

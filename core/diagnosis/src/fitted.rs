@@ -8,6 +8,7 @@ use crate::laboratory::{Laboratory, LaboratoryError, point_squares};
 use crate::score_test::{Probe, Score};
 use crate::thresholds::INLIER_QUANTILE;
 use plumb_calibration::arm_model::AddedEffect;
+use plumb_calibration::effect::{EffectId, kind};
 use plumb_calibration::fit::{Distances, Fit, FitOptions, ResidualModel, State};
 use plumb_estimation::{Progress, chi_squared_quantile, huber_corner};
 
@@ -22,6 +23,14 @@ impl Fitted<'_> {
     /// begins near its end frees weakly determined numbers that a fit from afar holds, and each of them is `ln n` of the criterion by which candidates are compared.
     pub(crate) fn parameters_with(&self, freedom: usize) -> f64 {
         (self.fit.rank() + freedom) as f64
+    }
+
+    /// The same of a refit with one effect more. An event makes known besides what does not differ while nothing was re-set, which is counted at the refit.
+    pub(crate) fn parameters_in(&self, refit: &Fitted<'_>, id: &EffectId, freedom: usize) -> f64 {
+        match kind(&id.name).is_some_and(|kind| kind.is_event) {
+            true => refit.fit.rank() as f64,
+            false => self.parameters_with(freedom),
+        }
     }
 
     /// Huber's loss over the fitted rows, squared sigmas, for a scatter of `scale` sigmas.

@@ -248,8 +248,10 @@ impl Laboratory {
         });
         for (fitted_candidate, refit) in stage.fitted_candidates.iter_mut().zip(refits) {
             let (refit, gains) = refit?;
-            let (squares, rank) =
-                (refit.fit.normal.squares, stage.fitted.parameters_with(fitted_candidate.score.freedom));
+            let (squares, rank) = (
+                refit.fit.normal.squares,
+                stage.fitted.parameters_in(&refit, &fitted_candidate.id, fitted_candidate.score.freedom),
+            );
             fitted_candidate.bic = bic_above(
                 refit.machine.least_variance(),
                 squares,

@@ -24,6 +24,8 @@ const BLIND_ROWS: usize = 2;
 /// A refit with what is searched for at one place.
 struct Tried {
     squares: f64,
+    /// Numbers that the rows determine.
+    numbers: f64,
     values: DVector<f64>,
     covariance: nalgebra::DMatrix<f64>,
 }
@@ -69,7 +71,6 @@ impl Laboratory {
         let Some(first) = stage.fitted_candidates.first() else { return Ok(()) };
         let Some(tried) = first.id.inner else { return Ok(()) };
         let (id, start) = (first.id.clone(), first.values.clone());
-        let numbers = stage.fitted.parameters_with(first.score.freedom);
         let clocks = &self.summary().clocks;
         let mut place = clocks.partition_point(|clock| *clock < tried);
         // Half the distance between two moments of the coarse grid, and the rows that see nothing.
@@ -90,6 +91,7 @@ impl Laboratory {
                 known.insert(row, there);
             }
             let least = known.values().map(|there| there.squares).fold(f64::INFINITY, f64::min);
+            let numbers = known.values().next().map_or(0.0, |there| there.numbers);
             let variance = least / (stage.fitted.fit.normal.equations as f64 - numbers).max(1.0);
             // Within one variance of the least: moments whose likelihoods differ by less than one standard deviation of one number.
             let alike = known.iter().rfind(|(_, there)| there.squares <= least + variance);
@@ -104,7 +106,7 @@ impl Laboratory {
         let equations = stage.fitted.fit.normal.equations as f64;
         let least = stage.fitted.machine.least_variance();
         if let (Some((best, at)), Some(first)) = (best, stage.fitted_candidates.first_mut()) {
-            first.bic = bic_above(least, best.squares, equations, numbers, first.search_cost);
+            first.bic = bic_above(least, best.squares, equations, best.numbers, first.search_cost);
             first.values = best.values.iter().copied().collect();
             first.covariance = best.covariance;
             first.id.inner = Some(at);
@@ -117,7 +119,6 @@ impl Laboratory {
         let Some(first) = stage.fitted_candidates.first() else { return Ok(()) };
         let Some(mut middle) = first.id.inner.filter(|inner| *inner > 0.0) else { return Ok(()) };
         let (id, start) = (first.id.clone(), first.values.clone());
-        let numbers = stage.fitted.parameters_with(first.score.freedom);
         let mut best = self.tried(stage, &with_inner(&id, middle), start.clone(), progress)?;
         for step in STEPS {
             let (low, high) = self.either_side(stage, &with_inner(&id, middle), (&start, step), progress)?;
@@ -131,13 +132,13 @@ impl Laboratory {
         let step: f64 = 0.1;
         let (low, high) = self.either_side(stage, &with_inner(&id, middle), (&start, step), progress)?;
         // What was searched for is one number more than the linear model counts.
-        let freedom = (stage.fitted.fit.normal.equations as f64 - numbers - 1.0).max(1.0);
+        let freedom = (stage.fitted.fit.normal.equations as f64 - best.numbers - 1.0).max(1.0);
         let variance = variance_of_logarithm([low.squares, best.squares, high.squares], step, freedom);
         let slope = (high.values - low.values) / (2.0 * step);
         let equations = stage.fitted.fit.normal.equations as f64;
         let least = stage.fitted.machine.least_variance();
         if let Some(first) = stage.fitted_candidates.first_mut() {
-            first.bic = bic_above(least, best.squares, equations, numbers, first.search_cost);
+            first.bic = bic_above(least, best.squares, equations, best.numbers, first.search_cost);
             first.values = best.values.iter().copied().collect();
             // GUM (JCGM 100:2008, section 5.1): how the values move with what was searched for, times how well that is known.
             first.covariance = best.covariance + &slope * slope.transpose() * variance;
@@ -173,10 +174,13 @@ impl Laboratory {
         let (fit, options) = (&stage.fitted.fit, FitOptions { robust: false, ..self.options().fit });
         let refit = self.fit_near(&more, &stage.fitted, (&fit.rows, &fit.weights), options, progress)?;
         let values = refit.fit.state.effects.last().cloned().unwrap_or_default();
+        // All that are tried are of the likeliest candidate.
+        let freedom = stage.fitted_candidates.first().map_or(values.len(), |first| first.score.freedom);
         let slots = refit.machine.slots().len();
         let own: Vec<usize> = (slots.saturating_sub(values.len())..slots).collect();
         Ok(Tried {
             squares: refit.fit.normal.squares,
+            numbers: stage.fitted.parameters_in(&refit, id, freedom),
             covariance: refit.fit.covariance.select_rows(&own).select_columns(&own),
             values: DVector::from_vec(values),
         })
@@ -290,7 +294,7 @@ mod tests {
         assert!(middle.squares < 0.9 * low.squares && middle.squares < 0.9 * high.squares);
         assert!((middle.values[0] - 0.4_f64.to_radians()).abs() < 4.0 * middle.covariance[(0, 0)].sqrt());
         // Two zeros, and the size.
-        assert_eq!((middle.values.len(), middle.covariance.shape()), (1, (1, 1)));
+        assert_eq!((middle.numbers, middle.values.len(), middle.covariance.shape()), (3.0, 1, (1, 1)));
     }
 
     #[test]
