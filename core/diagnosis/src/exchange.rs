@@ -160,15 +160,8 @@ fn linearized(
     }
     let effects: Vec<&dyn Effect> = columns.iter().map(|column| column.effect.as_ref()).collect();
     let normal = machine.normal(&fit.state, &fit.rows, &fit.weights, &effects);
-    let parameters = fit.rank() as f64;
-    Ok(LinearModel {
-        normal,
-        parameters,
-        slots: machine.slots().len(),
-        members,
-        columns,
-        least: machine.least_variance(),
-    })
+    let (parameters, least) = (fit.rank() as f64, machine.least_variance());
+    Ok(LinearModel::new(normal, members, columns, (parameters, least)))
 }
 
 #[cfg(test)]

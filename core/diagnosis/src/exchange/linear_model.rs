@@ -1,6 +1,6 @@
 //! The linear model about a fit, in which a set of effects costs a product of small matrices in place of a fit.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
@@ -36,15 +36,21 @@ pub(super) struct Column {
 /// Normal equations of everything that was fitted and of every candidate, at a fit with some members in.
 pub(super) struct LinearModel {
     /// The fitted numbers first, then those of the candidates.
-    pub(super) normal: NormalEquations,
+    normal: NormalEquations,
     /// How many numbers were fitted.
-    pub(super) slots: usize,
+    slots: usize,
     pub(super) members: Vec<Member>,
     pub(super) columns: Vec<Column>,
     /// Numbers that the rows determine, those of the members among them.
     pub(super) parameters: f64,
     /// Variance of one equation at least.
-    pub(super) least: f64,
+    least: f64,
+    /// How many of members and candidates are of each kind.
+    kinds: BTreeMap<String, usize>,
+    /// What the choice of the members costs.
+    choice_of_members: f64,
+    /// How many of the fitted numbers are independent in the normal equations.
+    rank: f64,
 }
 
 /// A set in place of the members.
@@ -106,6 +112,26 @@ struct Gain {
 }
 
 impl LinearModel {
+    /// Of normal equations of the fitted numbers and the candidates `columns`, in this order; the rows determine so many `parameters` at the fit.
+    pub(super) fn new(
+        normal: NormalEquations,
+        members: Vec<Member>,
+        columns: Vec<Column>,
+        (parameters, least): (f64, f64),
+    ) -> Self {
+        let slots = columns.first().map_or(normal.matrix.nrows(), |first| first.range.start);
+        let own = normal.matrix.view((0, 0), (slots, slots)).into_owned();
+        let rank = RankRevealingCholesky::new(&own).rank() as f64;
+        let mut kinds = BTreeMap::new();
+        for id in members.iter().map(|member| &member.id).chain(columns.iter().map(|column| &column.id)) {
+            *kinds.entry(id.name.clone()).or_insert(0) += 1;
+        }
+        let mut model =
+            Self { normal, slots, members, columns, parameters, least, kinds, choice_of_members: 0.0, rank };
+        model.choice_of_members = model.choice(model.members.iter().map(|member| member.id.name.as_str()));
+        model
+    }
+
     /// What was searched for in the members costs so much of the criterion.
     pub(super) fn search_costs(&self) -> f64 {
         self.members.iter().map(|member| member.search_cost).sum()
@@ -162,7 +188,7 @@ impl LinearModel {
         pairs.min_by(|left, right| left.price().total_cmp(&right.price()))
     }
 
-    /// One candidate with another; nothing where a machine cannot have such values, or the other cannot be told from what is fitted.
+    /// One candidate with another; nothing where a machine cannot have such values, or the other cannot be distinguished from what is fitted.
     fn pair(
         &self,
         (one, alone): (usize, &Gain),
@@ -192,19 +218,19 @@ impl LinearModel {
     ) -> Proposal {
         let stay = self.members.iter().enumerate().filter(|(index, _)| !removed.contains(index));
         let come = added.iter().filter_map(|(index, _)| self.columns.get(*index));
-        let search_costs = stay.map(|(_, member)| member.search_cost).sum::<f64>()
-            + come.map(|column| column.search_cost).sum::<f64>();
-        let names = self.members.iter().enumerate().filter(|(index, _)| !removed.contains(index));
-        let names = names.map(|(_, member)| member.id.name.as_str());
-        let come = added.iter().filter_map(|(index, _)| Some(self.columns.get(*index)?.id.name.as_str()));
-        let choice = self.choice(names.chain(come));
+        let set: Vec<(&EffectId, f64)> = stay
+            .map(|(_, member)| (&member.id, member.search_cost))
+            .chain(come.map(|column| (&column.id, column.search_cost)))
+            .collect();
+        let search_costs = set.iter().map(|(_, cost)| cost).sum();
+        let choice = self.choice(set.iter().map(|(id, _)| id.name.as_str()));
         let left = (rest.squares - squares).max(rest.squares * LEAST_LEFT);
         let equations = self.normal.equations as f64;
         let parameters = self.parameters - rest.gone + freedom;
         Proposal {
             criterion: bic_above(self.least, left, equations, parameters, search_costs),
             parameters,
-            choice: choice - self.choice(self.members.iter().map(|member| member.id.name.as_str())),
+            choice: choice - self.choice_of_members,
             removed: removed.to_vec(),
             added,
             search_costs,
@@ -214,13 +240,15 @@ impl LinearModel {
     /// What a choice of effects of these kinds costs: `2 ln` of the candidates it was made from (extended BIC, Chen and Chen 2008). The first of a kind is chosen from all
     /// candidates; a further one from those of its kind, for the joints of an arm are alike: where one yields, others do.
     fn choice<'n>(&self, names: impl Iterator<Item = &'n str>) -> f64 {
-        let own =
-            self.members.iter().map(|member| &member.id).chain(self.columns.iter().map(|column| &column.id));
-        let all: Vec<&str> = own.map(|id| id.name.as_str()).collect();
-        let mut known = BTreeSet::new();
-        let of_one = |name: &'n str| match known.insert(name) {
-            true => all.len(),
-            false => all.iter().filter(|other| **other == name).count(),
+        // A handful of effects: looking through them costs less than any set.
+        let mut known: Vec<&str> = Vec::new();
+        let of_one = |name: &'n str| {
+            let count = match known.contains(&name) {
+                true => self.kinds.get(name).copied().unwrap_or(1),
+                false => self.members.len() + self.columns.len(),
+            };
+            known.push(name);
+            count
         };
         names.map(of_one).map(|count| 2.0 * (count.max(1) as f64).ln()).sum()
     }
@@ -251,7 +279,7 @@ impl LinearModel {
         self.columns.get(index).is_some_and(|column| column.effect.plausible(values.as_slice()))
     }
 
-    /// What a candidate would take from a rest, by its derivatives beyond it; nothing where it cannot be told from what is fitted.
+    /// What a candidate would take from a rest, by its derivatives beyond it; nothing where it cannot be distinguished from what is fitted.
     fn gain(&self, index: usize, block: &DMatrix<f64>, gradient: &DVector<f64>) -> Option<Gain> {
         let range = self.columns.get(index)?.range.clone();
         let own = self.normal.matrix.view((range.start, range.start), (range.len(), range.len()));
@@ -263,11 +291,6 @@ impl LinearModel {
             values,
             inverse,
         })
-    }
-
-    /// How many of some fitted numbers the rows determine.
-    fn rank(&self, slots: &[usize]) -> f64 {
-        RankRevealingCholesky::new(&self.normal.matrix.select_columns(slots).select_rows(slots)).rank() as f64
     }
 
     /// What is left for candidates without these members.
@@ -293,7 +316,7 @@ impl LinearModel {
             left: self.normal.matrix.view((self.slots, self.slots), (count, count)) - shadow.tr_mul(&shadow),
             gradient: gradient.rows(self.slots, count) - shadow.tr_mul(&known).column(0),
             squares: squares - known.norm_squared(),
-            gone: self.rank(&(0..self.slots).collect::<Vec<_>>()) - factor.rank() as f64,
+            gone: self.rank - factor.rank() as f64,
         }
     }
 }
@@ -361,7 +384,7 @@ mod tests {
             let columns = columns.collect();
             let id = EffectId::at("joint_settling", Site::Joint(0));
             let members = vec![Member { id, columns: vec![1], values: vec![values[1]], search_cost: 3.0 }];
-            LinearModel { normal, slots: 2, members, columns, parameters: 2.0, least: 0.0 }
+            LinearModel::new(normal, members, columns, (2.0, 0.0))
         }
     }
 
