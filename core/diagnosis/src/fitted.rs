@@ -255,6 +255,22 @@ mod tests {
     use plumb_calibration::effect::{EffectId, Site};
 
     #[test]
+    fn a_refit_counts_the_numbers_of_the_fit_before_and_its_own_and_one_with_an_event_what_it_determines() {
+        let lab = two_links(40, "joint_zero(*)", 0.05, 31, |_| [0.0; 2]);
+        let added = |name: &str, joint: usize| AddedEffect {
+            id: EffectId::at(name, Site::Joint(joint)),
+            values: vec![0.0],
+        };
+        let fit = |more: &[AddedEffect]| lab.fit_with(more, None, &Progress::unwatched()).unwrap();
+        let before = fit(&[]);
+        // One that determines a number besides its own.
+        let refit = fit(&[added("joint_gain", 0), added("joint_gain", 1)]);
+        assert_eq!((before.fit.rank(), refit.fit.rank()), (2, 4));
+        assert_eq!(before.parameters_in(&refit, &added("joint_gain", 1).id, 1), 3.0);
+        assert_eq!(before.parameters_in(&refit, &added("joint_step", 1).id, 1), 4.0);
+    }
+
+    #[test]
     fn a_row_counts_by_its_square_up_to_the_corner_and_along_a_tangent_beyond() {
         let lab = two_links_with("free: []\nnoise: {p1_mm: 0.05}", 12, 0.05, 91, |_| [0.0; 2]);
         let fitted = lab.fit_with(&[], None, &Progress::unwatched()).unwrap();

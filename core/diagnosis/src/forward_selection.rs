@@ -390,6 +390,7 @@ fn is_outvoted(fitted_candidate: &FittedCandidate, gain: f64, noise: Noise) -> b
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::noise_floor::FloorSource;
     use crate::testing::fitted_candidate;
     use crate::thresholds::LACK_OF_FIT_LEVEL;
 
@@ -442,8 +443,7 @@ mod tests {
     }
 
     #[test]
-    fn candidates_are_charged_for_the_numbers_of_the_stage_and_their_own_however_they_were_fitted() {
-        // Nearly parallel axes: what is held of the offsets along them depends on where a fit begins.
+    fn candidates_are_charged_for_the_numbers_of_the_stage_and_their_own() {
         let lab =
             crate::testing::two_links(40, "joint_zero(*),geometry(*)", 0.05, 31, |q| [0.0, 0.01 * q[1]]);
         let candidates = Candidates { listed: crate::candidates::probes(&lab), unlisted: Vec::new() };
@@ -457,5 +457,27 @@ mod tests {
             refitted += 1;
         }
         assert!(refitted > 1, "{refitted}");
+    }
+
+    #[test]
+    fn effects_are_exchanged_where_two_are_in_and_they_may_explain_the_rows() {
+        let lab = crate::testing::two_links(40, "joint_zero(*)", 0.05, 31, |_| [0.0; 2]);
+        let none = Candidates { listed: Vec::new(), unlisted: Vec::new() };
+        let mut stage = lab.stage(Vec::new(), None, &none, &Progress::unwatched()).unwrap();
+        let gain = AddedEffect { id: fitted_candidate("joint_gain", 1, 0.0).id, values: vec![0.0] };
+        // Readings scatter by 0.05 mm, in a table that declares no noise: in millimetres.
+        let floor = |scale: Option<f64>| {
+            let source = FloorSource::Declared;
+            Floor { sigma_mm: scale, source, dof: 0, scale, allowed_for: Vec::new() }
+        };
+        let mut with = |effects: usize, scale: Option<f64>| {
+            stage.taken = vec![gain.clone(); effects];
+            may_be_exchanged(&stage, &floor(scale))
+        };
+        let (noise, half) = (Some(0.05), Some(0.025));
+        assert!(!with(1, noise) && with(2, noise) && with(MOST_EFFECTS, noise));
+        // More than noise is left, or nobody knows.
+        assert!(with(MOST_EFFECTS - 1, half) && !with(MOST_EFFECTS, half));
+        assert!(with(MOST_EFFECTS - 1, None) && !with(MOST_EFFECTS, None));
     }
 }
