@@ -103,7 +103,7 @@ pub(crate) const MOST_EXCHANGES: usize = 4;
 pub(crate) const EXCHANGE_PARTNERS: usize = 30;
 
 /// Sets that are fitted in place of one (sets). Why: time; the linear model ranks them well where errors are small.
-pub(crate) const EXCHANGES_FITTED: usize = 3;
+pub(crate) const EXCHANGES_FITTED: usize = 6;
 
 /// A compliance so far below zero means that gravity points the other way in the model (standard errors). Why:
 /// five sigma.
