@@ -54,13 +54,17 @@ pub struct Descent<S> {
 pub struct Settings {
     /// Steps at most.
     pub steps: usize,
-    /// Damping of the first step, relative to the scales: [`CAREFUL`] or [`NEAR`].
+    /// Damping of the first step, relative to the scales: [`CAREFUL`], [`CLOSE`] or [`NEAR`].
     pub damping: f64,
 }
 
 /// Damping, relative to the scales, of the first step from anywhere (Madsen, Nielsen and Tingleff 2004: 1e-3 for a start that
 /// is not far off).
 pub const CAREFUL: f64 = 1e-3;
+
+/// Damping of the first step from a state that is believed to be close to the minimum, such as that of nearly the same problem (Madsen, Nielsen and Tingleff 2004: 1e-6). With
+/// that of a start from anywhere the first steps would do little but take the damping away again.
+pub const CLOSE: f64 = 1e-6;
 
 /// Damping of the first step from a state that was the minimum until a few weights changed.
 pub const NEAR: f64 = 1e-8;

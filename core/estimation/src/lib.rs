@@ -15,7 +15,9 @@ mod rank_revealing_cholesky;
 pub use distributions::{chi_squared_quantile, chi_squared_tail, f_tail, normal_quantile, normal_tail};
 pub use huber::{huber_corner, huber_variance};
 pub use information_criterion::{bic, bic_above};
-pub use levenberg_marquardt::{CAREFUL, Descent, NEAR, Problem, Settings, descend, descend_from, full_step};
+pub use levenberg_marquardt::{
+    CAREFUL, CLOSE, Descent, NEAR, Problem, Settings, descend, descend_from, full_step,
+};
 pub use multiple_testing::{holm, median};
 pub use normal_equations::NormalEquations;
 pub use parallel::{for_each, over_chunks};

@@ -14,7 +14,9 @@ use super::tangent::Tangent;
 use plumb_estimation::INDISTINCT;
 use plumb_estimation::NormalEquations;
 use plumb_estimation::RankRevealingCholesky;
-use plumb_estimation::{CAREFUL, Descent, NEAR, Settings, descend, descend_from, full_step, huber_variance};
+use plumb_estimation::{
+    CAREFUL, CLOSE, Descent, NEAR, Settings, descend, descend_from, full_step, huber_variance,
+};
 use plumb_estimation::{Cancelled, Problem, Progress};
 
 /// Whether a fit arrived at its optimum.
@@ -124,7 +126,7 @@ pub(super) fn fit(
     check(machine, &rows)?;
     let start = align(machine, start, &rows, progress)?;
     let ones = vec![1.0; machine.observations.rows()];
-    refit(machine, &start, &rows, ones, options, progress)
+    fit_from(machine, (&start, CAREFUL), &rows, ones, options, progress)
 }
 
 /// Where a fit begins.
@@ -132,12 +134,18 @@ struct Start {
     state: State,
     /// The normal equations of the rows there, at the weights to begin with and without plausible ranges.
     normal: NormalEquations,
+    /// Damping of the first step: by how near the minimum may be.
+    damping: f64,
 }
 
 impl Start {
-    fn at(machine: &ResidualModel<'_>, state: State, (rows, weights): (&[usize], &[f64])) -> Self {
+    fn at(
+        machine: &ResidualModel<'_>,
+        (state, damping): (State, f64),
+        (rows, weights): (&[usize], &[f64]),
+    ) -> Self {
         let normal = machine.normal(&state, rows, weights, &[]);
-        Self { state, normal }
+        Self { state, normal, damping }
     }
 
     fn factor(&self) -> RankRevealingCholesky {
@@ -145,8 +153,7 @@ impl Start {
     }
 }
 
-/// Fits again from a near place. Where the rows hardly determine a number of the geometry, or it leaves the range that a machine can have, the ranges count as weak prior
-/// knowledge: where such a number runs to is no result.
+/// Fits again from a near place.
 pub(super) fn refit(
     machine: &ResidualModel<'_>,
     start: &State,
@@ -155,10 +162,23 @@ pub(super) fn refit(
     options: FitOptions,
     progress: &Progress,
 ) -> Result<Fit, FitError> {
+    fit_from(machine, (start, CLOSE), rows, weights, options, progress)
+}
+
+/// Fits from a place with this damping of the first step. Where the rows hardly determine a number of the geometry, or it leaves the range that a machine can have, the ranges count as weak prior
+/// knowledge: where such a number runs to is no result.
+fn fit_from(
+    machine: &ResidualModel<'_>,
+    (start, damping): (&State, f64),
+    rows: &[usize],
+    weights: Vec<f64>,
+    options: FitOptions,
+    progress: &Progress,
+) -> Result<Fit, FitError> {
     let again = |from: &Start, weights: Vec<f64>, prior: Option<&Prior>| {
         descend_robustly(machine, from, (rows, weights), (options, prior), progress)
     };
-    let mut start = Start::at(machine, start.clone(), (rows, &weights));
+    let mut start = Start::at(machine, (start.clone(), damping), (rows, &weights));
     let factor = start.factor();
     let start_scale = Distances::of(machine, &machine.residuals(&start.state)).scale(rows, factor.rank());
     // What the rows cannot determine at all stays where the model file has it, as ever.
@@ -168,7 +188,7 @@ pub(super) fn refit(
         // From far off the scatter is no measure: they are asked again where a bounded fit arrives.
         let bounded = again(&start, weights.clone(), Some(&prior))?;
         prior.variance = bounded.scale * bounded.scale;
-        start = Start::at(machine, bounded.state, (rows, &weights));
+        start = Start::at(machine, (bounded.state, CLOSE), (rows, &weights));
         far = undetermined(machine, &start.factor(), bounded.scale);
     }
     if far.is_empty() {
@@ -182,7 +202,7 @@ pub(super) fn refit(
     }
     let mut fit = again(&start, weights, Some(&prior))?;
     prior.variance = fit.scale * fit.scale;
-    start = Start::at(machine, fit.state, (rows, &fit.weights));
+    start = Start::at(machine, (fit.state, CLOSE), (rows, &fit.weights));
     fit = again(&start, fit.weights, Some(&prior))?;
     let doubts = range_doubts(machine, &far, &fit.state);
     fit.doubts.extend(doubts);
@@ -284,9 +304,9 @@ fn descend_robustly(
     // Nor does what hardly can be distinguished move until that is seen to help: offsets along axes that are nearly parallel would go far for next to nothing.
     let mut held = dependent(&first, HARDLY_DISTINCT, spared);
     let first = (start.state.clone(), first);
-    let careful = Settings { steps: options.steps, damping: CAREFUL };
+    let settings = Settings { steps: options.steps, damping: start.damping };
     let mut descent =
-        descend_from(&machine.over(rows, &weights).knowing(prior), first, &held, careful, progress)?;
+        descend_from(&machine.over(rows, &weights).knowing(prior), first, &held, settings, progress)?;
     let mut steps = descent.steps;
     for _ in 1..ROUNDS {
         // Numbers that look alike at the start (offsets along axes that should be parallel) may matter at the end.
@@ -300,8 +320,9 @@ fn descend_robustly(
         }
         held = fewer;
         let reached = (descent.state, descent.normal);
+        let close = Settings { steps: options.steps, damping: CLOSE };
         descent =
-            descend_from(&machine.over(rows, &weights).knowing(prior), reached, &held, careful, progress)?;
+            descend_from(&machine.over(rows, &weights).knowing(prior), reached, &held, close, progress)?;
         steps += descent.steps;
     }
     // From the plain minimum on: robust weights from a far start would throw out whatever the start misses.

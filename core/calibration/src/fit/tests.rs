@@ -176,10 +176,15 @@ fn rows_that_are_held_out_do_not_move_the_fit() {
 
 /// Poses of the planar arm in which the elbow hardly moves: its length cannot be distinguished from the first link's.
 fn narrow(zero_deg: f64, sigma: f64, seed: u64) -> Table {
+    within(0.2, zero_deg, sigma, seed)
+}
+
+/// Poses in which the elbow moves within so many degrees.
+fn within(range_deg: f64, zero_deg: f64, sigma: f64, seed: u64) -> Table {
     let mut random = Random::seeded(seed);
     let mut text = "q1_deg,q2_deg,p1_x_mm,p1_y_mm,p1_z_mm\n".to_owned();
     for _ in 0..20 {
-        let (one, other) = (-90.0 + 180.0 * random.uniform(), 40.0 + 0.2 * random.uniform());
+        let (one, other) = (-90.0 + 180.0 * random.uniform(), 40.0 + range_deg * random.uniform());
         let (first, second) = (one.to_radians(), (one + other + zero_deg).to_radians());
         let x = 400.0 * first.cos() + 300.0 * second.cos() + sigma * random.normal();
         let y = 400.0 * first.sin() + 300.0 * second.sin() + sigma * random.normal();
@@ -297,6 +302,22 @@ fn a_robust_fit_that_misses_the_rows_it_trusts_by_more_than_the_plain_one_is_not
     assert!(doubt.to_string().contains("the robust fit ran away"), "{doubt}");
     assert!(worse_than_plain(&machine, (&state(0.004), &weights), &state(0.0), &rows).is_none());
     assert!(worse_than_plain(&machine, (&state(f64::NAN), &weights), &state(0.0), &rows).is_some());
+}
+
+#[test]
+fn a_refit_from_near_does_not_spend_its_steps_on_taking_the_damping_away() {
+    // Within three degrees of the elbow the lengths and the zero are nearly alike: only steps that are hardly damped get along between them.
+    let table = within(3.0, 0.0, 0.01, 3);
+    let model = Model::parse("planar.yaml", PLANAR).unwrap();
+    let observations = Observations::new(&model, &table).unwrap();
+    let added = |text: &str| AddedEffect { id: parse(text, &model).unwrap(), values: Vec::new() };
+    let effects = ["joint_zero(elbow)", "link_length(shoulder)", "link_length(elbow)"].map(added);
+    let machine = ResidualModel::new(&model, &table, &observations, &effects).unwrap();
+    let (rows, ones): (Vec<usize>, Vec<f64>) = ((0..20).collect(), vec![1.0; 20]);
+    let plain = FitOptions { robust: false, ..FitOptions::default() };
+    let near = State { effects: vec![vec![0.002], vec![0.3], vec![-0.2]], ..machine.start() };
+    let fit = machine.refit(&near, &rows, &ones, plain, &Progress::default()).unwrap();
+    assert!(fit.convergence.arrived && fit.convergence.steps <= 3, "{:?}", fit.convergence);
 }
 
 #[test]
