@@ -18,6 +18,14 @@ pub(crate) struct Candidates {
     pub(crate) unlisted: Vec<Probe>,
 }
 
+impl Candidates {
+    /// What the search for an effect of the library costs in Schwarz's criterion of a fit to so many equations; nothing of one that is no candidate.
+    pub(crate) fn search_cost(&self, id: &EffectId, equations: f64) -> f64 {
+        let probe = self.listed.iter().find(|probe| probe.id == *id);
+        probe.map_or(0.0, |probe| probe.search_cost + probe.search.cost(equations))
+    }
+}
+
 /// All candidates a table could show, ready to be scored.
 pub(crate) fn probes(lab: &Laboratory) -> Vec<Probe> {
     let context: CandidateContext<'_> = lab.context();

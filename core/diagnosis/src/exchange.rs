@@ -138,17 +138,13 @@ fn linearized(
     is_asked: impl Fn(&EffectId) -> bool,
 ) -> Result<LinearModel, LaboratoryError> {
     let (machine, fit) = (&stage.fitted.machine, &stage.fitted.fit);
-    let equations = fit.normal.equations as f64;
-    let cost = |id: &EffectId| {
-        let probe = candidates.listed.iter().find(|probe| probe.id == *id);
-        probe.map_or(0.0, |probe| probe.search_cost + probe.search.cost(equations))
-    };
     let mut members = Vec::new();
     for taken in &stage.taken {
         let part = machine.parts.iter().position(|part| part.id == taken.id);
         let values = part.and_then(|part| fit.state.effects.get(part)).cloned().unwrap_or_default();
         let columns = part.map_or_else(Vec::new, |part| slots_of(machine, part));
-        members.push(Member { id: taken.id.clone(), columns, values, search_cost: cost(&taken.id) });
+        let search_cost = candidates.search_cost(&taken.id, stage.equations());
+        members.push(Member { id: taken.id.clone(), columns, values, search_cost });
     }
     let mut first = machine.slots().len();
     let mut columns = Vec::new();

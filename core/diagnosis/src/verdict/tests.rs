@@ -439,6 +439,26 @@ fn of_effects_that_were_taken_in_the_one_that_is_missed_most_is_in_question() {
     assert_eq!(needed(&[]), None);
 }
 
+#[test]
+fn what_was_searched_for_in_an_effect_counts_against_how_much_it_is_missed() {
+    let both = |q: [f64; 2]| [0.001 * (7.0 * q[0]).sin(), 0.01 * q[1]];
+    let lab = crate::testing::two_links(60, "joint_zero(*)", 0.02, 45, both);
+    let watch = plumb_estimation::Progress::unwatched();
+    let mut candidates =
+        crate::candidates::Candidates { listed: crate::candidates::probes(&lab), unlisted: Vec::new() };
+    let taken = ["joint_harmonic(shoulder, 7)", "joint_gain(elbow)"].map(|text| {
+        let id = effect::parse(text, lab.model()).unwrap();
+        let values = vec![0.0; effect::build(&id, lab.model()).unwrap().parameters().len()];
+        AddedEffect { id, values }
+    });
+    let full = lab.stage(taken.to_vec(), None, &candidates, &watch).unwrap();
+    assert_eq!(lab.by_need(&full, &candidates, &watch).unwrap(), [1, 0]);
+    // A criterion's fall of some thousands is outweighed by a search that costs a million.
+    let gain = candidates.listed.iter_mut().find(|probe| probe.id == taken[1].id).unwrap();
+    gain.search_cost = 1e6;
+    assert_eq!(lab.by_need(&full, &candidates, &watch).unwrap(), [0, 1]);
+}
+
 /// Why the fitted candidate of this place is not the name.
 fn rejection(
     fitted_candidates: Vec<FittedCandidate>,
