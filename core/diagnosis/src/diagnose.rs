@@ -187,7 +187,7 @@ impl Laboratory {
             besides: finding.besides.iter().map(|id| self.model().label(id)).collect(),
             floor_ratio: finding.left_over.map(|lack_of_fit| lack_of_fit.ratio),
             left_ratio: finding.left_now.map(|lack_of_fit| lack_of_fit.ratio),
-            jumps,
+            jumps: if finding.explains_without_events() { Vec::new() } else { jumps },
             ..without_findings(finding.verdict, floor, comparison)
         };
         // Hardware with two positions overrules every effect: no model can be right then.

@@ -2,6 +2,7 @@
 
 mod among_structure;
 mod evidence;
+mod need;
 
 use crate::candidates::Candidates;
 use crate::epochs::with_rivals;
@@ -20,8 +21,8 @@ use crate::thresholds::{
 use evidence::{Against, Evidence, unlisted_against};
 use plumb_calibration::arm_model::AddedEffect;
 use plumb_calibration::effect::{self, EffectId, Family, LooksAt, Site, Size};
-use plumb_calibration::fit::{FitOptions, ResidualModel};
-use plumb_estimation::{Progress, bic_above, for_each};
+use plumb_calibration::fit::ResidualModel;
+use plumb_estimation::Progress;
 
 /// What the search came to.
 pub(crate) struct Finding<'a> {
@@ -144,64 +145,6 @@ impl Laboratory {
         }
         Ok(base)
     }
-
-    /// Of the effects a stage has taken in, the one it would miss most and that still passes with the others in: the stage
-    /// without it.
-    fn most_needed<'a>(
-        &'a self,
-        full: &Stage<'_>,
-        candidates: &Candidates,
-        progress: &Progress,
-    ) -> Result<Option<Stage<'a>>, LaboratoryError> {
-        for index in self.by_need(full, candidates, progress)? {
-            let without = self.stage(without(full, index), Some(&full.fitted), candidates, progress)?;
-            let passes = close_fitted_candidates(&without.fitted_candidates, without.equations())
-                .first()
-                .and_then(|first| without.fitted_candidates.get(*first))
-                .is_some_and(FittedCandidate::passes);
-            if passes {
-                return Ok(Some(without));
-            }
-        }
-        Ok(None)
-    }
-
-    /// The effects a stage has taken in, by their places in it, the one it would miss most first: by how much the criterion worsens without it, everything else fitted
-    /// anew to the same rows.
-    fn by_need(
-        &self,
-        full: &Stage<'_>,
-        candidates: &Candidates,
-        progress: &Progress,
-    ) -> Result<Vec<usize>, LaboratoryError> {
-        let (fit, least) = (&full.fitted.fit, full.fitted.machine.least_variance());
-        let options = FitOptions { robust: false, ..self.options().fit };
-        let indices: Vec<usize> = (0..full.taken.len()).collect();
-        let criteria = for_each(&indices, |index| {
-            let rows = (fit.rows.as_slice(), fit.weights.as_slice());
-            let rest = self.fit_near(&without(full, *index), &full.fitted, rows, options, progress)?;
-            let left = full.taken.get(*index);
-            let numbers = fit.rank().saturating_sub(left.map_or(0, |left| left.values.len())) as f64;
-            let saved = left.map_or(0.0, |left| candidates.search_cost(&left.id, full.equations()));
-            Ok::<_, LaboratoryError>(bic_above(
-                least,
-                rest.fit.normal.squares,
-                full.equations(),
-                numbers,
-                -saved,
-            ))
-        });
-        let criteria = criteria.into_iter().collect::<Result<Vec<f64>, _>>()?;
-        let mut by_need: Vec<(usize, f64)> = criteria.into_iter().enumerate().collect();
-        by_need.sort_by(|left, right| right.1.total_cmp(&left.1));
-        Ok(by_need.into_iter().map(|(index, _)| index).collect())
-    }
-}
-
-/// The effects that a stage has taken in, but for one.
-fn without(full: &Stage<'_>, index: usize) -> Vec<AddedEffect> {
-    let others = full.taken.iter().enumerate().filter(|(other, _)| *other != index);
-    others.map(|(_, one)| one.clone()).collect()
 }
 
 /// The best plausible fitted candidate and all that come close to it, by their places in the list (the likeliest first).
@@ -340,6 +283,16 @@ impl Finding<'_> {
     /// The fitted candidate in question.
     pub(crate) fn best(&self) -> Option<&FittedCandidate> {
         self.close.first().and_then(|index| self.at(*index))
+    }
+
+    /// Whether what was found explains the rows, and nothing of it was re-set between them. Jumps that were dated before it was known are then what it does to poses that
+    /// happen to follow each other.
+    pub(crate) fn explains_without_events(&self) -> bool {
+        let is_finished = self.left_over.is_some_and(|left| !left.is_significant());
+        let in_question = self.close.iter().filter_map(|index| Some(&self.at(*index)?.id));
+        let mut found = in_question.chain(&self.besides);
+        let has_event = found.any(|id| effect::kind(&id.name).is_some_and(|kind| kind.is_event));
+        is_finished && !has_event && matches!(self.verdict, Verdict::Named | Verdict::Tied | Verdict::Located)
     }
 
     /// The named effect, if that is the verdict.

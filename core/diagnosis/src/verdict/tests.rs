@@ -307,6 +307,27 @@ fn a_joint_that_rises_under_load_is_warned_of_where_it_is_the_likeliest_and_no_c
 }
 
 #[test]
+fn a_jump_remains_unless_effects_that_are_no_events_leave_nothing_but_noise() {
+    let explained = |name: &str, besides: &str, p: Option<f64>, verdict: Verdict| {
+        finding_of(vec![fitted_candidate(name, 1, 0.0)], |finding| {
+            finding.verdict = verdict;
+            finding.left_over = p.map(|p| LackOfFit { ratio: 1.0, p });
+            finding.besides = vec![fitted_candidate(besides, 0, 0.0).id];
+            finding.explains_without_events()
+        })
+    };
+    let noise = Some(1.01 * LACK_OF_FIT_LEVEL);
+    for verdict in [Verdict::Named, Verdict::Tied, Verdict::Located] {
+        assert!(explained("joint_compliance", "joint_gain", noise, verdict));
+    }
+    assert!(!explained("joint_compliance", "joint_gain", noise, Verdict::AtFloor), "nothing was found");
+    assert!(!explained("joint_compliance", "joint_gain", Some(0.99 * LACK_OF_FIT_LEVEL), Verdict::Named));
+    assert!(!explained("joint_compliance", "joint_gain", None, Verdict::Named), "nobody knows the noise");
+    assert!(!explained("joint_zero_reset", "joint_gain", noise, Verdict::Named));
+    assert!(!explained("joint_compliance", "joint_zero_reset", noise, Verdict::Named));
+}
+
+#[test]
 fn what_cannot_be_distinguished_is_listed_where_that_is_the_verdict() {
     let two = || vec![fitted_candidate("joint_gain", 1, 0.0), fitted_candidate("joint_zero", 0, 0.5)];
     let tied =
@@ -411,52 +432,6 @@ fn fitted_candidates_that_move_the_readings_alike_are_listed_by_how_much_and_the
         finding.correlated()
     });
     assert_eq!(of_shoulder, []);
-}
-
-#[test]
-fn of_effects_that_were_taken_in_the_one_that_is_missed_most_is_in_question() {
-    let both = |q: [f64; 2]| [0.001 * (7.0 * q[0]).sin(), 0.01 * q[1]];
-    let lab = crate::testing::two_links(60, "joint_zero(*)", 0.02, 45, both);
-    let watch = plumb_estimation::Progress::unwatched();
-    let candidates =
-        crate::candidates::Candidates { listed: crate::candidates::probes(&lab), unlisted: Vec::new() };
-    let id = |text: &str| effect::parse(text, lab.model()).unwrap();
-    let needed = |names: &[&str]| {
-        let taken = names.iter().map(|name| {
-            let id = id(name);
-            let count = effect::build(&id, lab.model()).unwrap().parameters().len();
-            AddedEffect { id, values: vec![0.0; count] }
-        });
-        let full = lab.stage(taken.collect(), None, &candidates, &watch).unwrap();
-        let without = lab.most_needed(&full, &candidates, &watch).unwrap()?;
-        Some(without.taken.iter().map(|one| lab.model().label(&one.id)).collect::<Vec<_>>())
-    };
-    let (wave, gain) = ("joint_harmonic(shoulder, 7)", "joint_gain(elbow)");
-    // A gain of a hundredth moves the point farther than a wave of a milliradian.
-    assert_eq!(needed(&[gain, wave]), Some(vec![wave.to_owned()]));
-    assert_eq!(needed(&[wave, gain]), Some(vec![wave.to_owned()]));
-    assert_eq!(needed(&[wave]), Some(Vec::new()));
-    assert_eq!(needed(&[]), None);
-}
-
-#[test]
-fn what_was_searched_for_in_an_effect_counts_against_how_much_it_is_missed() {
-    let both = |q: [f64; 2]| [0.001 * (7.0 * q[0]).sin(), 0.01 * q[1]];
-    let lab = crate::testing::two_links(60, "joint_zero(*)", 0.02, 45, both);
-    let watch = plumb_estimation::Progress::unwatched();
-    let mut candidates =
-        crate::candidates::Candidates { listed: crate::candidates::probes(&lab), unlisted: Vec::new() };
-    let taken = ["joint_harmonic(shoulder, 7)", "joint_gain(elbow)"].map(|text| {
-        let id = effect::parse(text, lab.model()).unwrap();
-        let values = vec![0.0; effect::build(&id, lab.model()).unwrap().parameters().len()];
-        AddedEffect { id, values }
-    });
-    let full = lab.stage(taken.to_vec(), None, &candidates, &watch).unwrap();
-    assert_eq!(lab.by_need(&full, &candidates, &watch).unwrap(), [1, 0]);
-    // A criterion's fall of some thousands is outweighed by a search that costs a million.
-    let gain = candidates.listed.iter_mut().find(|probe| probe.id == taken[1].id).unwrap();
-    gain.search_cost = 1e6;
-    assert_eq!(lab.by_need(&full, &candidates, &watch).unwrap(), [0, 1]);
 }
 
 /// Why the fitted candidate of this place is not the name.
