@@ -237,7 +237,8 @@ fn an_aborted_run_says_so_and_applies_nothing() {
     let mut run = request(&cell, &record);
     run.unattended = false;
     let mut answer = operator(Decision::Abort);
-    let (outcome, events) = watch(start(run, &World::new(ZERO_ERROR_DEG)), |event, handle| {
+    let world = World::new(ZERO_ERROR_DEG);
+    let (outcome, events) = watch(start(run, &world), |event, handle| {
         if matches!(event, Event::TriggerFound { .. }) {
             handle.send(Command::Abort);
         }
@@ -246,6 +247,19 @@ fn an_aborted_run_says_so_and_applies_nothing() {
     assert_eq!(outcome, RunOutcome::Aborted);
     assert!(message_of(&events).contains("aborted by the operator"), "{}", message_of(&events));
     assert!(zeros_in_force(&record, "teachmover").is_empty());
+    // The next run compares where it came to rest with what the drive reads then.
+    let poses = Record::open(record.path()).expect("the record").poses(RunId(1)).expect("the poses");
+    let noted: Vec<f64> = poses
+        .iter()
+        .flat_map(|pose| pose.joints.as_array().expect("joints"))
+        .filter_map(|joint| joint["drive"].as_f64())
+        .collect();
+    let state = world.state();
+    let rests = state.joints.as_slice().iter().zip(&noted);
+    assert!(
+        noted.len() >= 3 && rests.take(3).all(|(rests, noted)| (rests.to_degrees() - noted).abs() < 1e-9),
+        "{noted:?}"
+    );
 }
 
 #[test]

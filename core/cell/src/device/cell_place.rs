@@ -141,7 +141,10 @@ mod tests {
         fs::write(place.lock_file(), "1\n/cells/cell.yaml\n").expect("a file");
         fs::create_dir(place.world_socket().parent().expect("a directory")).expect("a directory");
         let PlaceState::LeftBehind(remains) = place.state() else { panic!("a killed run leaves something") };
-        assert_eq!(remains.world, Some(place.world_socket()));
+        assert_eq!((remains.world, remains.files), (Some(place.world_socket()), 1), "the lock's file");
+        fs::create_dir(place.domain.root()).expect("a directory");
+        let PlaceState::LeftBehind(remains) = place.state() else { panic!("a killed run leaves something") };
+        assert_eq!(remains.files, 2, "and the directory of the sockets");
         assert!(CellPlace::all().contains(&place));
         place.remove().expect("removed");
         assert_eq!(place.state(), PlaceState::Empty);

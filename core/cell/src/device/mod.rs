@@ -214,3 +214,31 @@ pub trait DeviceLinks: Send {
     /// Shuts everything down in good order. With `keep_world` the simulated world lives on, so that the run can be resumed in it.
     fn shut_down(&mut self, keep_world: bool);
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Devices of which no more is known than that there are none.
+    struct NoDevices;
+
+    impl DeviceLinks for NoDevices {
+        fn connect(&mut self, device: &DeviceSetting, _guard: Value) -> Result<Link, DeviceError> {
+            Err(DeviceError::refused(&device.name, "connect", PluginError::unsupported("be connected")))
+        }
+
+        fn world_socket(&self) -> Option<String> {
+            None
+        }
+
+        fn shut_down(&mut self, _keep_world: bool) {}
+    }
+
+    #[test]
+    fn where_nothing_is_known_of_a_clock_no_time_is_given() {
+        let mut devices = NoDevices;
+        assert_eq!((devices.clock_ns(), devices.is_new_world()), (None, false));
+        assert_eq!((devices.lost(), devices.log_lines()), (None, Vec::new()));
+        assert!(devices.listen("arm", "joints").is_err());
+    }
+}
