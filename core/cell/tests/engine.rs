@@ -237,8 +237,7 @@ fn an_aborted_run_says_so_and_applies_nothing() {
     let mut run = request(&cell, &record);
     run.unattended = false;
     let mut answer = operator(Decision::Abort);
-    let world = World::new(ZERO_ERROR_DEG);
-    let (outcome, events) = watch(start(run, &world), |event, handle| {
+    let (outcome, events) = watch(start(run, &World::new(ZERO_ERROR_DEG)), |event, handle| {
         if matches!(event, Event::TriggerFound { .. }) {
             handle.send(Command::Abort);
         }
@@ -247,6 +246,21 @@ fn an_aborted_run_says_so_and_applies_nothing() {
     assert_eq!(outcome, RunOutcome::Aborted);
     assert!(message_of(&events).contains("aborted by the operator"), "{}", message_of(&events));
     assert!(zeros_in_force(&record, "teachmover").is_empty());
+}
+
+#[test]
+fn where_the_arm_rests_after_an_abort_in_mid_move_is_written_down() {
+    let (cell, record) = (workcell("cell.yaml"), tempfile::tempdir().expect("a directory"));
+    let mut run = request(&cell, &record);
+    run.unattended = false;
+    let world = World::new(ZERO_ERROR_DEG);
+    let running = start_commanded(run, &world, |number, handle| {
+        if number == 30 {
+            handle.send(Command::Abort);
+        }
+    });
+    let (outcome, _) = watch(running, operator(Decision::Abort));
+    assert_eq!(outcome, RunOutcome::Aborted);
     // The next run compares where it came to rest with what the drive reads then.
     let poses = Record::open(record.path()).expect("the record").poses(RunId(1)).expect("the poses");
     let noted: Vec<f64> = poses
