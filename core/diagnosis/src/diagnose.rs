@@ -182,12 +182,16 @@ impl Laboratory {
         let thin = self.thinned(SEARCH_ROWS);
         let searched = thin.as_ref().unwrap_or(self);
         let finding = searched.find(&floor, &candidates, progress)?;
+        let jumps = match finding.lasting_effects() {
+            Some(found) => searched.jumps_beside(jumps, &found, &finding.stage.fitted, progress)?,
+            None => jumps,
+        };
         let mut diagnosis = Diagnosis {
             candidates: finding.candidates(LISTED, &floor),
             besides: finding.besides.iter().map(|id| self.model().label(id)).collect(),
             floor_ratio: finding.left_over.map(|lack_of_fit| lack_of_fit.ratio),
             left_ratio: finding.left_now.map(|lack_of_fit| lack_of_fit.ratio),
-            jumps: if finding.explains_without_events() { Vec::new() } else { jumps },
+            jumps,
             ..without_findings(finding.verdict, floor, comparison)
         };
         // Hardware with two positions overrules every effect: no model can be right then.

@@ -285,14 +285,15 @@ impl Finding<'_> {
         self.close.first().and_then(|index| self.at(*index))
     }
 
-    /// Whether what was found explains the rows, and nothing of it was re-set between them. Jumps that were dated before it was known are then what it does to poses that
-    /// happen to follow each other.
-    pub(crate) fn explains_without_events(&self) -> bool {
-        let is_finished = self.left_over.is_some_and(|left| !left.is_significant());
+    /// The effects that were found, the likeliest of those in question last; nothing where none was, or where something that was re-set between rows is among them.
+    pub(crate) fn lasting_effects(&self) -> Option<Vec<AddedEffect>> {
         let in_question = self.close.iter().filter_map(|index| Some(&self.at(*index)?.id));
         let mut found = in_question.chain(&self.besides);
         let has_event = found.any(|id| effect::kind(&id.name).is_some_and(|kind| kind.is_event));
-        is_finished && !has_event && matches!(self.verdict, Verdict::Named | Verdict::Tied | Verdict::Located)
+        let is_found = matches!(self.verdict, Verdict::Named | Verdict::Tied | Verdict::Located);
+        let best = self.best().filter(|_| is_found && !has_event)?;
+        let best = AddedEffect { id: best.id.clone(), values: best.values.clone() };
+        Some(self.stage.taken.iter().cloned().chain([best]).collect())
     }
 
     /// The named effect, if that is the verdict.

@@ -7,7 +7,7 @@ use nalgebra::DMatrix;
 
 use crate::fitted::Fitted;
 use crate::laboratory::{Laboratory, LaboratoryError};
-use plumb_calibration::arm_model::Epochs;
+use plumb_calibration::arm_model::{AddedEffect, Epochs};
 use plumb_calibration::effect::{self, CandidateContext, Effect, EffectId, Family, Site};
 use plumb_calibration::fit::ResidualModel;
 use plumb_estimation::Progress;
@@ -64,12 +64,18 @@ impl Columns {
             ids.extend(vec![id; built.parameters().len()]);
             effects.push(built);
         }
-        let parts = lab.fitted_effects()?;
+        // What differs between epochs in the fit is left out of the residuals: it is looked for anew. What else was added to the model stays in.
+        let own = lab.fitted_effects()?.len();
+        let is_event = |id: &EffectId| effect::kind(&id.name).is_some_and(|kind| kind.is_event);
+        let fitted_parts = fitted.machine.parts.iter().zip(&fitted.fit.state.effects).enumerate();
+        let parts: Vec<AddedEffect> = fitted_parts
+            .filter(|(index, (part, _))| *index < own || !is_event(&part.id))
+            .map(|(_, (part, values))| AddedEffect { id: part.id.clone(), values: values.clone() })
+            .collect();
         let machine = ResidualModel::new(&model, lab.table(), lab.observations(), &parts)?;
         let probes: Vec<&dyn Effect> = effects.iter().map(AsRef::as_ref).collect();
-        // What differs between epochs in the fit is left out of the residuals: it is looked for anew.
         let mut state = fitted.fit.state.clone();
-        state.effects.truncate(parts.len());
+        state.effects = parts.into_iter().map(|part| part.values).collect();
         let block = machine.block(&state, &rows, &fitted.fit.weights, &probes);
         let known = machine.slots().len();
         let mut first = 0;

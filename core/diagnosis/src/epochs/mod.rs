@@ -160,6 +160,32 @@ impl Laboratory {
         }
     }
 
+    /// Those of some jumps that the rows show beside effects that were found, too. Jumps are dated before anything is known of these: what an effect of the pose does to rows
+    /// that follow each other can look like one.
+    ///
+    /// # Errors
+    /// Nothing can be fitted, or cancellation.
+    pub(crate) fn jumps_beside(
+        &self,
+        mut jumps: Vec<Jump>,
+        found: &[AddedEffect],
+        near: &Fitted<'_>,
+        progress: &Progress,
+    ) -> Result<Vec<Jump>, LaboratoryError> {
+        if jumps.is_empty() {
+            return Ok(jumps);
+        }
+        let fitted = self.fit_with(found, Some(near), progress)?;
+        let again = self.find_epochs(&fitted, progress)?.map_or_else(Vec::new, |found| found.jumps);
+        let order = self.table().order();
+        let place = |jump: &Jump| order.iter().position(|row| row + 1 == jump.between_rows[1]);
+        let seen: Vec<usize> = again.iter().filter_map(place).collect();
+        jumps.retain(|jump| {
+            place(jump).is_some_and(|place| seen.iter().any(|other| place.abs_diff(*other) < JUMP_ROWS))
+        });
+        Ok(jumps)
+    }
+
     /// The epochs that the rows of a fit show.
     fn find_epochs(
         &self,

@@ -124,6 +124,29 @@ fn without_a_jump_none_is_found_in_98_of_100_tables() {
 }
 
 #[test]
+fn a_jump_is_reported_where_the_rows_show_it_beside_what_was_found() {
+    let watch = Progress::unwatched();
+    let jump = Jump { between_rows: [45, 46], between_lines: [46, 47], at_s: None };
+    // The base is 5 mm off in every row: beside that an elbow that jumps by 0.3 mm at the tip shows only once the base is known.
+    let kept = |elbow: f64, jumps: &[Jump]| {
+        let lab = laboratory(90, false, 31, |row| Wrong {
+            joints: [0.0, 0.0, by_epoch(row, &[45], &[0.0, elbow])],
+            base: [5.0, 0.0, 0.0],
+            ..Wrong::default()
+        });
+        let base = plumb_calibration::effect::parse("base_position", lab.model()).unwrap();
+        let found = [AddedEffect { id: base, values: vec![0.0; 3] }];
+        let near = lab.fit_with(&[], None, &watch).unwrap();
+        lab.jumps_beside(jumps.to_vec(), &found, &near, &watch).unwrap()
+    };
+    assert_eq!(kept(0.002, std::slice::from_ref(&jump)), [jump.clone()]);
+    assert_eq!(kept(0.0, std::slice::from_ref(&jump)), []);
+    let elsewhere = Jump { between_rows: [45 + JUMP_ROWS, 46 + JUMP_ROWS], ..jump.clone() };
+    assert_eq!(kept(0.002, &[jump.clone(), elsewhere]), [jump]);
+    assert_eq!(kept(0.002, &[]), [], "none is looked for that was not seen before");
+}
+
+#[test]
 fn a_slow_drift_is_no_jump() {
     for seed in 0..10 {
         let drift = laboratory(240, true, 300 + seed, |row| length(0.6 * row as f64 / 240.0));

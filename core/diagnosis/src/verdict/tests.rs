@@ -307,24 +307,25 @@ fn a_joint_that_rises_under_load_is_warned_of_where_it_is_the_likeliest_and_no_c
 }
 
 #[test]
-fn a_jump_remains_unless_effects_that_are_no_events_leave_nothing_but_noise() {
-    let explained = |name: &str, besides: &str, p: Option<f64>, verdict: Verdict| {
+fn effects_that_were_found_last_unless_one_of_them_is_an_event() {
+    let lasting = |name: &str, besides: &str, verdict: Verdict| {
         finding_of(vec![fitted_candidate(name, 1, 0.0)], |finding| {
             finding.verdict = verdict;
-            finding.left_over = p.map(|p| LackOfFit { ratio: 1.0, p });
             finding.besides = vec![fitted_candidate(besides, 0, 0.0).id];
-            finding.explains_without_events()
+            finding
+                .lasting_effects()
+                .map(|found| found.into_iter().map(|one| one.id.name).collect::<Vec<_>>())
         })
     };
-    let noise = Some(1.01 * LACK_OF_FIT_LEVEL);
     for verdict in [Verdict::Named, Verdict::Tied, Verdict::Located] {
-        assert!(explained("joint_compliance", "joint_gain", noise, verdict));
+        assert_eq!(
+            lasting("joint_compliance", "joint_gain", verdict),
+            Some(vec!["joint_compliance".to_owned()])
+        );
     }
-    assert!(!explained("joint_compliance", "joint_gain", noise, Verdict::AtFloor), "nothing was found");
-    assert!(!explained("joint_compliance", "joint_gain", Some(0.99 * LACK_OF_FIT_LEVEL), Verdict::Named));
-    assert!(!explained("joint_compliance", "joint_gain", None, Verdict::Named), "nobody knows the noise");
-    assert!(!explained("joint_zero_reset", "joint_gain", noise, Verdict::Named));
-    assert!(!explained("joint_compliance", "joint_zero_reset", noise, Verdict::Named));
+    assert_eq!(lasting("joint_compliance", "joint_gain", Verdict::AtFloor), None, "nothing was found");
+    assert_eq!(lasting("joint_zero_reset", "joint_gain", Verdict::Named), None);
+    assert_eq!(lasting("joint_compliance", "joint_zero_reset", Verdict::Named), None);
 }
 
 #[test]
