@@ -139,10 +139,11 @@ fn a_jump_is_reported_where_the_rows_show_it_beside_what_was_found() {
         let near = lab.fit_with(&[], None, &watch).unwrap();
         lab.jumps_beside(jumps.to_vec(), &found, &near, &watch).unwrap()
     };
-    assert_eq!(kept(0.002, std::slice::from_ref(&jump)), [jump.clone()]);
-    assert_eq!(kept(0.0, std::slice::from_ref(&jump)), []);
     let elsewhere = Jump { between_rows: [45 + JUMP_ROWS, 46 + JUMP_ROWS], ..jump.clone() };
-    assert_eq!(kept(0.002, &[jump.clone(), elsewhere]), [jump]);
+    let dated = [jump];
+    assert_eq!(kept(0.002, &dated), dated);
+    assert_eq!(kept(0.0, &dated), []);
+    assert_eq!(kept(0.002, &[dated[0].clone(), elsewhere]), dated);
     assert_eq!(kept(0.002, &[]), [], "none is looked for that was not seen before");
 }
 
