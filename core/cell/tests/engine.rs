@@ -9,7 +9,7 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 use plumb_cell::command::Command;
-use plumb_cell::engine::{StartError, start_run};
+use plumb_cell::engine::{RunRequest, StartError, start_run};
 use plumb_cell::event::{Event, RunOutcome, StepOutcome};
 use plumb_cell::prompt::{Answer, Decision, PromptKind};
 use plumb_record::{Record, RunId};
@@ -31,6 +31,13 @@ fn assert_zeros_found(record: &TempDir) {
         let found = zeros.get(*joint).copied().unwrap_or(f64::NAN);
         assert!((found - truth).abs() < 1e-3, "{joint}: found {found}, true {truth}");
     }
+}
+
+/// A record of its own, and a run of the cell that somebody watches.
+fn attended() -> (TempDir, RunRequest) {
+    let record = tempfile::tempdir().expect("a directory");
+    let run = RunRequest { unattended: false, ..request(&workcell("cell.yaml"), &record) };
+    (record, run)
 }
 
 #[test]
@@ -233,9 +240,7 @@ fn a_stop_at_any_move_and_a_resume_lead_to_the_same_zeros() {
 
 #[test]
 fn an_aborted_run_says_so_and_applies_nothing() {
-    let (cell, record) = (workcell("cell.yaml"), tempfile::tempdir().expect("a directory"));
-    let mut run = request(&cell, &record);
-    run.unattended = false;
+    let (record, run) = attended();
     let mut answer = operator(Decision::Abort);
     let (outcome, events) = watch(start(run, &World::new(ZERO_ERROR_DEG)), |event, handle| {
         if matches!(event, Event::TriggerFound { .. }) {
@@ -250,9 +255,7 @@ fn an_aborted_run_says_so_and_applies_nothing() {
 
 #[test]
 fn where_the_arm_rests_after_an_abort_in_mid_move_is_written_down() {
-    let (cell, record) = (workcell("cell.yaml"), tempfile::tempdir().expect("a directory"));
-    let mut run = request(&cell, &record);
-    run.unattended = false;
+    let (record, run) = attended();
     let world = World::new(ZERO_ERROR_DEG);
     let running = start_commanded(run, &world, |number, handle| {
         if number == 30 {
@@ -278,9 +281,7 @@ fn where_the_arm_rests_after_an_abort_in_mid_move_is_written_down() {
 
 #[test]
 fn a_run_finished_early_passes_with_what_it_has() {
-    let (cell, record) = (workcell("cell.yaml"), tempfile::tempdir().expect("a directory"));
-    let mut run = request(&cell, &record);
-    run.unattended = false;
+    let (record, run) = attended();
     let mut answer = operator(Decision::Abort);
     let (outcome, _) = watch(start(run, &World::new(ZERO_ERROR_DEG)), |event, handle| {
         if matches!(event, Event::CorrectionApplied { .. }) {
@@ -294,9 +295,7 @@ fn a_run_finished_early_passes_with_what_it_has() {
 
 #[test]
 fn a_wrong_answer_is_refused_with_the_reason_and_the_first_right_one_is_kept() {
-    let (cell, record) = (workcell("cell.yaml"), tempfile::tempdir().expect("a directory"));
-    let mut run = request(&cell, &record);
-    run.unattended = false;
+    let (record, run) = attended();
     let mut answer = operator(Decision::Abort);
     let mut reasons = Vec::new();
     let (outcome, _) = watch(start(run, &World::new(ZERO_ERROR_DEG)), |event, handle| {
@@ -320,14 +319,14 @@ fn a_wrong_answer_is_refused_with_the_reason_and_the_first_right_one_is_kept() {
 
 #[test]
 fn two_programs_cannot_run_one_cell() {
-    let (cell, record) = (workcell("cell.yaml"), tempfile::tempdir().expect("a directory"));
-    let mut run = request(&cell, &record);
-    run.unattended = false;
+    let (record, run) = attended();
     let world = World::new(ZERO_ERROR_DEG);
     let running = start(run, &world);
     let second = Devices(Arc::clone(&world));
-    let error =
-        start_run(request(&cell, &record), |_| Ok(Box::new(second))).err().expect("refused").to_string();
+    let error = start_run(request(&workcell("cell.yaml"), &record), |_| Ok(Box::new(second)))
+        .err()
+        .expect("refused")
+        .to_string();
     assert!(error.contains("already run by another plumb"), "{error}");
     running.handle.send(Command::Abort);
     watch(running, |_, _| {});

@@ -40,20 +40,14 @@ impl Laboratory {
     ) -> Result<Vec<usize>, LaboratoryError> {
         let (fit, least) = (&full.fitted.fit, full.fitted.machine.least_variance());
         let options = FitOptions { robust: false, ..self.options().fit };
-        let indices: Vec<usize> = (0..full.taken.len()).collect();
-        let criteria = for_each(&indices, |index| {
+        let taken: Vec<(usize, &AddedEffect)> = full.taken.iter().enumerate().collect();
+        let criteria = for_each(&taken, |(index, leaves)| {
             let rows = (fit.rows.as_slice(), fit.weights.as_slice());
             let rest = self.fit_near(&without(full, *index), &full.fitted, rows, options, progress)?;
-            let left = full.taken.get(*index);
-            let numbers = fit.rank().saturating_sub(left.map_or(0, |left| left.values.len())) as f64;
-            let saved = left.map_or(0.0, |left| candidates.search_cost(&left.id, full.equations()));
-            Ok::<_, LaboratoryError>(bic_above(
-                least,
-                rest.fit.normal.squares,
-                full.equations(),
-                numbers,
-                -saved,
-            ))
+            let numbers = fit.rank().saturating_sub(leaves.values.len()) as f64;
+            let saved = candidates.search_cost(&leaves.id, full.equations());
+            let squares = rest.fit.normal.squares;
+            Ok::<_, LaboratoryError>(bic_above(least, squares, full.equations(), numbers, -saved))
         });
         let criteria = criteria.into_iter().collect::<Result<Vec<f64>, _>>()?;
         let mut by_need: Vec<(usize, f64)> = criteria.into_iter().enumerate().collect();
