@@ -84,6 +84,8 @@ pub struct LinkFrames {
     pub flange: IsometryMatrix3<f64>,
     /// Joints that turn back as another goes on, because their drives keep attitudes.
     kept: Vec<Kept>,
+    /// What each row was turned by last.
+    turns: Vec<RowTurns>,
 }
 
 /// A joint that turns as another's drive does, times `share`.
@@ -96,7 +98,12 @@ struct Kept {
 
 impl Default for LinkFrames {
     fn default() -> Self {
-        Self { joints: Vec::new(), flange: IsometryMatrix3::identity(), kept: Vec::new() }
+        Self {
+            joints: Vec::new(),
+            flange: IsometryMatrix3::identity(),
+            kept: Vec::new(),
+            turns: Vec::new(),
+        }
     }
 }
 
@@ -109,12 +116,47 @@ struct Walker {
     origin: Vector3<f64>,
 }
 
+/// An angle (rad) with its sine and cosine.
+#[derive(Debug, Clone, Copy)]
+struct Turn {
+    angle: f64,
+    sine: f64,
+    cosine: f64,
+}
+
+impl Default for Turn {
+    fn default() -> Self {
+        Self { angle: 0.0, sine: 0.0, cosine: 1.0 }
+    }
+}
+
+impl Turn {
+    /// This turn if it is by that angle, else made anew: sine and cosine take longer than all else of a frame.
+    fn by(&mut self, angle: f64) -> Self {
+        // Written so that what is not a number is made anew.
+        let is_known = angle == self.angle;
+        if !is_known {
+            let (sine, cosine) = angle.sin_cos();
+            *self = Self { angle, sine, cosine };
+        }
+        *self
+    }
+}
+
+/// The turns of one joint's row. From pose to pose only that about the joint's axis changes, and not even that where the same pose is asked for other deviations.
+#[derive(Debug, Clone, Copy, Default)]
+struct RowTurns {
+    theta: Turn,
+    alpha: Turn,
+    beta: Turn,
+}
+
 /// Turns two axes of a frame about the third, from the first towards the second.
-fn turn(first: &mut Vector3<f64>, second: &mut Vector3<f64>, angle: f64) {
+fn turn(first: &mut Vector3<f64>, second: &mut Vector3<f64>, by: Turn) {
+    let Turn { angle, sine, cosine } = by;
     if angle == 0.0 {
         return;
     }
-    let (sine, cosine) = angle.sin_cos();
     let turned = *first * cosine + *second * sine;
     *second = *second * cosine - *first * sine;
     *first = turned;
@@ -125,16 +167,16 @@ impl Walker {
         Self { x: Vector3::x(), y: Vector3::y(), z: Vector3::z(), origin: Vector3::zeros() }
     }
 
-    fn turn_z(&mut self, angle: f64) {
-        turn(&mut self.x, &mut self.y, angle);
+    fn turn_z(&mut self, by: Turn) {
+        turn(&mut self.x, &mut self.y, by);
     }
 
-    fn turn_x(&mut self, angle: f64) {
-        turn(&mut self.y, &mut self.z, angle);
+    fn turn_x(&mut self, by: Turn) {
+        turn(&mut self.y, &mut self.z, by);
     }
 
-    fn turn_y(&mut self, angle: f64) {
-        turn(&mut self.z, &mut self.x, angle);
+    fn turn_y(&mut self, by: Turn) {
+        turn(&mut self.z, &mut self.x, by);
     }
 
     fn follow(&mut self, pose: &IsometryMatrix3<f64>) {
@@ -158,6 +200,7 @@ fn place(
     joint: &Joint,
     coordinate: f64,
     deviation: &Deviation,
+    turns: &mut RowTurns,
 ) -> JointFrame {
     if let Some(before) = &joint.before {
         walker.follow(before);
@@ -167,14 +210,15 @@ fn place(
         Motion::Turns => (driven, 0.0),
         Motion::Slides => (0.0, driven),
     };
-    let theta = joint.theta + turned + deviation.theta;
+    let theta = turns.theta.by(joint.theta + turned + deviation.theta);
     let d = joint.d + slid + deviation.d;
     let a = joint.a + deviation.a;
-    let alpha = joint.alpha + deviation.alpha;
+    let alpha = turns.alpha.by(joint.alpha + deviation.alpha);
+    let beta = turns.beta.by(deviation.beta);
     match convention {
         Convention::Distal => {
             let skew = walker.y;
-            walker.turn_y(deviation.beta);
+            walker.turn_y(beta);
             let (axis, axis_point) = (walker.z, walker.origin);
             walker.turn_z(theta);
             walker.origin += walker.z * d + walker.x * a;
@@ -195,7 +239,7 @@ fn place(
             walker.turn_x(alpha);
             walker.origin += walker.x * a;
             let (normal_point, skew) = (walker.origin, walker.y);
-            walker.turn_y(deviation.beta);
+            walker.turn_y(beta);
             let (axis, axis_point) = (walker.z, walker.origin);
             walker.turn_z(theta);
             walker.origin += walker.z * d;
@@ -218,8 +262,9 @@ impl LinkFrames {
     pub fn update(&mut self, chain: &Chain, q: &[f64], deviations: &[Deviation]) {
         self.joints.clear();
         self.kept.clear();
+        self.turns.resize(chain.joints.len(), RowTurns::default());
         let mut walker = Walker::start();
-        for (index, joint) in chain.joints.iter().enumerate() {
+        for ((index, joint), turns) in chain.joints.iter().enumerate().zip(&mut self.turns) {
             let coordinate = |of: usize| q.get(of).copied().unwrap_or(0.0);
             let mut deviation = deviations.get(index).copied().unwrap_or_default();
             let mut driven = coordinate(index);
@@ -229,7 +274,7 @@ impl LinkFrames {
                 deviation.theta += share * deviations.get(drive).map_or(0.0, |of_drive| of_drive.theta);
                 self.kept.push(Kept { joint: index, drive, share });
             }
-            self.joints.push(place(&mut walker, chain.convention, joint, driven, &deviation));
+            self.joints.push(place(&mut walker, chain.convention, joint, driven, &deviation, turns));
         }
         self.flange = walker.pose();
     }

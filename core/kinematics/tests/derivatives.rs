@@ -91,6 +91,23 @@ proptest! {
     }
 
     #[test]
+    fn frames_are_the_same_whatever_they_were_before(q in prop::collection::vec(-3.0..3.0f64, 7), v in prop::collection::vec(-1.0..1.0f64, 35)) {
+        let mut link_frames = LinkFrames::default();
+        let halved: Vec<f64> = v.iter().map(|number| number / 2.0).collect();
+        let (first, second) = (deviations(&v), deviations(&halved));
+        // Only the pose changes, only the deviations, then the arm, which has a joint more or less.
+        for (chain, deviations, turned) in
+            [(puma(), &first, 0.0), (puma(), &first, 0.1), (puma(), &second, 0.1), (panda(), &second, 0.1), (puma(), &first, 0.1)]
+        {
+            let q: Vec<f64> = q.iter().map(|angle| angle + turned).collect();
+            link_frames.update(&chain, &q, deviations);
+            let flange = link_frames.flange.to_homogeneous();
+            prop_assert!((flange - flange_by_matrices(&chain, &q, deviations)).norm() < 1e-9);
+            prop_assert_eq!(link_frames.joints.len(), chain.len());
+        }
+    }
+
+    #[test]
     fn every_twist_is_the_derivative_of_the_tip(q in prop::collection::vec(-3.0..3.0f64, 7), v in prop::collection::vec(-1.0..1.0f64, 35)) {
         let tool = Vector4::new(40.0, -10.0, 120.0, 1.0);
         for chain in [puma(), panda()] {
