@@ -4,6 +4,8 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
+use plumb_plugin::ContractVersion;
+
 use crate::lab::Lab;
 
 /// A plugin in a folder of the lab: its manifest, and the library beside it if one is given.
@@ -35,7 +37,11 @@ fn assert_refused(lab: &Lab, message: &str) {
 fn a_plugin_of_another_contract_is_refused_before_anything_starts() {
     let lab = Lab::new();
     plugin(&lab, "[2, 0]", None);
-    assert_refused(&lab, "plugin 'bad-arm' was built for contract 2.0; this program speaks 1.0");
+    let speaks = ContractVersion::CURRENT;
+    assert_refused(
+        &lab,
+        &format!("plugin 'bad-arm' was built for contract 2.0; this program speaks {speaks}"),
+    );
     assert!(lab.plumb(&["history"]).out().contains("no runs"), "nothing was started");
 }
 

@@ -4,6 +4,8 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
+use plumb_plugin::ContractVersion;
+
 use crate::lab::skipped;
 
 fn plumb(arguments: &[&str], directory: &Path) -> Output {
@@ -82,8 +84,11 @@ fn a_bad_plugin_is_one_line_and_does_not_hide_the_others() {
     let row = list.lines().find(|line| line.starts_with("unusable: ")).unwrap();
     assert_eq!(
         row,
-        "unusable: ./old/plugin.yaml: plugin 'old-arm' was built for contract 0.3; this program speaks 1.0: \
-         rebuild the plugin against contract 1.x"
+        format!(
+            "unusable: ./old/plugin.yaml: plugin 'old-arm' was built for contract 0.3; this program speaks {}: \
+             rebuild the plugin against contract 1.x",
+            ContractVersion::CURRENT
+        )
     );
     assert!(list.contains("simulated"), "{list}");
 }

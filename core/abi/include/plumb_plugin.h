@@ -1,4 +1,4 @@
-/* plumb_plugin.h - the contract between plumb and a plugin, version 1.0.
+/* plumb_plugin.h - the contract between plumb and a plugin, version 1.1.
  *
  * A plugin is a shared library that drives one kind of device. It is loaded by a host process of its own, one per device; it may block in a
  * call, and if it crashes or hangs it takes nothing with it but that process. Beside the library lies its manifest, plugin.yaml.
@@ -31,7 +31,7 @@ extern "C" {
 #ifndef PLUMB_CONTRACT_MAJOR
 #define PLUMB_CONTRACT_MAJOR 1u
 #endif
-#define PLUMB_CONTRACT_MINOR 0u
+#define PLUMB_CONTRACT_MINOR 1u
 
 /* ---- How a call ended ------------------------------------------------------------------------------------------------------------- */
 
@@ -114,6 +114,18 @@ typedef struct plumb_jog_state {
     uint32_t key;      /* the key pressed last, in the device's numbering; 0 when none */
     uint32_t finished; /* 1 once the operator has ended the jog on the pendant */
 } plumb_jog_state;
+
+/* What the motor of each joint reports of itself: a number for each joint. NAN of math.h stands for what a motor does not report and for an
+ * uncertainty that is not known; 0 never does. */
+typedef struct plumb_motor_state {
+    uint64_t time_ns; /* when the motors reported this */
+    plumb_joint_vector temperature; /* degrees Celsius */
+    plumb_joint_vector load;        /* of the motor's full torque, without a sign: from 0; 1 is full */
+    plumb_joint_vector voltage;     /* the motor's supply, V */
+    double temperature_uncertainty; /* one standard uncertainty of each temperature, degrees Celsius */
+    double load_uncertainty;        /* of each load */
+    double voltage_uncertainty;     /* of each voltage, V */
+} plumb_motor_state;
 
 /* ---- What the host offers a plugin -------------------------------------------------------------------------------------------------- */
 
@@ -242,6 +254,9 @@ typedef struct plumb_robot_functions {
 
     /* Declares that the joints are at `joints` now. Nothing moves. */
     plumb_status (*set_zero)(plumb_instance *instance, const plumb_joint_vector *joints);
+
+    /* What the motor of each joint reports of itself: temperature, load, supply voltage. Nothing moves. Since contract 1.1. */
+    plumb_status (*read_motors)(plumb_instance *instance, plumb_motor_state *motors);
 } plumb_robot_functions;
 
 /* ---- A sensor: extension "plumb.sensor/1" ------------------------------------------------------------------------------------------- */

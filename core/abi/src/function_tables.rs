@@ -118,6 +118,7 @@ mod tests {
             "write_outputs",
             "jog",
             "set_zero",
+            "read_motors",
         ];
         assert!(RobotFunctions::FUNCTIONS.iter().map(|(name, _)| *name).take(robot.len()).eq(robot));
         let sensor = ["describe", "configure", "arm", "poll", "read"];

@@ -31,4 +31,4 @@ pub use status::Status;
 pub const CONTRACT_MAJOR: u32 = 1;
 
 /// The minor version of the contract: grows when something is added; a plugin of any minor version is loaded.
-pub const CONTRACT_MINOR: u32 = 0;
+pub const CONTRACT_MINOR: u32 = 1;

@@ -8,7 +8,9 @@
 //! # Adding an operation
 //!
 //! One line at the end of `robot` or `sensor` below (tables of functions grow at their end only), a method of that name with a default in the trait
-//! `Robot` or `Sensor` of `plumb-plugin`, and a plugin that overrides it. As an example, a robot that can brake:
+//! `Robot` or `Sensor` of `plumb-plugin`, and a plugin that overrides it. `CONTRACT_MINOR` goes up, in `lib.rs` and in the header. A message of a new type
+//! is a struct in `plumb-plugin/src/message`, its twin in the header, its layout in `plumb-plugin/tests/c_header.rs`, and a word in `reply.rs` and `wire.rs`.
+//! As an example, a robot that can brake:
 //!
 //! ```text
 //! /// Holds the joints with their brakes (1), or lets go (0).
@@ -75,6 +77,8 @@ macro_rules! device_operations {
                 optional jog(on: bool) fills state: JogState, asked 9 Jog "jog" -> JogState within SHORT checked;
                 /// Declares that the joints are at `joints` now. Nothing moves.
                 optional set_zero(joints: JointVector), asked 10 SetZero "set zero" -> () within CALIBRATION checked;
+                /// What the motor of each joint reports of itself: temperature, load, supply voltage. Nothing moves. Since contract 1.1.
+                optional read_motors() fills motors: MotorState, asked 14 ReadMotors "read motors" -> MotorState within SHORT direct;
             }
             sensor {
                 /// Writes the description as JSON: {"model", "switches": true|false, "quantities": [{"name", "unit"}]}.

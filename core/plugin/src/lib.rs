@@ -35,7 +35,7 @@ pub use host::{Host, HostInterface, LogLevel};
 pub use manifest::{ContractVersion, DeviceKind, Manifest, ManifestError, ManifestJoint};
 pub use message::{
     DigitalInputs, FrameHeader, Health, JogState, JointState, JointVector, MAX_JOINTS, Message, MessageError,
-    Motion, ProximityEdge, StripeFault, StripeHeader, StripePoint,
+    Motion, MotorState, ProximityEdge, StripeFault, StripeHeader, StripePoint,
 };
 pub use reading::{Quantity, Reading};
 pub use reply::{Answer, Reply};

@@ -487,8 +487,11 @@ config:
         let message = Manifest::parse(&text, "plugin.yaml").unwrap_err().to_string();
         assert_eq!(
             message,
-            "plugin.yaml: plugin 'ir-proximity' was built for contract 2.3; this program speaks 1.0: \
-             rebuild the plugin against contract 1.x"
+            format!(
+                "plugin.yaml: plugin 'ir-proximity' was built for contract 2.3; this program speaks {}: \
+                 rebuild the plugin against contract 1.x",
+                ContractVersion::CURRENT
+            )
         );
     }
 

@@ -13,6 +13,7 @@ mod joint_vector;
 mod json;
 mod layout;
 mod motion;
+mod motor_state;
 mod proximity_edge;
 mod stripe_points;
 
@@ -25,6 +26,7 @@ pub use joint_vector::{JointVector, MAX_JOINTS, TooManyJoints};
 pub use json::{from_json, to_json};
 pub use layout::{Field, FieldType, JointQuantity, Layout, Tail};
 pub use motion::Motion;
+pub use motor_state::MotorState;
 pub use proximity_edge::ProximityEdge;
 pub use stripe_points::{StripeFault, StripeHeader, StripePoint};
 

@@ -3,7 +3,10 @@
 use plumb_abi::Status;
 
 use crate::wire::Body;
-use crate::{Description, DeviceState, DigitalInputs, JogState, JointState, PluginError, Reading, WireError};
+use crate::{
+    Description, DeviceState, DigitalInputs, JogState, JointState, MotorState, PluginError, Reading,
+    WireError,
+};
 
 /// A reply's content as one Rust type, so that each type belongs to one kind of reply.
 pub trait Answer: Sized + Into<Reply> {
@@ -95,6 +98,8 @@ replies! {
     106 Jog(JogState) "a jog state";
     /// What the sensor has seen.
     107 Reading(Reading) "a reading";
+    /// What the motors report of themselves.
+    108 Motors(MotorState) "a motor state";
 }
 
 impl From<()> for Reply {
@@ -124,6 +129,15 @@ mod tests {
             ProximityEdge { joints: vector(), joints_half_width: vector(), fired: 1, ..Default::default() };
         let reading =
             Reading { time_ns: u64::MAX, fired: Some(true), edges: vec![edge], quantities: Vec::new() };
+        let motors = MotorState {
+            time_ns: 9,
+            temperature: vector(),
+            load: vector(),
+            voltage: vector(),
+            temperature_uncertainty: 0.3,
+            load_uncertainty: 0.001,
+            voltage_uncertainty: 0.1,
+        };
         for reply in [
             Ok(Reply::Done),
             Ok(Reply::State(DeviceState::Active)),
@@ -131,11 +145,23 @@ mod tests {
             Ok(Reply::Inputs(DigitalInputs { levels: 5, joints: vector(), ..Default::default() })),
             Ok(Reply::Jog(JogState { key: 7, ..Default::default() })),
             Ok(Reply::Reading(reading)),
+            Ok(Reply::Motors(motors)),
             Err(PluginError::OutOfRange("waist would turn to 95 deg; it goes to 90 deg".to_owned())),
         ] {
             let (code, status, body) = Reply::encode(&reply);
             assert_eq!(Reply::decode(code, status, &body), Ok(reply));
         }
+    }
+
+    /// NaN equals nothing, itself included.
+    #[test]
+    fn what_a_motor_does_not_report_is_still_not_reported_behind_the_bytes() {
+        let (code, status, body) = Reply::encode(&Ok(Reply::Motors(MotorState::unreported(9, 2))));
+        let Ok(Ok(Reply::Motors(motors))) = Reply::decode(code, status, &body) else {
+            panic!("a motor state")
+        };
+        assert!(motors.load.as_slice().iter().all(|load| load.is_nan()) && motors.load.len() == 2);
+        assert!(motors.load_uncertainty.is_nan());
     }
 
     #[test]

@@ -116,6 +116,7 @@ mod tests {
             Request::Configure(serde_json::json!({"threshold": 0.1})),
             Request::Arm,
             Request::Read(7),
+            Request::ReadMotors,
         ] {
             let (operation, body) = request.encode();
             assert_eq!(Request::decode(operation, &body), Ok(request));
@@ -146,6 +147,7 @@ mod tests {
         assert_eq!(Request::Jog(true).encode(), (9, vec![1, 0, 0, 0]));
         assert_eq!(Request::Read(7).encode(), (13, 7_u64.to_ne_bytes().to_vec()));
         assert_eq!(Request::Configure(serde_json::json!({"a": 1})).encode(), (11, b"{\"a\":1}".to_vec()));
+        assert_eq!(code(Request::ReadMotors), 14);
     }
 
     #[test]

@@ -1,7 +1,8 @@
 //! What a robot can be asked.
 
 use crate::{
-    DigitalInputs, Host, JogState, JointState, JointVector, Motion, PluginError, RobotDescription, Value,
+    DigitalInputs, Host, JogState, JointState, JointVector, Motion, MotorState, PluginError,
+    RobotDescription, Value,
 };
 
 /// A robot. The host calls these functions one at a time, always from the same thread.
@@ -89,5 +90,14 @@ pub trait Robot: Sized + Send {
     /// [`PluginError::Unsupported`] where the controller cannot be informed.
     fn set_zero(&mut self, _joints: &JointVector) -> Result<(), PluginError> {
         Err(PluginError::unsupported("set its zero"))
+    }
+
+    /// What the motor of each joint reports of itself: temperature (degrees Celsius), load (fraction of full torque) and supply voltage (V), each
+    /// NaN where a motor does not report it. Nothing moves.
+    ///
+    /// # Errors
+    /// [`PluginError::Unsupported`] where the motors report none of this; when the device does not answer.
+    fn read_motors(&mut self) -> Result<MotorState, PluginError> {
+        Err(PluginError::unsupported("read its motors"))
     }
 }

@@ -5,7 +5,8 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use crate::{
-    Description, DeviceState, DigitalInputs, JogState, JointState, JointVector, Motion, Reading, Value,
+    Description, DeviceState, DigitalInputs, JogState, JointState, JointVector, Motion, MotorState, Reading,
+    Value,
 };
 
 /// The bytes of a request or reply cannot be understood: sender and receiver are of different versions, or one is faulty.
@@ -51,7 +52,7 @@ macro_rules! plain_bodies {
     )*};
 }
 
-plain_bodies!(u64, Motion, JointVector, JointState, DigitalInputs, JogState);
+plain_bodies!(u64, Motion, JointVector, JointState, DigitalInputs, JogState, MotorState);
 
 /// Bodies that are JSON.
 macro_rules! json_bodies {

@@ -10,7 +10,8 @@ use std::process::Command;
 
 use plumb_abi as abi;
 use plumb_plugin::message::{
-    DigitalInputs, JogState, JointState, JointVector, MAX_JOINTS, Motion, ProximityEdge, SEQUENCE_OFFSET,
+    DigitalInputs, JogState, JointState, JointVector, MAX_JOINTS, Motion, MotorState, ProximityEdge,
+    SEQUENCE_OFFSET,
 };
 
 /// Lines of C that fail to compile where a struct's size or a field's place differs.
@@ -49,6 +50,19 @@ fn the_c_header_and_the_rust_types_agree_to_the_byte() {
         layout!("plumb_proximity_edge", ProximityEdge, [time_ns, sequence, fired, joints, joints_half_width]),
         layout!("plumb_motion", Motion, [target, joint_mask, relative, speed_fraction]),
         layout!("plumb_jog_state", JogState, [state, key, finished]),
+        layout!(
+            "plumb_motor_state",
+            MotorState,
+            [
+                time_ns,
+                temperature,
+                load,
+                voltage,
+                temperature_uncertainty,
+                load_uncertainty,
+                voltage_uncertainty
+            ]
+        ),
         layout!("plumb_bytes", abi::Bytes, [data, length]),
         layout!("plumb_sink", abi::Sink, [context, write]),
         layout!(

@@ -3,14 +3,14 @@
 use std::path::PathBuf;
 
 use plumb_plugin::{
-    DigitalInputs, Host, JointDescription, JointState, JointUnit, JointVector, LogLevel, Motion, PluginError,
-    Robot, RobotCapabilities, RobotDescription, Value,
+    DigitalInputs, Host, JointDescription, JointState, JointUnit, JointVector, LogLevel, Motion, MotorState,
+    PluginError, Robot, RobotCapabilities, RobotDescription, Value,
 };
 
 use crate::calibration::{self, Calibration, Kept};
 use crate::configuration::Configuration;
 use crate::motion::{Direction, acceleration_in_units};
-use crate::servo::{MIDDLE, STEP_DEG, STEPS_A_TURN, ServoState};
+use crate::servo::{MIDDLE, STEP_DEG, STEPS_A_TURN, ServoState, motor_state};
 use crate::servos::{Joint, Servos};
 use crate::travel::{End, Pace, Travel};
 use crate::zeros::{Pose, Verdict, judge};
@@ -180,6 +180,11 @@ impl Robot for FeetechArm {
             }
         }
         self.keep_calibration()
+    }
+
+    fn read_motors(&mut self) -> Result<MotorState, PluginError> {
+        let states = self.servos.states()?;
+        Ok(motor_state(self.host.now_ns(), &states))
     }
 }
 

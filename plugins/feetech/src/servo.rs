@@ -1,5 +1,7 @@
 //! One servo's state, and what is wrong with it.
 
+use plumb_plugin::MotorState;
+
 use crate::registers::position_of_register;
 
 /// Steps of a whole turn.
@@ -8,6 +10,13 @@ pub(crate) const STEPS_A_TURN: i32 = 4096;
 pub(crate) const MIDDLE: i32 = STEPS_A_TURN / 2;
 /// One step, degrees.
 pub(crate) const STEP_DEG: f64 = 360.0 / STEPS_A_TURN as f64;
+
+/// Steps of the load register from no torque to full torque.
+const LOAD_STEPS: f64 = 1000.0;
+/// Steps of the voltage register in a volt.
+const VOLT_STEPS: f64 = 10.0;
+/// Steps of the temperature register in a degree Celsius.
+const CELSIUS_STEPS: f64 = 1.0;
 
 /// Bits of a status that are faults, and what to do about each. Bit 4 says that torque is on, which is none.
 const FAULTS: [(u8, &str); 5] = [
@@ -63,9 +72,28 @@ impl ServoState {
             "load {:.0} %, {} degrees Celsius, {:.1} V",
             f64::from(self.load) / 10.0,
             self.celsius,
-            f64::from(self.decivolts) / 10.0
+            f64::from(self.decivolts) / VOLT_STEPS
         )
     }
+}
+
+/// What the servos report of their motors, in the units of the contract. Known of its uncertainty is what the steps of the registers make of it.
+pub(crate) fn motor_state(time_ns: u64, states: &[ServoState]) -> MotorState {
+    let mut motors = MotorState::unreported(time_ns, states.len());
+    for (place, state) in states.iter().enumerate() {
+        motors.temperature.set(place, f64::from(state.celsius) / CELSIUS_STEPS);
+        motors.load.set(place, f64::from(state.load) / LOAD_STEPS);
+        motors.voltage.set(place, f64::from(state.decivolts) / VOLT_STEPS);
+    }
+    motors.temperature_uncertainty = uncertainty_of_step(1.0 / CELSIUS_STEPS);
+    motors.load_uncertainty = uncertainty_of_step(1.0 / LOAD_STEPS);
+    motors.voltage_uncertainty = uncertainty_of_step(1.0 / VOLT_STEPS);
+    motors
+}
+
+/// The standard uncertainty of a value that lies anywhere within a step: of a uniform distribution (JCGM 100:2008, 4.3.7).
+fn uncertainty_of_step(step: f64) -> f64 {
+    step / 12.0_f64.sqrt()
 }
 
 /// Some firmware goes on counting beyond a turn, or below 0, where the homing offset carries it there: the same place within half a turn of the middle.

@@ -284,6 +284,29 @@ fn load_is_made_up_for_until_it_is_too_much() {
 }
 
 #[test]
+fn the_motors_report_temperature_load_and_voltage_to_a_step_of_their_registers() {
+    let mut bench = Bench::new();
+    bench.emulator.inject(Event::Celsius(3, 52));
+    bench.emulator.inject(Event::Volts(7.1));
+    bench.emulator.inject(Event::Sag(2, 14));
+    let before_ns = bench.recording.host().now_ns();
+    let motors = bench.arm.read_motors().unwrap();
+    assert!(motors.time_ns >= before_ns);
+    assert_eq!(motors.temperature.as_slice(), [31.0, 31.0, 52.0, 31.0, 31.0, 31.0]);
+    assert_eq!(motors.voltage.as_slice(), [7.1; 6]);
+    // The emulator's servos hold with 60 per mille, and one per mille more for each step of sag.
+    assert_eq!(motors.load.as_slice(), [0.06, 0.074, 0.06, 0.06, 0.06, 0.06]);
+    // A step of 1 degree, of 0.1 V, of 1 per mille: uniform within it.
+    let uncertainties = [motors.temperature_uncertainty, motors.voltage_uncertainty, motors.load_uncertainty];
+    for (uncertainty, step) in uncertainties.iter().zip([1.0, 0.1, 0.001]) {
+        assert!((uncertainty - step / 12.0_f64.sqrt()).abs() < 1e-9 * step, "{uncertainties:?}");
+    }
+    bench.emulator.inject(Event::Answers(4, false));
+    let error = bench.arm.read_motors().unwrap_err();
+    assert!(error.text().starts_with("wrist_flex (servo 4) does not answer"), "{error}");
+}
+
+#[test]
 fn torque_comes_on_without_a_leap() {
     let mut bench = Bench::new();
     bench.go([30.0; 6]).unwrap();

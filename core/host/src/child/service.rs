@@ -377,6 +377,7 @@ fn time_of(reply: &Reply, now_ns: u64) -> Option<(&'static str, u64)> {
         Reply::Joints(state) => Some(("its answer where the joints are", state.time_ns)),
         Reply::Jog(jog) => Some(("its answer where the joints are", jog.state.time_ns)),
         Reply::Inputs(inputs) => Some(("its answer how the input lines are", inputs.time_ns)),
+        Reply::Motors(motors) => Some(("what the motors report", motors.time_ns)),
         Reply::Reading(reading) => Some(("a reading", reading.time_ns.max(now_ns))),
         Reply::Done | Reply::Described(_) | Reply::State(_) => None,
     }
@@ -402,7 +403,7 @@ fn count(health: &mut Health, has_failed: bool, took: Duration) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use plumb_plugin::DigitalInputs;
+    use plumb_plugin::{DigitalInputs, MotorState};
 
     const NOW: u64 = 100;
 
@@ -416,6 +417,7 @@ mod tests {
         assert_eq!(time(state(7).into()), Some(7));
         assert_eq!(time(JogState { state: state(8), ..Default::default() }.into()), Some(8));
         assert_eq!(time(DigitalInputs { time_ns: 9, ..Default::default() }.into()), Some(9));
+        assert_eq!(time(MotorState::unreported(10, 2).into()), Some(10));
         assert_eq!(time(Reply::Done), None);
         assert_eq!(time(DeviceState::Active.into()), None);
     }

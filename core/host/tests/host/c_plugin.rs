@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use plumb_host::{HostArguments, Plugin, StopOutcome, verify};
-use plumb_plugin::{DigitalInputs, JointVector, Motion, PluginError};
+use plumb_plugin::{ContractVersion, DigitalInputs, JointVector, Motion, PluginError};
 
 use crate::place::{LONG, Place};
 
@@ -119,7 +119,9 @@ fn a_library_of_another_contract_is_refused_with_both_versions() {
     assert_eq!(
         message,
         format!(
-            "{path}: was built for plugin contract 7.0; this program speaks 1.0: rebuild the plugin against contract 1.x"
+            "{path}: was built for plugin contract 7.{}; this program speaks {}: rebuild the plugin against contract 1.x",
+            ContractVersion::CURRENT.1,
+            ContractVersion::CURRENT
         )
     );
 }
@@ -154,6 +156,48 @@ fn a_robot_of_an_older_minor_version_with_a_shorter_table_is_loaded() {
     assert_eq!(robot.describe().unwrap().model, "counting arm");
     let error = robot.read_inputs().unwrap_err().to_string();
     assert!(error.contains("this device cannot read inputs"), "{error}");
+    assert!(host.finish(LONG).is_orderly());
+}
+
+/// The worked example with motors, whose table of functions has this size: the first reports 31.5 degrees Celsius, the second nothing.
+fn with_motors(size: &str) -> String {
+    const READS_MOTORS: &str = "
+static plumb_status read_motors(plumb_instance *arm, plumb_motor_state *motors) {
+    const plumb_joint_vector nothing = { .count = JOINTS, .values = { NAN, NAN } };
+    motors->time_ns = arm->host->now_ns(arm->host->context);
+    motors->temperature = motors->load = motors->voltage = nothing;
+    motors->temperature.values[0] = 31.5;
+    motors->temperature_uncertainty = 0.25;
+    motors->load_uncertainty = motors->voltage_uncertainty = NAN;
+    return PLUMB_OK;
+}
+
+static const plumb_robot_functions robot = {
+    .read_motors = read_motors,";
+    let example = fs::read_to_string(example()).unwrap();
+    let (table, whole) = ("\nstatic const plumb_robot_functions robot = {", "sizeof(plumb_robot_functions)");
+    assert!(example.contains(table) && example.contains(whole));
+    example.replace(table, READS_MOTORS).replace(whole, size)
+}
+
+#[test]
+fn motors_of_a_robot_in_c_are_read_and_not_where_its_table_is_that_of_contract_1_0() {
+    let robot_of = |place: &Place, size: &str| {
+        let plugin = compiled_from_text(&with_motors(size), place.directory.path())?;
+        Some(place.spawn(&HostArguments::new("arm", &place.domain, &plugin)).unwrap())
+    };
+    let place = Place::new();
+    let Some(host) = robot_of(&place, "sizeof(plumb_robot_functions)") else { return };
+    let motors = host.robot().unwrap().read_motors().unwrap();
+    assert_eq!(motors.temperature.get(0), Some(31.5));
+    assert!(motors.temperature.get(1).unwrap().is_nan() && motors.load.get(0).unwrap().is_nan());
+    assert!(motors.temperature_uncertainty == 0.25 && motors.voltage_uncertainty.is_nan());
+    assert!(host.finish(LONG).is_orderly());
+
+    let place = Place::new();
+    let host = robot_of(&place, "offsetof(plumb_robot_functions, read_motors)").unwrap();
+    let error = host.robot().unwrap().read_motors().unwrap_err().to_string();
+    assert_eq!(error, "arm: this device cannot read motors");
     assert!(host.finish(LONG).is_orderly());
 }
 

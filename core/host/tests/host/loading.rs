@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use plumb_host::{Catalogue, HostArguments, LoadError, Plugin, WiredInput, verify};
-use plumb_plugin::{Manifest, StreamDescription, Value};
+use plumb_plugin::{ContractVersion, Manifest, StreamDescription, Value};
 
 use crate::place::{Place, example_file, plugin};
 
@@ -67,8 +67,9 @@ fn a_manifest_of_another_contract_is_refused_with_both_versions() {
     assert_eq!(
         message,
         format!(
-            "arm: {path}: plugin 'misbehaving-robot' was built for contract 2.0; this program speaks 1.0: \
-             rebuild the plugin against contract 1.x"
+            "arm: {path}: plugin 'misbehaving-robot' was built for contract 2.0; this program speaks {}: \
+             rebuild the plugin against contract 1.x",
+            ContractVersion::CURRENT
         )
     );
 }
@@ -198,7 +199,8 @@ fn plugins_are_found_by_their_manifests_good_and_bad() {
             catalogue.rows().iter().find(|row| row.manifest_path.ends_with(format!("{name}/plugin.yaml")));
         row.unwrap().plugin.as_ref().unwrap_err().to_string()
     };
-    assert!(text("old").contains("built for contract 0.9; this program speaks 1.0"), "{}", text("old"));
+    let speaks = format!("built for contract 0.9; this program speaks {}", ContractVersion::CURRENT);
+    assert!(text("old").contains(&speaks), "{}", text("old"));
     assert!(
         text("lost").contains("library libgonee_watcher.so of plugin 'lost-watcher' is not there"),
         "{}",
