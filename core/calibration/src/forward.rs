@@ -4,7 +4,7 @@ use nalgebra::{IsometryMatrix3, Rotation3, Translation3, Vector3};
 use plumb_kinematics::{Deviation, DhParameter, LinkFrames, Motion, Weights};
 
 use crate::arm_model::{MapEffect, Model};
-use crate::effect::{self, Drive, Effect, EffectNameError, Handle, LooksAt, Situation};
+use crate::effect::{self, Contribution, Dof, Effect, EffectNameError, LooksAt, Situation};
 
 /// A model with everything that has been added to it, ready to be asked.
 #[derive(Debug)]
@@ -97,19 +97,19 @@ fn done(
         deviation.add(dh_parameter, joint.sign * amount);
     }
     in_pose(model, q, approach, link_frames, |situation| {
-        let mut drives = Vec::new();
+        let mut contributions = Vec::new();
         for (effect, values) in effects {
-            drives.clear();
-            effect.drive(situation, &mut drives);
-            for drive in &drives {
-                let amount = drive.rate * values.get(drive.parameter).copied().unwrap_or(0.0);
-                match drive.handle {
-                    Handle::Joint(joint, dh_parameter) => {
+            contributions.clear();
+            effect.contribute(situation, &mut contributions);
+            for contribution in &contributions {
+                let amount = contribution.rate * values.get(contribution.parameter).copied().unwrap_or(0.0);
+                match contribution.dof {
+                    Dof::Joint(joint, dh_parameter) => {
                         if let Some(deviation) = done.deviations.get_mut(joint) {
                             deviation.add(dh_parameter, amount);
                         }
                     }
-                    Handle::Twist { shift, turn, about, .. } => {
+                    Dof::Twist { shift, turn, about, .. } => {
                         done.shift += (shift - turn.cross(&about)) * amount;
                         done.turn += turn * amount;
                     }
@@ -123,12 +123,12 @@ fn done(
 }
 
 /// What an effect moves that does the same in every pose: looked at where all joints are at zero.
-pub(crate) fn constant_drives(model: &Model, effect: &dyn Effect) -> Vec<Drive> {
+pub(crate) fn constant_contributions(model: &Model, effect: &dyn Effect) -> Vec<Contribution> {
     let q = vec![0.0; model.chain.len()];
     let link_frames = LinkFrames::of(&model.chain, &q, &[]);
-    let mut drives = Vec::new();
-    in_pose(model, &q, &[], &link_frames, |situation| effect.drive(situation, &mut drives));
-    drives
+    let mut contributions = Vec::new();
+    in_pose(model, &q, &[], &link_frames, |situation| effect.contribute(situation, &mut contributions));
+    contributions
 }
 
 /// How fast each of an effect's parameters changes a joint's coordinate in a pose; for an effect that does nothing else.
@@ -136,11 +136,11 @@ pub fn rates(model: &Model, effect: &dyn Effect, q: &[f64], approach: &[i8]) -> 
     let mut rates = vec![0.0; effect.parameters().len()];
     let link_frames = LinkFrames::of(&model.chain, q, &[]);
     in_pose(model, q, approach, &link_frames, |situation| {
-        let mut drives = Vec::new();
-        effect.drive(situation, &mut drives);
-        for drive in &drives {
-            if let Some(rate) = rates.get_mut(drive.parameter) {
-                *rate += drive.rate;
+        let mut contributions = Vec::new();
+        effect.contribute(situation, &mut contributions);
+        for contribution in &contributions {
+            if let Some(rate) = rates.get_mut(contribution.parameter) {
+                *rate += contribution.rate;
             }
         }
     });

@@ -48,7 +48,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             .map(|residual| residual * residual)
             .sum();
         let rms = (squares / fit.rows.len() as f64).sqrt();
-        println!("{seconds} {rms} {} {}", machine.slots().len(), fit.rank());
+        println!("{seconds} {rms} {} {}", machine.free_parameters().len(), fit.rank());
         io::stdout().flush()?;
     }
     Ok(())

@@ -5,7 +5,7 @@ use nalgebra::DMatrix;
 use crate::laboratory::{ErrorSummary, point_squares};
 use crate::split::Poses;
 use crate::thresholds::{SURFACE_UNKNOWN, VALIDATION_BLOCKS};
-use plumb_calibration::fit::{Distances, Fit, ResidualModel, Slot, State};
+use plumb_calibration::fit::{Distances, Fit, FreeParameter, ResidualModel, State};
 use plumb_calibration::table::Table;
 use plumb_estimation::{NormalEquations, RankRevealingCholesky};
 
@@ -125,8 +125,8 @@ impl<'a> Derivatives<'a> {
         let mut first = vec![None; machine.table.len()];
         let mut next = 0;
         for row in rows {
-            if let Some(slot) = first.get_mut(*row) {
-                *slot = Some(next);
+            if let Some(entry) = first.get_mut(*row) {
+                *entry = Some(next);
             }
             next += machine.observations.range(*row).len();
         }
@@ -139,7 +139,7 @@ impl<'a> Derivatives<'a> {
         first.map_or(0..0, |first| first..first + self.machine.observations.range(row).len())
     }
 
-    /// What these rows say of the slots.
+    /// What these rows say of the free parameters.
     pub(crate) fn normal(&self, rows: &[usize]) -> NormalEquations {
         let columns: Vec<usize> = rows.iter().flat_map(|row| self.equations_of(*row)).collect();
         let residuals: Vec<f64> =
@@ -168,7 +168,7 @@ fn left_out_by(
     for block in blocks.iter().filter(|block| !block.is_empty()) {
         let without = Without::of(&fit.normal, fit.rank(), &normal_of(block))?;
         // The residuals are those of the model at that state, not their linear forecast: what is far left out is not linear.
-        let state = fit.state.stepped(machine.slots(), &without.step);
+        let state = fit.state.stepped(machine.free_parameters(), &without.step);
         let residuals = machine.residuals_apart(&state, block, &[]);
         // In sigmas for the gain, in mm for what is reported: a table may hold readings of several instruments.
         let distances = Distances::of(machine, &residuals);
@@ -176,10 +176,10 @@ fn left_out_by(
             .undetermined(machine, block, || machine.block(&fit.state, block, &fit.weights, &[]).jacobian);
         for row in block.iter().filter(|row| !undetermined.contains(row)) {
             let squares = point_squares(machine, &residuals, *row);
-            if let (Some(slot), false, Some(distance)) =
+            if let (Some(entry), false, Some(distance)) =
                 (all.get_mut(*row), squares.is_empty(), distances.rows.get(*row))
             {
-                *slot = Some(LeftOut { squares, distance: *distance });
+                *entry = Some(LeftOut { squares, distance: *distance });
             }
         }
     }
@@ -222,8 +222,10 @@ impl Without {
         block: &[usize],
         jacobian: impl FnOnce() -> DMatrix<f64>,
     ) -> Vec<usize> {
-        let slots = machine.slots().iter().enumerate();
-        let surfaces = slots.filter(|(_, slot)| matches!(slot, Slot::Surface(..))).map(|(index, _)| index);
+        let free_parameters = machine.free_parameters().iter().enumerate();
+        let surfaces = free_parameters
+            .filter(|(_, free_parameter)| matches!(free_parameter, FreeParameter::Surface(..)))
+            .map(|(index, _)| index);
         let surfaces: Vec<usize> = surfaces.collect();
         if surfaces.is_empty() {
             return Vec::new();
@@ -240,7 +242,8 @@ impl Without {
         let known = arm.whiten(&jacobian.clone().remove_rows_at(&surfaces));
         let spread = self.factor.whiten(&jacobian);
         // A surface that the rest of the rows does not determine at all has no place in the factor: readings of it are lost whatever the others say.
-        let dependent = self.factor.dependent.iter().filter(|slot| surfaces.contains(slot));
+        let dependent =
+            self.factor.dependent.iter().filter(|free_parameter| surfaces.contains(free_parameter));
         let dependent: Vec<usize> = dependent.copied().collect();
         let mut first = 0;
         let undetermined = block.iter().filter(|row| {
@@ -248,7 +251,8 @@ impl Without {
             first = own.end;
             own.into_iter().any(|equation| {
                 let added = spread.column(equation).norm_squared() - known.column(equation).norm_squared();
-                added > SURFACE_UNKNOWN || dependent.iter().any(|slot| jacobian[(*slot, equation)] != 0.0)
+                added > SURFACE_UNKNOWN
+                    || dependent.iter().any(|free_parameter| jacobian[(*free_parameter, equation)] != 0.0)
             })
         });
         undetermined.copied().collect()

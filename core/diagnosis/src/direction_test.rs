@@ -15,7 +15,7 @@ use crate::thresholds::{
     DIRECTION_FREEDOM, DIRECTION_LEVEL, DIRECTION_ROWS, INLIER_QUANTILE, LACK_OF_FIT_LEVEL, OUTLIER_COST,
     SITE_LIKELIHOOD,
 };
-use plumb_calibration::effect::{Drive, Effect, Handle, LooksAt, Parameter, Site, Situation, Unit};
+use plumb_calibration::effect::{Contribution, Dof, Effect, LooksAt, Parameter, Site, Situation, Unit};
 use plumb_estimation::{NormalEquations, RankRevealingCholesky, for_each};
 use plumb_estimation::{chi_squared_quantile, f_tail, median};
 
@@ -80,14 +80,14 @@ impl Effect for Loose {
         &self.parameters
     }
 
-    fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+    fn contribute(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>) {
         match self.site {
-            Site::Joint(joint) => drives.push(situation.drive_joint(joint, 0, 1.0)),
+            Site::Joint(joint) => contributions.push(situation.contribute_to_joint(joint, 0, 1.0)),
             _ => {
                 let (first, second) = plumb_calibration::arm_model::square_to(&situation.weights.down);
-                drives.extend([first, second].into_iter().enumerate().map(|(parameter, turn)| {
+                contributions.extend([first, second].into_iter().enumerate().map(|(parameter, turn)| {
                     let (shift, about) = (Vector3::zeros(), Vector3::zeros());
-                    Drive { parameter, handle: Handle::Twist { after: 0, shift, turn, about }, rate: 1.0 }
+                    Contribution { parameter, dof: Dof::Twist { after: 0, shift, turn, about }, rate: 1.0 }
                 }));
             }
         }
@@ -386,7 +386,7 @@ impl Setup {
         let chunks: Vec<&[usize]> = chosen.chunks(CHUNK).collect();
         let blocks = for_each(&chunks, |chunk| machine.block(state, chunk, &ones, &probes));
         let ranges = motion_ranges(&sites);
-        let own = machine.slots().len();
+        let own = machine.free_parameters().len();
         let width = own + ranges.last().map_or(0, |(_, last)| last.end);
         let mut all = DMatrix::zeros(width, blocks.iter().map(|block| block.residuals.len()).sum());
         let mut residuals = Vec::with_capacity(all.ncols());

@@ -15,7 +15,7 @@ use crate::thresholds::{EXCHANGES_FITTED, TIE_BIC};
 use linear_model::{Column, LinearModel, Member, Proposal};
 use plumb_calibration::arm_model::AddedEffect;
 use plumb_calibration::effect::{self, Effect, EffectId, Family};
-use plumb_calibration::fit::{FitOptions, ResidualModel, Slot};
+use plumb_calibration::fit::{FitOptions, FreeParameter, ResidualModel};
 use plumb_estimation::{Progress, bic_above, for_each};
 
 /// By which the criterion of the linear model may be wrong for a pair that is fitted (BIC units). Why: bends of a degree move it by some units.
@@ -96,8 +96,8 @@ impl Laboratory {
         let set = set.into_iter().map(|one| {
             let part = refit.machine.parts.iter().position(|part| part.id == one.id)?;
             let values = fit.state.effects.get(part)?.clone();
-            let slots = slots_of(&refit.machine, part);
-            let covariance = fit.covariance.select_rows(&slots).select_columns(&slots);
+            let free_parameters = free_parameters_of(&refit.machine, part);
+            let covariance = fit.covariance.select_rows(&free_parameters).select_columns(&free_parameters);
             let effect = refit.machine.parts.get(part)?.effect.as_ref();
             is_plausible(effect, &values, &covariance).then_some(AddedEffect { id: one.id, values })
         });
@@ -115,9 +115,11 @@ impl Laboratory {
 }
 
 /// Which free numbers are those of one part of a machine.
-fn slots_of(machine: &ResidualModel<'_>, part: usize) -> Vec<usize> {
-    let slots = machine.slots().iter().enumerate();
-    let own = slots.filter(|(_, slot)| matches!(slot, Slot::Effect(index, _) if *index == part));
+fn free_parameters_of(machine: &ResidualModel<'_>, part: usize) -> Vec<usize> {
+    let free_parameters = machine.free_parameters().iter().enumerate();
+    let own = free_parameters.filter(
+        |(_, free_parameter)| matches!(free_parameter, FreeParameter::Effect(index, _) if *index == part),
+    );
     own.map(|(index, _)| index).collect()
 }
 
@@ -142,11 +144,11 @@ fn linearized(
     for taken in &stage.taken {
         let part = machine.parts.iter().position(|part| part.id == taken.id);
         let values = part.and_then(|part| fit.state.effects.get(part)).cloned().unwrap_or_default();
-        let columns = part.map_or_else(Vec::new, |part| slots_of(machine, part));
+        let columns = part.map_or_else(Vec::new, |part| free_parameters_of(machine, part));
         let search_cost = candidates.search_cost(&taken.id, stage.equations());
         members.push(Member { id: taken.id.clone(), columns, values, search_cost });
     }
-    let mut first = machine.slots().len();
+    let mut first = machine.free_parameters().len();
     let mut columns = Vec::new();
     for candidate in stage.fitted_candidates.iter().filter(|candidate| is_asked(&candidate.id)) {
         let effect = effect::build(&candidate.id, machine.model)?;

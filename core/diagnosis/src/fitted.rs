@@ -103,8 +103,8 @@ fn start_near(machine: &ResidualModel<'_>, near: &Fitted<'_>) -> State {
     for (index, part) in machine.parts.iter().enumerate() {
         let same = near.machine.parts.iter().position(|other| other.id == part.id);
         let known = same.and_then(|same| near.fit.state.effects.get(same));
-        if let (Some(slot), Some(known)) = (start.effects.get_mut(index), known) {
-            slot.clone_from(known);
+        if let (Some(entry), Some(known)) = (start.effects.get_mut(index), known) {
+            entry.clone_from(known);
         }
     }
     start
@@ -113,8 +113,8 @@ fn start_near(machine: &ResidualModel<'_>, near: &Fitted<'_>) -> State {
 /// A start moved to where a score expects the fitted parameters beside the last effect: what the two machines share comes
 /// first in both.
 fn beside(machine: &ResidualModel<'_>, start: &State, beside: &[f64]) -> State {
-    let known = beside.len().min(machine.slots().len());
-    let moved = start.stepped(machine.slots().get(..known).unwrap_or(&[]), beside);
+    let known = beside.len().min(machine.free_parameters().len());
+    let moved = start.stepped(machine.free_parameters().get(..known).unwrap_or(&[]), beside);
     // Derivatives at a fold of the arm can promise a step to nowhere.
     if moved.is_finite() { moved } else { start.clone() }
 }

@@ -268,8 +268,8 @@ impl Laboratory {
             fitted_candidate.left = (squares, f64::max(equations - rank, 1.0));
             if let Some(values) = refit.fit.state.effects.last() {
                 fitted_candidate.values.clone_from(values);
-                let slots = refit.machine.slots().len();
-                let own: Vec<usize> = (slots - values.len()..slots).collect();
+                let free_parameters = refit.machine.free_parameters().len();
+                let own: Vec<usize> = (free_parameters - values.len()..free_parameters).collect();
                 fitted_candidate.covariance = refit.fit.covariance.select_rows(&own).select_columns(&own);
             }
         }

@@ -29,7 +29,7 @@ pub(super) struct Faint {
     pub(super) id: EffectId,
     /// Values of its parameters, internal units.
     pub(super) values: Vec<f64>,
-    /// How the fitted parameters would answer, one a slot.
+    /// How the fitted parameters would answer, one number each.
     pub(super) beside: DVector<f64>,
     /// RMS over the working volume by which the tip would be off, mm.
     pub(super) error_mm: f64,
@@ -82,7 +82,7 @@ impl Laboratory {
         // In units in which a size is found four times in five where s' F s is 1.
         let noise = DETECTABLE_ERRORS * DETECTABLE_ERRORS * scale * scale;
         let mut found: Vec<Faint> = Vec::new();
-        let mut first = machine.slots().len();
+        let mut first = machine.free_parameters().len();
         for (index, (id, effect)) in asked.iter().enumerate() {
             let count = effect.parameters().len();
             let columns = first..first + count;

@@ -9,7 +9,7 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
-use plumb_calibration::effect::{Drive, Effect, Parameter, Situation, Unit};
+use plumb_calibration::effect::{Contribution, Effect, Parameter, Situation, Unit};
 use plumb_calibration::fit::{Fit, ResidualModel};
 use plumb_estimation::over_chunks;
 
@@ -55,8 +55,8 @@ impl Effect for Way {
         &self.parameters
     }
 
-    fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
-        drives.push(Drive { rate: 1.0, ..situation.drive_joint(self.joint, 0, 1.0) });
+    fn contribute(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>) {
+        contributions.push(Contribution { rate: 1.0, ..situation.contribute_to_joint(self.joint, 0, 1.0) });
     }
 }
 
@@ -112,9 +112,9 @@ impl<'e> Plan<'e> {
 }
 
 impl Products {
-    fn zeros(plan: &Plan<'_>, slots: usize) -> Self {
+    fn zeros(plan: &Plan<'_>, free_parameters: usize) -> Self {
         Self {
-            with_parameters: DMatrix::zeros(plan.parameters(), slots),
+            with_parameters: DMatrix::zeros(plan.parameters(), free_parameters),
             with_residuals: DVector::zeros(plan.parameters()),
             own: plan.ranges.iter().map(|range| DMatrix::zeros(range.len(), range.len())).collect(),
         }
@@ -126,11 +126,11 @@ impl Products {
         let probes: Vec<&dyn Effect> = plan.chosen(&plan.plain).into_iter().chain(ways).collect();
         let driving: Vec<&dyn Effect> =
             plan.groups.iter().flat_map(|group| plan.chosen(&group.effects)).collect();
-        let slots = machine.slots().len();
-        let mut total = Self::zeros(plan, slots);
+        let free_parameters = machine.free_parameters().len();
+        let mut total = Self::zeros(plan, free_parameters);
         over_chunks(
             &fit.rows,
-            || Self::zeros(plan, slots),
+            || Self::zeros(plan, free_parameters),
             |sums, chunk| {
                 let (block, rates) =
                     machine.block_and_rates(&fit.state, chunk, &fit.weights, &probes, &driving);
@@ -139,9 +139,9 @@ impl Products {
                     jacobian: block.jacobian,
                     equations: chunk.iter().map(|row| machine.observations.range(*row).len()).collect(),
                 };
-                sums.take_plain(plan, &rows, slots);
+                sums.take_plain(plan, &rows, free_parameters);
                 for (number, group) in plan.groups.iter().enumerate() {
-                    let along = rows.along(slots, slots + plan.plain_parameters + number);
+                    let along = rows.along(free_parameters, free_parameters + plan.plain_parameters + number);
                     let first = group.parameters.start - plan.plain_parameters;
                     sums.take_group(
                         plan,
@@ -157,10 +157,10 @@ impl Products {
     }
 
     /// Effects with derivatives of their own.
-    fn take_plain(&mut self, plan: &Plan<'_>, rows: &Rows, slots: usize) {
+    fn take_plain(&mut self, plan: &Plan<'_>, rows: &Rows, free_parameters: usize) {
         let count = plan.plain_parameters;
-        let known = rows.jacobian.rows(0, slots).transpose();
-        let asked = rows.jacobian.rows(slots, count);
+        let known = rows.jacobian.rows(0, free_parameters).transpose();
+        let asked = rows.jacobian.rows(free_parameters, count);
         self.with_parameters.rows_mut(0, count).gemm(1.0, &asked, &known, 1.0);
         self.with_residuals.rows_mut(0, count).gemv(1.0, &asked, &rows.residuals, 1.0);
         for index in &plan.plain {
@@ -218,11 +218,11 @@ struct Along {
 }
 
 impl Rows {
-    /// The way that is in line `way` of the derivatives, with the first `slots` lines.
-    fn along(&self, slots: usize, way: usize) -> Along {
+    /// The way that is in line `way` of the derivatives, with the first `free_parameters` lines.
+    fn along(&self, free_parameters: usize, way: usize) -> Along {
         let rows = self.equations.len();
         let mut along = Along {
-            with_parameters: DMatrix::zeros(slots, rows),
+            with_parameters: DMatrix::zeros(free_parameters, rows),
             with_residuals: DVector::zeros(rows),
             squares: DVector::zeros(rows),
         };
@@ -230,7 +230,7 @@ impl Rows {
         for (row, equations) in self.equations.iter().enumerate() {
             for _ in 0..*equations {
                 let amount = self.jacobian[(way, equation)];
-                let known = self.jacobian.view((0, equation), (slots, 1));
+                let known = self.jacobian.view((0, equation), (free_parameters, 1));
                 along.with_parameters.column_mut(row).axpy(amount, &known.column(0), 1.0);
                 along.with_residuals[row] += amount * self.residuals[equation];
                 along.squares[row] += amount * amount;
@@ -270,8 +270,8 @@ free: [joint_zero(turn)]
             self.0.parameters()
         }
 
-        fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
-            self.0.drive(situation, drives);
+        fn contribute(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>) {
+            self.0.contribute(situation, contributions);
         }
     }
 

@@ -176,8 +176,8 @@ impl Laboratory {
         let values = refit.fit.state.effects.last().cloned().unwrap_or_default();
         // All that are tried are of the likeliest candidate.
         let freedom = stage.fitted_candidates.first().map_or(values.len(), |first| first.score.freedom);
-        let slots = refit.machine.slots().len();
-        let own: Vec<usize> = (slots.saturating_sub(values.len())..slots).collect();
+        let free_parameters = refit.machine.free_parameters().len();
+        let own: Vec<usize> = (free_parameters.saturating_sub(values.len())..free_parameters).collect();
         Ok(Tried {
             squares: refit.fit.normal.squares,
             numbers: stage.fitted.parameters_in(&refit, id, freedom),

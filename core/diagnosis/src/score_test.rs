@@ -40,7 +40,7 @@ pub(crate) struct Score {
     pub(crate) values: Vec<f64>,
     /// Covariance of the values.
     pub(crate) covariance: DMatrix<f64>,
-    /// How the fitted parameters are expected to move beside it, one a slot.
+    /// How the fitted parameters are expected to move beside it, one number each.
     pub(crate) beside: Vec<f64>,
     /// Expected size.
     pub(crate) size: Size,

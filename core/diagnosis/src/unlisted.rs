@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 use super::score_test::Probe;
 use crate::laboratory::Laboratory;
 use plumb_calibration::effect::{
-    Drive, Effect, EffectId, Handle, LooksAt, Parameter, Search, Site, Situation, Unit,
+    Contribution, Dof, Effect, EffectId, LooksAt, Parameter, Search, Site, Situation, Unit,
 };
 
 /// What a mechanism without a name does.
@@ -48,26 +48,26 @@ impl Effect for Unlisted {
         &self.parameters
     }
 
-    fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+    fn contribute(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>) {
         let q = situation.coordinate(self.joint);
         let side = situation.side(self.joint);
         match self.shape {
             Shape::PlayByAngle => {
                 let waves = [q.cos(), q.sin(), (2.0 * q).cos(), (2.0 * q).sin()];
                 let terms = waves.into_iter().enumerate();
-                drives.extend(
-                    terms.map(|(parameter, wave)| situation.drive_joint(self.joint, parameter, side * wave)),
-                );
+                contributions.extend(terms.map(|(parameter, wave)| {
+                    situation.contribute_to_joint(self.joint, parameter, side * wave)
+                }));
             }
             Shape::PlayByLoad => {
                 let moment = situation.moment(self.joint);
-                drives.push(situation.drive_joint(self.joint, 0, side * moment));
-                drives.push(situation.drive_joint(self.joint, 1, side * moment.abs()));
+                contributions.push(situation.contribute_to_joint(self.joint, 0, side * moment));
+                contributions.push(situation.contribute_to_joint(self.joint, 1, side * moment.abs()));
             }
             Shape::Hinge { other, at } => {
                 let sum = q + other.map_or(0.0, |other| situation.coordinate(other));
-                drives.push(situation.drive_joint(self.joint, 0, (sum - at).max(0.0)));
-                drives.push(situation.drive_joint(self.joint, 1, (sum + at).min(0.0)));
+                contributions.push(situation.contribute_to_joint(self.joint, 0, (sum - at).max(0.0)));
+                contributions.push(situation.contribute_to_joint(self.joint, 1, (sum + at).min(0.0)));
             }
             Shape::RockingBase { limit } => {
                 let tipping = situation.weights.overturning(situation.link_frames);
@@ -77,9 +77,8 @@ impl Effect for Unlisted {
                     // A foot that rocks gives way to a stop: beyond the limit it leans no further.
                     let eased = limit.map_or(moment, |limit| (moment / limit).tanh());
                     let turn = Vector3::ith(axis, eased);
-                    let handle =
-                        Handle::Twist { after: 0, shift: Vector3::zeros(), turn, about: Vector3::zeros() };
-                    drives.push(Drive { parameter, handle, rate: 1.0 });
+                    let dof = Dof::Twist { after: 0, shift: Vector3::zeros(), turn, about: Vector3::zeros() };
+                    contributions.push(Contribution { parameter, dof, rate: 1.0 });
                 }
             }
         }
@@ -205,10 +204,12 @@ mod tests {
             hand: nalgebra::Matrix3::identity(),
             trigger: None,
         };
-        let mut drives = Vec::new();
-        Unlisted::new(1, shape).drive(&situation, &mut drives);
-        assert!(drives.iter().enumerate().all(|(place, drive)| drive.parameter == place));
-        drives.iter().map(|drive| drive.rate).collect()
+        let mut contributions = Vec::new();
+        Unlisted::new(1, shape).contribute(&situation, &mut contributions);
+        assert!(
+            contributions.iter().enumerate().all(|(place, contribution)| contribution.parameter == place)
+        );
+        contributions.iter().map(|contribution| contribution.rate).collect()
     }
 
     #[test]

@@ -405,11 +405,14 @@ impl Finding<'_> {
         }
         let probes: Vec<&dyn effect::Effect> = effects.iter().map(AsRef::as_ref).collect();
         let normal = machine.normal(&fit.state, &fit.rows, &fit.weights, &probes);
-        let slots = machine.slots().len();
-        let count = normal.matrix.nrows() - slots;
+        let free_parameters = machine.free_parameters().len();
+        let count = normal.matrix.nrows() - free_parameters;
         // Beyond what is fitted: two effects that the zeros swallow alike are not alike for it.
-        let shadow = fit.factor.whiten(&normal.matrix.view((0, slots), (slots, count)).into_owned());
-        let beyond = normal.matrix.view((slots, slots), (count, count)) - shadow.tr_mul(&shadow);
+        let shadow = fit
+            .factor
+            .whiten(&normal.matrix.view((0, free_parameters), (free_parameters, count)).into_owned());
+        let beyond =
+            normal.matrix.view((free_parameters, free_parameters), (count, count)) - shadow.tr_mul(&shadow);
         let mut first = 0;
         let ranges: Vec<std::ops::Range<usize>> = probes
             .iter()

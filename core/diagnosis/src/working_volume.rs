@@ -30,7 +30,7 @@ pub(super) struct Volume {
 pub(super) struct Derivatives {
     /// Slots, then effects' parameters, by coordinates of the tip.
     columns: DMatrix<f64>,
-    slots: usize,
+    free_parameters: usize,
 }
 
 impl Volume {
@@ -95,7 +95,7 @@ impl Volume {
         for (mut column, equation) in columns.column_iter_mut().zip(observations.equations()) {
             column *= equation.sigma;
         }
-        Ok(Derivatives { columns, slots: machine.slots().len() })
+        Ok(Derivatives { columns, free_parameters: machine.free_parameters().len() })
     }
 }
 
@@ -107,7 +107,7 @@ impl Derivatives {
         answer: &DMatrix<f64>,
         moves_the_tip: bool,
     ) -> DMatrix<f64> {
-        let fitted = self.columns.rows(0, self.slots);
+        let fitted = self.columns.rows(0, self.free_parameters);
         let mut off = -answer.tr_mul(&fitted);
         if moves_the_tip {
             off += self.columns.rows(effect.start, effect.len());
@@ -159,7 +159,7 @@ mod tests {
         // Two poses of three coordinates. A fitted number moves x; the effect moves x by 3 and y by 2 in either pose.
         let columns =
             DMatrix::from_row_slice(2, 6, &[1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 3.0, 2.0, 0.0, 3.0, 2.0, 0.0]);
-        let derivatives = Derivatives { columns, slots: 1 };
+        let derivatives = Derivatives { columns, free_parameters: 1 };
         let answer = DMatrix::from_element(1, 1, 3.0);
         let off = |moves: bool| derivatives.off(1..2, &answer, moves)[(0, 0)];
         assert!(

@@ -8,7 +8,7 @@
 use nalgebra::{DMatrix, DVector};
 use plumb_calibration::arm_model::{AddedEffect, Model};
 use plumb_calibration::effect::{self, EffectNameError};
-use plumb_calibration::fit::{Fit, FitError, FitOptions, ResidualModel, Slot};
+use plumb_calibration::fit::{Fit, FitError, FitOptions, FreeParameter, ResidualModel};
 use plumb_calibration::measurement::{Equation, Observations, ObservationsError};
 use plumb_calibration::table::Table;
 use plumb_estimation::Progress;
@@ -219,7 +219,11 @@ impl Parts {
     ) -> Option<Self> {
         let ones = vec![1.0; machine.table.len()];
         let block = machine.block(&fit.state, &[row], &ones, &[]);
-        let names: Vec<String> = machine.slots().iter().map(|slot| name_of(machine, *slot)).collect();
+        let names: Vec<String> = machine
+            .free_parameters()
+            .iter()
+            .map(|free_parameter| name_of(machine, *free_parameter))
+            .collect();
         let mut groups: Vec<(String, f64)> = Vec::new();
         for name in &names {
             if !groups.iter().any(|(known, _)| known == name) {
@@ -232,7 +236,9 @@ impl Parts {
             let sensitivity: DVector<f64> = block.jacobian.column(column) * equation.sigma;
             *total.get_or_insert(0.0) += variance(&sensitivity, &fit.covariance, |_| true);
             for (name, sum) in &mut groups {
-                *sum += variance(&sensitivity, &fit.covariance, |slot| names.get(slot) == Some(name));
+                *sum += variance(&sensitivity, &fit.covariance, |free_parameter| {
+                    names.get(free_parameter) == Some(name)
+                });
             }
         }
         total.map(|total: f64| Self { row, groups, total: total.max(0.0) })
@@ -241,34 +247,37 @@ impl Parts {
 
 /// `c' V c` over the slots that belong to it.
 fn variance(sensitivity: &DVector<f64>, covariance: &DMatrix<f64>, belongs: impl Fn(usize) -> bool) -> f64 {
-    let kept =
-        DVector::from_fn(sensitivity.len(), |slot, _| if belongs(slot) { sensitivity[slot] } else { 0.0 });
+    let kept = DVector::from_fn(sensitivity.len(), |free_parameter, _| {
+        if belongs(free_parameter) { sensitivity[free_parameter] } else { 0.0 }
+    });
     (covariance * &kept).dot(&kept).max(0.0)
 }
 
 /// What a fitted number belongs to, as people say it.
-fn name_of(machine: &ResidualModel<'_>, slot: Slot) -> String {
+fn name_of(machine: &ResidualModel<'_>, free_parameter: FreeParameter) -> String {
     let model = machine.model;
-    match slot {
-        Slot::BaseShift(_) | Slot::BaseTurn(_) => "place of the base".to_owned(),
-        Slot::Target(target, _) => {
+    match free_parameter {
+        FreeParameter::BaseShift(_) | FreeParameter::BaseTurn(_) => "place of the base".to_owned(),
+        FreeParameter::Target(target, _) => {
             let name = model.targets.get(target).map_or("?", |target| target.name.as_str());
             format!("place of {name} on the flange")
         }
-        Slot::TargetTurn(target, _) => {
+        FreeParameter::TargetTurn(target, _) => {
             let name = model.targets.get(target).map_or("?", |target| target.name.as_str());
             format!("turn of {name} on the flange")
         }
-        Slot::BoardShift(board, _) | Slot::BoardTurn(board, _) => match model.board_name(board) {
-            "board" => "place of the board".to_owned(),
-            name => format!("place of the board {name}"),
-        },
-        Slot::Place(..) => "touched places".to_owned(),
-        Slot::Surface(surface, _) => {
+        FreeParameter::BoardShift(board, _) | FreeParameter::BoardTurn(board, _) => {
+            match model.board_name(board) {
+                "board" => "place of the board".to_owned(),
+                name => format!("place of the board {name}"),
+            }
+        }
+        FreeParameter::Place(..) => "touched places".to_owned(),
+        FreeParameter::Surface(surface, _) => {
             let name = model.surfaces.get(surface).map_or("?", |surface| surface.name.as_str());
             format!("place of {name}")
         }
-        Slot::Effect(effect, _) => {
+        FreeParameter::Effect(effect, _) => {
             machine.parts.get(effect).map_or_else(String::new, |part| model.label(&part.id))
         }
     }

@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
 use super::tool_offset::length_of;
-use super::{Drive, Effect, EffectId, Handle, Parameter, Site, Situation, Size, Unit};
+use super::{Contribution, Dof, Effect, EffectId, Parameter, Site, Situation, Size, Unit};
 
 #[derive(Debug)]
 struct BasePosition {
@@ -16,10 +16,10 @@ impl Effect for BasePosition {
         &self.parameters
     }
 
-    fn drive(&self, _: &Situation<'_>, drives: &mut Vec<Drive>) {
-        drives.extend((0..3).map(|axis| Drive {
+    fn contribute(&self, _: &Situation<'_>, contributions: &mut Vec<Contribution>) {
+        contributions.extend((0..3).map(|axis| Contribution {
             parameter: axis,
-            handle: Handle::BaseShift(axis),
+            dof: Dof::BaseShift(axis),
             rate: 1.0,
         }));
     }

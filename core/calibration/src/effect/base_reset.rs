@@ -2,7 +2,7 @@
 
 use super::epoch_steps::{EpochSteps, Step};
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
-use super::{EffectId, Handle, Site, Unit};
+use super::{Dof, EffectId, Site, Unit};
 
 /// Farthest an instrument is taken from one place to the next, mm.
 const MOST_MM: f64 = 2e4;
@@ -23,7 +23,7 @@ pub(super) const KIND: Kind = Kind {
     sketch: ["    △ →    ◁ set up", "   before   anew", "  ━━━━━━━━━━━━━"],
     build: |setting: &Setting<'_>| {
         let shifts = ["x_mm", "y_mm", "z_mm"].into_iter().enumerate().map(|(axis, name)| Step {
-            handle: Handle::BaseShift(axis),
+            dof: Dof::BaseShift(axis),
             rate: 1.0,
             name,
             unit: Unit::MM,
@@ -31,7 +31,7 @@ pub(super) const KIND: Kind = Kind {
         });
         // An instrument may be put down any way round.
         let turns = ["x_deg", "y_deg", "z_deg"].into_iter().enumerate().map(|(axis, name)| Step {
-            handle: Handle::BaseTurn(axis),
+            dof: Dof::BaseTurn(axis),
             rate: 1.0,
             name,
             unit: Unit::DEG,

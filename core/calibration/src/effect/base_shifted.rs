@@ -2,7 +2,7 @@
 
 use super::epoch_steps::{EpochSteps, Step};
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
-use super::{EffectId, Handle, Site, Unit};
+use super::{Dof, EffectId, Site, Unit};
 
 /// Greatest plausible shift of what is not taken away and set up anew, mm.
 const MOST: f64 = 200.0;
@@ -26,8 +26,8 @@ pub(super) const KIND: Kind = Kind {
             return Err(setting.unusable("needs an axis: x, y or z"));
         };
         // Along the axes of the measurements, in which a wire or a foot is moved.
-        let handle = Handle::BaseShift(axis);
-        let step = Step { handle, rate: 1.0, name: "mm", unit: Unit::MM, most: MOST };
+        let dof = Dof::BaseShift(axis);
+        let step = Step { dof, rate: 1.0, name: "mm", unit: Unit::MM, most: MOST };
         Ok(Box::new(EpochSteps::new(setting, vec![step], 1)?))
     },
     candidates: |context| match context.model.epoch_count() {

@@ -5,7 +5,7 @@ use plumb_kinematics::{LinkFrames, Motion};
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
 use super::tool_offset::length_of;
-use super::{Drive, Effect, EffectId, Handle, Parameter, Site, Situation, Size, Unit};
+use super::{Contribution, Dof, Effect, EffectId, Parameter, Site, Situation, Size, Unit};
 use crate::arm_model::Model;
 
 #[derive(Debug)]
@@ -20,11 +20,11 @@ impl Effect for BaseTilt {
         &self.parameters
     }
 
-    fn drive(&self, _: &Situation<'_>, drives: &mut Vec<Drive>) {
+    fn contribute(&self, _: &Situation<'_>, contributions: &mut Vec<Contribution>) {
         for (parameter, axis) in self.axes.iter().enumerate() {
-            drives.extend(axis.iter().enumerate().map(|(part, rate)| Drive {
+            contributions.extend(axis.iter().enumerate().map(|(part, rate)| Contribution {
                 parameter,
-                handle: Handle::BaseTurn(part),
+                dof: Dof::BaseTurn(part),
                 rate: *rate,
             }));
         }

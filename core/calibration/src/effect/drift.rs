@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
 use super::tool_offset::length_of;
-use super::{Drive, Effect, EffectId, Handle, Parameter, Site, Situation, Size, Unit};
+use super::{Contribution, Dof, Effect, EffectId, Parameter, Site, Situation, Size, Unit};
 
 #[derive(Debug)]
 struct Drift {
@@ -16,12 +16,12 @@ impl Effect for Drift {
         &self.parameters
     }
 
-    fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+    fn contribute(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>) {
         // Rates in the hours that people read; a steady creep, for nobody knows its law.
         let hours = if situation.time.is_finite() { situation.time / 3600.0 } else { 0.0 };
-        drives.extend((0..3).map(|axis| Drive {
+        contributions.extend((0..3).map(|axis| Contribution {
             parameter: axis,
-            handle: Handle::BaseShift(axis),
+            dof: Dof::BaseShift(axis),
             rate: hours,
         }));
     }

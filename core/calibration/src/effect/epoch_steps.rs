@@ -3,14 +3,14 @@
 use nalgebra::DMatrix;
 
 use super::kind::{Family, Setting};
-use super::{Drive, Effect, EffectNameError, Handle, Parameter, Situation, Size, Unit, standard_error};
+use super::{Contribution, Dof, Effect, EffectNameError, Parameter, Situation, Size, Unit, standard_error};
 
 /// A number that changes from epoch to epoch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Step {
     /// What it moves.
-    pub(super) handle: Handle,
-    /// Handle's unit per unit of the number.
+    pub(super) dof: Dof,
+    /// Unit of the degree of freedom per unit of the number.
     pub(super) rate: f64,
     /// The end of its name: `mm`, `x_mm`.
     pub(super) name: &'static str,
@@ -67,16 +67,16 @@ impl Effect for EpochSteps {
     }
 
     /// What moves in a row: nothing in the first epoch.
-    fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+    fn contribute(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>) {
         let Some(before) = situation.epoch.checked_sub(1) else { return };
         let first = before * self.steps.len();
         // An epoch that the model does not know.
         if first + self.steps.len() > self.parameters.len() {
             return;
         }
-        drives.extend(self.steps.iter().enumerate().map(|(index, step)| Drive {
+        contributions.extend(self.steps.iter().enumerate().map(|(index, step)| Contribution {
             parameter: first + index,
-            handle: step.handle,
+            dof: step.dof,
             rate: step.rate,
         }));
     }
@@ -141,7 +141,7 @@ mod tests {
 
     /// Two numbers of one unit in each of two epochs after the first.
     fn steps() -> EpochSteps {
-        let step = |name| Step { handle: Handle::BaseShift(0), rate: 1.0, name, unit: Unit::MM, most: 9.0 };
+        let step = |name| Step { dof: Dof::BaseShift(0), rate: 1.0, name, unit: Unit::MM, most: 9.0 };
         let parameter = |name: &str| Parameter::new(name, Unit::MM, (-9.0, 9.0));
         let parameters = ["a", "b", "c", "d"].map(parameter).to_vec();
         EpochSteps { steps: vec![step("x_mm"), step("y_mm")], counted: 2, parameters }

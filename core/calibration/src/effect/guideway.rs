@@ -9,7 +9,7 @@
 use nalgebra::Vector3;
 
 use super::kind::{CandidateContext, Setting};
-use super::{Drive, Effect, EffectId, EffectNameError, Handle, LooksAt, Parameter, Situation, Unit};
+use super::{Contribution, Dof, Effect, EffectId, EffectNameError, LooksAt, Parameter, Situation, Unit};
 
 /// About which line a carriage turns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -64,7 +64,7 @@ impl Effect for Guideway {
         &self.parameters
     }
 
-    fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+    fn contribute(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>) {
         let (Some(frame), Some(row)) =
             (situation.link_frames.joints.get(self.joint), situation.chain.joints.get(self.joint))
         else {
@@ -80,13 +80,13 @@ impl Effect for Guideway {
             Turn::Yaw => (yaw, 1.0),
         };
         // The chord of an arc: turned by `k q`, and off the tangent by `k q^2 / 2`, square to both.
-        let handle = Handle::Twist {
+        let dof = Dof::Twist {
             after: self.joint,
             shift: about.cross(&travel) * (0.5 * bow * q * q),
             turn: about * q,
             about: frame.axis_point + travel * q,
         };
-        drives.push(Drive { parameter: 0, handle, rate: 1.0 });
+        contributions.push(Contribution { parameter: 0, dof, rate: 1.0 });
     }
 
     /// It needs the arm's frames, which are worked out for what bends.

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, Vector3};
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
 use super::tool_offset::length_of;
-use super::{Drive, Effect, EffectId, Handle, LooksAt, Parameter, Site, Situation, Size, Unit};
+use super::{Contribution, Dof, Effect, EffectId, LooksAt, Parameter, Site, Situation, Size, Unit};
 use crate::arm_model::MeasuredFrom;
 
 #[derive(Debug)]
@@ -17,13 +17,13 @@ impl Effect for InstrumentTilt {
         &self.parameters
     }
 
-    fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+    fn contribute(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>) {
         for (parameter, axis) in [Vector3::x(), Vector3::y()].into_iter().enumerate() {
             // A small turn about the instrument's own origin, from where it reads.
             let moved = axis.cross(&situation.point);
-            drives.extend((0..3).map(|part| Drive {
+            contributions.extend((0..3).map(|part| Contribution {
                 parameter,
-                handle: Handle::Reading(part),
+                dof: Dof::Reading(part),
                 rate: moved[part],
             }));
         }

@@ -3,7 +3,9 @@
 use nalgebra::DMatrix;
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
-use super::{Drive, Effect, EffectId, EffectNameError, Parameter, Site, Situation, Size, Unit, amplitude};
+use super::{
+    Contribution, Effect, EffectId, EffectNameError, Parameter, Site, Situation, Size, Unit, amplitude,
+};
 
 /// The highest number of periods a turn that is looked for, besides the gear ratios.
 pub(super) const HIGHEST: u32 = 64;
@@ -26,11 +28,11 @@ impl Effect for JointHarmonic {
         &self.parameters
     }
 
-    fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+    fn contribute(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>) {
         // Sine and cosine in place of amplitude and phase: both are linear, and no start is needed.
         let (sine, cosine) = wave(self.order * situation.coordinate(self.joint));
-        drives.push(situation.drive_joint(self.joint, 0, sine));
-        drives.push(situation.drive_joint(self.joint, 1, cosine));
+        contributions.push(situation.contribute_to_joint(self.joint, 0, sine));
+        contributions.push(situation.contribute_to_joint(self.joint, 1, cosine));
     }
 
     fn changes_coordinate(&self) -> Option<usize> {

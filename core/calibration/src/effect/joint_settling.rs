@@ -1,7 +1,7 @@
 //! A joint creeps into place: it stops short by a share of its last move.
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
-use super::{Drive, Effect, Parameter, Situation, Unit};
+use super::{Contribution, Effect, Parameter, Situation, Unit};
 
 #[derive(Debug)]
 struct JointSettling {
@@ -14,9 +14,9 @@ impl Effect for JointSettling {
         &self.parameters
     }
 
-    fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+    fn contribute(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>) {
         // What has not settled is a share of the way that it still had to go: an exponential approach, read at one time after each move.
-        drives.push(situation.drive_joint(self.joint, 0, -situation.last_move(self.joint)));
+        contributions.push(situation.contribute_to_joint(self.joint, 0, -situation.last_move(self.joint)));
     }
 
     fn changes_coordinate(&self) -> Option<usize> {

@@ -1,7 +1,7 @@
 //! A joint that gives easily at first and stiffens under load: the soft wind-up of harmonic drives, belts and cables.
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
-use super::{Drive, Effect, EffectId, EffectNameError, LooksAt, Parameter, Situation, Unit};
+use super::{Contribution, Effect, EffectId, EffectNameError, LooksAt, Parameter, Situation, Unit};
 
 /// Knees that are tried, as shares of the greatest moment in the table. A higher knee would be no other than a plain
 /// compliance.
@@ -30,10 +30,10 @@ impl Effect for JointStiffening {
         &self.parameters
     }
 
-    fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+    fn contribute(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>) {
         // The knee is the moment from which the cubic part is as large as the linear one.
         let share = situation.moment(self.joint) / self.knee;
-        drives.push(situation.turn_joint(self.joint, 0, self.knee * wound(share)));
+        contributions.push(situation.turn_joint(self.joint, 0, self.knee * wound(share)));
     }
 
     fn looks_at(&self) -> LooksAt {

@@ -4,7 +4,7 @@ use plumb_kinematics::DhParameter;
 
 use super::epoch_steps::{EpochSteps, Step};
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
-use super::{Handle, Unit};
+use super::{Dof, Unit};
 use crate::arm_model::Epochs;
 
 /// Greatest plausible change of a zero, rad; mm of a slide.
@@ -34,7 +34,7 @@ pub(super) const KIND: Kind = Kind {
             false => (DhParameter::Theta, "deg", Unit::DEG, MOST_RAD),
             true => (DhParameter::D, "mm", Unit::MM, MOST_MM),
         };
-        let step = Step { handle: Handle::Joint(joint, number), rate, name, unit, most };
+        let step = Step { dof: Dof::Joint(joint, number), rate, name, unit, most };
         Ok(Box::new(EpochSteps::new(setting, vec![step], 1)?))
     },
     // One jump of one joint is `joint_step`.

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use plumb_kinematics::{Chain, LinkFrames, Motion, Weights};
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
-use super::{Drive, Effect, Handle, LooksAt, Parameter, Situation, Unit};
+use super::{Contribution, Dof, Effect, LooksAt, Parameter, Situation, Unit};
 
 /// Sine of the angle below which a link lies along an axis: as for parallel axes, what is left of it is an error of the arm.
 const ALONG: f64 = 0.05;
@@ -20,7 +20,7 @@ impl Effect for LinkTorsion {
         &self.parameters
     }
 
-    fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+    fn contribute(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>) {
         let (weights, link_frames) = (&situation.weights, situation.link_frames);
         let Some((start, end)) = weights.link(link_frames, self.joint) else { return };
         let Some(along) = (end - start).try_normalize(1e-6) else { return };
@@ -33,9 +33,8 @@ impl Effect for LinkTorsion {
             let reach = if after == self.joint { arm.dot(&along).clamp(0.0, length) } else { length };
             turned += along.dot(&arm.cross(&force)) * reach;
         }
-        let handle =
-            Handle::Twist { after: self.joint, shift: Vector3::zeros(), turn: along * turned, about: end };
-        drives.push(Drive { parameter: 0, handle, rate: 1.0 });
+        let dof = Dof::Twist { after: self.joint, shift: Vector3::zeros(), turn: along * turned, about: end };
+        contributions.push(Contribution { parameter: 0, dof, rate: 1.0 });
     }
 
     fn looks_at(&self) -> LooksAt {

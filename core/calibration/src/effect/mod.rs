@@ -1,6 +1,6 @@
 //! Physical effects: what can be wrong with an arm, how it moves the tip, and how to see it.
 //!
-//! An effect turns its parameters into small changes ([`Drive`]) of the numbers that make up a machine: a joint's
+//! An effect turns its parameters into small changes ([`Contribution`]) of the numbers that make up a machine: a joint's
 //! row, the base, a target. How those move what is measured is known once and for all, so an effect needs no
 //! derivative of its own.
 
@@ -84,9 +84,9 @@ use plumb_kinematics::{Chain, DhParameter};
 
 use crate::arm_model::RigNumber;
 
-/// One number of the machine that an effect may move.
+/// A degree of freedom of the machine that an effect may perturb.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Handle {
+pub enum Dof {
     /// One number of a joint's row, mm or rad.
     Joint(usize, DhParameter),
     /// A coordinate of a target in the flange's frame, mm.
@@ -120,14 +120,14 @@ pub enum Handle {
     },
 }
 
-/// How fast a handle moves with a parameter, in one row.
+/// How fast a degree of freedom changes with a parameter of an effect, in one row: an entry of the Jacobian of the perturbations.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Drive {
+pub struct Contribution {
     /// Which of the effect's parameters.
     pub parameter: usize,
     /// What it moves.
-    pub handle: Handle,
-    /// Handle's unit per parameter's unit.
+    pub dof: Dof,
+    /// Unit of the degree of freedom per unit of the parameter.
     pub rate: f64,
 }
 
@@ -260,7 +260,7 @@ pub trait Effect: std::fmt::Debug + Send + Sync {
     fn parameters(&self) -> &[Parameter];
 
     /// Appends what moves in this row per unit of each parameter.
-    fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>);
+    fn contribute(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>);
 
     /// The joint whose coordinate it changes, where that is all it does: such effects of one joint differ by their rates alone.
     fn changes_coordinate(&self) -> Option<usize> {

@@ -1,7 +1,7 @@
 //! Each of a few poses has an error of its own, whatever its reason. It is never a candidate and never kept: it is beside what is asked about conditions where poses are
 //! few and were measured often, so that what goes with the pose alone is not held against them.
 
-use super::{Drive, Effect, Handle, Parameter, Situation, Unit};
+use super::{Contribution, Dof, Effect, Parameter, Situation, Unit};
 use crate::arm_model::Model;
 
 /// How it is called inside.
@@ -31,7 +31,7 @@ impl Effect for PoseError {
         &self.parameters
     }
 
-    fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+    fn contribute(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>) {
         // Returns to one pose differ by the scatter of what was read: the nearest pose is the one that was meant.
         let apart = self
             .poses
@@ -40,9 +40,9 @@ impl Effect for PoseError {
         let nearest = apart.enumerate().min_by(|one, other| one.1.total_cmp(&other.1));
         let Some((pose, _)) = nearest else { return };
         // A shift of the whole: what else is wrong in one pose cannot be distinguished from it there.
-        drives.extend((0..3).map(|axis| Drive {
+        contributions.extend((0..3).map(|axis| Contribution {
             parameter: 3 * pose + axis,
-            handle: Handle::BaseShift(axis),
+            dof: Dof::BaseShift(axis),
             rate: 1.0,
         }));
     }

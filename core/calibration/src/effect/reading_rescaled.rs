@@ -2,7 +2,7 @@
 
 use super::epoch_steps::{EpochSteps, Step};
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
-use super::{EffectId, Handle, Site, Unit};
+use super::{Dof, EffectId, Site, Unit};
 
 /// Greatest plausible change of a scale: more would be another unit.
 const MOST: f64 = 0.05;
@@ -25,8 +25,8 @@ pub(super) const KIND: Kind = Kind {
         let Site::Reading(channel) = setting.id.site else {
             return Err(setting.unusable("needs a reading, such as distance"));
         };
-        let handle = Handle::ReadingScale(channel);
-        let step = Step { handle, rate: 1.0, name: "excess", unit: Unit::RATIO, most: MOST };
+        let dof = Dof::ReadingScale(channel);
+        let step = Step { dof, rate: 1.0, name: "excess", unit: Unit::RATIO, most: MOST };
         Ok(Box::new(EpochSteps::new(setting, vec![step], 1)?))
     },
     candidates: |context| match context.model.epoch_count() {

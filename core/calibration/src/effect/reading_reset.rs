@@ -2,7 +2,7 @@
 
 use super::epoch_steps::{EpochSteps, Step};
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
-use super::{EffectId, Handle, Site, Unit};
+use super::{Dof, EffectId, Site, Unit};
 
 /// Greatest plausible change of a zero: the travel of a gauge, mm; what a level may be turned by, rad.
 const MOST_MM: f64 = 200.0;
@@ -30,7 +30,7 @@ pub(super) const KIND: Kind = Kind {
             true => ("mm", Unit::MM, MOST_MM),
             false => ("deg", Unit::DEG, MOST_RAD),
         };
-        let step = Step { handle: Handle::ReadingZero(channel), rate: 1.0, name, unit, most };
+        let step = Step { dof: Dof::ReadingZero(channel), rate: 1.0, name, unit, most };
         Ok(Box::new(EpochSteps::new(setting, vec![step], 1)?))
     },
     candidates: |context| match context.model.epoch_count() {

@@ -2,7 +2,7 @@
 
 use super::EffectNameError;
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
-use super::{Drive, Effect, EffectId, Handle, LooksAt, Parameter, Site, Situation, Unit};
+use super::{Contribution, Dof, Effect, EffectId, LooksAt, Parameter, Site, Situation, Unit};
 use crate::arm_model::SurfaceShape;
 use crate::arm_model::{Model, Sensor};
 
@@ -22,10 +22,14 @@ impl Effect for Reflectance {
         LooksAt::Point
     }
 
-    fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+    fn contribute(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>) {
         // To first order: where light falls by `k` of itself a mm, a surface that sends back a share more is seen as much further away.
         if situation.trigger.is_some_and(|trigger| trigger.surface == self.surface) {
-            drives.push(Drive { parameter: 0, handle: Handle::Trigger, rate: 1.0 / self.sensor.falls_off() });
+            contributions.push(Contribution {
+                parameter: 0,
+                dof: Dof::Trigger,
+                rate: 1.0 / self.sensor.falls_off(),
+            });
         }
     }
 }

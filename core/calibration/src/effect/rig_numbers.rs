@@ -5,7 +5,8 @@ use nalgebra::DMatrix;
 use super::kind::{CandidateContext, DrivenBy, Family, Kind, Places, Search, Setting, Sketch};
 use super::tool_offset::length_of;
 use super::{
-    Drive, Effect, EffectId, EffectNameError, Handle, Parameter, Site, Situation, Size, Unit, standard_error,
+    Contribution, Dof, Effect, EffectId, EffectNameError, Parameter, Site, Situation, Size, Unit,
+    standard_error,
 };
 use crate::arm_model::RigNumber;
 
@@ -24,11 +25,11 @@ impl Effect for RigNumbers {
         &self.parameters
     }
 
-    fn drive(&self, _: &Situation<'_>, drives: &mut Vec<Drive>) {
+    fn contribute(&self, _: &Situation<'_>, contributions: &mut Vec<Contribution>) {
         let numbers = self.numbers.iter().enumerate();
-        drives.extend(numbers.map(|(parameter, number)| Drive {
+        contributions.extend(numbers.map(|(parameter, number)| Contribution {
             parameter,
-            handle: Handle::Rig(*number),
+            dof: Dof::Rig(*number),
             rate: 1.0,
         }));
     }

@@ -3,12 +3,12 @@
 use plumb_kinematics::DhParameter;
 
 use super::kind::Setting;
-use super::{Drive, Effect, EffectNameError, Handle, Parameter, Situation};
+use super::{Contribution, Dof, Effect, EffectNameError, Parameter, Situation};
 
 /// A constant error of one number of a joint's row.
 #[derive(Debug)]
 pub(super) struct RowError {
-    handle: Handle,
+    dof: Dof,
     parameters: [Parameter; 1],
 }
 
@@ -22,7 +22,7 @@ impl RowError {
         number: DhParameter,
         parameter: Parameter,
     ) -> Result<Self, EffectNameError> {
-        Ok(Self { handle: Handle::Joint(setting.joint()?, number), parameters: [parameter] })
+        Ok(Self { dof: Dof::Joint(setting.joint()?, number), parameters: [parameter] })
     }
 }
 
@@ -31,8 +31,8 @@ impl Effect for RowError {
         &self.parameters
     }
 
-    fn drive(&self, _: &Situation<'_>, drives: &mut Vec<Drive>) {
+    fn contribute(&self, _: &Situation<'_>, contributions: &mut Vec<Contribution>) {
         // One of the five numbers of a row moves as itself, in mm or rad.
-        drives.push(Drive { parameter: 0, handle: self.handle, rate: 1.0 });
+        contributions.push(Contribution { parameter: 0, dof: self.dof, rate: 1.0 });
     }
 }

@@ -1,7 +1,9 @@
 //! The instrument's unit of length is off along one of its axes.
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
-use super::{Drive, Effect, EffectId, EffectNameError, Handle, LooksAt, Parameter, Site, Situation, Unit};
+use super::{
+    Contribution, Dof, Effect, EffectId, EffectNameError, LooksAt, Parameter, Site, Situation, Unit,
+};
 
 #[derive(Debug)]
 struct Scale {
@@ -14,10 +16,10 @@ impl Effect for Scale {
         &self.parameters
     }
 
-    fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+    fn contribute(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>) {
         // From the instrument's own origin, which a scale leaves where it is.
         let coordinate = situation.point.get(self.axis).copied().unwrap_or(0.0);
-        drives.push(Drive { parameter: 0, handle: Handle::Reading(self.axis), rate: coordinate });
+        contributions.push(Contribution { parameter: 0, dof: Dof::Reading(self.axis), rate: coordinate });
     }
 
     fn looks_at(&self) -> LooksAt {

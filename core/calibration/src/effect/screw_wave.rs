@@ -6,7 +6,9 @@ use nalgebra::DMatrix;
 
 use super::kind::{CandidateContext, DrivenBy, Family, Kind, Places, Search, Setting};
 use super::sampling::{Sampling, sampling};
-use super::{Drive, Effect, EffectId, EffectNameError, Parameter, Site, Situation, Size, Unit, amplitude};
+use super::{
+    Contribution, Effect, EffectId, EffectNameError, Parameter, Site, Situation, Size, Unit, amplitude,
+};
 use crate::arm_model::Model;
 
 /// Waves a turn of the screw that are looked for: once, where its bearing's face or its nut is out of true; twice, where a coupling is bent.
@@ -28,11 +30,11 @@ impl Effect for ScrewWave {
         &self.parameters
     }
 
-    fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+    fn contribute(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>) {
         // Counted from the coordinate's zero, wherever the screw is there: the phase is found.
         let (sine, cosine) = (self.rate * situation.coordinate(self.joint)).sin_cos();
-        drives.push(situation.drive_joint(self.joint, 0, sine));
-        drives.push(situation.drive_joint(self.joint, 1, cosine));
+        contributions.push(situation.contribute_to_joint(self.joint, 0, sine));
+        contributions.push(situation.contribute_to_joint(self.joint, 1, cosine));
     }
 
     fn changes_coordinate(&self) -> Option<usize> {

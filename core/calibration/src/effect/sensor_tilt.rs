@@ -1,7 +1,7 @@
 //! The arm's own sensor sits askew in the hand: it looks aside, the further the higher it is.
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
-use super::{Drive, Effect, EffectId, Handle, LooksAt, Parameter, Site, Situation, Unit};
+use super::{Contribution, Dof, Effect, EffectId, LooksAt, Parameter, Site, Situation, Unit};
 
 #[derive(Debug)]
 struct SensorTilt {
@@ -17,13 +17,13 @@ impl Effect for SensorTilt {
         LooksAt::Point
     }
 
-    fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+    fn contribute(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>) {
         let Some(trigger) = situation.trigger else { return };
         // A look that leans by a small angle meets what is `distance` ahead so much aside, along the hand's own x and y.
         for (parameter, direction) in situation.hand.column_iter().take(2).enumerate() {
-            drives.extend(direction.iter().enumerate().map(|(axis, part)| Drive {
+            contributions.extend(direction.iter().enumerate().map(|(axis, part)| Contribution {
                 parameter,
-                handle: Handle::Reading(axis),
+                dof: Dof::Reading(axis),
                 rate: part * trigger.distance,
             }));
         }

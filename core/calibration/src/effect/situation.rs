@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 use plumb_kinematics::{Chain, DhParameter, LinkFrames, Motion, Weights};
 
-use super::{Drive, Handle};
+use super::{Contribution, Dof};
 use crate::arm_model::Sensor;
 
 /// The circumstances of one row.
@@ -108,17 +108,17 @@ impl Situation<'_> {
 
     /// A change of a joint's coordinate (rad or mm a unit of the parameter): turns it about its axis, or slides it
     /// along, in the coordinate's sense.
-    pub fn drive_joint(&self, joint: usize, parameter: usize, rate: f64) -> Drive {
+    pub fn contribute_to_joint(&self, joint: usize, parameter: usize, rate: f64) -> Contribution {
         let row = self.chain.joints.get(joint);
         // In its row a coordinate counts times its sign; whatever changes the coordinate does too.
         let sign = row.map_or(1.0, |row| row.sign);
         let slides = row.is_some_and(|row| row.motion == Motion::Slides);
         let dh_parameter = if slides { DhParameter::D } else { DhParameter::Theta };
-        Drive { parameter, handle: Handle::Joint(joint, dh_parameter), rate: rate * sign }
+        Contribution { parameter, dof: Dof::Joint(joint, dh_parameter), rate: rate * sign }
     }
 
     /// A turn about a joint's axis in the axis's own sense.
-    pub fn turn_joint(&self, joint: usize, parameter: usize, rate: f64) -> Drive {
-        Drive { parameter, handle: Handle::Joint(joint, DhParameter::Theta), rate }
+    pub fn turn_joint(&self, joint: usize, parameter: usize, rate: f64) -> Contribution {
+        Contribution { parameter, dof: Dof::Joint(joint, DhParameter::Theta), rate }
     }
 }

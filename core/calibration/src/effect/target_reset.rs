@@ -2,7 +2,7 @@
 
 use super::epoch_steps::{EpochSteps, Step};
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
-use super::{EffectId, Handle, Site, Unit};
+use super::{Dof, EffectId, Site, Unit};
 
 /// Greatest plausible shift of a target that is put back where it was, mm.
 const MOST: f64 = 50.0;
@@ -24,7 +24,7 @@ pub(super) const KIND: Kind = Kind {
     build: |setting: &Setting<'_>| {
         let target = setting.target()?;
         let steps = ["x_mm", "y_mm", "z_mm"].into_iter().enumerate().map(|(axis, name)| Step {
-            handle: Handle::Target(target, axis),
+            dof: Dof::Target(target, axis),
             rate: 1.0,
             name,
             unit: Unit::MM,

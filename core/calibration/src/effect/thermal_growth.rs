@@ -3,7 +3,7 @@
 use plumb_kinematics::DhParameter;
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
-use super::{Drive, Effect, Handle, Parameter, Situation, Unit};
+use super::{Contribution, Dof, Effect, Parameter, Situation, Unit};
 
 #[derive(Debug)]
 struct ThermalGrowth {
@@ -18,13 +18,13 @@ impl Effect for ThermalGrowth {
         &self.parameters
     }
 
-    fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+    fn contribute(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>) {
         let warmer = situation.warmer_than_reference();
         // Lengths grow as they are long, and angles stay: dl = l alpha dT.
         let sizes = [(DhParameter::A, self.length), (DhParameter::D, self.offset)];
-        drives.extend(sizes.map(|(dh_parameter, size)| Drive {
+        contributions.extend(sizes.map(|(dh_parameter, size)| Contribution {
             parameter: 0,
-            handle: Handle::Joint(self.joint, dh_parameter),
+            dof: Dof::Joint(self.joint, dh_parameter),
             rate: size * warmer,
         }));
     }

@@ -1,7 +1,7 @@
 //! The measured point sits elsewhere on the flange than the model says.
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
-use super::{Drive, Effect, EffectId, Handle, Parameter, Site, Situation, Size, Unit, standard_error};
+use super::{Contribution, Dof, Effect, EffectId, Parameter, Site, Situation, Size, Unit, standard_error};
 use nalgebra::DMatrix;
 
 #[derive(Debug)]
@@ -15,10 +15,10 @@ impl Effect for ToolOffset {
         &self.parameters
     }
 
-    fn drive(&self, _: &Situation<'_>, drives: &mut Vec<Drive>) {
-        drives.extend((0..3).map(|axis| Drive {
+    fn contribute(&self, _: &Situation<'_>, contributions: &mut Vec<Contribution>) {
+        contributions.extend((0..3).map(|axis| Contribution {
             parameter: axis,
-            handle: Handle::Target(self.target, axis),
+            dof: Dof::Target(self.target, axis),
             rate: 1.0,
         }));
     }

@@ -1,7 +1,7 @@
 //! The arm's own sensor triggers higher or lower over a surface than the model says.
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
-use super::{Drive, Effect, EffectId, Handle, Parameter, Site, Situation, Unit};
+use super::{Contribution, Dof, Effect, EffectId, Parameter, Site, Situation, Unit};
 
 #[derive(Debug)]
 struct TriggerHeight {
@@ -13,9 +13,9 @@ impl Effect for TriggerHeight {
         &self.parameters
     }
 
-    fn drive(&self, _: &Situation<'_>, drives: &mut Vec<Drive>) {
+    fn contribute(&self, _: &Situation<'_>, contributions: &mut Vec<Contribution>) {
         // One height over every surface, at every edge none: there the spot counts.
-        drives.push(Drive { parameter: 0, handle: Handle::Trigger, rate: 1.0 });
+        contributions.push(Contribution { parameter: 0, dof: Dof::Trigger, rate: 1.0 });
     }
 }
 

@@ -1,7 +1,7 @@
 //! The arm's own sensor lets go at another light than the model says.
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
-use super::{Drive, Effect, EffectId, Handle, LooksAt, Parameter, Site, Situation, Unit};
+use super::{Contribution, Dof, Effect, EffectId, LooksAt, Parameter, Site, Situation, Unit};
 use crate::arm_model::Sensor;
 
 #[derive(Debug)]
@@ -22,7 +22,7 @@ impl Effect for TriggerHysteresis {
         LooksAt::Point
     }
 
-    fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+    fn contribute(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>) {
         // Coming on it fires at its level, whatever it holds afterwards.
         let Some(trigger) = situation.trigger.filter(|trigger| !trigger.came_on) else { return };
         // Both are found by halving: a closed form of their slopes would have to follow every change of the sensor's law.
@@ -38,8 +38,8 @@ impl Effect for TriggerHysteresis {
                 false => self.sensor.above(false, hysteresis),
             }
         });
-        let handle = if trigger.edge { Handle::Edge } else { Handle::Trigger };
-        drives.push(Drive { parameter: 0, handle, rate: (more - less) / (2.0 * SMALL) });
+        let dof = if trigger.edge { Dof::Edge } else { Dof::Trigger };
+        contributions.push(Contribution { parameter: 0, dof, rate: (more - less) / (2.0 * SMALL) });
     }
 }
 

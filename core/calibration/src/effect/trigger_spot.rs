@@ -1,7 +1,7 @@
 //! The arm's own sensor sees a spot, not a point: at an edge it switches before its middle is there.
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
-use super::{Drive, Effect, EffectId, Handle, LooksAt, Parameter, Site, Situation, Unit};
+use super::{Contribution, Dof, Effect, EffectId, LooksAt, Parameter, Site, Situation, Unit};
 use crate::arm_model::Sensor;
 
 #[derive(Debug)]
@@ -19,12 +19,12 @@ impl Effect for TriggerSpot {
         LooksAt::Point
     }
 
-    fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+    fn contribute(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>) {
         // Over something flat the whole spot sees the same.
         let Some(trigger) = situation.trigger.filter(|trigger| trigger.edge) else { return };
         let early = self.sensor.early(trigger.came_on, trigger.distance, self.sensor.hysteresis);
         // A spot that is wider by a mm has a radius that is larger by half of one.
-        drives.push(Drive { parameter: 0, handle: Handle::Edge, rate: trigger.light * 0.5 * early });
+        contributions.push(Contribution { parameter: 0, dof: Dof::Edge, rate: trigger.light * 0.5 * early });
     }
 }
 

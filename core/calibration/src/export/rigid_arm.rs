@@ -5,8 +5,8 @@ use plumb_kinematics::{Convention, Deviation, DhParameter, LinkFrames, Motion};
 use thiserror::Error;
 
 use crate::arm_model::{AddedEffect, Model};
-use crate::effect::{self, EffectNameError, Handle};
-use crate::forward::constant_drives;
+use crate::effect::{self, Dof, EffectNameError};
+use crate::forward::constant_contributions;
 
 /// Why a model cannot be written in another form.
 #[derive(Debug, Error)]
@@ -170,11 +170,11 @@ impl Constants {
             self.left_out.push(label);
             return Ok(());
         }
-        for drive in constant_drives(model, built.as_ref()) {
-            let amount = drive.rate * added.values.get(drive.parameter).copied().unwrap_or(0.0);
-            match drive.handle {
-                Handle::Joint(joint, dh_parameter) => self.shift_row(joint, dh_parameter, amount),
-                Handle::Target(target, axis) => {
+        for contribution in constant_contributions(model, built.as_ref()) {
+            let amount = contribution.rate * added.values.get(contribution.parameter).copied().unwrap_or(0.0);
+            match contribution.dof {
+                Dof::Joint(joint, dh_parameter) => self.shift_row(joint, dh_parameter, amount),
+                Dof::Target(target, axis) => {
                     let place = self.targets.get_mut(target).and_then(|(_, place)| place.get_mut(axis));
                     place.into_iter().for_each(|place| *place += amount);
                 }

@@ -8,7 +8,7 @@ use super::place_bodies::place_bodies;
 use super::place_profiles::place_profiles;
 use super::residual_model::ResidualModel;
 
-use super::state::{Slot, State};
+use super::state::{FreeParameter, State};
 use crate::measurement::Equation;
 use plumb_estimation::RankRevealingCholesky;
 use plumb_estimation::{CAREFUL, Settings, descend};
@@ -181,8 +181,11 @@ pub(crate) fn align(
             && let Some((base, targets)) = base_and_targets(&sights, &state.base, &state.targets, &free)
         {
             let guess = State { base, targets, ..start.clone() };
-            let others = machine.slots().iter().enumerate().filter(|(_, slot)| {
-                !matches!(slot, Slot::BaseShift(_) | Slot::BaseTurn(_) | Slot::Target(..))
+            let others = machine.free_parameters().iter().enumerate().filter(|(_, free_parameter)| {
+                !matches!(
+                    free_parameter,
+                    FreeParameter::BaseShift(_) | FreeParameter::BaseTurn(_) | FreeParameter::Target(..)
+                )
             });
             let held: Vec<usize> = others.map(|(index, _)| index).collect();
             let settings = Settings { steps: STEPS, damping: CAREFUL };

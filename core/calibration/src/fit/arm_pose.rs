@@ -6,7 +6,7 @@ use plumb_kinematics::{Chain, Deviation, DhParameter, LinkFrames, Motion};
 use super::response::Response;
 use super::state::State;
 use crate::arm_model::{Frame, MapEffect, RigNumber, StripeRig};
-use crate::effect::{Channel, Drive, Handle};
+use crate::effect::{Channel, Contribution, Dof};
 
 /// What the effects change of the arm in one row, before the instrument looks.
 #[derive(Debug, Clone, Default)]
@@ -66,10 +66,10 @@ impl Changes {
     }
 
     /// Adds what an effect does at these values of its parameters.
-    pub(super) fn add(&mut self, drives: &[Drive], values: &[f64]) {
-        for drive in drives {
-            let amount = drive.rate * values.get(drive.parameter).copied().unwrap_or(0.0);
-            self.add_one(drive.handle, amount);
+    pub(super) fn add(&mut self, contributions: &[Contribution], values: &[f64]) {
+        for contribution in contributions {
+            let amount = contribution.rate * values.get(contribution.parameter).copied().unwrap_or(0.0);
+            self.add_one(contribution.dof, amount);
         }
     }
 
@@ -86,31 +86,31 @@ impl Changes {
         }
     }
 
-    fn add_one(&mut self, handle: Handle, amount: f64) {
-        let part = match handle {
-            Handle::Joint(joint, dh_parameter) => {
+    fn add_one(&mut self, dof: Dof, amount: f64) {
+        let part = match dof {
+            Dof::Joint(joint, dh_parameter) => {
                 if let Some(deviation) = self.deviations.get_mut(joint) {
                     deviation.add(dh_parameter, amount);
                 }
                 return;
             }
-            Handle::Twist { shift, turn, about, .. } => {
+            Dof::Twist { shift, turn, about, .. } => {
                 // A turn about a point is a turn about the base's origin and a shift.
                 self.bend_shift += (shift - turn.cross(&about)) * amount;
                 self.bend_turn += turn * amount;
                 return;
             }
-            Handle::Target(target, axis) => {
+            Dof::Target(target, axis) => {
                 self.target_shifts.get_mut(target).and_then(|shift| shift.get_mut(axis))
             }
-            Handle::BaseShift(axis) => self.base_shift.get_mut(axis),
-            Handle::BaseTurn(axis) => self.base_turn.get_mut(axis),
-            Handle::Trigger => Some(&mut self.trigger_height),
-            Handle::Rig(number) => self.rig.get_mut(number.place()),
-            Handle::ReadingZero(channel) => self.readings.get_mut(channel.place()).map(|(zero, _)| zero),
-            Handle::ReadingScale(channel) => self.readings.get_mut(channel.place()).map(|(_, scale)| scale),
+            Dof::BaseShift(axis) => self.base_shift.get_mut(axis),
+            Dof::BaseTurn(axis) => self.base_turn.get_mut(axis),
+            Dof::Trigger => Some(&mut self.trigger_height),
+            Dof::Rig(number) => self.rig.get_mut(number.place()),
+            Dof::ReadingZero(channel) => self.readings.get_mut(channel.place()).map(|(zero, _)| zero),
+            Dof::ReadingScale(channel) => self.readings.get_mut(channel.place()).map(|(_, scale)| scale),
             // What the instrument reads and where a sensor meets an edge depend on the point: see `sensor.rs`.
-            Handle::Reading(_) | Handle::Edge => None,
+            Dof::Reading(_) | Dof::Edge => None,
         };
         if let Some(part) = part {
             *part += amount;

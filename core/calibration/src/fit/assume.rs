@@ -6,7 +6,7 @@ use super::arm_pose::{ArmPose, Changes};
 use super::residual_model::ResidualModel;
 use super::scratch::Scratch;
 use super::state::State;
-use crate::effect::{Drive, LooksAt, Situation};
+use crate::effect::{Contribution, LooksAt, Situation};
 
 /// Rounds in which a bending arm comes to balance at most. What bends under its own weight changes the moments that bend it by a share that is of the order of the deflection itself
 /// (1e-3 rad), so that three rounds leave 1e-9 of it; what would need more than this many has no balance that a machine could have.
@@ -18,7 +18,7 @@ const BALANCED: f64 = 1e-11;
 impl ResidualModel<'_> {
     /// Brings the arm into a row's pose: deviations of all effects in, gravity in balance with what it bends.
     pub(super) fn assume(&self, state: &State, row: usize, scratch: &mut Scratch) {
-        let Scratch { pose, drives, .. } = scratch;
+        let Scratch { pose, contributions, .. } = scratch;
         pose.changes.clear(self.model.chain.len(), state.targets.len());
         if let Some(Some(mapped)) = self.mapped.get(row) {
             pose.changes.add_map(mapped, &self.model.chain, &state.base.rotation);
@@ -28,13 +28,13 @@ impl ResidualModel<'_> {
         let situation = self.situation(state, row, &idle, &[], None);
         for (part, values) in self.parts.iter().zip(&state.effects) {
             if part.effect.looks_at() == LooksAt::Conditions {
-                drives.clear();
-                part.effect.drive(&situation, drives);
-                pose.changes.add(drives, values);
+                contributions.clear();
+                part.effect.contribute(&situation, contributions);
+                pose.changes.add(contributions, values);
             }
         }
         if self.parts.iter().any(|part| part.effect.looks_at() == LooksAt::Gravity) {
-            self.balance(state, row, drives, pose);
+            self.balance(state, row, contributions, pose);
         }
         let rig = self.model.stripe_rig.as_ref();
         pose.rig = rig.map(|rig| rig.with(&pose.changes.rig));
@@ -49,7 +49,7 @@ impl ResidualModel<'_> {
     }
 
     /// What bends under its own weight changes the moments that bend it: a few rounds settle it.
-    fn balance(&self, state: &State, row: usize, drives: &mut Vec<Drive>, pose: &mut ArmPose) {
+    fn balance(&self, state: &State, row: usize, contributions: &mut Vec<Contribution>, pose: &mut ArmPose) {
         let stiff = pose.changes.deviations.clone();
         for _ in 0..ROUNDS {
             let before = pose.changes.clone();
@@ -59,7 +59,7 @@ impl ResidualModel<'_> {
             changes.deviations.clone_from(&stiff);
             changes.clear_bending();
             let situation = self.situation(state, row, link_frames, moments, None);
-            self.add_bends(state, &situation, drives, changes);
+            self.add_bends(state, &situation, contributions, changes);
             if changes.bends_as(&before, BALANCED) {
                 return;
             }
@@ -71,14 +71,14 @@ impl ResidualModel<'_> {
         &self,
         state: &State,
         situation: &Situation<'_>,
-        drives: &mut Vec<Drive>,
+        contributions: &mut Vec<Contribution>,
         changes: &mut Changes,
     ) {
         for (part, values) in self.parts.iter().zip(&state.effects) {
             if part.effect.looks_at() == LooksAt::Gravity {
-                drives.clear();
-                part.effect.drive(situation, drives);
-                changes.add(drives, values);
+                contributions.clear();
+                part.effect.contribute(situation, contributions);
+                changes.add(contributions, values);
             }
         }
     }

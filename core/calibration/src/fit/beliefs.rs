@@ -6,7 +6,7 @@ use plumb_kinematics::{DhParameter, HalfSpace};
 use super::residual_model::ResidualModel;
 use super::scratch::Scratch;
 use super::state::State;
-use crate::effect::{DefinitionError, Drive, Effect};
+use crate::effect::{Contribution, DefinitionError, Effect};
 
 /// What plots are drawn against.
 pub struct RowDetails {
@@ -98,12 +98,15 @@ impl ResidualModel<'_> {
     }
 
     /// What an effect moves in a row per unit of its parameters, whether it takes part or not.
-    pub fn drives(&self, state: &State, row: usize, effect: &dyn Effect) -> Vec<Drive> {
+    pub fn contributions(&self, state: &State, row: usize, effect: &dyn Effect) -> Vec<Contribution> {
         let pose = self.in_row(state, row).pose;
         let (point, _) = pose.point(state, 0);
-        let mut drives = Vec::new();
-        effect.drive(&self.situation(state, row, &pose.link_frames, &pose.moments, Some(point)), &mut drives);
-        drives
+        let mut contributions = Vec::new();
+        effect.contribute(
+            &self.situation(state, row, &pose.link_frames, &pose.moments, Some(point)),
+            &mut contributions,
+        );
+        contributions
     }
 
     /// Moments of gravity of a row, and how its first target moves with each joint.

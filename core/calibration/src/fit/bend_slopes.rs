@@ -9,7 +9,7 @@ use nalgebra::{DMatrix, Vector3};
 use plumb_kinematics::Deviation;
 
 use super::response::{CARRIED, DH_PARAMETERS};
-use crate::effect::{Drive, Handle};
+use crate::effect::{Contribution, Dof};
 
 /// Changes of a configuration within which slopes are kept, rad and mm. A slope is off by about a thousandth of itself a thousandth of a radian away (or a tenth of a millimetre, of a link of
 /// 100 mm), and what it is a part of, the response to a bend, is itself a thousandth of a derivative.
@@ -55,17 +55,17 @@ impl Rates {
         self.next = place + 1;
     }
 
-    /// Adds what an effect drives.
-    pub(super) fn add_drives(&mut self, part: usize, drives: &[Drive], numbers: usize) {
-        for Drive { parameter, handle, rate } in drives.iter().copied() {
-            match handle {
-                Handle::Joint(joint, dh_parameter) => {
+    /// Adds what an effect contributes.
+    pub(super) fn add_contributions(&mut self, part: usize, contributions: &[Contribution], numbers: usize) {
+        for Contribution { parameter, dof, rate } in contributions.iter().copied() {
+            match dof {
+                Dof::Joint(joint, dh_parameter) => {
                     if let Some(place) = DH_PARAMETERS.iter().position(|known| *known == dh_parameter) {
                         let target = joint * DH_PARAMETERS.len() + place;
                         self.add(Bend { part, parameter, target }, rate);
                     }
                 }
-                Handle::Twist { shift, turn, about, .. } => {
+                Dof::Twist { shift, turn, about, .. } => {
                     // A turn about a point is a turn about the base's origin and a shift.
                     let shift = shift - turn.cross(&about);
                     for (axis, amount) in shift.iter().chain(turn.iter()).enumerate() {
@@ -157,19 +157,19 @@ mod tests {
 
     const NUMBERS: usize = 10;
 
-    fn turn_of(joint: usize, parameter: usize, rate: f64) -> Drive {
-        Drive { parameter, handle: Handle::Joint(joint, DhParameter::Theta), rate }
+    fn turn_of(joint: usize, parameter: usize, rate: f64) -> Contribution {
+        Contribution { parameter, dof: Dof::Joint(joint, DhParameter::Theta), rate }
     }
 
     #[test]
     fn rates_of_one_number_add_up_in_whatever_order_they_come() {
         let mut rates = Rates::default();
-        rates.add_drives(0, &[turn_of(0, 0, 1.0), turn_of(1, 0, 2.0), turn_of(0, 0, 4.0)], NUMBERS);
-        rates.add_drives(1, &[turn_of(1, 0, 8.0)], NUMBERS);
+        rates.add_contributions(0, &[turn_of(0, 0, 1.0), turn_of(1, 0, 2.0), turn_of(0, 0, 4.0)], NUMBERS);
+        rates.add_contributions(1, &[turn_of(1, 0, 8.0)], NUMBERS);
         assert_eq!(rates.rates, [5.0, 2.0, 8.0]);
         rates.begin();
-        rates.add_drives(1, &[turn_of(1, 0, 3.0)], NUMBERS);
-        rates.add_drives(0, &[turn_of(1, 0, 1.0)], NUMBERS);
+        rates.add_contributions(1, &[turn_of(1, 0, 3.0)], NUMBERS);
+        rates.add_contributions(0, &[turn_of(1, 0, 1.0)], NUMBERS);
         assert_eq!(rates.rates, [0.0, 1.0, 3.0]);
         assert_eq!(rates.bends.iter().map(|bend| bend.target).collect::<Vec<_>>(), [0, 5, 5]);
     }
@@ -178,8 +178,8 @@ mod tests {
     fn a_turn_about_a_point_is_a_turn_about_the_origin_and_a_shift() {
         let (shift, turn, about) = (Vector3::x(), Vector3::z(), Vector3::new(0.0, 2.0, 0.0));
         let mut rates = Rates::default();
-        let handle = Handle::Twist { after: 0, shift, turn, about };
-        rates.add_drives(0, &[Drive { parameter: 0, handle, rate: 0.5 }], NUMBERS);
+        let dof = Dof::Twist { after: 0, shift, turn, about };
+        rates.add_contributions(0, &[Contribution { parameter: 0, dof, rate: 0.5 }], NUMBERS);
         // z x 2y = -2x, so that the origin moves by x + 2x.
         assert_eq!(rates.rates, [1.5, 0.0, 0.0, 0.0, 0.0, 0.5]);
         assert_eq!(rates.bends[0].target, NUMBERS);

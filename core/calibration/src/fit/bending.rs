@@ -9,7 +9,7 @@ use super::residual_model::ResidualModel;
 use super::response::{DH_PARAMETERS, Response, TURNS};
 use super::scratch::Scratch;
 use super::state::State;
-use crate::effect::{Drive, LooksAt, Situation};
+use crate::effect::{Contribution, LooksAt, Situation};
 
 /// Changes with which derivatives are taken, rad and mm: their squares are below rounding beside a bend, and they are far above it.
 const SMALL_TURN: f64 = 1e-6;
@@ -18,12 +18,12 @@ const SMALL_SHIFT: f64 = 1e-3;
 impl ResidualModel<'_> {
     /// Works out how the arm of a row whose pose is known responds to small changes.
     pub(super) fn response(&self, state: &State, row: usize, scratch: &mut Scratch) {
-        let Scratch { pose, drives, .. } = scratch;
+        let Scratch { pose, contributions, .. } = scratch;
         let bends = self.parts.iter().zip(&state.effects).any(|(part, values)| {
             part.effect.looks_at() == LooksAt::Gravity && values.iter().any(|value| *value != 0.0)
         });
         pose.response = match bends {
-            true => Response::of(&self.bends_alone(state, row, pose, drives)),
+            true => Response::of(&self.bends_alone(state, row, pose, contributions)),
             false => Response::default(),
         };
     }
@@ -34,31 +34,37 @@ impl ResidualModel<'_> {
         state: &State,
         row: usize,
         pose: &ArmPose,
-        drives: &mut Vec<Drive>,
+        contributions: &mut Vec<Contribution>,
     ) -> DMatrix<f64> {
         let numbers = DH_PARAMETERS.len() * self.model.chain.len();
         let Some(mut kept) = self.kept_slopes.of_row(row) else {
-            return self.slopes(state, row, pose, drives).alone(&state.effects, numbers);
+            return self.slopes(state, row, pose, contributions).alone(&state.effects, numbers);
         };
         let down = self.down(state);
         if let Some(slopes) = kept.as_ref().filter(|slopes| slopes.hold_at(&down, &pose.changes.deviations)) {
             return slopes.alone(&state.effects, numbers);
         }
-        let slopes = self.slopes(state, row, pose, drives);
+        let slopes = self.slopes(state, row, pose, contributions);
         let alone = slopes.alone(&state.effects, numbers);
         *kept = self.kept_slopes.have_room_for(&slopes).then_some(slopes);
         alone
     }
 
     /// How the rates at which gravity bends the arm of a row change with each source, by differences.
-    fn slopes(&self, state: &State, row: usize, pose: &ArmPose, drives: &mut Vec<Drive>) -> Slopes {
+    fn slopes(
+        &self,
+        state: &State,
+        row: usize,
+        pose: &ArmPose,
+        contributions: &mut Vec<Contribution>,
+    ) -> Slopes {
         let numbers = DH_PARAMETERS.len() * self.model.chain.len();
         let weights = self.weights(state, row);
         let mut rates = Rates::default();
         let mut at = |link_frames: &LinkFrames, moments: &[f64], weights: Weights<'_>, rates: &mut Rates| {
             let situation = self.situation(state, row, link_frames, moments, None);
             rates.begin();
-            self.add_rates(&Situation { weights, ..situation }, drives, rates);
+            self.add_rates(&Situation { weights, ..situation }, contributions, rates);
         };
         at(&pose.link_frames, &pose.moments, weights, &mut rates);
         let here = rates.rates.clone();
@@ -106,13 +112,13 @@ impl ResidualModel<'_> {
     }
 
     /// Adds the rates at which gravity bends the arm in a situation.
-    fn add_rates(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>, rates: &mut Rates) {
+    fn add_rates(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>, rates: &mut Rates) {
         let numbers = DH_PARAMETERS.len() * self.model.chain.len();
         for (index, part) in self.parts.iter().enumerate() {
             if part.effect.looks_at() == LooksAt::Gravity {
-                drives.clear();
-                part.effect.drive(situation, drives);
-                rates.add_drives(index, drives, numbers);
+                contributions.clear();
+                part.effect.contribute(situation, contributions);
+                rates.add_contributions(index, contributions, numbers);
             }
         }
     }

@@ -5,7 +5,7 @@ use std::fmt;
 use plumb_estimation::{NormalEquations, RankRevealingCholesky};
 
 use super::residual_model::{Part, ResidualModel};
-use super::state::{Slot, State};
+use super::state::{FreeParameter, State};
 use crate::effect::{self, Family, LooksAt, Parameter};
 
 /// Factor by which the robust fit may miss the rows it trusts more than plain least squares does: it should miss them less, and the descents end within a few per
@@ -100,9 +100,12 @@ fn is_bounded(part: &Part, parameter: &Parameter) -> bool {
         || (part.effect.looks_at() == LooksAt::Gravity && low < 0.0 && high > 0.0)
 }
 
-/// The parameter of a slot whose range counts.
-fn ranged<'m>(machine: &'m ResidualModel<'_>, slot: &Slot) -> Option<(&'m Parameter, usize, usize)> {
-    let Slot::Effect(part, which) = *slot else { return None };
+/// The effect's parameter that a free one is, where its range counts.
+fn ranged<'m>(
+    machine: &'m ResidualModel<'_>,
+    free_parameter: &FreeParameter,
+) -> Option<(&'m Parameter, usize, usize)> {
+    let FreeParameter::Effect(part, which) = *free_parameter else { return None };
     let known = machine.parts.get(part)?;
     let parameter = known.effect.parameters().get(which).filter(|parameter| is_bounded(known, parameter))?;
     Some((parameter, part, which))
@@ -112,10 +115,10 @@ fn value(state: &State, part: usize, which: usize) -> f64 {
     state.effects.get(part).and_then(|values| values.get(which)).copied().unwrap_or(0.0)
 }
 
-/// Numbers outside the range that a machine can have: slot and value, internal unit.
+/// Numbers outside the range that a machine can have: free parameter and value, internal unit.
 pub(super) fn out_of_range(machine: &ResidualModel<'_>, state: &State) -> Vec<(usize, f64)> {
-    let values = machine.slots().iter().enumerate().filter_map(|(index, slot)| {
-        let (parameter, part, which) = ranged(machine, slot)?;
+    let values = machine.free_parameters().iter().enumerate().filter_map(|(index, free_parameter)| {
+        let (parameter, part, which) = ranged(machine, free_parameter)?;
         Some((index, value(state, part, which), parameter.range))
     });
     // Written so that what is not a number is outside as well.
@@ -123,19 +126,20 @@ pub(super) fn out_of_range(machine: &ResidualModel<'_>, state: &State) -> Vec<(u
     outside.map(|(index, value, _)| (index, value)).collect()
 }
 
-/// Numbers whose standard error is larger than their range where the rows scatter by `scale`: slot and zero.
+/// Numbers whose standard error is larger than their range where the rows scatter by `scale`: free parameter and zero.
 pub(super) fn undetermined(
     machine: &ResidualModel<'_>,
     factor: &RankRevealingCholesky,
     scale: f64,
 ) -> Vec<(usize, f64)> {
-    let has_range = machine.slots().iter().any(|slot| ranged(machine, slot).is_some());
+    let has_range =
+        machine.free_parameters().iter().any(|free_parameter| ranged(machine, free_parameter).is_some());
     if !has_range {
         return Vec::new();
     }
     let inverse = factor.inverse();
-    let errors = machine.slots().iter().enumerate().filter_map(|(index, slot)| {
-        let (parameter, ..) = ranged(machine, slot)?;
+    let errors = machine.free_parameters().iter().enumerate().filter_map(|(index, free_parameter)| {
+        let (parameter, ..) = ranged(machine, free_parameter)?;
         let (low, high) = parameter.range;
         // What the factor left out has no variance here: it stays where the model file has it, and cannot run away.
         let variance = inverse.get((index, index)).copied().unwrap_or(0.0);
@@ -151,9 +155,15 @@ pub(super) fn range_doubts(
     bounded: &State,
 ) -> Vec<FitDoubt> {
     let still = out_of_range(machine, bounded);
-    let came_back = far.iter().filter(|(index, _)| still.iter().all(|(slot, _)| slot != index));
+    let came_back =
+        far.iter().filter(|(index, _)| still.iter().all(|(free_parameter, _)| free_parameter != index));
     let inside: Vec<String> = came_back
-        .filter_map(|(index, _)| machine.slots().get(*index).map(|slot| machine.slot_name(*slot)))
+        .filter_map(|(index, _)| {
+            machine
+                .free_parameters()
+                .get(*index)
+                .map(|free_parameter| machine.parameter_name(*free_parameter))
+        })
         .collect();
     let outside: Vec<String> =
         still.iter().filter_map(|(index, value)| shown_outside(machine, *index, *value)).collect();
@@ -164,15 +174,15 @@ pub(super) fn range_doubts(
 
 /// A number beside its range, as people read both.
 fn shown_outside(machine: &ResidualModel<'_>, index: usize, value: f64) -> Option<String> {
-    let slot = machine.slots().get(index)?;
-    let (parameter, ..) = ranged(machine, slot)?;
+    let free_parameter = machine.free_parameters().get(index)?;
+    let (parameter, ..) = ranged(machine, free_parameter)?;
     let (low, high) = parameter.range;
     let (factor, unit) = (parameter.unit.factor, parameter.unit.name);
     let shown = match value.abs() <= BEYOND_SHOWING * low.abs().max(high.abs()) {
         true => format!("{:.3}", value * factor),
         false => "far".to_owned(),
     };
-    let name = machine.slot_name(*slot);
+    let name = machine.parameter_name(*free_parameter);
     Some(format!("{name} ({shown} outside {:.3} to {:.3} {unit})", low * factor, high * factor))
 }
 
@@ -187,8 +197,8 @@ pub(super) struct Prior {
 impl Prior {
     /// Adds the ranges to normal equations.
     pub(super) fn add(&self, machine: &ResidualModel<'_>, state: &State, normal: &mut NormalEquations) {
-        for (index, slot) in machine.slots().iter().enumerate() {
-            let Some((parameter, part, which)) = ranged(machine, slot) else { continue };
+        for (index, free_parameter) in machine.free_parameters().iter().enumerate() {
+            let Some((parameter, part, which)) = ranged(machine, free_parameter) else { continue };
             if self.spared.contains(&index) {
                 continue;
             }

@@ -3,7 +3,7 @@
 use nalgebra::DMatrix;
 
 use super::residual_model::ResidualModel;
-use super::state::Slot;
+use super::state::FreeParameter;
 use plumb_estimation::RankRevealingCholesky;
 
 /// A free number that changes nothing that was measured, or nothing that others would not change just so.
@@ -16,33 +16,35 @@ pub struct Gauge {
 }
 
 impl ResidualModel<'_> {
-    /// What a slot is called.
-    pub fn slot_name(&self, slot: Slot) -> String {
-        match slot {
-            Slot::BaseShift(part) => format!("base {}", axis_name(part)),
-            Slot::BaseTurn(part) => format!("base turn about {}", axis_name(part)),
-            Slot::Target(target, part) => {
+    /// What a free parameter is called.
+    pub fn parameter_name(&self, free_parameter: FreeParameter) -> String {
+        match free_parameter {
+            FreeParameter::BaseShift(part) => format!("base {}", axis_name(part)),
+            FreeParameter::BaseTurn(part) => format!("base turn about {}", axis_name(part)),
+            FreeParameter::Target(target, part) => {
                 let name = self.model.targets.get(target).map_or("target", |target| target.name.as_str());
                 format!("{name} {}", axis_name(part))
             }
-            Slot::TargetTurn(target, part) => {
+            FreeParameter::TargetTurn(target, part) => {
                 let name = self.model.targets.get(target).map_or("target", |target| target.name.as_str());
                 format!("{name} turn about {}", axis_name(part))
             }
-            Slot::BoardShift(board, part) => format!("{} {}", self.model.board_name(board), axis_name(part)),
-            Slot::BoardTurn(board, part) => {
+            FreeParameter::BoardShift(board, part) => {
+                format!("{} {}", self.model.board_name(board), axis_name(part))
+            }
+            FreeParameter::BoardTurn(board, part) => {
                 format!("{} turn about {}", self.model.board_name(board), axis_name(part))
             }
-            Slot::Place(place, part) => {
+            FreeParameter::Place(place, part) => {
                 let name = self.observations.places.get(place).map_or("place", String::as_str);
                 format!("{name} {}", axis_name(part))
             }
-            Slot::Surface(surface, which) => {
+            FreeParameter::Surface(surface, which) => {
                 let name =
                     self.model.surfaces.get(surface).map_or("surface", |surface| surface.name.as_str());
                 format!("{name} ({})", which + 1)
             }
-            Slot::Effect(effect, parameter) => {
+            FreeParameter::Effect(effect, parameter) => {
                 let Some(part) = self.parts.get(effect) else { return "?".to_owned() };
                 let label = self.model.label(&part.id);
                 match part.effect.parameters() {
@@ -74,7 +76,9 @@ impl ResidualModel<'_> {
     }
 
     fn name_of_index(&self, index: usize) -> String {
-        self.slots.get(index).map_or_else(|| "?".to_owned(), |slot| self.slot_name(*slot))
+        self.free_parameters
+            .get(index)
+            .map_or_else(|| "?".to_owned(), |free_parameter| self.parameter_name(*free_parameter))
     }
 }
 

@@ -31,7 +31,7 @@ pub use doubt::FitDoubt;
 pub use gauge::Gauge;
 pub use outcome::{Convergence, Fit, FitError};
 pub use place_bodies::SeenBody;
-pub use state::{Slot, State};
+pub use state::{FreeParameter, State};
 
 pub use align::{Sight, base_and_targets, rigid};
 pub use arm_pose::ArmPose;

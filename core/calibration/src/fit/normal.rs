@@ -12,7 +12,7 @@ use crate::effect::Effect;
 const SECOND_DIFFERENCE: f64 = 0.1;
 
 impl ResidualModel<'_> {
-    /// Normal equations of the free slots and the probes over `rows`.
+    /// Normal equations of the free parameters and the probes over `rows`.
     pub fn normal(
         &self,
         state: &State,
@@ -21,7 +21,8 @@ impl ResidualModel<'_> {
         probes: &[&dyn Effect],
     ) -> NormalEquations {
         // Columns of the probes follow those of the free numbers.
-        let size = self.slots.len() + probes.iter().map(|probe| probe.parameters().len()).sum::<usize>();
+        let size =
+            self.free_parameters.len() + probes.iter().map(|probe| probe.parameters().len()).sum::<usize>();
         let mut total = NormalEquations::zeros(size);
         over_chunks(
             rows,
@@ -38,7 +39,7 @@ impl ResidualModel<'_> {
 
     /// Normal equations of some rows alone, without what is known between places.
     pub fn normal_of_rows(&self, state: &State, rows: &[usize], weights: &[f64]) -> NormalEquations {
-        let mut total = NormalEquations::zeros(self.slots.len());
+        let mut total = NormalEquations::zeros(self.free_parameters.len());
         let block = self.block(state, rows, weights, &[]);
         total.take(&block.residuals, &block.jacobian);
         total
@@ -54,11 +55,11 @@ impl ResidualModel<'_> {
         weights: &[f64],
     ) -> DVector<f64> {
         let [ahead, behind] = [SECOND_DIFFERENCE, -SECOND_DIFFERENCE]
-            .map(|share| state.stepped(&self.slots, (change * share).as_slice()));
-        let mut total = DVector::zeros(self.slots.len());
+            .map(|share| state.stepped(&self.free_parameters, (change * share).as_slice()));
+        let mut total = DVector::zeros(self.free_parameters.len());
         over_chunks(
             rows,
-            || (DVector::zeros(self.slots.len()), Scratch::default(), Vec::new()),
+            || (DVector::zeros(self.free_parameters.len()), Scratch::default(), Vec::new()),
             |(sum, scratch, residuals), chunk| {
                 let block = self.block(state, chunk, weights, &[]);
                 // Predictions grow as residuals fall.
@@ -108,7 +109,7 @@ impl ResidualModel<'_> {
             },
             |(sum, _, _)| total += sum,
         );
-        let mut constraints = NormalEquations::zeros(self.slots.len());
+        let mut constraints = NormalEquations::zeros(self.free_parameters.len());
         self.place_distances(state, &mut constraints);
         // What is known between places counts like any measurement.
         total + constraints.squares
@@ -135,9 +136,9 @@ impl ResidualModel<'_> {
         for place in self.touched(held) {
             let index = place as usize;
             if !known.contains(&place)
-                && let (Some(slot), Some(own)) = (state.places.get_mut(index), alone.places.get(index))
+                && let (Some(entry), Some(own)) = (state.places.get_mut(index), alone.places.get(index))
             {
-                *slot = *own;
+                *entry = *own;
             }
         }
         let mut scratch = Scratch::default();
@@ -146,8 +147,8 @@ impl ResidualModel<'_> {
         for row in held {
             residuals.clear();
             self.row_residuals(&state, *row, &mut scratch, &mut residuals);
-            if let Some(slots) = out.get_mut(self.observations.range(*row)) {
-                slots.copy_from_slice(&residuals);
+            if let Some(entries) = out.get_mut(self.observations.range(*row)) {
+                entries.copy_from_slice(&residuals);
             }
         }
         out
@@ -171,8 +172,8 @@ impl ResidualModel<'_> {
             let mut row = DVector::zeros(total.gradient.len());
             // Places upon each other have no direction in which they move apart; any lets the fit begin.
             let away = if length > 1e-6 { offset / length } else { nalgebra::Vector3::x() };
-            for (index, slot) in self.slots.iter().enumerate() {
-                if let super::state::Slot::Place(place, axis) = *slot {
+            for (index, free_parameter) in self.free_parameters.iter().enumerate() {
+                if let super::state::FreeParameter::Place(place, axis) = *free_parameter {
                     let sign = f64::from(u8::from(place == known.first))
                         - f64::from(u8::from(place == known.second));
                     row[index] = sign * away.get(axis).copied().unwrap_or(0.0) / known.sigma;

@@ -9,7 +9,7 @@ use super::doubt::{FitDoubt, Prior, out_of_range, range_doubts, undetermined, wo
 use super::gauge::Gauge;
 use super::residual_model::ResidualModel;
 use super::robust::Distances;
-use super::state::{Slot, State};
+use super::state::{FreeParameter, State};
 use super::tangent::Tangent;
 use plumb_estimation::INDISTINCT;
 use plumb_estimation::NormalEquations;
@@ -47,7 +47,7 @@ pub struct Fit {
     pub scale: f64,
     /// Freedoms that were held.
     pub gauges: Vec<Gauge>,
-    /// Covariance of the slots, internal units; zero for held ones.
+    /// Covariance of the free parameters, internal units; zero for held ones.
     pub covariance: DMatrix<f64>,
     /// Whether it arrived.
     pub convergence: Convergence,
@@ -228,7 +228,7 @@ pub(super) fn one_step(
     }
     let damped = tangent.damped(&(normal.matrix.diagonal() * ONE_STEP_DAMPING));
     let (step, weights) = damped.settle(weights, &factor.dependent, factor.rank());
-    let state = start.stepped(machine.slots(), step.as_slice());
+    let state = start.stepped(machine.free_parameters(), step.as_slice());
     if !state.is_finite() {
         return Ok(None);
     }
@@ -277,7 +277,7 @@ pub(super) fn kept(machine: &ResidualModel<'_>, held: &[usize], spared: &[usize]
 }
 
 fn is_of_an_effect(machine: &ResidualModel<'_>, number: usize) -> bool {
-    matches!(machine.slots().get(number), Some(Slot::Effect(..)))
+    matches!(machine.free_parameters().get(number), Some(FreeParameter::Effect(..)))
 }
 
 /// One fit, with plausible ranges as prior knowledge or without.
@@ -400,7 +400,7 @@ impl Weighed {
         let here = &self.descent.state;
         let tangent = Tangent::at(machine, here, rows, prior)?;
         let (step, weights) = tangent.settle(self.weights.clone(), held, parameters);
-        let moved = here.stepped(machine.slots(), step.as_slice());
+        let moved = here.stepped(machine.free_parameters(), step.as_slice());
         if !moved.is_finite() {
             return None;
         }

@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector, Matrix3, Point3, Rotation3, Vector3};
 
 use super::residual_model::ResidualModel;
 use super::scratch::Scratch;
-use super::state::{Slot, State};
+use super::state::{FreeParameter, State};
 use crate::arm_model::SurfaceShape;
 use plumb_estimation::RankRevealingCholesky;
 use plumb_estimation::{CAREFUL, Cancelled, Progress, Settings, descend};
@@ -166,13 +166,14 @@ pub(super) fn place_profiles(
         return Ok(());
     }
     let ones = vec![1.0; machine.observations.rows()];
-    let is_own = |slot: &Slot| match slot {
-        Slot::Target(target, _) | Slot::TargetTurn(target, _) => *target == sensor,
-        Slot::Surface(..) => true,
+    let is_own = |free_parameter: &FreeParameter| match free_parameter {
+        FreeParameter::Target(target, _) | FreeParameter::TargetTurn(target, _) => *target == sensor,
+        FreeParameter::Surface(..) => true,
         _ => false,
     };
-    let held: Vec<usize> =
-        (0..machine.slots().len()).filter(|index| !machine.slots().get(*index).is_some_and(is_own)).collect();
+    let held: Vec<usize> = (0..machine.free_parameters().len())
+        .filter(|index| !machine.free_parameters().get(*index).is_some_and(is_own))
+        .collect();
     let settle = |guess: &State, steps: usize| {
         let settled = descend(
             &machine.over(&some, &ones),

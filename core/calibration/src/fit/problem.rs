@@ -42,7 +42,7 @@ impl Problem for WeightedRows<'_, '_> {
     }
 
     fn stepped(&self, state: &State, change: &DVector<f64>) -> State {
-        state.stepped(self.machine.slots(), change.as_slice())
+        state.stepped(self.machine.free_parameters(), change.as_slice())
     }
 
     fn is_finite(&self, state: &State) -> bool {

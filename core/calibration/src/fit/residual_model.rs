@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVectorViewMut, Vector3};
 
 use super::bend_slopes::KeptSlopes;
 use super::scratch::Scratch;
-use super::state::{Slot, State};
+use super::state::{FreeParameter, State};
 use crate::arm_model::{AddedEffect, MapEffect, Model};
 use crate::effect::{self, Effect, EffectId, EffectNameError};
 use crate::measurement::{Equation, Measurand, Observations, Prediction, RowContext, SensorShift, Subject};
@@ -33,7 +33,7 @@ pub struct ResidualModel<'a> {
     pub observations: &'a Observations,
     /// The effects whose values may be fitted.
     pub parts: Vec<Part>,
-    pub(super) slots: Vec<Slot>,
+    pub(super) free_parameters: Vec<FreeParameter>,
     start_values: Vec<Vec<f64>>,
     /// The row before each in the order of time.
     pub(super) previous: Vec<Option<usize>>,
@@ -47,7 +47,7 @@ pub struct ResidualModel<'a> {
     pub(super) kept_slopes: KeptSlopes,
 }
 
-/// Residuals and derivatives of a few rows. `jacobian` is slots by equations; both are divided by each equation's
+/// Residuals and derivatives of a few rows. `jacobian` is free parameters by equations; both are divided by each equation's
 /// sigma and multiplied by the root of the row's weight.
 pub struct RowBlock {
     /// Measured less predicted, divided by the sigmas and weighted.
@@ -72,7 +72,7 @@ impl<'a> ResidualModel<'a> {
             table,
             observations,
             parts: Vec::new(),
-            slots: Vec::new(),
+            free_parameters: Vec::new(),
             start_values: Vec::new(),
             previous: rows_before(table),
             first_time: first_time(table),
@@ -90,7 +90,7 @@ impl<'a> ResidualModel<'a> {
             model.parts.push(Part { id: added.id.clone(), effect: Arc::from(effect) });
             model.start_values.push(values);
         }
-        model.slots = model.free_slots();
+        model.free_parameters = model.all_free_parameters();
         Ok(model)
     }
 
@@ -98,58 +98,60 @@ impl<'a> ResidualModel<'a> {
     pub fn admit(&mut self, id: EffectId, effect: Arc<dyn Effect>, values: Vec<f64>) {
         self.parts.push(Part { id, effect });
         self.start_values.push(values);
-        self.slots = self.free_slots();
+        self.free_parameters = self.all_free_parameters();
         self.kept_slopes = KeptSlopes::for_rows(self.table.len());
     }
 
-    fn free_slots(&self) -> Vec<Slot> {
-        let mut slots = Vec::new();
+    fn all_free_parameters(&self) -> Vec<FreeParameter> {
+        let mut free_parameters = Vec::new();
         if self.model.base.free {
-            slots.extend((0..3).map(Slot::BaseShift));
+            free_parameters.extend((0..3).map(FreeParameter::BaseShift));
             // About the base's own origin: shift and turn stay apart.
-            slots.extend((0..3).map(Slot::BaseTurn));
+            free_parameters.extend((0..3).map(FreeParameter::BaseTurn));
         }
         for (index, _) in self.model.targets.iter().enumerate().filter(|(_, target)| target.free) {
-            slots.extend((0..3).map(|axis| Slot::Target(index, axis)));
+            free_parameters.extend((0..3).map(|axis| FreeParameter::Target(index, axis)));
         }
-        slots.extend(self.free_turns());
+        free_parameters.extend(self.free_turns());
         // A touched place is always free: nobody knows where it is.
         for place in 0..self.observations.places.len() {
-            slots.extend((0..3).map(|axis| Slot::Place(place, axis)));
+            free_parameters.extend((0..3).map(|axis| FreeParameter::Place(place, axis)));
         }
         for (index, surface) in self.model.surfaces.iter().enumerate().filter(|(_, surface)| surface.free) {
             let freedoms = match self.table.profiles.is_empty() {
                 true => surface.shape.freedoms(),
                 false => surface.shape.freedoms_in_space(),
             };
-            slots.extend((0..freedoms).map(|which| Slot::Surface(index, which)));
+            free_parameters.extend((0..freedoms).map(|which| FreeParameter::Surface(index, which)));
         }
         for (index, part) in self.parts.iter().enumerate() {
-            slots.extend((0..part.effect.parameters().len()).map(|parameter| Slot::Effect(index, parameter)));
+            free_parameters.extend(
+                (0..part.effect.parameters().len()).map(|parameter| FreeParameter::Effect(index, parameter)),
+            );
         }
-        slots
+        free_parameters
     }
 
     /// The free turns of bodies and cameras, and the board's free place and turn, where the table measures them.
-    fn free_turns(&self) -> Vec<Slot> {
-        let mut slots = Vec::new();
+    fn free_turns(&self) -> Vec<FreeParameter> {
+        let mut free_parameters = Vec::new();
         for (index, target) in self.model.targets.iter().enumerate().filter(|(_, target)| target.turn_free) {
             // A camera's turn shows in what it sees of the board, a body's in what is seen of it.
             let is_camera = self.model.boards.iter().any(|board| board.camera == index);
             let is_seen = self.table.orientations_of(&target.name).is_some();
             let is_line_sensor = self.model.profile_sensor == Some(index) && !self.table.profiles.is_empty();
             if is_seen || is_line_sensor || (is_camera && self.table.sees_a_board()) {
-                slots.extend((0..3).map(|axis| Slot::TargetTurn(index, axis)));
+                free_parameters.extend((0..3).map(|axis| FreeParameter::TargetTurn(index, axis)));
             }
         }
         let seen = self.boards_named();
         for (index, _) in
             self.model.boards.iter().enumerate().filter(|(index, board)| board.free && seen.contains(index))
         {
-            slots.extend((0..3).map(|axis| Slot::BoardShift(index, axis)));
-            slots.extend((0..3).map(|axis| Slot::BoardTurn(index, axis)));
+            free_parameters.extend((0..3).map(|axis| FreeParameter::BoardShift(index, axis)));
+            free_parameters.extend((0..3).map(|axis| FreeParameter::BoardTurn(index, axis)));
         }
-        slots
+        free_parameters
     }
 
     /// Variance of one equation at least, declared sigmas squared. Stripes of neighbouring pictures err alike: how little they scatter about a fit does not say how
@@ -169,8 +171,8 @@ impl<'a> ResidualModel<'a> {
     }
 
     /// The free numbers, in the order of steps and covariances.
-    pub fn slots(&self) -> &[Slot] {
-        &self.slots
+    pub fn free_parameters(&self) -> &[FreeParameter] {
+        &self.free_parameters
     }
 
     /// The effects that take part.
@@ -219,7 +221,7 @@ impl<'a> ResidualModel<'a> {
         subject: Subject,
         scratch: &mut Scratch,
     ) -> (Vector3<f64>, SensorShift) {
-        let Scratch { pose, drives, seen, .. } = scratch;
+        let Scratch { pose, contributions, seen, .. } = scratch;
         let target = match subject {
             Subject::Target(target) | Subject::Body(target) => target,
             Subject::Camera(camera) => return (pose.point(state, camera).0, SensorShift::default()),
@@ -229,8 +231,8 @@ impl<'a> ResidualModel<'a> {
             Subject::Frame(_) => return (Vector3::zeros(), SensorShift::default()),
         };
         let (point, _) = pose.point(state, target);
-        let point = point + self.reading_shift(state, row, point, pose, drives);
-        (point, self.sensor_shift(state, row, point, pose, drives))
+        let point = point + self.reading_shift(state, row, point, pose, contributions);
+        (point, self.sensor_shift(state, row, point, pose, contributions))
     }
 
     /// Residuals (measured less predicted, mm and rad) of one row's equations, appended to `out`.
@@ -251,13 +253,13 @@ impl<'a> ResidualModel<'a> {
         }
     }
 
-    /// Residuals and derivatives of the given rows, for the free slots, followed by the parameters of `probes`
+    /// Residuals and derivatives of the given rows, for the free parameters, followed by the parameters of `probes`
     /// (effects that do not take part, at zero). Rows are scaled by sigma and the root of their weight.
     pub fn block(&self, state: &State, rows: &[usize], weights: &[f64], probes: &[&dyn Effect]) -> RowBlock {
         self.block_and_rates(state, rows, weights, probes, &[]).0
     }
 
-    /// The same, and how fast the parameters of further effects drive what they drive: parameters by rows. For effects that
+    /// The same, and the contributions of further effects by their parameters: parameters by rows. For effects that
     /// change one joint's coordinate and nothing else.
     pub fn block_and_rates(
         &self,
@@ -269,7 +271,7 @@ impl<'a> ResidualModel<'a> {
     ) -> (RowBlock, DMatrix<f64>) {
         let equations: usize = rows.iter().map(|row| self.observations.range(*row).len()).sum();
         let probe_parameters: usize = probes.iter().map(|probe| probe.parameters().len()).sum();
-        let width = self.slots.len() + probe_parameters;
+        let width = self.free_parameters.len() + probe_parameters;
         let mut block =
             RowBlock { residuals: Vec::with_capacity(equations), jacobian: DMatrix::zeros(width, equations) };
         let driven: usize = driving.iter().map(|effect| effect.parameters().len()).sum();
@@ -285,7 +287,7 @@ impl<'a> ResidualModel<'a> {
         (block, rates)
     }
 
-    /// How fast every parameter of some effects drives what it drives, in a row whose configuration is known.
+    /// The rate at which every parameter of some effects contributes, in a row whose configuration is known.
     fn rates(
         &self,
         state: &State,
@@ -294,15 +296,15 @@ impl<'a> ResidualModel<'a> {
         scratch: &mut Scratch,
         rates: &mut [f64],
     ) {
-        let Scratch { pose, drives, .. } = scratch;
+        let Scratch { pose, contributions, .. } = scratch;
         let situation = self.situation(state, row, &pose.link_frames, &pose.moments, None);
         let mut first = 0;
         for effect in driving {
-            drives.clear();
-            effect.drive(&situation, drives);
-            for drive in drives.iter() {
-                if let Some(rate) = rates.get_mut(first + drive.parameter) {
-                    *rate += drive.rate;
+            contributions.clear();
+            effect.contribute(&situation, contributions);
+            for contribution in contributions.iter() {
+                if let Some(rate) = rates.get_mut(first + contribution.parameter) {
+                    *rate += contribution.rate;
                 }
             }
             first += effect.parameters().len();
@@ -363,7 +365,7 @@ impl<'a> ResidualModel<'a> {
         // Chain rule: the prediction by the subject's point and attitude, these by each number.
         let (by_point, by_turn) = (prediction.by_point * scale, prediction.by_turn * scale);
         // What the sensor adds is subtracted from the distance: its derivative is minus one.
-        let by_sensor = what.kind.sensor_handle(self.model, what).map_or(0.0, |_| scale);
+        let by_sensor = what.kind.sensor_dof(self.model, what).map_or(0.0, |_| scale);
         let motion = &scratch.motion;
         let motions = motion.linear.iter().zip(&motion.angular).zip(&motion.sensor);
         for (entry, ((linear, angular), sensor)) in entries.iter_mut().zip(motions) {
@@ -386,7 +388,7 @@ impl<'a> ResidualModel<'a> {
         }
         // Surfaces and places are moved by no twist of the arm: their kind says what they do, and overwrites.
         what.kind.own_derivatives(what, context, &mut |wanted, value| {
-            let index = self.slots.iter().position(|slot| *slot == wanted);
+            let index = self.free_parameters.iter().position(|free_parameter| *free_parameter == wanted);
             if let Some(entry) = index.and_then(|index| entries.get_mut(index)) {
                 *entry = value * scale;
             }

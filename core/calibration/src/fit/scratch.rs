@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use super::arm_pose::ArmPose;
 use super::seen::Seen;
 use crate::arm_model::RigNumber;
-use crate::effect::{Channel, Drive, Handle};
+use crate::effect::{Channel, Contribution, Dof};
 
 /// A small motion of the subject: of its point (mm) and attitude (rad), frame of the measurements.
 pub(super) type Motion = (Vector3<f64>, Vector3<f64>);
@@ -49,14 +49,14 @@ impl SubjectMotion {
     }
 
     /// Adds what a number changes of what is read out.
-    pub(super) fn add_reading(&mut self, index: usize, handle: Handle, rate: f64) {
-        if let (Handle::Rig(number), Some(entry)) = (handle, self.rig.get_mut(index)) {
+    pub(super) fn add_reading(&mut self, index: usize, dof: Dof, rate: f64) {
+        if let (Dof::Rig(number), Some(entry)) = (dof, self.rig.get_mut(index)) {
             *entry = Some((number, rate));
             return;
         }
-        let (channel, zero, scale) = match handle {
-            Handle::ReadingZero(channel) => (channel, rate, 0.0),
-            Handle::ReadingScale(channel) => (channel, 0.0, rate),
+        let (channel, zero, scale) = match dof {
+            Dof::ReadingZero(channel) => (channel, rate, 0.0),
+            Dof::ReadingScale(channel) => (channel, 0.0, rate),
             _ => return,
         };
         if let Some(entry) = self.reading.get_mut(index) {
@@ -77,7 +77,7 @@ impl SubjectMotion {
 #[derive(Default)]
 pub(crate) struct Scratch {
     pub(super) pose: ArmPose,
-    pub(super) drives: Vec<Drive>,
+    pub(super) contributions: Vec<Contribution>,
     pub(super) motion: SubjectMotion,
     /// How the subject moves when a joint turns, one a joint.
     pub(super) by_joint: Vec<Motion>,
@@ -90,16 +90,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_several_drives_change_of_a_reading_adds_up() {
+    fn what_several_contributions_change_of_a_reading_adds_up() {
         let channel = Channel::TiltX;
         let mut motion = SubjectMotion::default();
         motion.begin(2);
-        motion.add_reading(1, Handle::ReadingZero(channel), 2.0);
-        motion.add_reading(1, Handle::ReadingScale(channel), 3.0);
-        motion.add_reading(1, Handle::ReadingZero(channel), 5.0);
-        motion.add_reading(1, Handle::ReadingScale(channel), -1.0);
+        motion.add_reading(1, Dof::ReadingZero(channel), 2.0);
+        motion.add_reading(1, Dof::ReadingScale(channel), 3.0);
+        motion.add_reading(1, Dof::ReadingZero(channel), 5.0);
+        motion.add_reading(1, Dof::ReadingScale(channel), -1.0);
         assert!(motion.reading[1].is_some_and(|(_, zero, scale)| (zero, scale) == (7.0, 2.0)));
-        motion.add_reading(0, Handle::BaseShift(0), 4.0);
+        motion.add_reading(0, Dof::BaseShift(0), 4.0);
         assert!(motion.reading[0].is_none(), "a shift of the base is no number that is read");
         assert_eq!((motion.extend(1), motion.extend(3), motion.extend(1)), (0, 1, 4));
     }

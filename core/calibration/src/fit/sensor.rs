@@ -7,7 +7,7 @@ use super::arm_pose::ArmPose;
 use super::residual_model::ResidualModel;
 use super::state::State;
 use super::view_of_table::ViewOfTable;
-use crate::effect::{Drive, Handle, LooksAt, Situation, Trigger};
+use crate::effect::{Contribution, Dof, LooksAt, Situation, Trigger};
 use crate::measurement::SensorShift;
 
 /// By how much the sensor is lifted to see how an edge's place depends on its height, mm: small beside a spot of some mm,
@@ -112,15 +112,15 @@ impl ResidualModel<'_> {
         row: usize,
         point: Vector3<f64>,
         pose: &ArmPose,
-        drives: &mut Vec<Drive>,
+        contributions: &mut Vec<Contribution>,
     ) -> SensorShift {
         if self.model.sensor.is_none() {
             return SensorShift::default();
         }
-        let (above, left) = self.seen(state, row, point, pose, drives);
+        let (above, left) = self.seen(state, row, point, pose, contributions);
         // The width of the spot's edge goes by the height: by a difference, for the sensor's law has no handy derivative.
         let higher = point + ViewOfTable::new(state).normal * PROBE_HEIGHT;
-        let (_, left_of_higher) = self.seen(state, row, higher, pose, drives);
+        let (_, left_of_higher) = self.seen(state, row, higher, pose, contributions);
         SensorShift { above, left, left_by_height: (left_of_higher - left) / PROBE_HEIGHT }
     }
 
@@ -131,7 +131,7 @@ impl ResidualModel<'_> {
         row: usize,
         point: Vector3<f64>,
         pose: &ArmPose,
-        drives: &mut Vec<Drive>,
+        contributions: &mut Vec<Contribution>,
     ) -> (f64, f64) {
         let situation = self.situation(state, row, &pose.link_frames, &pose.moments, Some(point));
         let (mut above, mut left) = match situation.trigger {
@@ -143,9 +143,9 @@ impl ResidualModel<'_> {
             }
             _ => (0.0, 0.0),
         };
-        self.each_change_at_the_point(state, &situation, drives, |handle, amount| match handle {
-            Handle::Trigger => above += amount,
-            Handle::Edge => left += amount,
+        self.each_change_at_the_point(state, &situation, contributions, |dof, amount| match dof {
+            Dof::Trigger => above += amount,
+            Dof::Edge => left += amount,
             _ => {}
         });
         (above, left)
@@ -158,7 +158,7 @@ impl ResidualModel<'_> {
         row: usize,
         point: Vector3<f64>,
         pose: &ArmPose,
-        drives: &mut Vec<Drive>,
+        contributions: &mut Vec<Contribution>,
     ) -> Vector3<f64> {
         let mut shift = Vector3::zeros();
         // Most models have no effect of the instrument.
@@ -166,8 +166,8 @@ impl ResidualModel<'_> {
             return shift;
         }
         let situation = self.situation(state, row, &pose.link_frames, &pose.moments, Some(point));
-        self.each_change_at_the_point(state, &situation, drives, |handle, amount| {
-            if let Handle::Reading(axis) = handle
+        self.each_change_at_the_point(state, &situation, contributions, |dof, amount| {
+            if let Dof::Reading(axis) = dof
                 && let Some(component) = shift.get_mut(axis)
             {
                 *component += amount;
@@ -181,17 +181,20 @@ impl ResidualModel<'_> {
         &self,
         state: &State,
         situation: &Situation<'_>,
-        drives: &mut Vec<Drive>,
-        mut take: impl FnMut(Handle, f64),
+        contributions: &mut Vec<Contribution>,
+        mut take: impl FnMut(Dof, f64),
     ) {
         for (part, values) in self.parts.iter().zip(&state.effects) {
             if part.effect.looks_at() != LooksAt::Point {
                 continue;
             }
-            drives.clear();
-            part.effect.drive(situation, drives);
-            for drive in drives.iter() {
-                take(drive.handle, drive.rate * values.get(drive.parameter).copied().unwrap_or(0.0));
+            contributions.clear();
+            part.effect.contribute(situation, contributions);
+            for contribution in contributions.iter() {
+                take(
+                    contribution.dof,
+                    contribution.rate * values.get(contribution.parameter).copied().unwrap_or(0.0),
+                );
             }
         }
     }

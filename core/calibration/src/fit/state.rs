@@ -5,9 +5,9 @@ use nalgebra::{IsometryMatrix3, Rotation3, Translation3, Vector3};
 use crate::arm_model::Model;
 use crate::arm_model::SurfaceShape;
 
-/// One free number.
+/// One free parameter: a number that a fit may change.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Slot {
+pub enum FreeParameter {
     /// Shift of the base along an axis of the measurements' frame, mm.
     BaseShift(usize),
     /// Turn of the base about an axis of the measurements' frame, rad.
@@ -61,8 +61,8 @@ impl State {
         }
     }
 
-    /// The state after a step: one amount a slot.
-    pub fn stepped(&self, slots: &[Slot], step: &[f64]) -> Self {
+    /// The state after a step: one amount a free parameter.
+    pub fn stepped(&self, free_parameters: &[FreeParameter], step: &[f64]) -> Self {
         let mut next = self.clone();
         // The three numbers of a turn make one rotation vector: applied one after the other they would depend on their order.
         let mut turns = Turns {
@@ -71,12 +71,12 @@ impl State {
             ..Turns::default()
         };
         let up = Vector3::z();
-        for (slot, amount) in slots.iter().zip(step) {
-            if let Slot::Surface(surface, which) = *slot {
+        for (free_parameter, amount) in free_parameters.iter().zip(step) {
+            if let FreeParameter::Surface(surface, which) = *free_parameter {
                 if let Some(shape) = next.surfaces.get_mut(surface) {
                     shape.shift(which, *amount, &up);
                 }
-            } else if let Some(part) = next.part(*slot, &mut turns) {
+            } else if let Some(part) = next.part(*free_parameter, &mut turns) {
                 *part += amount;
             }
         }
@@ -91,18 +91,20 @@ impl State {
         next
     }
 
-    /// The number that a slot moves: of a turn, that of the rotation vector which is applied in the end. A surface's numbers are its own matter.
-    fn part<'p>(&'p mut self, slot: Slot, turns: &'p mut Turns) -> Option<&'p mut f64> {
-        match slot {
-            Slot::BaseShift(axis) => self.base.translation.vector.get_mut(axis),
-            Slot::BaseTurn(axis) => turns.base.get_mut(axis),
-            Slot::Target(target, axis) => self.targets.get_mut(target)?.get_mut(axis),
-            Slot::TargetTurn(target, axis) => turns.targets.get_mut(target)?.get_mut(axis),
-            Slot::BoardShift(board, axis) => self.boards.get_mut(board)?.translation.vector.get_mut(axis),
-            Slot::BoardTurn(board, axis) => turns.boards.get_mut(board)?.get_mut(axis),
-            Slot::Place(place, axis) => self.places.get_mut(place)?.get_mut(axis),
-            Slot::Surface(..) => None,
-            Slot::Effect(effect, parameter) => self.effects.get_mut(effect)?.get_mut(parameter),
+    /// The number that a free parameter is: of a turn, that of the rotation vector which is applied in the end. A surface's numbers are its own matter.
+    fn part<'p>(&'p mut self, free_parameter: FreeParameter, turns: &'p mut Turns) -> Option<&'p mut f64> {
+        match free_parameter {
+            FreeParameter::BaseShift(axis) => self.base.translation.vector.get_mut(axis),
+            FreeParameter::BaseTurn(axis) => turns.base.get_mut(axis),
+            FreeParameter::Target(target, axis) => self.targets.get_mut(target)?.get_mut(axis),
+            FreeParameter::TargetTurn(target, axis) => turns.targets.get_mut(target)?.get_mut(axis),
+            FreeParameter::BoardShift(board, axis) => {
+                self.boards.get_mut(board)?.translation.vector.get_mut(axis)
+            }
+            FreeParameter::BoardTurn(board, axis) => turns.boards.get_mut(board)?.get_mut(axis),
+            FreeParameter::Place(place, axis) => self.places.get_mut(place)?.get_mut(axis),
+            FreeParameter::Surface(..) => None,
+            FreeParameter::Effect(effect, parameter) => self.effects.get_mut(effect)?.get_mut(parameter),
         }
     }
 

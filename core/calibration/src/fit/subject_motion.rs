@@ -11,9 +11,9 @@ use super::arm_pose::ArmPose;
 use super::residual_model::ResidualModel;
 use super::response::ResponseTo;
 use super::scratch::{Motion, Scratch, SubjectMotion};
-use super::state::{Slot, State};
+use super::state::{FreeParameter, State};
 use crate::arm_model::Frame;
-use crate::effect::{Drive, Effect, Handle, Situation};
+use crate::effect::{Contribution, Dof, Effect, Situation};
 use crate::measurement::{SensorShift, Subject};
 use crate::table::Stretch;
 
@@ -48,37 +48,35 @@ impl SubjectFrames<'_> {
         }
     }
 
-    /// How the subject's point and attitude move with one handle.
-    fn with(&self, handle: Handle) -> Motion {
+    /// How the subject's point and attitude move with one degree of freedom.
+    fn with(&self, dof: Dof) -> Motion {
         let pose = self.pose;
-        match handle {
+        match dof {
             // What lies beyond the base does not tilt it.
-            Handle::Joint(..) if self.subject == Subject::Frame(Frame::Base) => STILL,
-            Handle::Twist { after: joint, .. } if self.is_beyond(joint) => STILL,
-            Handle::Joint(joint, dh_parameter) => {
+            Dof::Joint(..) if self.subject == Subject::Frame(Frame::Base) => STILL,
+            Dof::Twist { after: joint, .. } if self.is_beyond(joint) => STILL,
+            Dof::Joint(joint, dh_parameter) => {
                 let stiff = self.with_stiff_joint(joint, dh_parameter);
                 self.with_response(stiff, pose.response.to_joint(joint, dh_parameter))
             }
-            Handle::Twist { shift, turn, about, .. } => {
+            Dof::Twist { shift, turn, about, .. } => {
                 (pose.base * (shift + turn.cross(&(self.stiff - about))), pose.base * turn)
             }
-            Handle::Target(target, axis) if self.is_of(target) => {
+            Dof::Target(target, axis) if self.is_of(target) => {
                 (pose.turned_from_flange(Vector3::ith(axis.min(2), 1.0)), Vector3::zeros())
             }
             // What a light stripe or a camera on the hand sees no instrument reads.
-            Handle::Reading(_) if matches!(self.subject, Subject::Stretch(_) | Subject::Camera(_)) => STILL,
-            Handle::BaseShift(axis) | Handle::Reading(axis) => {
-                (Vector3::ith(axis.min(2), 1.0), Vector3::zeros())
-            }
-            Handle::BaseTurn(axis) => {
+            Dof::Reading(_) if matches!(self.subject, Subject::Stretch(_) | Subject::Camera(_)) => STILL,
+            Dof::BaseShift(axis) | Dof::Reading(axis) => (Vector3::ith(axis.min(2), 1.0), Vector3::zeros()),
+            Dof::BaseTurn(axis) => {
                 self.with_base_turned_about(pose.turn_by_vector.column(axis.min(2)).into())
             }
-            Handle::Target(..)
-            | Handle::Trigger
-            | Handle::Edge
-            | Handle::Rig(_)
-            | Handle::ReadingZero(_)
-            | Handle::ReadingScale(_) => STILL,
+            Dof::Target(..)
+            | Dof::Trigger
+            | Dof::Edge
+            | Dof::Rig(_)
+            | Dof::ReadingZero(_)
+            | Dof::ReadingScale(_) => STILL,
         }
     }
 
@@ -129,22 +127,22 @@ impl SubjectFrames<'_> {
         &self,
         effect: &dyn Effect,
         situation: &Situation<'_>,
-        sensor: Option<Handle>,
-        drives: &mut Vec<Drive>,
+        sensor: Option<Dof>,
+        contributions: &mut Vec<Contribution>,
         motion: &mut SubjectMotion,
     ) {
-        drives.clear();
-        effect.drive(situation, drives);
+        contributions.clear();
+        effect.contribute(situation, contributions);
         let first = motion.extend(effect.parameters().len());
-        for drive in drives.iter() {
-            let index = first + drive.parameter;
-            if sensor == Some(drive.handle)
+        for contribution in contributions.iter() {
+            let index = first + contribution.parameter;
+            if sensor == Some(contribution.dof)
                 && let Some(own) = motion.sensor.get_mut(index)
             {
-                *own += drive.rate;
+                *own += contribution.rate;
             }
-            motion.add(index, self.with(drive.handle), drive.rate);
-            motion.add_reading(index, drive.handle, drive.rate);
+            motion.add(index, self.with(contribution.dof), contribution.rate);
+            motion.add_reading(index, contribution.dof, contribution.rate);
         }
     }
 }
@@ -160,7 +158,7 @@ impl ResidualModel<'_> {
         probes: &[&dyn Effect],
         scratch: &mut Scratch,
     ) -> (Vector3<f64>, SensorShift) {
-        let Scratch { pose, drives, motion, by_joint, seen } = scratch;
+        let Scratch { pose, contributions, motion, by_joint, seen } = scratch;
         let pose = &*pose;
         let stretch = self.stretch(subject);
         let (point, in_base) = match subject {
@@ -175,8 +173,8 @@ impl ResidualModel<'_> {
             // What the instrument adds is no matter of a camera.
             Subject::Camera(_) => (point, SensorShift::default()),
             _ => {
-                let read = point + self.reading_shift(state, row, point, pose, drives);
-                (read, self.sensor_shift(state, row, read, pose, drives))
+                let read = point + self.reading_shift(state, row, point, pose, contributions);
+                (read, self.sensor_shift(state, row, read, pose, contributions))
             }
         };
 
@@ -188,25 +186,25 @@ impl ResidualModel<'_> {
         frames.by_joint = by_joint;
 
         let of_probes: usize = probes.iter().map(|probe| probe.parameters().len()).sum();
-        motion.begin(self.slots.len() + of_probes);
-        self.move_by_slots(&frames, motion);
+        motion.begin(self.free_parameters.len() + of_probes);
+        self.move_by_free_parameters(&frames, motion);
         // With the point: effects of the instrument go by it.
         let situation = self.situation(state, row, &pose.link_frames, &pose.moments, Some(point));
-        let sensor = self.sensor_handle(row);
+        let sensor = self.sensor_dof(row);
         let taking_part = self.parts.iter().map(|part| part.effect.as_ref());
         for effect in taking_part.chain(probes.iter().copied()) {
-            frames.add_effect(effect, &situation, sensor, drives, motion);
+            frames.add_effect(effect, &situation, sensor, contributions, motion);
         }
         seen.move_by(motion.rig.iter().flatten().map(|(number, _)| *number), stretch, pose);
         (read, shift)
     }
 
     /// How the subject moves with every free number but those of effects.
-    fn move_by_slots(&self, frames: &SubjectFrames<'_>, motion: &mut SubjectMotion) {
-        for slot in &self.slots {
-            let handle = match *slot {
-                Slot::BaseShift(axis) => Handle::BaseShift(axis),
-                Slot::BaseTurn(axis) => {
+    fn move_by_free_parameters(&self, frames: &SubjectFrames<'_>, motion: &mut SubjectMotion) {
+        for free_parameter in &self.free_parameters {
+            let dof = match *free_parameter {
+                FreeParameter::BaseShift(axis) => Dof::BaseShift(axis),
+                FreeParameter::BaseTurn(axis) => {
                     // What effects turn the base by comes on top of where it is believed to be.
                     let about = frames.pose.base_turned.column(axis.min(2)).into();
                     let index = motion.extend(1);
@@ -215,21 +213,24 @@ impl ResidualModel<'_> {
                     motion.add(index, frames.with_response(stiff, response), 1.0);
                     continue;
                 }
-                Slot::Target(target, axis) => Handle::Target(target, axis),
-                Slot::TargetTurn(target, axis) => {
+                FreeParameter::Target(target, axis) => Dof::Target(target, axis),
+                FreeParameter::TargetTurn(target, axis) => {
                     let index = motion.extend(1);
                     motion.add(index, frames.with_target_turned(target, axis), 1.0);
                     continue;
                 }
                 // Places, surfaces and a board do not move the subject; see `own_derivatives`.
-                Slot::Place(..) | Slot::Surface(..) | Slot::BoardShift(..) | Slot::BoardTurn(..) => {
+                FreeParameter::Place(..)
+                | FreeParameter::Surface(..)
+                | FreeParameter::BoardShift(..)
+                | FreeParameter::BoardTurn(..) => {
                     motion.extend(1);
                     continue;
                 }
-                Slot::Effect(..) => continue,
+                FreeParameter::Effect(..) => continue,
             };
             let index = motion.extend(1);
-            motion.add(index, frames.with(handle), 1.0);
+            motion.add(index, frames.with(dof), 1.0);
         }
     }
 
@@ -240,8 +241,8 @@ impl ResidualModel<'_> {
     }
 
     /// The sensor's own number that a row's trigger depends on, if it triggered there.
-    fn sensor_handle(&self, row: usize) -> Option<Handle> {
+    fn sensor_dof(&self, row: usize) -> Option<Dof> {
         let measurands = self.observations.of_row(row).iter().map(|equation| equation.measurand);
-        measurands.filter_map(|what| what.kind.sensor_handle(self.model, what)).next()
+        measurands.filter_map(|what| what.kind.sensor_dof(self.model, what)).next()
     }
 }

@@ -43,13 +43,13 @@ impl<'t> Tangent<'t> {
         for row in rows {
             first.push(first.last().copied().unwrap_or(0) + machine.observations.range(*row).len());
         }
-        let slots = machine.slots().len();
+        let free_parameters = machine.free_parameters().len();
         // Beyond 32 MB the rows are worked out anew in each round.
-        if first.last().copied().unwrap_or(0) * slots > MOST {
+        if first.last().copied().unwrap_or(0) * free_parameters > MOST {
             return None;
         }
         let block = machine.block(state, rows, &[], &[]);
-        let mut known = NormalEquations::zeros(slots);
+        let mut known = NormalEquations::zeros(free_parameters);
         machine.place_distances(state, &mut known);
         if let Some(prior) = prior {
             prior.add(machine, state, &mut known);

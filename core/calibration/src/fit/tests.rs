@@ -123,7 +123,11 @@ fn names_of_free_numbers_say_what_they_are() {
     let observations = Observations::new(&model, &table).unwrap();
     let harmonic = AddedEffect { id: parse("joint_harmonic(elbow, 2)", &model).unwrap(), values: Vec::new() };
     let machine = ResidualModel::new(&model, &table, &observations, &[harmonic]).unwrap();
-    let names: Vec<String> = machine.slots().iter().map(|slot| machine.slot_name(*slot)).collect();
+    let names: Vec<String> = machine
+        .free_parameters()
+        .iter()
+        .map(|free_parameter| machine.parameter_name(*free_parameter))
+        .collect();
     let expected = [
         "base x",
         "base y",

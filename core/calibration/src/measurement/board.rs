@@ -11,7 +11,7 @@ use super::error::ObservationsError;
 use super::kind::{Equation, Measurand, MeasurementKind, Prediction, RowContext, Subject};
 use super::row::RowReader;
 use crate::arm_model::Model;
-use crate::fit::Slot;
+use crate::fit::FreeParameter;
 use crate::table::Table;
 
 /// The board's place: columns `board_x_mm ...`, or OpenCV's `tvec_x_mm ...`.
@@ -102,10 +102,15 @@ impl MeasurementKind for Board {
         Prediction { value: axis.dot(&away), by_point: -axis, by_turn: axis.cross(&away) }
     }
 
-    fn own_derivatives(&self, what: Measurand, context: &RowContext<'_>, set: &mut dyn FnMut(Slot, f64)) {
+    fn own_derivatives(
+        &self,
+        what: Measurand,
+        context: &RowContext<'_>,
+        set: &mut dyn FnMut(FreeParameter, f64),
+    ) {
         let along = context.body(camera(context.model, what.index())) * Vector3::ith(what.axis(), 1.0);
         for (axis, part) in along.iter().enumerate() {
-            set(Slot::BoardShift(what.index(), axis), *part);
+            set(FreeParameter::BoardShift(what.index(), axis), *part);
         }
     }
 }

@@ -12,7 +12,7 @@ use super::kind::{Equation, Measurand, MeasurementKind, Prediction, RowContext, 
 use super::orientation::apart;
 use super::row::RowReader;
 use crate::arm_model::Model;
-use crate::fit::Slot;
+use crate::fit::FreeParameter;
 use crate::table::{Body, Table};
 
 /// The board's orientation: columns `board_qw ...` or `board_rx_rad ...`, or OpenCV's `rvec_x_rad ...`.
@@ -77,10 +77,15 @@ impl MeasurementKind for BoardTurn {
         Prediction { value: vector[what.axis()], by_point: Vector3::zeros(), by_turn }
     }
 
-    fn own_derivatives(&self, what: Measurand, context: &RowContext<'_>, set: &mut dyn FnMut(Slot, f64)) {
+    fn own_derivatives(
+        &self,
+        what: Measurand,
+        context: &RowContext<'_>,
+        set: &mut dyn FnMut(FreeParameter, f64),
+    ) {
         let Some((_, by_board)) = off(context, what.index()) else { return };
         for (axis, part) in by_board.row(what.axis()).iter().enumerate() {
-            set(Slot::BoardTurn(what.index(), axis), *part);
+            set(FreeParameter::BoardTurn(what.index(), axis), *part);
         }
     }
 }

@@ -10,7 +10,7 @@ use super::kind::{Equation, Measurand, MeasurementKind, Prediction, RowContext};
 use super::row::{Named, RowReader};
 use crate::arm_model::SurfaceShape;
 use crate::effect::Channel;
-use crate::fit::Slot;
+use crate::fit::FreeParameter;
 use crate::table::scalar::DISTANCE;
 
 /// Distances: column `distance_mm`, to the point named in `distance_to`.
@@ -52,7 +52,12 @@ impl MeasurementKind for Distance {
         Prediction::of_point(value, away)
     }
 
-    fn own_derivatives(&self, what: Measurand, context: &RowContext<'_>, set: &mut dyn FnMut(Slot, f64)) {
+    fn own_derivatives(
+        &self,
+        what: Measurand,
+        context: &RowContext<'_>,
+        set: &mut dyn FnMut(FreeParameter, f64),
+    ) {
         // Of a plane or a line the point that is measured from is a convention, which their free numbers do not move.
         if context.free_surface(what).is_some_and(SurfaceShape::is_located_by_its_reference_point) {
             context.surface_derivatives(what, set);

@@ -15,8 +15,8 @@ use super::kind::{Equation, Measurand, MeasurementKind, Prediction, RowContext};
 use super::row::RowReader;
 use super::trigger::{is_edge, triggered_over};
 use crate::arm_model::Model;
-use crate::effect::Handle;
-use crate::fit::{Slot, ViewOfTable};
+use crate::effect::Dof;
+use crate::fit::{FreeParameter, ViewOfTable};
 use crate::table::scalar::HEIGHT;
 
 /// Triggers at an edge: column `on` without a height, where it names a line.
@@ -72,11 +72,16 @@ impl MeasurementKind for Edge {
         }
     }
 
-    fn sensor_handle(&self, _model: &Model, _what: Measurand) -> Option<Handle> {
-        Some(Handle::Edge)
+    fn sensor_dof(&self, _model: &Model, _what: Measurand) -> Option<Dof> {
+        Some(Dof::Edge)
     }
 
-    fn own_derivatives(&self, what: Measurand, context: &RowContext<'_>, set: &mut dyn FnMut(Slot, f64)) {
+    fn own_derivatives(
+        &self,
+        what: Measurand,
+        context: &RowContext<'_>,
+        set: &mut dyn FnMut(FreeParameter, f64),
+    ) {
         context.surface_derivatives(what, set);
     }
 }

@@ -9,7 +9,7 @@ use super::row::{Named, RowReader};
 use crate::arm_model::Model;
 use crate::arm_model::SurfaceShape;
 use crate::effect::Channel;
-use crate::fit::Slot;
+use crate::fit::FreeParameter;
 use crate::table::scalar::HEIGHT;
 
 /// Heights: column `height_mm`, over the surface in column `on`, else over the model's first plane.
@@ -52,7 +52,12 @@ impl MeasurementKind for Height {
         Prediction::of_point(value, normal)
     }
 
-    fn own_derivatives(&self, what: Measurand, context: &RowContext<'_>, set: &mut dyn FnMut(Slot, f64)) {
+    fn own_derivatives(
+        &self,
+        what: Measurand,
+        context: &RowContext<'_>,
+        set: &mut dyn FnMut(FreeParameter, f64),
+    ) {
         context.surface_derivatives(what, set);
     }
 }

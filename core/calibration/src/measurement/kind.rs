@@ -8,8 +8,8 @@ use super::error::ObservationsError;
 use super::row::RowReader;
 use crate::arm_model::SurfaceShape;
 use crate::arm_model::{Frame, Model};
-use crate::effect::{Channel, Handle};
-use crate::fit::{ArmPose, Slot, State};
+use crate::effect::{Channel, Dof};
+use crate::fit::{ArmPose, FreeParameter, State};
 use crate::table::Table;
 
 /// A kind of measurement: its columns, its equation and its derivatives.
@@ -89,7 +89,7 @@ pub trait MeasurementKind: fmt::Debug + Sync {
     fn predict(&self, what: Measurand, context: &RowContext<'_>) -> Prediction;
 
     /// The sensor's own number that is subtracted from the predicted value, where there is one.
-    fn sensor_handle(&self, _model: &Model, _what: Measurand) -> Option<Handle> {
+    fn sensor_dof(&self, _model: &Model, _what: Measurand) -> Option<Dof> {
         None
     }
 
@@ -99,7 +99,13 @@ pub trait MeasurementKind: fmt::Debug + Sync {
     }
 
     /// Derivatives of the predicted value by the free numbers of what is measured against (places, surfaces), handed to `set`.
-    fn own_derivatives(&self, _what: Measurand, _context: &RowContext<'_>, _set: &mut dyn FnMut(Slot, f64)) {}
+    fn own_derivatives(
+        &self,
+        _what: Measurand,
+        _context: &RowContext<'_>,
+        _set: &mut dyn FnMut(FreeParameter, f64),
+    ) {
+    }
 }
 
 /// What one equation compares: a kind of measurement, of which thing, and which component of it.
@@ -248,10 +254,13 @@ impl RowContext<'_> {
     }
 
     /// Derivatives of the distance from a surface by the surface's own free numbers.
-    pub fn surface_derivatives(&self, what: Measurand, set: &mut dyn FnMut(Slot, f64)) {
+    pub fn surface_derivatives(&self, what: Measurand, set: &mut dyn FnMut(FreeParameter, f64)) {
         if let Some(shape) = self.free_surface(what) {
             for which in 0..shape.freedoms() {
-                set(Slot::Surface(what.index(), which), shape.derivative(which, &self.point, &self.up));
+                set(
+                    FreeParameter::Surface(what.index(), which),
+                    shape.derivative(which, &self.point, &self.up),
+                );
             }
         }
     }

@@ -14,7 +14,7 @@ use super::error::ObservationsError;
 use super::kind::{Equation, Measurand, MeasurementKind, Prediction, RowContext, Subject};
 use super::row::{Named, RowReader};
 use crate::arm_model::{Model, SurfaceShape};
-use crate::fit::Slot;
+use crate::fit::FreeParameter;
 use crate::table::Table;
 use crate::table::scalar::HEIGHT;
 
@@ -179,10 +179,15 @@ impl MeasurementKind for Profile {
         Prediction { value, by_point: normal, by_turn: seen.from_sensor.cross(&normal) }
     }
 
-    fn own_derivatives(&self, what: Measurand, context: &RowContext<'_>, set: &mut dyn FnMut(Slot, f64)) {
+    fn own_derivatives(
+        &self,
+        what: Measurand,
+        context: &RowContext<'_>,
+        set: &mut dyn FnMut(FreeParameter, f64),
+    ) {
         let (Some(seen), Some(shape)) = (Seen::of(what, context), context.free_surface(what)) else { return };
         for which in 0..shape.freedoms_in_space() {
-            set(Slot::Surface(what.index(), which), seen.by_surface(what, which));
+            set(FreeParameter::Surface(what.index(), which), seen.by_surface(what, which));
         }
     }
 }

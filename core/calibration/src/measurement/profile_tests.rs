@@ -100,20 +100,20 @@ fn derivatives_by_every_free_number_agree_with_differences() {
         .map(|joint| AddedEffect { id: EffectId::at("joint_zero", Site::Joint(joint)), values: vec![0.0] })
         .collect();
     let machine = ResidualModel::new(&model, &table, &observations, &zeros).unwrap();
-    let (start, count, rows) = (machine.start(), machine.slots().len(), [0, 1, 2]);
+    let (start, count, rows) = (machine.start(), machine.free_parameters().len(), [0, 1, 2]);
     // Base 6, two targets 3 each, the sensor's turn 3, plane 3, ball 3, edge in space 4, three zeros.
     assert_eq!(count, 6 + 6 + 3 + 3 + 3 + 4 + 3);
     let jacobian = machine.block(&start, &rows, &[], &[]).jacobian;
-    for slot in 0..count {
+    for free_parameter in 0..count {
         let at = |amount: f64| {
             let mut step = vec![0.0; count];
-            step[slot] = amount;
-            machine.block(&start.stepped(machine.slots(), &step), &rows, &[], &[]).residuals
+            step[free_parameter] = amount;
+            machine.block(&start.stepped(machine.free_parameters(), &step), &rows, &[], &[]).residuals
         };
         let (ahead, behind) = (at(1e-6), at(-1e-6));
         for (equation, (ahead, behind)) in ahead.iter().zip(&behind).enumerate() {
-            let (slope, derivative) = ((behind - ahead) / 2e-6, jacobian[(slot, equation)]);
-            let name = machine.slot_name(machine.slots()[slot]);
+            let (slope, derivative) = ((behind - ahead) / 2e-6, jacobian[(free_parameter, equation)]);
+            let name = machine.parameter_name(machine.free_parameters()[free_parameter]);
             assert!(
                 (derivative - slope).abs() < 1e-4 * (1.0 + slope.abs()),
                 "{name}, {equation}: {derivative} beside {slope}"

@@ -13,7 +13,7 @@ use super::error::ObservationsError;
 use super::kind::{Equation, Measurand, MeasurementKind, Prediction, RowContext, Subject};
 use super::row::RowReader;
 use crate::arm_model::{Model, SurfaceShape};
-use crate::fit::Slot;
+use crate::fit::FreeParameter;
 use crate::table::Stretch;
 
 /// Stretches of stripes: they come with the table, in none of its columns.
@@ -129,14 +129,19 @@ impl MeasurementKind for Stripe {
         each.sum()
     }
 
-    fn own_derivatives(&self, what: Measurand, context: &RowContext<'_>, set: &mut dyn FnMut(Slot, f64)) {
+    fn own_derivatives(
+        &self,
+        what: Measurand,
+        context: &RowContext<'_>,
+        set: &mut dyn FnMut(FreeParameter, f64),
+    ) {
         let Some(reading) = Reading::of(what, context) else { return };
         let surface = reading.stretch.surface;
         if !context.model.surfaces.get(surface).is_some_and(|known| known.free) {
             return;
         }
         for which in 0..reading.shape.freedoms() {
-            set(Slot::Surface(surface, which), reading.by_surface(which));
+            set(FreeParameter::Surface(surface, which), reading.by_surface(which));
         }
     }
 }

@@ -212,22 +212,22 @@ fn derivatives_of_every_kind_by_every_free_number_agree_with_differences() {
         let start = model.start();
         let rows: Vec<usize> = (0..model.table.len()).collect();
         let jacobian = model.block(&start, &rows, &[], &[]).jacobian;
-        let count = model.slots().len();
-        for slot in 0..count {
+        let count = model.free_parameters().len();
+        for free_parameter in 0..count {
             let at = |amount: f64| {
                 let mut step = vec![0.0; count];
-                step[slot] = amount;
-                model.block(&start.stepped(model.slots(), &step), &rows, &[], &[]).residuals
+                step[free_parameter] = amount;
+                model.block(&start.stepped(model.free_parameters(), &step), &rows, &[], &[]).residuals
             };
             let (ahead, behind) = (at(1e-6), at(-1e-6));
             for (equation, (ahead, behind)) in ahead.iter().zip(&behind).enumerate() {
                 let slope = (behind - ahead) / 2e-6;
-                let derivative = jacobian[(slot, equation)];
+                let derivative = jacobian[(free_parameter, equation)];
                 let kind = model.observations.equations[equation].measurand.kind.name();
                 assert!(
                     (derivative - slope).abs() < 1e-4 * (1.0 + slope.abs()),
                     "{kind}, {}: {derivative} beside {slope}",
-                    model.slot_name(model.slots()[slot])
+                    model.parameter_name(model.free_parameters()[free_parameter])
                 );
             }
         }

@@ -10,7 +10,7 @@ use super::error::ObservationsError;
 use super::kind::{Equation, Measurand, MeasurementKind, Prediction, RowContext, Subject};
 use super::row::RowReader;
 use crate::arm_model::Model;
-use crate::fit::Slot;
+use crate::fit::FreeParameter;
 
 /// Touched places: column `touch`.
 #[derive(Debug)]
@@ -65,7 +65,12 @@ impl MeasurementKind for Touch {
         Prediction::of_point((context.point - place).dot(&axis), axis)
     }
 
-    fn own_derivatives(&self, what: Measurand, _context: &RowContext<'_>, set: &mut dyn FnMut(Slot, f64)) {
-        set(Slot::Place(what.index(), what.axis()), -1.0);
+    fn own_derivatives(
+        &self,
+        what: Measurand,
+        _context: &RowContext<'_>,
+        set: &mut dyn FnMut(FreeParameter, f64),
+    ) {
+        set(FreeParameter::Place(what.index(), what.axis()), -1.0);
     }
 }

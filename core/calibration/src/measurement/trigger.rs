@@ -9,8 +9,8 @@ use super::kind::{Equation, Measurand, MeasurementKind, Prediction, RowContext};
 use super::row::{Named, RowReader};
 use crate::arm_model::Model;
 use crate::arm_model::SurfaceShape;
-use crate::effect::Handle;
-use crate::fit::Slot;
+use crate::effect::Dof;
+use crate::fit::FreeParameter;
 use crate::table::scalar::HEIGHT;
 
 /// Triggers over a surface: column `on` without a height.
@@ -44,22 +44,27 @@ impl MeasurementKind for Trigger {
 
     fn predict(&self, what: Measurand, context: &RowContext<'_>) -> Prediction {
         let (distance, normal) = context.distance_from(what, &context.point);
-        let value = match self.sensor_handle(context.model, what) {
+        let value = match self.sensor_dof(context.model, what) {
             Some(_) => distance - context.pose.trigger_height() - context.sensor.above,
             None => distance,
         };
         Prediction::of_point(value, normal)
     }
 
-    fn sensor_handle(&self, model: &Model, what: Measurand) -> Option<Handle> {
+    fn sensor_dof(&self, model: &Model, what: Measurand) -> Option<Dof> {
         // On a mere point nothing reflects: there p1 lies on it, whatever the sensor does.
         match model.surfaces.get(what.index())?.shape {
-            SurfaceShape::Plane { .. } | SurfaceShape::Sphere { .. } => Some(Handle::Trigger),
+            SurfaceShape::Plane { .. } | SurfaceShape::Sphere { .. } => Some(Dof::Trigger),
             SurfaceShape::Line { .. } | SurfaceShape::Point { .. } => None,
         }
     }
 
-    fn own_derivatives(&self, what: Measurand, context: &RowContext<'_>, set: &mut dyn FnMut(Slot, f64)) {
+    fn own_derivatives(
+        &self,
+        what: Measurand,
+        context: &RowContext<'_>,
+        set: &mut dyn FnMut(FreeParameter, f64),
+    ) {
         context.surface_derivatives(what, set);
     }
 }

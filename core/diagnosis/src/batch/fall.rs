@@ -27,7 +27,8 @@ impl Fall {
         let (machine, fit) = (&fitted.machine, &fitted.fit);
         let probes: Vec<&dyn Effect> =
             picks.iter().filter_map(|pick| Some(pool.probes.get(pick.probe)?.effect.as_ref())).collect();
-        let size = machine.slots().len() + probes.iter().map(|probe| probe.parameters().len()).sum::<usize>();
+        let size = machine.free_parameters().len()
+            + probes.iter().map(|probe| probe.parameters().len()).sum::<usize>();
         let unit = machine.observations.unit();
         // Every row counts alike: the fit's robust weights would hide what the error of a measured point is.
         let ones = vec![1.0; machine.table.len()];

@@ -10,7 +10,7 @@ use crate::cross_validation::{
 };
 use crate::predictive_gain::Gain;
 use crate::score_test::Noise;
-use plumb_calibration::fit::{ResidualModel, Slot, State};
+use plumb_calibration::fit::{FreeParameter, ResidualModel, State};
 use plumb_estimation::{Cancelled, Progress};
 use plumb_estimation::{NormalEquations, RankRevealingCholesky, for_each, huber_variance};
 
@@ -106,8 +106,8 @@ impl<'m> LeftOutPredictions<'m> {
     /// How much better rows that are left out are predicted with an effect (counted among the machine's) in, beside all the
     /// others: by region, by range of its joint, by session.
     pub(super) fn gains(&self, effect: usize) -> Vec<Gain> {
-        let slots = self.machine.slots().iter().enumerate();
-        let own = slots.filter(|(_, slot)| matches!(slot, Slot::Effect(index, _) if *index == effect));
+        let free_parameters = self.machine.free_parameters().iter().enumerate();
+        let own = free_parameters.filter(|(_, free_parameter)| matches!(free_parameter, FreeParameter::Effect(index, _) if *index == effect));
         let columns: Vec<usize> = own.map(|(column, _)| column).collect();
         let joint = self.machine.parts.get(effect).and_then(|part| part.id.joint());
         let asked = self.ways.iter().filter(|way| way.joint.is_none() || way.joint == joint);

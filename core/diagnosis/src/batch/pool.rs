@@ -29,7 +29,7 @@ const DAMPING: f64 = 1e-6;
 pub(super) struct Pool {
     pub(super) probes: Vec<Probe>,
     ranges: Vec<std::ops::Range<usize>>,
-    slots: usize,
+    free_parameters: usize,
     regions: Vec<NormalEquations>,
     folds: Vec<NormalEquations>,
     total: NormalEquations,
@@ -65,8 +65,8 @@ impl Pool {
         let mut probes = candidates::probes(lab);
         // What is searched for inside an effect would need a column for every value it may have.
         probes.retain(|probe| probe.search == Search::Nothing);
-        let slots = fitted.machine.slots().len();
-        let mut first = slots;
+        let free_parameters = fitted.machine.free_parameters().len();
+        let mut first = free_parameters;
         let ranges: Vec<std::ops::Range<usize>> = probes
             .iter()
             .map(|probe| {
@@ -82,7 +82,7 @@ impl Pool {
         let regions = cells.len() / FOLDS;
         Ok(Self {
             ranges,
-            slots,
+            free_parameters,
             regions: normals.chunks(FOLDS).take(regions).map(|own| sum(first, own.iter())).collect(),
             folds: (0..FOLDS).map(|fold| sum(first, normals.iter().skip(fold).step_by(FOLDS))).collect(),
             total: sum(first, normals.iter()),
@@ -100,15 +100,17 @@ impl Pool {
 
     /// All candidates' normal equations with some columns projected out.
     fn beyond(&self, columns: &[usize]) -> Beyond {
-        let (slots, count) = (self.slots, self.total.matrix.nrows() - self.slots);
+        let (free_parameters, count) =
+            (self.free_parameters, self.total.matrix.nrows() - self.free_parameters);
         let taken = self.total.matrix.select_columns(columns);
         let factor = RankRevealingCholesky::new(&taken.select_rows(columns));
-        let shadow = factor.whiten(&taken.rows(slots, count).transpose());
+        let shadow = factor.whiten(&taken.rows(free_parameters, count).transpose());
         let own = self.total.gradient.select_rows(columns);
         let known = factor.whiten(&DMatrix::from_column_slice(columns.len(), 1, own.as_slice()));
         Beyond {
-            left: self.total.matrix.view((slots, slots), (count, count)) - shadow.tr_mul(&shadow),
-            gradient: self.total.gradient.rows(slots, count) - shadow.tr_mul(&known).column(0),
+            left: self.total.matrix.view((free_parameters, free_parameters), (count, count))
+                - shadow.tr_mul(&shadow),
+            gradient: self.total.gradient.rows(free_parameters, count) - shadow.tr_mul(&known).column(0),
             squares: self.total.squares - known.norm_squared(),
         }
     }
@@ -139,7 +141,7 @@ impl Pool {
     /// Takes in the best candidate again and again, as long as it is worth its price and beyond chance.
     pub(super) fn select(&self, closed: &[usize]) -> Vec<Pick> {
         let Beyond { mut left, mut gradient, mut squares } =
-            self.beyond(&(0..self.slots).collect::<Vec<_>>());
+            self.beyond(&(0..self.free_parameters).collect::<Vec<_>>());
         let equations = self.total.equations as f64;
         let mut rank = self.rank as f64;
         let mut picks: Vec<Pick> = Vec::new();
@@ -183,20 +185,20 @@ impl Pool {
     /// The picks as effects, at the values all of them have together, and how the fitted numbers move beside them.
     pub(super) fn effects(&self, picks: &[Pick]) -> (Vec<AddedEffect>, Vec<f64>) {
         let values = self.values(&self.columns(picks));
-        let mut first = self.slots;
+        let mut first = self.free_parameters;
         let effects = picks.iter().map(|pick| {
             let width = self.ranges[pick.probe].len();
             let own = values.rows(first, width).as_slice().to_vec();
             first += width;
             AddedEffect { id: self.probes[pick.probe].id.clone(), values: own }
         });
-        (effects.collect(), values.rows(0, self.slots).as_slice().to_vec())
+        (effects.collect(), values.rows(0, self.free_parameters).as_slice().to_vec())
     }
 
     /// A candidate's columns, counted from the first candidate's.
     fn local(&self, index: usize) -> std::ops::Range<usize> {
         let range = &self.ranges[index];
-        range.start - self.slots..range.end - self.slots
+        range.start - self.free_parameters..range.end - self.free_parameters
     }
 
     fn gain(&self, index: usize, left: &DMatrix<f64>, gradient: &DVector<f64>) -> Option<(f64, Vec<f64>)> {
@@ -219,7 +221,7 @@ impl Pool {
     /// The columns of what is fitted and of these picks.
     pub(super) fn columns(&self, picks: &[Pick]) -> Vec<usize> {
         let picked = picks.iter().flat_map(|pick| self.ranges[pick.probe].clone());
-        (0..self.slots).chain(picked).collect()
+        (0..self.free_parameters).chain(picked).collect()
     }
 
     /// The values of everything, with these columns free.
@@ -284,7 +286,7 @@ impl Pool {
             let inverse = factor.inverse();
             let squares = (self.total.squares - gradient.dot(&values)).max(1e-300);
             let freedom = (equations - factor.rank() as f64).max(1.0);
-            let mut first = self.slots;
+            let mut first = self.free_parameters;
             let mut weakest: Option<(f64, usize)> = None;
             for (place, pick) in picks.iter().enumerate() {
                 let width = self.ranges[pick.probe].len();
@@ -432,7 +434,7 @@ mod tests {
         let mut pool = pool(&lab);
         let label = |probe: &Probe| lab.model().label(&probe.id);
         let gain = pool.probes.iter().position(|probe| label(probe) == "joint_gain(elbow)").unwrap();
-        let beyond = pool.beyond(&(0..pool.slots).collect::<Vec<_>>());
+        let beyond = pool.beyond(&(0..pool.free_parameters).collect::<Vec<_>>());
         let worth = pool.worth(gain, &beyond).unwrap();
         // What is left with it in is the noise of 180 readings, less three numbers.
         let fitted = lab
@@ -468,7 +470,7 @@ mod tests {
         );
         total.gradient = DVector::from_row_slice(&[0.0, 100.0 * gradient[0], 100.0 * gradient[1]]);
         (total.squares, total.equations) = (1.0, equations);
-        Pool { ranges: vec![1..2, 2..3], slots: 1, total, rank, ..pool }
+        Pool { ranges: vec![1..2, 2..3], free_parameters: 1, total, rank, ..pool }
     }
 
     /// Which of the two are selected.

@@ -77,7 +77,7 @@ impl Columns {
         let mut state = fitted.fit.state.clone();
         state.effects = parts.into_iter().map(|part| part.values).collect();
         let block = machine.block(&state, &rows, &fitted.fit.weights, &probes);
-        let known = machine.slots().len();
+        let known = machine.free_parameters().len();
         let mut first = 0;
         let ranges = rows.iter().map(|row| {
             let start = first;

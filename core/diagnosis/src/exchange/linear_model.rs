@@ -38,7 +38,7 @@ pub(super) struct LinearModel {
     /// The fitted numbers first, then those of the candidates.
     normal: NormalEquations,
     /// How many numbers were fitted.
-    slots: usize,
+    free_parameters: usize,
     pub(super) members: Vec<Member>,
     pub(super) columns: Vec<Column>,
     /// Numbers that the rows determine, those of the members among them.
@@ -119,15 +119,24 @@ impl LinearModel {
         columns: Vec<Column>,
         (parameters, least): (f64, f64),
     ) -> Self {
-        let slots = columns.first().map_or(normal.matrix.nrows(), |first| first.range.start);
-        let own = normal.matrix.view((0, 0), (slots, slots)).into_owned();
+        let free_parameters = columns.first().map_or(normal.matrix.nrows(), |first| first.range.start);
+        let own = normal.matrix.view((0, 0), (free_parameters, free_parameters)).into_owned();
         let rank = RankRevealingCholesky::new(&own).rank() as f64;
         let mut kinds = BTreeMap::new();
         for id in members.iter().map(|member| &member.id).chain(columns.iter().map(|column| &column.id)) {
             *kinds.entry(id.name.clone()).or_insert(0) += 1;
         }
-        let mut model =
-            Self { normal, slots, members, columns, parameters, least, kinds, choice_of_members: 0.0, rank };
+        let mut model = Self {
+            normal,
+            free_parameters,
+            members,
+            columns,
+            parameters,
+            least,
+            kinds,
+            choice_of_members: 0.0,
+            rank,
+        };
         model.choice_of_members = model.choice(model.members.iter().map(|member| member.id.name.as_str()));
         model
     }
@@ -305,16 +314,18 @@ impl LinearModel {
         let squares = self.normal.squares
             + self.normal.gradient.select_rows(&columns).dot(&values)
             + gradient.select_rows(&columns).dot(&values);
-        let kept: Vec<usize> = (0..self.slots).filter(|slot| !columns.contains(slot)).collect();
-        let count = self.normal.matrix.nrows() - self.slots;
+        let kept: Vec<usize> =
+            (0..self.free_parameters).filter(|free_parameter| !columns.contains(free_parameter)).collect();
+        let count = self.normal.matrix.nrows() - self.free_parameters;
         let taken = self.normal.matrix.select_columns(&kept);
         let factor = RankRevealingCholesky::new(&taken.select_rows(&kept));
-        let shadow = factor.whiten(&taken.rows(self.slots, count).transpose());
+        let shadow = factor.whiten(&taken.rows(self.free_parameters, count).transpose());
         let own = gradient.select_rows(&kept);
         let known = factor.whiten(&DMatrix::from_column_slice(kept.len(), 1, own.as_slice()));
         Rest {
-            left: self.normal.matrix.view((self.slots, self.slots), (count, count)) - shadow.tr_mul(&shadow),
-            gradient: gradient.rows(self.slots, count) - shadow.tr_mul(&known).column(0),
+            left: self.normal.matrix.view((self.free_parameters, self.free_parameters), (count, count))
+                - shadow.tr_mul(&shadow),
+            gradient: gradient.rows(self.free_parameters, count) - shadow.tr_mul(&known).column(0),
             squares: squares - known.norm_squared(),
             gone: self.rank - factor.rank() as f64,
         }
@@ -325,14 +336,14 @@ impl Rest {
     /// Products of two candidates beyond what is fitted.
     fn block(&self, (one, other): (usize, usize), linear: &LinearModel) -> DMatrix<f64> {
         let [rows, columns] = [one, other].map(|index| linear.columns[index].range.clone());
-        let first = (rows.start - linear.slots, columns.start - linear.slots);
+        let first = (rows.start - linear.free_parameters, columns.start - linear.free_parameters);
         self.left.view(first, (rows.len(), columns.len())).into_owned()
     }
 
     /// Of a candidate with the residuals.
     fn part(&self, index: usize, linear: &LinearModel) -> DVector<f64> {
         let range = linear.columns[index].range.clone();
-        self.gradient.rows(range.start - linear.slots, range.len()).into_owned()
+        self.gradient.rows(range.start - linear.free_parameters, range.len()).into_owned()
     }
 }
 

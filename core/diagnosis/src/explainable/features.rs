@@ -229,7 +229,7 @@ impl Builder<'_> {
 /// What known distances between touched places say of the fitted numbers, in the units of the design's first columns. Without them places and lengths would shrink
 /// together to nothing.
 pub(super) fn knowledge(machine: &ResidualModel<'_>, fit: &Fit, columns: usize) -> Products {
-    let mut known = NormalEquations::zeros(machine.slots().len());
+    let mut known = NormalEquations::zeros(machine.free_parameters().len());
     machine.place_distances(&fit.state, &mut known);
     // The fitted columns are whitened by the fit's own factor R; what is known of them is then R^-T K R^-1.
     let half = fit.factor.whiten(&known.matrix);
@@ -311,12 +311,13 @@ impl Features {
         let probes: Vec<&dyn Effect> =
             [&shift, &tilt].into_iter().chain(&zeros).flatten().map(AsRef::as_ref).collect();
         let block = machine.block(&fit.state, rows, &fit.weights, &probes);
-        let slots = machine.slots().len();
+        let free_parameters = machine.free_parameters().len();
         let [shifts, tilts] =
             [&shift, &tilt].map(|effect| effect.as_ref().map_or(0, |one| one.parameters().len()));
         // Orthonormal columns keep the matrix of products well conditioned, whatever units the fitted numbers have.
-        let fitted = fit.factor.whiten(&block.jacobian.rows(0, slots).into_owned());
-        let driven = block.jacobian.rows(slots, block.jacobian.nrows() - slots).into_owned();
+        let fitted = fit.factor.whiten(&block.jacobian.rows(0, free_parameters).into_owned());
+        let driven =
+            block.jacobian.rows(free_parameters, block.jacobian.nrows() - free_parameters).into_owned();
         let joints: Vec<bool> = zeros.iter().map(Option::is_some).collect();
         let carriers = Carriers::of(&driven, shifts, tilts, &joints);
         let equations = equations_of(machine, rows);

@@ -111,12 +111,12 @@ fn waves(inputs: &[Vec<f64>], length: f64, random: &mut Random) -> [Wave; 2] {
 }
 
 /// Writes the map's functions, carried to the readings, into a design from column `first` on; the equations of each row. `axes` are those of the base in the frame of the
-/// measurements, in which the probes behind the first `slots` parameters shift it.
+/// measurements, in which the probes behind the first `free_parameters` parameters shift it.
 fn write_columns(
     machine: &ResidualModel<'_>,
     (rows, region): (&[usize], &MeasuredRegion),
     outline: &Outline,
-    (block, slots, axes): (&RowBlock, usize, &Matrix3<f64>),
+    (block, free_parameters, axes): (&RowBlock, usize, &Matrix3<f64>),
     design: &mut DMatrix<f64>,
     first: usize,
 ) -> Vec<Range<usize>> {
@@ -130,7 +130,8 @@ fn write_columns(
         let columns = outline.map.columns(region, machine.table.q_of(*row), &sides);
         for equation in own.clone() {
             // Readings by a shift of the base along each axis (three of them), then by each joint's coordinate.
-            let by: Vec<f64> = block.jacobian.column(equation).iter().skip(slots).copied().collect();
+            let by: Vec<f64> =
+                block.jacobian.column(equation).iter().skip(free_parameters).copied().collect();
             let shifts =
                 [0, 1, 2].map(|axis| (0..3).zip(&by).map(|(part, by)| axes[(part, axis)] * by).sum::<f64>());
             for (index, (carrier, value)) in columns.iter().enumerate() {
@@ -165,16 +166,22 @@ impl Design {
         let probes: Vec<&dyn Effect> =
             std::iter::once(&shift).chain(&zeros).flatten().map(AsRef::as_ref).collect();
         let block = machine.block(&fit.state, rows, &fit.weights, &probes);
-        let slots = machine.slots().len();
-        let fitted = fit.factor.whiten(&block.jacobian.rows(0, slots).into_owned());
+        let free_parameters = machine.free_parameters().len();
+        let fitted = fit.factor.whiten(&block.jacobian.rows(0, free_parameters).into_owned());
         let fixed = fitted.nrows();
         // Axes of the base in the frame of the measurements, in which the probes shift it.
         let axes = fit.state.base.rotation.matrix();
         let flexible = outline.components.last().map_or(0, |last| last.end);
         let mut design = DMatrix::zeros(block.residuals.len(), fixed + flexible + 1);
         design.columns_mut(0, fixed).copy_from(&fitted.transpose());
-        let equations =
-            write_columns(machine, (rows, region), outline, (&block, slots, axes), &mut design, fixed);
+        let equations = write_columns(
+            machine,
+            (rows, region),
+            outline,
+            (&block, free_parameters, axes),
+            &mut design,
+            fixed,
+        );
         // Columns are scaled for the regression; the map keeps its weights in mm and rad, and needs the lengths to go back.
         let mut lengths = vec![1.0; flexible];
         for component in &outline.components {

@@ -1,7 +1,7 @@
 //! Forms that a formula may have: a factor times a function of an angle, at a joint's coordinate or at the base's attitude. Each is worked out here for the search, and
 //! written as a formula of a model file for the user; a test holds the two together.
 
-use plumb_calibration::effect::{Drive, Effect, Handle, LooksAt, Parameter, Situation, Unit};
+use plumb_calibration::effect::{Contribution, Dof, Effect, LooksAt, Parameter, Situation, Unit};
 
 /// What a formula is added to.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -275,7 +275,7 @@ impl Effect for Candidate {
         &self.parameters
     }
 
-    fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+    fn contribute(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>) {
         let factor = self.form.factor.value(situation);
         let values = self.form.shape.values(situation);
         // A formula is written in degrees, as people write model files; the arm computes in radians.
@@ -284,11 +284,11 @@ impl Effect for Candidate {
             match self.form.site {
                 FormSite::Joint { joint, slides } => {
                     let rate = if slides { value } else { value * radians };
-                    drives.push(situation.drive_joint(joint, index, rate));
+                    contributions.push(situation.contribute_to_joint(joint, index, rate));
                 }
-                FormSite::Base => drives.extend([0, 1].map(|axis| Drive {
+                FormSite::Base => contributions.extend([0, 1].map(|axis| Contribution {
                     parameter: axis * values.len() + index,
-                    handle: Handle::BaseTurn(axis),
+                    dof: Dof::BaseTurn(axis),
                     rate: value * radians,
                 })),
             }

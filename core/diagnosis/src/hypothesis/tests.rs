@@ -110,8 +110,9 @@ fn every_form_is_what_its_formula_says() {
         model.definitions.push(Arc::new(written));
         let defined = effect::build(&id, &model).unwrap();
         let block = machine.block(&state, &rows, &weights, &[probe.effect.as_ref(), defined.as_ref()]);
-        let (slots, own) = (machine.slots().len(), probe.effect.parameters().len());
-        let (search, file) = (block.jacobian.rows(slots, own), block.jacobian.rows(slots + own, own));
+        let (free_parameters, own) = (machine.free_parameters().len(), probe.effect.parameters().len());
+        let (search, file) =
+            (block.jacobian.rows(free_parameters, own), block.jacobian.rows(free_parameters + own, own));
         assert!((search - file).amax() < 1e-9 * (1.0 + search.amax()), "{form:?}: {:?}", form.formulas());
         factors.insert(format!("{:?}", form.factor).chars().take(4).collect::<String>());
     }

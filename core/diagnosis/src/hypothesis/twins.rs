@@ -25,10 +25,10 @@ pub(super) fn beaten(fitted: &Fitted<'_>, best: &dyn Effect, all: &[&dyn Effect]
     // A form with more numbers explains more by chance, and would beat a simpler one without being a better explanation.
     probes.extend(all.iter().filter(|one| one.parameters().len() <= best.parameters().len()));
     let block = machine.block(&fit.state, &fit.rows, &fit.weights, &probes);
-    let slots = machine.slots().len();
-    let fixed = basis(block.jacobian.rows(0, slots).transpose());
+    let free_parameters = machine.free_parameters().len();
+    let fixed = basis(block.jacobian.rows(0, free_parameters).transpose());
     let residuals = DVector::from_vec(block.residuals);
-    let mut next = slots;
+    let mut next = free_parameters;
     let bases: Vec<DMatrix<f64>> = probes
         .iter()
         .map(|effect| {

@@ -14,7 +14,7 @@ use crate::noise_floor::Floor;
 use crate::note::Note;
 use crate::thresholds::OUTLIER_WEIGHT;
 use plumb_calibration::effect::{self, LooksAt};
-use plumb_calibration::fit::{Convergence, Fit, Gauge, Part, ResidualModel, Slot};
+use plumb_calibration::fit::{Convergence, Fit, FreeParameter, Gauge, Part, ResidualModel};
 use plumb_calibration::measurement::{ReadingNoise, ReadingUnit};
 use plumb_estimation::Progress;
 
@@ -373,16 +373,17 @@ impl Laboratory {
         let free = machine.parts.len().saturating_sub(self.model.effects.len());
         let mut all = Vec::with_capacity(machine.parts.len());
         for (index, part) in machine.parts.iter().enumerate() {
-            let own = machine.slots().iter().enumerate();
-            let own = own.filter(|(_, slot)| matches!(slot, Slot::Effect(effect, _) if *effect == index));
-            let slots: Vec<usize> = own.map(|(slot, _)| slot).collect();
-            let covariance = fit.covariance.select_rows(&slots).select_columns(&slots);
+            let own = machine.free_parameters().iter().enumerate();
+            let own = own.filter(|(_, free_parameter)| matches!(free_parameter, FreeParameter::Effect(effect, _) if *effect == index));
+            let free_parameters: Vec<usize> = own.map(|(free_parameter, _)| free_parameter).collect();
+            let covariance = fit.covariance.select_rows(&free_parameters).select_columns(&free_parameters);
             let values = fit.state.effects.get(index).map_or(&[][..], Vec::as_slice);
             let size = part.effect.size(values, &covariance);
             let size = size.unless_undetermined(part.effect.parameters());
             let correction = self.model.correction(&part.id).filter(|_| index >= free);
             // Of an effect some of whose numbers are free there is a size to report.
-            let held = slots.iter().all(|slot| fit.factor.dependent.contains(slot));
+            let held =
+                free_parameters.iter().all(|free_parameter| fit.factor.dependent.contains(free_parameter));
             all.push(EffectValue {
                 effect: part.id.name.clone(),
                 place: self.model.site_name(part.id.site),
@@ -392,7 +393,7 @@ impl Laboratory {
                 se: size.error,
                 plausible: part.effect.plausible(values),
                 held,
-                held_because: held.then(|| self.why_held(machine, fit, part, &slots)).flatten(),
+                held_because: held.then(|| self.why_held(machine, fit, part, &free_parameters)).flatten(),
                 added: index >= free,
                 claim: correction.map_or(Claim::Mechanism, |_| Claim::Correction),
                 may_be: correction.map_or_else(Vec::new, |correction| correction.may_be.clone()),
@@ -409,7 +410,7 @@ impl Laboratory {
         machine: &ResidualModel<'_>,
         fit: &Fit,
         part: &Part,
-        slots: &[usize],
+        free_parameters: &[usize],
     ) -> Option<WhyHeld> {
         let needs_masses = match effect::kind(&part.id.name) {
             Some(kind) => kind.driven_by.is_weight(),
@@ -419,8 +420,8 @@ impl Laboratory {
         if needs_masses && !self.context().has_weight() {
             return Some(WhyHeld::NoMasses);
         }
-        let first = machine.slots().get(*slots.first()?)?;
-        let name = machine.slot_name(*first);
+        let first = machine.free_parameters().get(*free_parameters.first()?)?;
+        let name = machine.parameter_name(*first);
         let gauge = fit.gauges.iter().find(|gauge| gauge.held == name)?;
         Some(match gauge.same_as.is_empty() {
             true => WhyHeld::ChangesNothing,

@@ -16,7 +16,7 @@ use crate::candidates::{best_variants, probes};
 use crate::fitted::Fitted;
 use crate::score_test::{Probe, Score, score};
 use plumb_calibration::effect::{
-    self, Drive, DrivenBy, Effect, EffectId, Handle, Parameter, Site, Situation, Unit, acts_by_epoch,
+    self, Contribution, Dof, DrivenBy, Effect, EffectId, Parameter, Site, Situation, Unit, acts_by_epoch,
 };
 use plumb_estimation::Progress;
 
@@ -45,13 +45,13 @@ const SHORTEST_LEVER: f64 = 0.2;
 /// Points of a curve at most.
 const CURVE_POINTS: usize = 240;
 
-/// Two handles move in proportion if they do so to this share of the larger.
+/// Two degrees of freedom change in proportion if they do so to this share of the larger.
 const PROPORTIONAL: f64 = 1e-6;
 
 /// One unit of what an effect moves, in every row.
 #[derive(Debug)]
 struct UnitMotion {
-    handles: Vec<(Handle, f64)>,
+    dofs: Vec<(Dof, f64)>,
     parameters: [Parameter; 1],
 }
 
@@ -60,10 +60,10 @@ impl Effect for UnitMotion {
         &self.parameters
     }
 
-    fn drive(&self, _: &Situation<'_>, drives: &mut Vec<Drive>) {
-        drives.extend(self.handles.iter().map(|(handle, rate)| Drive {
+    fn contribute(&self, _: &Situation<'_>, contributions: &mut Vec<Contribution>) {
+        contributions.extend(self.dofs.iter().map(|(dof, rate)| Contribution {
             parameter: 0,
-            handle: *handle,
+            dof: *dof,
             rate: *rate,
         }));
     }
@@ -176,8 +176,8 @@ impl Laboratory {
 
     /// What the vertical axis shows: along which motion.
     fn motion_name(&self, valued: &Valued, motion: &CommonMotion) -> String {
-        match motion.unit.handles.first() {
-            Some((Handle::Joint(joint, plumb_kinematics::DhParameter::Theta), _)) => {
+        match motion.unit.dofs.first() {
+            Some((Dof::Joint(joint, plumb_kinematics::DhParameter::Theta), _)) => {
                 format!(
                     "left without it, along the motion of {}",
                     self.model().site_name(Site::Joint(*joint))
@@ -221,54 +221,64 @@ impl CommonMotion {
     /// Nothing where the parameters move different things, or something that is itself different from row to row.
     fn of(fitted: &Fitted<'_>, valued: &Valued) -> Option<Self> {
         let (machine, state) = (&fitted.machine, &fitted.fit.state);
-        let rows: Vec<Vec<Drive>> =
-            (0..machine.table.len()).map(|row| machine.drives(state, row, valued.effect.as_ref())).collect();
+        let rows: Vec<Vec<Contribution>> = (0..machine.table.len())
+            .map(|row| machine.contributions(state, row, valued.effect.as_ref()))
+            .collect();
         // Where it moves most, the proportions of what it moves are known best.
-        let sizes = rows.iter().map(|drives| drives.iter().map(|drive| drive.rate.abs()).sum::<f64>());
+        let sizes = rows.iter().map(|contributions| {
+            contributions.iter().map(|contribution| contribution.rate.abs()).sum::<f64>()
+        });
         let (strongest, _) = rows.iter().zip(sizes).max_by(|one, other| one.1.total_cmp(&other.1))?;
-        let mut handles: Vec<(Handle, f64)> = Vec::new();
-        for drive in strongest.iter().filter(|drive| drive.rate != 0.0) {
-            match handles.iter_mut().find(|(handle, _)| *handle == drive.handle) {
-                Some((_, rate)) => *rate += drive.rate,
-                None => handles.push((drive.handle, drive.rate)),
+        let mut dofs: Vec<(Dof, f64)> = Vec::new();
+        for contribution in strongest.iter().filter(|contribution| contribution.rate != 0.0) {
+            match dofs.iter_mut().find(|(dof, _)| *dof == contribution.dof) {
+                Some((_, rate)) => *rate += contribution.rate,
+                None => dofs.push((contribution.dof, contribution.rate)),
             }
         }
-        let (first, reference) = *handles.first()?;
-        if reference == 0.0 || matches!(first, Handle::Twist { .. }) {
+        let (first, reference) = *dofs.first()?;
+        if reference == 0.0 || matches!(first, Dof::Twist { .. }) {
             return None;
         }
-        if handles.len() > 1 && (valued.values.len() > 1 || !in_proportion(&rows, &handles)) {
+        if dofs.len() > 1 && (valued.values.len() > 1 || !in_proportion(&rows, &dofs)) {
             return None;
         }
         // The effect is linear in its values; each drives by its own rate.
-        let amount = rows.iter().map(|drives| {
-            let own = drives.iter().filter(|drive| drive.handle == first);
-            own.map(|drive| drive.rate * valued.values.get(drive.parameter).copied().unwrap_or(0.0)).sum()
+        let amount = rows.iter().map(|contributions| {
+            let own = contributions.iter().filter(|contribution| contribution.dof == first);
+            own.map(|contribution| {
+                contribution.rate * valued.values.get(contribution.parameter).copied().unwrap_or(0.0)
+            })
+            .sum()
         });
-        let unit = if handles.len() > 1 {
-            handles.iter().map(|(handle, rate)| (*handle, rate / reference)).collect()
+        let unit = if dofs.len() > 1 {
+            dofs.iter().map(|(dof, rate)| (*dof, rate / reference)).collect()
         } else {
             vec![(first, 1.0)]
         };
         let parameters = [Parameter::new("unit", Unit::RATIO, (-1.0, 1.0))];
-        Some(Self { amount: amount.collect(), unit: UnitMotion { handles: unit, parameters } })
+        Some(Self { amount: amount.collect(), unit: UnitMotion { dofs: unit, parameters } })
     }
 }
 
 /// Whether what one parameter drives keeps its proportions in every row.
-fn in_proportion(rows: &[Vec<Drive>], handles: &[(Handle, f64)]) -> bool {
-    let Some((first, reference)) = handles.first() else { return false };
-    rows.iter().all(|drives| {
-        let here = rate_of(drives, first) / reference;
-        handles.iter().all(|(handle, of_strongest)| {
-            (rate_of(drives, handle) - here * of_strongest).abs() <= PROPORTIONAL * of_strongest.abs()
+fn in_proportion(rows: &[Vec<Contribution>], dofs: &[(Dof, f64)]) -> bool {
+    let Some((first, reference)) = dofs.first() else { return false };
+    rows.iter().all(|contributions| {
+        let here = rate_of(contributions, first) / reference;
+        dofs.iter().all(|(dof, of_strongest)| {
+            (rate_of(contributions, dof) - here * of_strongest).abs() <= PROPORTIONAL * of_strongest.abs()
         })
     })
 }
 
-/// How fast one handle moves in all.
-fn rate_of(drives: &[Drive], handle: &Handle) -> f64 {
-    drives.iter().filter(|drive| drive.handle == *handle).map(|drive| drive.rate).sum()
+/// How fast one degree of freedom changes in all.
+fn rate_of(contributions: &[Contribution], dof: &Dof) -> f64 {
+    contributions
+        .iter()
+        .filter(|contribution| contribution.dof == *dof)
+        .map(|contribution| contribution.rate)
+        .sum()
 }
 
 /// What the rows in which something was measured say of an effect.
@@ -277,7 +287,7 @@ fn row_parts(fitted: &Fitted<'_>, valued: &Valued, unit: Option<&UnitMotion>) ->
     let unit_shown = machine.observations.unit();
     let mut probes: Vec<&dyn Effect> = vec![valued.effect.as_ref()];
     probes.extend(unit.map(|unit| unit as &dyn Effect));
-    let slots = machine.slots().len();
+    let free_parameters = machine.free_parameters().len();
     let ones = vec![1.0; machine.table.len()];
     let mut all = Vec::new();
     for row in (0..machine.table.len()).filter(|row| !machine.observations.range(*row).is_empty()) {
@@ -287,7 +297,7 @@ fn row_parts(fitted: &Fitted<'_>, valued: &Valued, unit: Option<&UnitMotion>) ->
         for (index, equation) in machine.observations.of_row(row).iter().enumerate() {
             let Some(factor) = equation.factor_in(unit_shown) else { continue };
             let unit_of = equation.sigma * factor;
-            let does = weighed(&block.jacobian, index, slots, &valued.values) * unit_of;
+            let does = weighed(&block.jacobian, index, free_parameters, &valued.values) * unit_of;
             let residual = block.residuals.get(index).copied().unwrap_or(0.0) * unit_of;
             parts.left.push(match &valued.beside {
                 Some(beside) => residual - weighed(&block.jacobian, index, 0, beside) * unit_of,
@@ -295,7 +305,7 @@ fn row_parts(fitted: &Fitted<'_>, valued: &Valued, unit: Option<&UnitMotion>) ->
                 None => residual + does,
             });
             parts.does.push(does);
-            let after = slots + valued.values.len();
+            let after = free_parameters + valued.values.len();
             parts.motion.push(weighed(&block.jacobian, index, after, &[1.0]) * unit_of);
         }
         parts.points = points_in(machine, &[row]).max(1) as f64;
@@ -453,13 +463,17 @@ mod tests {
 
     #[test]
     fn what_one_parameter_drives_keeps_its_proportions_or_does_not() {
-        let handle = |joint: usize| Handle::Joint(joint, plumb_kinematics::DhParameter::Theta);
-        let drive = |joint: usize, rate: f64| Drive { parameter: 0, handle: handle(joint), rate };
-        let strongest = [(handle(0), 2.0), (handle(1), -1.0)];
-        let row = |scale: f64, other: f64| vec![drive(0, 2.0 * scale), drive(1, -scale + other)];
+        let dof = |joint: usize| Dof::Joint(joint, plumb_kinematics::DhParameter::Theta);
+        let contribution = |joint: usize, rate: f64| Contribution { parameter: 0, dof: dof(joint), rate };
+        let strongest = [(dof(0), 2.0), (dof(1), -1.0)];
+        let row =
+            |scale: f64, other: f64| vec![contribution(0, 2.0 * scale), contribution(1, -scale + other)];
         assert!(in_proportion(&[row(1.0, 0.0), row(0.3, 0.0), row(0.0, 0.0)], &strongest));
         assert!(!in_proportion(&[row(1.0, 0.0), row(0.3, 1e-3)], &strongest));
-        assert_eq!(rate_of(&[drive(0, 2.0), drive(1, 5.0), drive(0, 0.5)], &handle(0)), 2.5);
+        assert_eq!(
+            rate_of(&[contribution(0, 2.0), contribution(1, 5.0), contribution(0, 0.5)], &dof(0)),
+            2.5
+        );
         assert!(!in_proportion(&[row(1.0, 0.0)], &[]));
     }
 

@@ -1,7 +1,7 @@
 //! Where planes, balls, edges and points that were fitted along were found, and how sure that is.
 
 use plumb_calibration::arm_model::SurfaceShape;
-use plumb_calibration::fit::{Fit, ResidualModel, Slot};
+use plumb_calibration::fit::{Fit, FreeParameter, ResidualModel};
 use serde::Serialize;
 
 /// One number of a surface.
@@ -76,7 +76,10 @@ fn angle(machine: &ResidualModel<'_>, fit: &Fit, (first, second): (usize, usize)
         shape
     };
     let place = |surface: usize, which: usize| {
-        let found = machine.slots().iter().position(|known| *known == Slot::Surface(surface, which))?;
+        let found = machine
+            .free_parameters()
+            .iter()
+            .position(|known| *known == FreeParameter::Surface(surface, which))?;
         (!fit.factor.dependent.contains(&found)).then_some(found)
     };
     let mut slopes = Vec::new();
@@ -127,8 +130,9 @@ struct Errors<'a> {
 impl Errors<'_> {
     /// Of one number, mm or rad; nothing where it was held, for the rows cannot determine it.
     fn of(&self, which: usize) -> Option<f64> {
-        let slots = self.machine.slots();
-        let place = slots.iter().position(|known| *known == Slot::Surface(self.index, which))?;
+        let free_parameters = self.machine.free_parameters();
+        let place =
+            free_parameters.iter().position(|known| *known == FreeParameter::Surface(self.index, which))?;
         let variance = self.fit.covariance.get((place, place))?;
         (!self.fit.factor.dependent.contains(&place)).then(|| variance.max(0.0).sqrt())
     }
@@ -266,14 +270,13 @@ noise: {height_mm: 0.1}
     fn the_error_of_an_angle_is_made_of_the_tilts_of_both_planes() {
         let lab = touched(3);
         let mut fitted = lab.fit_with(&[], None, &plumb_estimation::Progress::unwatched()).unwrap();
-        let slots = fitted.machine.slots().to_vec();
+        let free_parameters = fitted.machine.free_parameters().to_vec();
         let mut error = |which: &[usize]| {
             fitted.fit.covariance.fill(0.0);
-            for (place, slot) in slots.iter().enumerate() {
-                if which
-                    .iter()
-                    .any(|surface| TILTS.iter().any(|tilt| *slot == Slot::Surface(*surface, *tilt)))
-                {
+            for (place, free_parameter) in free_parameters.iter().enumerate() {
+                if which.iter().any(|surface| {
+                    TILTS.iter().any(|tilt| *free_parameter == FreeParameter::Surface(*surface, *tilt))
+                }) {
                     fitted.fit.covariance[(place, place)] = 1e-6;
                 }
             }

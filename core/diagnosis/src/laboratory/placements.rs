@@ -1,7 +1,7 @@
 //! Where bodies, cameras, the board and the base were found, and how sure that is.
 
 use nalgebra::{Rotation3, Vector3};
-use plumb_calibration::fit::{Fit, ResidualModel, Slot};
+use plumb_calibration::fit::{Fit, FreeParameter, ResidualModel};
 use plumb_calibration::measurement::{Measurand, ReadingUnit};
 use plumb_calibration::table::quaternion;
 use serde::Serialize;
@@ -35,8 +35,8 @@ struct Errors<'f, 'm> {
 
 impl Errors<'_, '_> {
     /// One standard error of a number, internal unit.
-    fn of(&self, slot: Slot) -> Option<f64> {
-        let index = self.machine.slots().iter().position(|known| *known == slot)?;
+    fn of(&self, free_parameter: FreeParameter) -> Option<f64> {
+        let index = self.machine.free_parameters().iter().position(|known| *known == free_parameter)?;
         let variance = self.fit.covariance.get((index, index))?;
         (!self.fit.factor.dependent.contains(&index)).then(|| variance.max(0.0).sqrt())
     }
@@ -45,7 +45,7 @@ impl Errors<'_, '_> {
         &self,
         (name, frame): (&str, &'static str),
         (xyz, turn): (Vector3<f64>, Rotation3<f64>),
-        (shift, turned): (impl Fn(usize) -> Slot, impl Fn(usize) -> Slot),
+        (shift, turned): (impl Fn(usize) -> FreeParameter, impl Fn(usize) -> FreeParameter),
     ) -> Placement {
         let (roll, pitch, yaw) = turn.euler_angles();
         Placement {
@@ -78,17 +78,27 @@ pub(super) fn placements(machine: &ResidualModel<'_>, fit: &Fit) -> Vec<Placemen
     for (index, target) in model.targets.iter().enumerate().filter(|(index, _)| seen.contains(index)) {
         let xyz = state.targets.get(index).copied().unwrap_or(target.xyz);
         let turn = state.turns.get(index).copied().unwrap_or(target.turn);
-        let slots = (move |axis| Slot::Target(index, axis), move |axis| Slot::TargetTurn(index, axis));
-        found.push(errors.placement((&target.name, "flange"), (xyz, turn), slots));
+        let free_parameters = (
+            move |axis| FreeParameter::Target(index, axis),
+            move |axis| FreeParameter::TargetTurn(index, axis),
+        );
+        found.push(errors.placement((&target.name, "flange"), (xyz, turn), free_parameters));
     }
     for (index, board) in boards.iter().filter_map(|index| Some((*index, state.boards.get(*index)?))) {
         let place = (board.translation.vector, board.rotation);
-        let slots = (move |axis| Slot::BoardShift(index, axis), move |axis| Slot::BoardTurn(index, axis));
-        found.push(errors.placement((model.board_name(index), "measurements"), place, slots));
+        let free_parameters = (
+            move |axis| FreeParameter::BoardShift(index, axis),
+            move |axis| FreeParameter::BoardTurn(index, axis),
+        );
+        found.push(errors.placement((model.board_name(index), "measurements"), place, free_parameters));
     }
     if model.base.free {
         let place = (state.base.translation.vector, state.base.rotation);
-        found.push(errors.placement(("base", "measurements"), place, (Slot::BaseShift, Slot::BaseTurn)));
+        found.push(errors.placement(
+            ("base", "measurements"),
+            place,
+            (FreeParameter::BaseShift, FreeParameter::BaseTurn),
+        ));
     }
     found
 }

@@ -71,8 +71,8 @@ fn components(base: &Stage<'_>, listed: &[Probe], rows: &[usize]) -> Vec<DMatrix
 fn columns(base: &Stage<'_>, effects: &[&dyn Effect], rows: &[usize]) -> DMatrix<f64> {
     let (machine, fit) = (&base.fitted.machine, &base.fitted.fit);
     let block = machine.block(&fit.state, rows, &fit.weights, effects);
-    let slots = machine.slots().len();
-    block.jacobian.rows(slots, block.jacobian.nrows() - slots).transpose()
+    let free_parameters = machine.free_parameters().len();
+    block.jacobian.rows(free_parameters, block.jacobian.nrows() - free_parameters).transpose()
 }
 
 #[cfg(test)]

@@ -83,9 +83,9 @@ pub(super) fn suspects(stage: &Stage<'_>, unlisted: &[Probe], rows: &[usize]) ->
         next += count;
         effects.extend(effects_of.iter().map(AsRef::as_ref));
     }
-    let slots = machine.slots().len();
+    let free_parameters = machine.free_parameters().len();
     let block = machine.block(&fit.state, rows, &fit.weights, &effects);
-    let columns = block.jacobian.rows(slots, block.jacobian.nrows() - slots).transpose();
+    let columns = block.jacobian.rows(free_parameters, block.jacobian.nrows() - free_parameters).transpose();
     Asked { suspects, overtones, columns }
 }
 

@@ -19,7 +19,7 @@ const FIRST_WIDTH: f64 = 0.15;
 
 /// Predictions and derivatives of all rivals at some poses.
 pub(super) struct Forecast {
-    /// Per rival and design: readings, derivatives (readings by slots), both in units of sigma.
+    /// Per rival and design: readings, derivatives (readings by free parameters), both in units of sigma.
     pub(super) rivals: Vec<Vec<(DVector<f64>, DMatrix<f64>)>>,
     reach_allowed: Vec<bool>,
 }

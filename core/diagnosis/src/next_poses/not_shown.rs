@@ -90,7 +90,7 @@ fn rival(faint: &Faint, stage: &Stage<'_>, most_mm: f64, lab: &Laboratory) -> Ri
     let share = (most_mm / faint.error_mm).min(1.0);
     let values: Vec<f64> = faint.values.iter().map(|value| value * share).collect();
     let beside = &faint.beside * share;
-    let mut state = fit.state.stepped(machine.slots(), beside.as_slice());
+    let mut state = fit.state.stepped(machine.free_parameters(), beside.as_slice());
     state.effects.push(values.clone());
     let known = fit.covariance.nrows();
     let mut covariance = DMatrix::zeros(known + values.len(), known + values.len());
@@ -148,7 +148,7 @@ mod tests {
                 Some((&one.id, &values))
             );
             assert_eq!(put_in.effects.len(), stage.taken.len() + 1);
-            let beside = fit.state.stepped(machine.slots(), (&one.beside * share).as_slice());
+            let beside = fit.state.stepped(machine.free_parameters(), (&one.beside * share).as_slice());
             assert_eq!(put_in.state.effects[..beside.effects.len()], beside.effects);
             let known = fit.covariance.nrows();
             assert_eq!(put_in.covariance.nrows(), known + values.len());

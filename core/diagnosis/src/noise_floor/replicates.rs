@@ -144,33 +144,33 @@ impl Replicates {
                     .iter()
                     .map(|joint| (*joint, f64::from(machine.table.approach_of(row, *joint))))
                     .collect();
-                all.add((row, group), &asked, machine.slots().len(), block, &sides);
+                all.add((row, group), &asked, machine.free_parameters().len(), block, &sides);
             }
         }
         Some(all)
     }
 
-    /// Adds one row: `block` holds the derivatives by the fitted parameters (`slots` of them), then by everything asked; `sides`
+    /// Adds one row: `block` holds the derivatives by the fitted parameters (`free_parameters` of them), then by everything asked; `sides`
     /// says from which side each joint with a gap arrived.
     fn add(
         &mut self,
         (row, group): (usize, usize),
         asked: &Asked,
-        slots: usize,
+        free_parameters: usize,
         block: RowBlock,
         sides: &[(usize, f64)],
     ) {
         let known: usize = asked.conditions.iter().map(|(_, effect)| effect.parameters().len()).sum();
         let motions: Vec<DVector<f64>> = (0..asked.zeros.len())
-            .map(|joint| block.jacobian.row(slots + known + joint).transpose())
+            .map(|joint| block.jacobian.row(free_parameters + known + joint).transpose())
             .collect();
         let count = self.candidates.last().map_or(0, |(_, range)| range.end);
         let mut columns = DMatrix::zeros(block.jacobian.ncols(), count);
-        columns.columns_mut(0, known).copy_from(&block.jacobian.rows(slots, known).transpose());
+        columns.columns_mut(0, known).copy_from(&block.jacobian.rows(free_parameters, known).transpose());
         for (place, (joint, side)) in sides.iter().enumerate() {
             columns.column_mut(known + place * self.groups + group).copy_from(&(&motions[*joint] * *side));
         }
-        let mut first = slots + known + motions.len();
+        let mut first = free_parameters + known + motions.len();
         for ((_, members), (_, effect)) in self.loose.iter_mut().zip(&asked.loose) {
             let count = effect.parameters().len();
             members.push(block.jacobian.rows(first, count).transpose());

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use plumb_calibration::arm_model::{AddedEffect, Model, StripeRig};
 use plumb_calibration::effect::{self, EffectId, EffectNameError, Search, Site};
-use plumb_calibration::fit::{Fit, FitError, FitOptions, ResidualModel, Slot, State};
+use plumb_calibration::fit::{Fit, FitError, FitOptions, FreeParameter, ResidualModel, State};
 use plumb_calibration::measurement::{Observations, ObservationsError};
 use plumb_calibration::table::Table;
 use plumb_estimation::{Cancelled, Progress};
@@ -213,7 +213,7 @@ fn with_effects(
         progress.report(round as f64 / (ROUNDS + 1) as f64, "adjusting zeros and rig to the stripes")?;
         let machine = ResidualModel::new(&model, &table, &nothing, &effects)?;
         let members = assigned(&machine, &state, &bodies, scans, limit);
-        let unknowns = machine.slots().len();
+        let unknowns = machine.free_parameters().len();
         // Three points a number: fewer leave no scatter by which to say how sure the numbers are.
         if members.len() < 3 * unknowns {
             return Err(AdjustError::TooFew { near: members.len(), all: scans.pixels.len(), unknowns });
@@ -298,13 +298,13 @@ fn to_adjusted(
 
 /// Every number of the effects that were fitted, in shown units.
 fn found(machine: &ResidualModel<'_>, fit: &Fit) -> Vec<Found> {
-    let numbers = machine.slots().iter().enumerate().filter_map(|(place, slot)| {
-        let Slot::Effect(part, which) = *slot else { return None };
+    let numbers = machine.free_parameters().iter().enumerate().filter_map(|(place, free_parameter)| {
+        let FreeParameter::Effect(part, which) = *free_parameter else { return None };
         let parameter = machine.parts.get(part)?.effect.parameters().get(which)?.clone();
         let value = *fit.state.effects.get(part)?.get(which)?;
         let variance = fit.covariance.get((place, place)).copied().unwrap_or(0.0);
         Some(Found {
-            name: machine.slot_name(*slot),
+            name: machine.parameter_name(*free_parameter),
             unit: if parameter.unit.name == "1" { "" } else { parameter.unit.name },
             value: value * parameter.unit.factor,
             sigma: variance.max(0.0).sqrt() * parameter.unit.factor,

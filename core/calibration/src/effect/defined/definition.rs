@@ -5,7 +5,7 @@ use thiserror::Error;
 
 use super::formula::{Formula, FormulaError};
 use super::variables::Variable;
-use crate::effect::{Drive, Handle, LooksAt, Parameter, Site, Situation};
+use crate::effect::{Contribution, Dof, LooksAt, Parameter, Site, Situation};
 use crate::file::Place as FilePlace;
 use crate::table::Table;
 
@@ -157,23 +157,23 @@ impl Definition {
         self.addends.iter().flat_map(|addend| addend.formula.variables())
     }
 
-    pub(super) fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
+    pub(super) fn contribute(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>) {
         for addend in &self.addends {
             let rates = addend.formula.remembered(&addend.values(situation));
             for (parameter, rate) in rates.into_iter().enumerate() {
                 let rate = if rate.is_finite() { rate * addend.scale } else { 0.0 };
-                drives.push(match addend.place {
-                    Place::Coordinate(joint) => situation.drive_joint(joint, parameter, rate),
+                contributions.push(match addend.place {
+                    Place::Coordinate(joint) => situation.contribute_to_joint(joint, parameter, rate),
                     Place::Row(joint, dh_parameter) => {
-                        Drive { parameter, handle: Handle::Joint(joint, dh_parameter), rate }
+                        Contribution { parameter, dof: Dof::Joint(joint, dh_parameter), rate }
                     }
                     Place::Target(target, axis) => {
-                        Drive { parameter, handle: Handle::Target(target, axis), rate }
+                        Contribution { parameter, dof: Dof::Target(target, axis), rate }
                     }
-                    Place::BaseShift(axis) => Drive { parameter, handle: Handle::BaseShift(axis), rate },
-                    Place::BaseTurn(axis) => Drive { parameter, handle: Handle::BaseTurn(axis), rate },
-                    Place::Reading(axis) => Drive { parameter, handle: Handle::Reading(axis), rate },
-                    Place::TriggerHeight => Drive { parameter, handle: Handle::Trigger, rate },
+                    Place::BaseShift(axis) => Contribution { parameter, dof: Dof::BaseShift(axis), rate },
+                    Place::BaseTurn(axis) => Contribution { parameter, dof: Dof::BaseTurn(axis), rate },
+                    Place::Reading(axis) => Contribution { parameter, dof: Dof::Reading(axis), rate },
+                    Place::TriggerHeight => Contribution { parameter, dof: Dof::Trigger, rate },
                 });
             }
         }

@@ -12,7 +12,7 @@ mod tests;
 
 use std::sync::Arc;
 
-use super::{Drive, Effect, LooksAt, Parameter, Situation};
+use super::{Contribution, Effect, LooksAt, Parameter, Situation};
 
 /// A defined effect at its place.
 #[derive(Debug)]
@@ -31,8 +31,8 @@ impl Effect for Defined {
         &self.definition.parameters
     }
 
-    fn drive(&self, situation: &Situation<'_>, drives: &mut Vec<Drive>) {
-        self.definition.drive(situation, drives);
+    fn contribute(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>) {
+        self.definition.contribute(situation, contributions);
     }
 
     fn looks_at(&self) -> LooksAt {

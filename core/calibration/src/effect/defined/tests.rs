@@ -6,7 +6,7 @@ use plumb_kinematics::{DhParameter, LinkFrames, Weights};
 use super::formula::{Formula, FormulaError};
 use super::variables::Variable;
 use crate::arm_model::Model;
-use crate::effect::{Drive, Handle, LooksAt, Situation, build, parse};
+use crate::effect::{Contribution, Dof, LooksAt, Situation, build, parse};
 use crate::fit::ResidualModel;
 use crate::measurement::Observations;
 use crate::table::Table;
@@ -183,7 +183,7 @@ fn defining(adds: &str, unit: &str) -> Result<Model, String> {
 }
 
 /// What such an effect moves at -0.1 rad, 0.3 rad and 50 mm, and what it looks at.
-fn moved(adds: &str, unit: &str) -> (Vec<Drive>, LooksAt) {
+fn moved(adds: &str, unit: &str) -> (Vec<Contribution>, LooksAt) {
     let model = defining(adds, unit).unwrap_or_else(|error| panic!("{error}"));
     let q = [-0.1, 0.3, 50.0];
     let link_frames = LinkFrames::of(&model.chain, &q, &[]);
@@ -205,30 +205,33 @@ fn moved(adds: &str, unit: &str) -> (Vec<Drive>, LooksAt) {
         trigger: None,
     };
     let effect = build(&parse("own", &model).unwrap(), &model).unwrap();
-    let mut drives = Vec::new();
-    effect.drive(&situation, &mut drives);
-    (drives, effect.looks_at())
+    let mut contributions = Vec::new();
+    effect.contribute(&situation, &mut contributions);
+    (contributions, effect.looks_at())
 }
 
 #[test]
 fn what_is_added_moves_the_number_it_is_added_to_in_inner_units() {
     let degree = 1_f64.to_radians();
-    for (adds, unit, handle, rate) in [
-        ("joint: column, deg: \"a*q3\"", "deg", Handle::Joint(0, DhParameter::Theta), -50.0 * degree),
-        ("joint: slide, mm: \"a*q3\"", "mm", Handle::Joint(2, DhParameter::D), 50.0),
-        ("length: arm, mm: \"a*2\"", "mm", Handle::Joint(1, DhParameter::A), 2.0),
-        ("offset: arm, mm: \"a*2\"", "mm", Handle::Joint(1, DhParameter::D), 2.0),
-        ("twist: arm, deg: \"a*2\"", "deg", Handle::Joint(1, DhParameter::Alpha), 2.0 * degree),
-        ("skew: arm, deg: \"a*2\"", "deg", Handle::Joint(1, DhParameter::Beta), 2.0 * degree),
-        ("target: p2, y_mm: \"a*q3\"", "mm", Handle::Target(1, 1), 50.0),
-        ("base_z_mm: \"a*2\"", "mm", Handle::BaseShift(2), 2.0),
-        ("base_x_deg: \"a*2\"", "deg", Handle::BaseTurn(0), 2.0 * degree),
-        ("reading_x_mm: \"a*x\"", "mm", Handle::Reading(0), 100.0),
-        ("trigger_height_mm: \"a*3\"", "mm", Handle::Trigger, 3.0),
+    for (adds, unit, dof, rate) in [
+        ("joint: column, deg: \"a*q3\"", "deg", Dof::Joint(0, DhParameter::Theta), -50.0 * degree),
+        ("joint: slide, mm: \"a*q3\"", "mm", Dof::Joint(2, DhParameter::D), 50.0),
+        ("length: arm, mm: \"a*2\"", "mm", Dof::Joint(1, DhParameter::A), 2.0),
+        ("offset: arm, mm: \"a*2\"", "mm", Dof::Joint(1, DhParameter::D), 2.0),
+        ("twist: arm, deg: \"a*2\"", "deg", Dof::Joint(1, DhParameter::Alpha), 2.0 * degree),
+        ("skew: arm, deg: \"a*2\"", "deg", Dof::Joint(1, DhParameter::Beta), 2.0 * degree),
+        ("target: p2, y_mm: \"a*q3\"", "mm", Dof::Target(1, 1), 50.0),
+        ("base_z_mm: \"a*2\"", "mm", Dof::BaseShift(2), 2.0),
+        ("base_x_deg: \"a*2\"", "deg", Dof::BaseTurn(0), 2.0 * degree),
+        ("reading_x_mm: \"a*x\"", "mm", Dof::Reading(0), 100.0),
+        ("trigger_height_mm: \"a*3\"", "mm", Dof::Trigger, 3.0),
     ] {
-        let (drives, _) = moved(adds, unit);
-        assert!(drives.len() == 1 && drives[0].handle == handle, "{adds}: {drives:?}");
-        assert!((drives[0].rate - rate).abs() < 1e-9 * (1.0 + rate.abs()), "{adds}: {drives:?}");
+        let (contributions, _) = moved(adds, unit);
+        assert!(contributions.len() == 1 && contributions[0].dof == dof, "{adds}: {contributions:?}");
+        assert!(
+            (contributions[0].rate - rate).abs() < 1e-9 * (1.0 + rate.abs()),
+            "{adds}: {contributions:?}"
+        );
     }
 }
 

@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 use plumb_kinematics::{DhParameter, LinkFrames, Weights};
 
 use crate::arm_model::{Epochs, Model, RigNumber, Sensor, StripeRig};
-use crate::effect::{Channel, Drive, EffectId, Handle, Situation, Trigger, build, parse};
+use crate::effect::{Channel, Contribution, Dof, EffectId, Situation, Trigger, build, parse};
 use crate::table::scalar::{DISTANCE, HEIGHT};
 
 /// A column that counts against its axis, an arm of 400 mm and a slide, with everything an effect may need.
@@ -36,8 +36,8 @@ fn model() -> Model {
     Model::parse("rates.yaml", ARM).unwrap()
 }
 
-/// The drives of an effect where the circumstances are what `set` makes of a row at -0.1 rad, 0.3 rad and 50 mm.
-fn drives_in(model: &Model, id: &EffectId, set: impl FnOnce(&mut Situation<'_>)) -> Vec<Drive> {
+/// The contributions of an effect where the circumstances are what `set` makes of a row at -0.1 rad, 0.3 rad and 50 mm.
+fn contributions_in(model: &Model, id: &EffectId, set: impl FnOnce(&mut Situation<'_>)) -> Vec<Contribution> {
     let q = [-0.1, 0.3, 50.0];
     let link_frames = LinkFrames::of(&model.chain, &q, &[]);
     let mut situation = Situation {
@@ -58,32 +58,32 @@ fn drives_in(model: &Model, id: &EffectId, set: impl FnOnce(&mut Situation<'_>))
         trigger: None,
     };
     set(&mut situation);
-    let mut drives = Vec::new();
-    build(id, model).unwrap().drive(&situation, &mut drives);
-    drives
+    let mut contributions = Vec::new();
+    build(id, model).unwrap().contribute(&situation, &mut contributions);
+    contributions
 }
 
-fn drives(effect: &str, set: impl FnOnce(&mut Situation<'_>)) -> Vec<Drive> {
+fn contributions(effect: &str, set: impl FnOnce(&mut Situation<'_>)) -> Vec<Contribution> {
     let model = model();
-    drives_in(&model, &parse(effect, &model).unwrap(), set)
+    contributions_in(&model, &parse(effect, &model).unwrap(), set)
 }
 
 /// The same with what is searched for inside.
-fn searched(effect: &str, inner: f64, set: impl FnOnce(&mut Situation<'_>)) -> Vec<Drive> {
+fn searched(effect: &str, inner: f64, set: impl FnOnce(&mut Situation<'_>)) -> Vec<Contribution> {
     let model = model();
     let id = EffectId { inner: Some(inner), ..parse(effect, &model).unwrap() };
-    drives_in(&model, &id, set)
+    contributions_in(&model, &id, set)
 }
 
-fn one(handle: Handle, rate: f64) -> Vec<Drive> {
-    vec![Drive { parameter: 0, handle, rate }]
+fn one(dof: Dof, rate: f64) -> Vec<Contribution> {
+    vec![Contribution { parameter: 0, dof, rate }]
 }
 
-/// The drives are these, one after the other, their rates within rounding.
-fn assert_same(found: &[Drive], expected: &[Drive], what: &str) {
-    let same = |(found, expected): (&Drive, &Drive)| {
+/// The contributions are these, one after the other, their rates within rounding.
+fn assert_same(found: &[Contribution], expected: &[Contribution], what: &str) {
+    let same = |(found, expected): (&Contribution, &Contribution)| {
         found.parameter == expected.parameter
-            && found.handle == expected.handle
+            && found.dof == expected.dof
             && (found.rate - expected.rate).abs() < 1e-7 * (1.0 + expected.rate.abs())
     };
     assert!(
@@ -92,13 +92,13 @@ fn assert_same(found: &[Drive], expected: &[Drive], what: &str) {
     );
 }
 
-const COLUMN: Handle = Handle::Joint(0, DhParameter::Theta);
-const ARM_ANGLE: Handle = Handle::Joint(1, DhParameter::Theta);
-const SLIDE: Handle = Handle::Joint(2, DhParameter::D);
+const COLUMN: Dof = Dof::Joint(0, DhParameter::Theta);
+const ARM_ANGLE: Dof = Dof::Joint(1, DhParameter::Theta);
+const SLIDE: Dof = Dof::Joint(2, DhParameter::D);
 
 #[test]
 fn what_changes_a_coordinate_turns_the_row_in_the_coordinates_own_sense() {
-    let plain = |effect: &str| drives(effect, |_| {});
+    let plain = |effect: &str| contributions(effect, |_| {});
     // The column counts against its axis: everything in its coordinate's sense changes sign in its row.
     assert_same(&plain("joint_zero(column)"), &one(COLUMN, -1.0), "zero");
     assert_same(&plain("joint_zero(slide)"), &one(SLIDE, 1.0), "zero of a slide");
@@ -108,20 +108,22 @@ fn what_changes_a_coordinate_turns_the_row_in_the_coordinates_own_sense() {
     assert_same(&plain("joint_coupling(arm, column)"), &one(ARM_ANGLE, -0.1), "dragged by the column");
     let (sine, cosine) = (0.6_f64.sin(), 0.6_f64.cos());
     let wave = [
-        Drive { parameter: 0, handle: ARM_ANGLE, rate: sine },
-        Drive { parameter: 1, handle: ARM_ANGLE, rate: cosine },
+        Contribution { parameter: 0, dof: ARM_ANGLE, rate: sine },
+        Contribution { parameter: 1, dof: ARM_ANGLE, rate: cosine },
     ];
     assert_same(&plain("joint_harmonic(arm, 2)"), &wave, "two periods a turn at 0.3 rad");
     // 51.25 mm would be a quarter turn of a screw of 5 mm on from a whole one; 50 mm is a whole one.
-    let whole =
-        [Drive { parameter: 0, handle: SLIDE, rate: 0.0 }, Drive { parameter: 1, handle: SLIDE, rate: 1.0 }];
+    let whole = [
+        Contribution { parameter: 0, dof: SLIDE, rate: 0.0 },
+        Contribution { parameter: 1, dof: SLIDE, rate: 1.0 },
+    ];
     assert_same(&plain("screw_wave(slide, 1)"), &whole, "at ten turns of the screw");
 }
 
 #[test]
 fn gravity_turns_a_row_about_its_axis_whatever_the_coordinates_sense() {
-    assert_same(&drives("joint_compliance(column)", |_| {}), &one(COLUMN, 2.0), "2 N m, no sign");
-    assert_same(&drives("joint_compliance(arm)", |_| {}), &one(ARM_ANGLE, -3.0), "-3 N m");
+    assert_same(&contributions("joint_compliance(column)", |_| {}), &one(COLUMN, 2.0), "2 N m, no sign");
+    assert_same(&contributions("joint_compliance(arm)", |_| {}), &one(ARM_ANGLE, -3.0), "-3 N m");
     // 10 = w + w^3 for w = 2, so a moment of ten knees winds the spring by two of them.
     let stiff = searched("joint_stiffening(column)", 0.2, |_| {});
     assert_same(&stiff, &one(COLUMN, 0.4), "2 N m at a knee of 0.2");
@@ -131,7 +133,7 @@ fn gravity_turns_a_row_about_its_axis_whatever_the_coordinates_sense() {
 
 #[test]
 fn play_is_half_of_it_behind_the_side_and_a_move_below_the_scatter_is_none() {
-    let play = |set: fn(&mut Situation<'_>)| drives("joint_backlash(arm)", set);
+    let play = |set: fn(&mut Situation<'_>)| contributions("joint_backlash(arm)", set);
     assert_same(&play(|row| row.approach = &[0, 1, 0]), &one(ARM_ANGLE, -0.5), "from below");
     assert_same(&play(|row| row.approach = &[0, -1, 0]), &one(ARM_ANGLE, 0.5), "from above");
     assert_same(&play(|row| row.approach = &[1, 0, 1]), &one(ARM_ANGLE, 0.0), "not known of this joint");
@@ -144,16 +146,20 @@ fn play_is_half_of_it_behind_the_side_and_a_move_below_the_scatter_is_none() {
     // Without sides by the way: 1 mrad is a move, less is the scatter of what was read.
     for (before, rate) in [(0.3 - 0.0011, -0.5), (0.3 - 0.0009, 0.0), (0.3 + 0.0011, 0.5), (0.3, 0.0)] {
         let previous: &'static [f64] = Box::leak(Box::new([0.0, before, 0.0]));
-        let found = drives("joint_backlash(arm)", |row| row.previous = Some(previous));
+        let found = contributions("joint_backlash(arm)", |row| row.previous = Some(previous));
         assert_same(&found, &one(ARM_ANGLE, rate), "the way from the row before");
     }
 }
 
 #[test]
 fn settling_takes_from_the_last_move_and_a_step_adds_from_its_moment_on() {
-    let settled = drives("joint_settling(arm)", |row| row.previous = Some(&[0.0, 0.1, 0.0]));
+    let settled = contributions("joint_settling(arm)", |row| row.previous = Some(&[0.0, 0.1, 0.0]));
     assert_same(&settled, &one(ARM_ANGLE, -0.2), "short of a move of 0.2 rad");
-    assert_same(&drives("joint_settling(arm)", |_| {}), &one(ARM_ANGLE, 0.0), "no move before the first row");
+    assert_same(
+        &contributions("joint_settling(arm)", |_| {}),
+        &one(ARM_ANGLE, 0.0),
+        "no move before the first row",
+    );
     let step = |clock: f64| searched("joint_step(column)", 100.0, move |row| row.clock = clock);
     assert_same(&step(99.9), &one(COLUMN, 0.0), "before");
     assert_same(&step(100.0), &one(COLUMN, -1.0), "at the moment itself");
@@ -161,49 +167,53 @@ fn settling_takes_from_the_last_move_and_a_step_adds_from_its_moment_on() {
 
 #[test]
 fn what_goes_with_time_and_warmth_is_nothing_where_they_are_not_logged() {
-    let base = |rate: f64| -> Vec<Drive> {
-        (0..3).map(|axis| Drive { parameter: axis, handle: Handle::BaseShift(axis), rate }).collect()
+    let base = |rate: f64| -> Vec<Contribution> {
+        (0..3).map(|axis| Contribution { parameter: axis, dof: Dof::BaseShift(axis), rate }).collect()
     };
-    assert_same(&drives("drift", |row| row.time = 5400.0), &base(1.5), "an hour and a half");
-    assert_same(&drives("drift", |_| {}), &base(0.0), "no time");
+    assert_same(&contributions("drift", |row| row.time = 5400.0), &base(1.5), "an hour and a half");
+    assert_same(&contributions("drift", |_| {}), &base(0.0), "no time");
     // After one time constant 1 - 1/e is there.
     let warm = |effect: &str| searched(effect, 600.0, |row| row.time = 600.0);
     let part = 1.0 - (-1.0_f64).exp();
     assert_same(&warm("warm_up(column, zero)"), &one(COLUMN, -part), "zero, in the coordinate's sense");
-    assert_same(&warm("warm_up(arm, length)"), &one(Handle::Joint(1, DhParameter::A), part), "length");
-    assert_same(&warm("warm_up(arm, offset)"), &one(Handle::Joint(1, DhParameter::D), part), "offset");
+    assert_same(&warm("warm_up(arm, length)"), &one(Dof::Joint(1, DhParameter::A), part), "length");
+    assert_same(&warm("warm_up(arm, offset)"), &one(Dof::Joint(1, DhParameter::D), part), "offset");
     let cold = searched("warm_up(arm, length)", 600.0, |_| {});
-    assert_same(&cold, &one(Handle::Joint(1, DhParameter::A), 0.0), "no time: as cold as at first");
+    assert_same(&cold, &one(Dof::Joint(1, DhParameter::A), 0.0), "no time: as cold as at first");
     // A row of 400 mm and an offset of 20 mm grow by as many mm for each 1/K and kelvin above 20 deg C (ISO 1).
     let grown = |warmer: f64| {
-        let part = |dh_parameter, size: f64| Drive {
+        let part = |dh_parameter, size: f64| Contribution {
             parameter: 0,
-            handle: Handle::Joint(1, dh_parameter),
+            dof: Dof::Joint(1, dh_parameter),
             rate: size * warmer,
         };
         [part(DhParameter::A, 400.0), part(DhParameter::D, 20.0)]
     };
-    assert_same(&drives("thermal_growth(arm)", |row| row.temperature = 25.0), &grown(5.0), "5 K warmer");
-    assert_same(&drives("thermal_growth(arm)", |row| row.temperature = 18.5), &grown(-1.5), "colder");
-    assert_same(&drives("thermal_growth(arm)", |_| {}), &grown(0.0), "no temperature");
+    assert_same(
+        &contributions("thermal_growth(arm)", |row| row.temperature = 25.0),
+        &grown(5.0),
+        "5 K warmer",
+    );
+    assert_same(&contributions("thermal_growth(arm)", |row| row.temperature = 18.5), &grown(-1.5), "colder");
+    assert_same(&contributions("thermal_growth(arm)", |_| {}), &grown(0.0), "no temperature");
 }
 
 #[test]
 fn errors_of_a_row_a_target_and_the_base_move_one_number_each() {
-    for (effect, handle) in [
-        ("link_length(arm)", Handle::Joint(1, DhParameter::A)),
-        ("link_offset(arm)", Handle::Joint(1, DhParameter::D)),
-        ("link_twist(arm)", Handle::Joint(1, DhParameter::Alpha)),
-        ("axis_skew(arm)", Handle::Joint(1, DhParameter::Beta)),
-        ("trigger_height", Handle::Trigger),
+    for (effect, dof) in [
+        ("link_length(arm)", Dof::Joint(1, DhParameter::A)),
+        ("link_offset(arm)", Dof::Joint(1, DhParameter::D)),
+        ("link_twist(arm)", Dof::Joint(1, DhParameter::Alpha)),
+        ("axis_skew(arm)", Dof::Joint(1, DhParameter::Beta)),
+        ("trigger_height", Dof::Trigger),
     ] {
-        assert_same(&drives(effect, |_| {}), &one(handle, 1.0), effect);
+        assert_same(&contributions(effect, |_| {}), &one(dof, 1.0), effect);
     }
-    let three = |handle: fn(usize) -> Handle| -> Vec<Drive> {
-        (0..3).map(|axis| Drive { parameter: axis, handle: handle(axis), rate: 1.0 }).collect()
+    let three = |dof: fn(usize) -> Dof| -> Vec<Contribution> {
+        (0..3).map(|axis| Contribution { parameter: axis, dof: dof(axis), rate: 1.0 }).collect()
     };
-    assert_same(&drives("base_position", |_| {}), &three(Handle::BaseShift), "base");
-    assert_same(&drives("tool_offset(p2)", |_| {}), &three(|axis| Handle::Target(1, axis)), "tool");
+    assert_same(&contributions("base_position", |_| {}), &three(Dof::BaseShift), "base");
+    assert_same(&contributions("tool_offset(p2)", |_| {}), &three(|axis| Dof::Target(1, axis)), "tool");
 }
 
 #[test]
@@ -211,10 +221,10 @@ fn instruments_read_by_the_point_that_is_measured() {
     for (effect, axis, coordinate) in
         [("scale(x)", 0, 100.0), ("scale(y)", 1, -200.0), ("scale(z)", 2, 300.0)]
     {
-        assert_same(&drives(effect, |_| {}), &one(Handle::Reading(axis), coordinate), effect);
+        assert_same(&contributions(effect, |_| {}), &one(Dof::Reading(axis), coordinate), effect);
     }
     // e_x x p = (0, -p_z, p_y), e_y x p = (p_z, 0, -p_x).
-    let read = |parameter, axis, rate| Drive { parameter, handle: Handle::Reading(axis), rate };
+    let read = |parameter, axis, rate| Contribution { parameter, dof: Dof::Reading(axis), rate };
     let expected = [
         read(0, 0, 0.0),
         read(0, 1, -300.0),
@@ -223,17 +233,17 @@ fn instruments_read_by_the_point_that_is_measured() {
         read(1, 1, 0.0),
         read(1, 2, -100.0),
     ];
-    assert_same(&drives("instrument_tilt", |_| {}), &expected, "out of level");
+    assert_same(&contributions("instrument_tilt", |_| {}), &expected, "out of level");
 }
 
 #[test]
 fn a_sensor_that_sits_askew_looks_aside_by_its_distance() {
     let hand = Matrix3::new(0.0, -1.0, 0.0, 0.6, 0.0, 0.8, -0.8, 0.0, 0.6);
-    let found = drives("sensor_tilt", |row| {
+    let found = contributions("sensor_tilt", |row| {
         row.hand = hand;
         row.trigger = Some(Trigger { distance: 10.0, ..OVER_TABLE });
     });
-    let read = |parameter, axis, rate| Drive { parameter, handle: Handle::Reading(axis), rate };
+    let read = |parameter, axis, rate| Contribution { parameter, dof: Dof::Reading(axis), rate };
     // Along the first and the second column of the hand's axes, 10 mm a radian.
     let expected = [
         read(0, 0, 0.0),
@@ -244,50 +254,54 @@ fn a_sensor_that_sits_askew_looks_aside_by_its_distance() {
         read(1, 2, 0.0),
     ];
     assert_same(&found, &expected, "askew");
-    assert!(drives("sensor_tilt", |_| {}).is_empty(), "where nothing triggered it says nothing");
+    assert!(contributions("sensor_tilt", |_| {}).is_empty(), "where nothing triggered it says nothing");
 }
 
 /// Of a spot with 40 % hysteresis and 20 % light from the dark side, half is light where it lets go: (0.6 - 0.2) / 0.8.
 #[test]
 fn a_spot_meets_an_edge_when_its_share_of_light_is_there() {
-    let edge =
-        |came_on: bool| drives("trigger_spot", move |row| row.trigger = Some(Trigger { came_on, ..AT_EDGE }));
-    assert_same(&edge(false), &one(Handle::Edge, 0.0), "half a spot: its middle is over the edge");
+    let edge = |came_on: bool| {
+        contributions("trigger_spot", move |row| row.trigger = Some(Trigger { came_on, ..AT_EDGE }))
+    };
+    assert_same(&edge(false), &one(Dof::Edge, 0.0), "half a spot: its middle is over the edge");
     let on = edge(true);
     // Coming on takes the light of a whole spot: its middle is a radius on the light side, which is the right here.
     assert!(on.len() == 1 && (on[0].rate + 0.5).abs() < 1e-3, "{on:?}");
-    let left = drives("trigger_spot", |row| {
+    let left = contributions("trigger_spot", |row| {
         row.trigger = Some(Trigger { came_on: true, light: 1.0, ..AT_EDGE });
     });
     assert!((left[0].rate - 0.5).abs() < 1e-3, "{left:?}");
-    assert!(drives("trigger_spot", |row| row.trigger = Some(OVER_TABLE)).is_empty(), "over a table");
+    assert!(contributions("trigger_spot", |row| row.trigger = Some(OVER_TABLE)).is_empty(), "over a table");
 }
 
 #[test]
 fn hysteresis_moves_the_edge_by_the_slope_of_the_light_share() {
-    let found = drives("trigger_hysteresis", |row| row.trigger = Some(AT_EDGE));
+    let found = contributions("trigger_hysteresis", |row| row.trigger = Some(AT_EDGE));
     // A disk of radius 1 whose middle is at m is light by 1/2 + (m sqrt(1 - m^2) + asin m) / pi: at m = 0 its slope is 2 / pi, so m grows by
     // pi / 2 for a share of 1, and the share falls by 1 / (1 - dark) for a hysteresis of 1. A radius is 1.5 mm, and light is on the right.
     let expected = -1.5 * (-FRAC_PI_2 / 0.8);
-    assert!(found.len() == 1 && found[0].handle == Handle::Edge, "{found:?}");
+    assert!(found.len() == 1 && found[0].dof == Dof::Edge, "{found:?}");
     assert!((found[0].rate - expected).abs() < 1e-4 * expected.abs(), "{found:?} {expected}");
-    let above = drives("trigger_hysteresis", |row| {
+    let above = contributions("trigger_hysteresis", |row| {
         row.trigger = Some(Trigger { came_on: false, ..OVER_TABLE });
     });
-    assert!(above.len() == 1 && above[0].handle == Handle::Trigger && above[0].rate > 0.0, "{above:?}");
+    assert!(above.len() == 1 && above[0].dof == Dof::Trigger && above[0].rate > 0.0, "{above:?}");
     for came_on in [OVER_TABLE, Trigger { came_on: true, ..AT_EDGE }] {
-        assert!(drives("trigger_hysteresis", |row| row.trigger = Some(came_on)).is_empty(), "coming on");
+        assert!(
+            contributions("trigger_hysteresis", |row| row.trigger = Some(came_on)).is_empty(),
+            "coming on"
+        );
     }
 }
 
 #[test]
 fn a_lighter_surface_is_triggered_over_from_higher_and_only_that_one() {
     let over = |surface: usize| {
-        drives("reflectance(ball)", move |row| row.trigger = Some(Trigger { surface, ..OVER_TABLE }))
+        contributions("reflectance(ball)", move |row| row.trigger = Some(Trigger { surface, ..OVER_TABLE }))
     };
     // Light falls by 2/5 - 2/8 = 0.15 of itself a mm where it works: 1 / 0.15 mm for as much light again.
-    assert_same(&over(2), &one(Handle::Trigger, 1.0 / 0.15), "over the ball");
-    assert!(over(0).is_empty() && drives("reflectance(ball)", |_| {}).is_empty());
+    assert_same(&over(2), &one(Dof::Trigger, 1.0 / 0.15), "over the ball");
+    assert!(over(0).is_empty() && contributions("reflectance(ball)", |_| {}).is_empty());
 }
 
 #[test]
@@ -303,21 +317,25 @@ fn late_pictures_move_every_joint_by_its_speed() {
         bow: 0.0,
     });
     let id = parse("clock_skew", &model).unwrap();
-    let found = drives_in(&model, &id, |row| row.speed = &[0.2, -0.1, 30.0]);
-    let drive = |handle, rate| Drive { parameter: 0, handle, rate };
-    assert_same(&found, &[drive(COLUMN, -0.2), drive(ARM_ANGLE, -0.1), drive(SLIDE, 30.0)], "late");
-    assert!(drives_in(&model, &id, |_| {}).is_empty(), "at rest nothing is late");
-    let eye = drives_in(&model, &parse("hand_eye", &model).unwrap(), |_| {});
-    let numbers: Vec<Handle> = (0..3).map(|axis| Handle::Rig(RigNumber::HandEye(axis))).collect();
-    assert_eq!(eye.iter().map(|drive| drive.handle).collect::<Vec<_>>(), numbers);
-    assert_eq!(eye.iter().map(|drive| drive.parameter).collect::<Vec<_>>(), [0, 1, 2]);
+    let found = contributions_in(&model, &id, |row| row.speed = &[0.2, -0.1, 30.0]);
+    let contribution = |dof, rate| Contribution { parameter: 0, dof, rate };
+    assert_same(
+        &found,
+        &[contribution(COLUMN, -0.2), contribution(ARM_ANGLE, -0.1), contribution(SLIDE, 30.0)],
+        "late",
+    );
+    assert!(contributions_in(&model, &id, |_| {}).is_empty(), "at rest nothing is late");
+    let eye = contributions_in(&model, &parse("hand_eye", &model).unwrap(), |_| {});
+    let numbers: Vec<Dof> = (0..3).map(|axis| Dof::Rig(RigNumber::HandEye(axis))).collect();
+    assert_eq!(eye.iter().map(|contribution| contribution.dof).collect::<Vec<_>>(), numbers);
+    assert_eq!(eye.iter().map(|contribution| contribution.parameter).collect::<Vec<_>>(), [0, 1, 2]);
 }
 
 /// Drives of an effect by epoch in one epoch of three.
-fn in_epoch(effect: &str, epoch: usize) -> Vec<Drive> {
+fn in_epoch(effect: &str, epoch: usize) -> Vec<Contribution> {
     let mut model = model();
     model.epochs = Some(Epochs::Rows(vec![5, 9]));
-    drives_in(&model, &parse(effect, &model).unwrap(), |row| row.epoch = epoch)
+    contributions_in(&model, &parse(effect, &model).unwrap(), |row| row.epoch = epoch)
 }
 
 #[test]
@@ -326,22 +344,25 @@ fn effects_by_epoch_have_numbers_of_their_own_in_every_epoch_but_the_first() {
         assert!(in_epoch(effect, 0).is_empty(), "{effect}: the first epoch is what others are compared with");
         assert!(in_epoch(effect, 3).is_empty(), "{effect}: there is no fourth");
     }
-    let at = |parameter, handle, rate| vec![Drive { parameter, handle, rate }];
+    let at = |parameter, dof, rate| vec![Contribution { parameter, dof, rate }];
     assert_same(&in_epoch("joint_zero_reset(column)", 1), &at(0, COLUMN, -1.0), "in the coordinate's sense");
     assert_same(&in_epoch("joint_zero_reset(slide)", 2), &at(1, SLIDE, 1.0), "a slide");
-    assert_same(&in_epoch("base_shifted(z)", 2), &at(1, Handle::BaseShift(2), 1.0), "along z");
-    let distance = Handle::ReadingZero(Channel::of(&DISTANCE).unwrap());
+    assert_same(&in_epoch("base_shifted(z)", 2), &at(1, Dof::BaseShift(2), 1.0), "along z");
+    let distance = Dof::ReadingZero(Channel::of(&DISTANCE).unwrap());
     assert_same(&in_epoch("reading_reset(distance)", 1), &at(0, distance, 1.0), "zero");
-    let scale = Handle::ReadingScale(Channel::of(&HEIGHT).unwrap());
+    let scale = Dof::ReadingScale(Channel::of(&HEIGHT).unwrap());
     assert_same(&in_epoch("reading_rescaled(height)", 2), &at(1, scale, 1.0), "scale");
     let moved = in_epoch("base_reset", 2);
-    let handles: Vec<Handle> = moved.iter().map(|drive| drive.handle).collect();
-    let (shift, turn) = (Handle::BaseShift, Handle::BaseTurn);
-    assert_eq!(handles, [shift(0), shift(1), shift(2), turn(0), turn(1), turn(2)]);
-    assert_eq!(moved.iter().map(|drive| drive.parameter).collect::<Vec<_>>(), [6, 7, 8, 9, 10, 11]);
+    let dofs: Vec<Dof> = moved.iter().map(|contribution| contribution.dof).collect();
+    let (shift, turn) = (Dof::BaseShift, Dof::BaseTurn);
+    assert_eq!(dofs, [shift(0), shift(1), shift(2), turn(0), turn(1), turn(2)]);
+    assert_eq!(
+        moved.iter().map(|contribution| contribution.parameter).collect::<Vec<_>>(),
+        [6, 7, 8, 9, 10, 11]
+    );
     let target = in_epoch("target_reset(p2)", 1);
-    let expected: Vec<Handle> = (0..3).map(|axis| Handle::Target(1, axis)).collect();
-    assert_eq!(target.iter().map(|drive| drive.handle).collect::<Vec<_>>(), expected);
+    let expected: Vec<Dof> = (0..3).map(|axis| Dof::Target(1, axis)).collect();
+    assert_eq!(target.iter().map(|contribution| contribution.dof).collect::<Vec<_>>(), expected);
 }
 
 #[test]

@@ -9,7 +9,9 @@ use crate::fit::arm_pose::ArmPose;
 use crate::fit::doubt::{Prior, out_of_range, range_doubts, undetermined};
 use crate::fit::outcome::kept;
 use crate::fit::tangent::Tangent;
-use crate::fit::{Distances, FitDoubt, FitError, FitOptions, ResidualModel, Slot, State, ViewOfTable};
+use crate::fit::{
+    Distances, FitDoubt, FitError, FitOptions, FreeParameter, ResidualModel, State, ViewOfTable,
+};
 use crate::measurement::Observations;
 use crate::table::Table;
 
@@ -89,7 +91,7 @@ fn distances_of_rows_are_in_their_own_sigmas() {
 }
 
 #[test]
-fn a_step_moves_what_its_slots_say() {
+fn a_step_moves_what_its_free_parameters_say() {
     let text = "
 arm: all
 convention: distal
@@ -101,18 +103,18 @@ board: {seen_by: p1}
 ";
     let model = Model::parse("m.yaml", text).unwrap();
     let start = State::nominal(&model, 1, vec![vec![0.5, 0.25]]);
-    let slots = [
-        Slot::BaseShift(0),
-        Slot::BaseTurn(2),
-        Slot::Target(0, 1),
-        Slot::TargetTurn(0, 0),
-        Slot::BoardShift(0, 2),
-        Slot::BoardTurn(0, 1),
-        Slot::Place(0, 2),
-        Slot::Surface(0, 1),
-        Slot::Effect(0, 1),
+    let free_parameters = [
+        FreeParameter::BaseShift(0),
+        FreeParameter::BaseTurn(2),
+        FreeParameter::Target(0, 1),
+        FreeParameter::TargetTurn(0, 0),
+        FreeParameter::BoardShift(0, 2),
+        FreeParameter::BoardTurn(0, 1),
+        FreeParameter::Place(0, 2),
+        FreeParameter::Surface(0, 1),
+        FreeParameter::Effect(0, 1),
     ];
-    let next = start.stepped(&slots, &[10.0, 0.1, 20.0, 0.2, 30.0, 0.3, 40.0, 50.0, 60.0]);
+    let next = start.stepped(&free_parameters, &[10.0, 0.1, 20.0, 0.2, 30.0, 0.3, 40.0, 50.0, 60.0]);
     assert_eq!(next.base.translation.vector, Vector3::new(11.0, 2.0, 3.0), "a turn leaves the base's origin");
     let about = |axis: Vector3<f64>| Rotation3::new(axis);
     let apart = |one: &Rotation3<f64>, other: &Rotation3<f64>| (one.matrix() - other.matrix()).norm();
@@ -127,10 +129,13 @@ board: {seen_by: p1}
         matches!(&next.surfaces[0], SurfaceShape::Sphere { centre, .. } if *centre == Vector3::new(1.0, 51.0, 1.0))
     );
     assert_eq!(next.effects, [[0.5, 60.25]]);
-    assert_eq!(start.stepped(&slots, &[0.0; 9]), start);
-    // A slot of something that is not there moves nothing.
+    assert_eq!(start.stepped(&free_parameters, &[0.0; 9]), start);
+    // A free parameter of something that is not there moves nothing.
     assert_eq!(
-        start.stepped(&[Slot::Target(7, 0), Slot::Effect(3, 0), Slot::Surface(9, 0)], &[1.0; 3]),
+        start.stepped(
+            &[FreeParameter::Target(7, 0), FreeParameter::Effect(3, 0), FreeParameter::Surface(9, 0)],
+            &[1.0; 3]
+        ),
         start
     );
 }
@@ -176,7 +181,8 @@ fn normal_equations_sum_weighted_squares_and_agree_with_residuals() {
         let alone = machine.normal_of_rows(&state, &[1, 2], &weights);
         assert!(near(alone.squares, expected) && near(alone.gradient[0], normal.gradient[0]));
         // The gradient is half the slope of the squares, downhill.
-        let at = |by: f64| machine.squares(&state.stepped(machine.slots(), &[by]), &[1, 2], &weights);
+        let at =
+            |by: f64| machine.squares(&state.stepped(machine.free_parameters(), &[by]), &[1, 2], &weights);
         let slope = (at(1e-6) - at(-1e-6)) / 2e-6;
         assert!(
             (normal.gradient[0] + 0.5 * slope).abs() < 1e-4 * slope.abs(),
@@ -189,7 +195,7 @@ fn normal_equations_sum_weighted_squares_and_agree_with_residuals() {
 }
 
 #[test]
-fn a_probe_is_a_column_after_the_slots_and_rates_are_of_effects_that_do_not_take_part() {
+fn a_probe_is_a_column_after_the_free_parameters_and_rates_are_of_effects_that_do_not_take_part() {
     with(PLANAR, POINTS, &["joint_zero(elbow)"], |machine| {
         let probe = build(&parse("joint_zero(shoulder)", machine.model).unwrap(), machine.model).unwrap();
         let gain = build(&parse("joint_gain(elbow)", machine.model).unwrap(), machine.model).unwrap();
@@ -212,7 +218,7 @@ fn known_distances_between_places_are_equations_of_their_own() {
     with(&model, rows, &[], |machine| {
         let mut state = machine.start();
         state.places = vec![Vector3::new(3.0, 0.0, 4.0), Vector3::zeros()];
-        let mut total = NormalEquations::zeros(machine.slots().len());
+        let mut total = NormalEquations::zeros(machine.free_parameters().len());
         machine.place_distances(&state, &mut total);
         // They are 5 mm apart and 6 mm is known to a tenth of the noise of touching, 0.05 mm: 1 mm is 20 sigmas.
         assert!(near(total.squares, 400.0) && total.equations == 1);
@@ -222,7 +228,7 @@ fn known_distances_between_places_are_equations_of_their_own() {
             assert!(near(total.matrix[(index, index)], part * part));
         }
         state.places = vec![Vector3::zeros(); 2];
-        let mut at_one = NormalEquations::zeros(machine.slots().len());
+        let mut at_one = NormalEquations::zeros(machine.free_parameters().len());
         machine.place_distances(&state, &mut at_one);
         assert!(
             at_one.matrix.iter().all(|entry| entry.is_finite()),
@@ -338,7 +344,7 @@ fn messages_name_three_numbers_and_count_the_rest() {
 }
 
 #[test]
-fn slots_are_called_by_what_they_move() {
+fn free_parameters_are_called_by_what_they_move() {
     let model = format!(
         "{}surfaces: {{table: {{plane: {{normal: [0, 0, 1], offset_mm: 0}}, free: true}}}}\nboard: {{seen_by: p1, xyz_mm: [1, 2, 3], rpy_deg: [0, 0, 0], free: true}}\n",
         PLANAR.replace(
@@ -348,7 +354,11 @@ fn slots_are_called_by_what_they_move() {
     );
     let rows = "q1_deg,q2_deg,touch,board_x_mm\n0,0,nest,1\n30,40,nest,2\n";
     with(&model, rows, &["joint_zero(elbow)"], |machine| {
-        let names: Vec<String> = machine.slots().iter().map(|slot| machine.slot_name(*slot)).collect();
+        let names: Vec<String> = machine
+            .free_parameters()
+            .iter()
+            .map(|free_parameter| machine.parameter_name(*free_parameter))
+            .collect();
         for name in [
             "p1 z",
             "p1 turn about x",
@@ -362,7 +372,7 @@ fn slots_are_called_by_what_they_move() {
             assert!(names.contains(&name.to_owned()), "{name} of {names:?}");
         }
         assert_eq!(names.len(), 3 + 3 + 6 + 3 + 3 + 1);
-        assert_eq!(machine.slot_name(Slot::Effect(9, 0)), "?");
+        assert_eq!(machine.parameter_name(FreeParameter::Effect(9, 0)), "?");
     });
 }
 
@@ -468,16 +478,16 @@ fn only_what_the_table_shows_of_bodies_and_boards_is_free() {
     );
     let turns = |rows: &str| {
         let mut found = Vec::new();
-        with(&model, rows, &[], |machine| found = machine.slots().to_vec());
+        with(&model, rows, &[], |machine| found = machine.free_parameters().to_vec());
         found
     };
     assert!(turns(POINTS).is_empty());
     let of_body = turns("q1_deg,q2_deg,p1_rx_rad,p1_ry_rad,p1_rz_rad\n0,0,0,0,0\n");
-    assert_eq!(of_body, [0, 1, 2].map(|axis| Slot::TargetTurn(0, axis)));
+    assert_eq!(of_body, [0, 1, 2].map(|axis| FreeParameter::TargetTurn(0, axis)));
     let of_board = turns("q1_deg,q2_deg,board_x_mm\n0,0,5\n");
-    assert_eq!(of_board[..3], [0, 1, 2].map(|axis| Slot::TargetTurn(1, axis)));
-    assert_eq!(of_board[3..6], [0, 1, 2].map(|axis| Slot::BoardShift(0, axis)));
-    assert_eq!(of_board[6..], [0, 1, 2].map(|axis| Slot::BoardTurn(0, axis)));
+    assert_eq!(of_board[..3], [0, 1, 2].map(|axis| FreeParameter::TargetTurn(1, axis)));
+    assert_eq!(of_board[3..6], [0, 1, 2].map(|axis| FreeParameter::BoardShift(0, axis)));
+    assert_eq!(of_board[6..], [0, 1, 2].map(|axis| FreeParameter::BoardTurn(0, axis)));
 }
 
 #[test]
@@ -486,8 +496,14 @@ fn a_turn_is_free_for_a_camera_where_a_board_is_seen_and_for_no_other_target() {
     let targets = "targets: {p1: {free: false, free_rpy: true}, p2: {free: false, free_rpy: true}, p3: {free: false, free_rpy: true}}";
     let model = format!("{}board: {{seen_by: p1}}\n", PLANAR.replace(target, targets));
     with(&model, "q1_deg,q2_deg,board_x_mm\n0,0,5\n", &[], |machine| {
-        let turns = machine.slots().iter().filter(|slot| matches!(slot, Slot::TargetTurn(..)));
-        assert_eq!(turns.copied().collect::<Vec<_>>(), [0, 1, 2].map(|axis| Slot::TargetTurn(0, axis)));
+        let turns = machine
+            .free_parameters()
+            .iter()
+            .filter(|free_parameter| matches!(free_parameter, FreeParameter::TargetTurn(..)));
+        assert_eq!(
+            turns.copied().collect::<Vec<_>>(),
+            [0, 1, 2].map(|axis| FreeParameter::TargetTurn(0, axis))
+        );
     });
 }
 
@@ -533,7 +549,7 @@ fn an_effect_that_is_admitted_is_free_like_the_others() {
     let id = EffectId::at("joint_zero", Site::Joint(1));
     let effect = build(&id, &model).unwrap();
     machine.admit(id.clone(), effect.into(), vec![0.25]);
-    assert_eq!(machine.slots(), [Slot::Effect(0, 0)]);
+    assert_eq!(machine.free_parameters(), [FreeParameter::Effect(0, 0)]);
     assert_eq!(machine.start().effects, [[0.25]]);
     assert_eq!(machine.effects().collect::<Vec<_>>(), [&id]);
     assert_eq!(machine.least_variance(), 0.0, "points scatter each for itself");
@@ -563,10 +579,10 @@ fn ranges_count_for_geometry_and_for_what_gives_to_either_side_under_weight() {
 fn of_what_is_held_at_a_start_an_effect_may_be_let_go_later_and_the_rest_may_not() {
     let model = PLANAR.replace("free: false}}", "free: true}}");
     with(&model, POINTS, &["joint_zero(elbow)", "joint_gain(elbow)"], |machine| {
-        let of_effect = |slot: &Slot| matches!(slot, Slot::Effect(..));
-        let first_effect = machine.slots().iter().position(of_effect).unwrap();
-        assert!(first_effect > 0, "a target is free as well: {:?}", machine.slots());
-        let all: Vec<usize> = (0..machine.slots().len()).collect();
+        let of_effect = |free_parameter: &FreeParameter| matches!(free_parameter, FreeParameter::Effect(..));
+        let first_effect = machine.free_parameters().iter().position(of_effect).unwrap();
+        assert!(first_effect > 0, "a target is free as well: {:?}", machine.free_parameters());
+        let all: Vec<usize> = (0..machine.free_parameters().len()).collect();
         assert_eq!(kept(machine, &all, &[]), (0..first_effect).collect::<Vec<_>>());
         // What the rows cannot determine at all stays, whatever it belongs to.
         let spared = [first_effect];

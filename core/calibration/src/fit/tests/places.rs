@@ -5,7 +5,7 @@ use plumb_estimation::{Progress, Random};
 use plumb_kinematics::HalfSpace;
 
 use crate::arm_model::{AddedEffect, Model, StripeRig};
-use crate::effect::{Channel, Drive, Handle, build, parse};
+use crate::effect::{Channel, Contribution, Dof, build, parse};
 use crate::fit::arm_pose::Changes;
 use crate::fit::{FitOptions, ResidualModel, SeenBody, Sight, State, base_and_targets, rigid};
 use crate::measurement::Observations;
@@ -199,11 +199,13 @@ fn the_arm_stays_clear_as_long_as_every_point_of_it_does() {
 }
 
 #[test]
-fn drives_of_a_row_are_those_of_the_effect_there() {
+fn contributions_of_a_row_are_those_of_the_effect_there() {
     planar(&[], |machine, state| {
         let gain = build(&parse("joint_gain(elbow)", machine.model).unwrap(), machine.model).unwrap();
-        let drives = machine.drives(state, 1, gain.as_ref());
-        assert!(drives.len() == 1 && (drives[0].rate - std::f64::consts::FRAC_PI_2).abs() < 1e-12);
+        let contributions = machine.contributions(state, 1, gain.as_ref());
+        assert!(
+            contributions.len() == 1 && (contributions[0].rate - std::f64::consts::FRAC_PI_2).abs() < 1e-12
+        );
     });
 }
 
@@ -225,16 +227,16 @@ fn an_arm_that_gives_balances_with_what_pulls_where_it_has_come_to() {
 fn changes_add_up_each_where_it_belongs() {
     let mut changes = Changes::default();
     changes.clear(2, 1);
-    let drive = |parameter, handle, rate| Drive { parameter, handle, rate };
-    let drives = [
-        drive(0, Handle::ReadingZero(Channel::of(&DISTANCE).unwrap()), 2.0),
-        drive(1, Handle::ReadingScale(Channel::of(&DISTANCE).unwrap()), 3.0),
-        drive(0, Handle::ReadingZero(Channel::TiltX), -1.0),
-        drive(0, Handle::Trigger, 0.5),
-        drive(5, Handle::Trigger, 100.0),
+    let contribution = |parameter, dof, rate| Contribution { parameter, dof, rate };
+    let contributions = [
+        contribution(0, Dof::ReadingZero(Channel::of(&DISTANCE).unwrap()), 2.0),
+        contribution(1, Dof::ReadingScale(Channel::of(&DISTANCE).unwrap()), 3.0),
+        contribution(0, Dof::ReadingZero(Channel::TiltX), -1.0),
+        contribution(0, Dof::Trigger, 0.5),
+        contribution(5, Dof::Trigger, 100.0),
     ];
-    changes.add(&drives, &[0.1, 0.01]);
-    changes.add(&drives[..1], &[0.2]);
+    changes.add(&contributions, &[0.1, 0.01]);
+    changes.add(&contributions[..1], &[0.2]);
     let pose = crate::fit::ArmPose { changes, ..Default::default() };
     let (zero, scale) = pose.reading(Some(Channel::of(&DISTANCE).unwrap()));
     assert!((zero - 0.6).abs() < 1e-12 && (scale - 0.03).abs() < 1e-12, "{zero} {scale}");
@@ -264,8 +266,12 @@ fn a_large_turn_of_the_base_changes_with_its_vector_as_the_rotation_group_has_it
     for axis in 0..3 {
         let at = |by: f64| Rotation3::new(turn + Vector3::ith(axis, by)) * lever;
         let slope = (at(1e-6) - at(-1e-6)) / 2e-6;
-        let slot = machine.slots().len() - 3 + axis;
-        assert!((jacobian[(slot, 0)] - slope.x).abs() < 1e-4, "{axis}: {} {slope}", jacobian[(slot, 0)]);
+        let free_parameter = machine.free_parameters().len() - 3 + axis;
+        assert!(
+            (jacobian[(free_parameter, 0)] - slope.x).abs() < 1e-4,
+            "{axis}: {} {slope}",
+            jacobian[(free_parameter, 0)]
+        );
     }
 }
 

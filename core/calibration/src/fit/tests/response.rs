@@ -49,17 +49,18 @@ fn worst_of(arm: &str, table: &str, others: Vec<String>, effects: &[(&str, &[f64
     let rows = [0, 1];
     let block = machine.block(&state, &rows, &[], &[]);
     let mut worst = 0.0_f64;
-    for slot in 0..machine.slots().len() {
-        let mut step = vec![0.0; machine.slots().len()];
+    for free_parameter in 0..machine.free_parameters().len() {
+        let mut step = vec![0.0; machine.free_parameters().len()];
         let [ahead, behind] = [1e-5, -1e-5].map(|amount| {
-            step[slot] = amount;
-            machine.block(&state.stepped(machine.slots(), &step), &rows, &[], &[]).residuals
+            step[free_parameter] = amount;
+            machine.block(&state.stepped(machine.free_parameters(), &step), &rows, &[], &[]).residuals
         });
         let slopes: Vec<f64> =
             ahead.iter().zip(&behind).map(|(ahead, behind)| (behind - ahead) / 2e-5).collect();
         let greatest = slopes.iter().fold(0.0_f64, |most, slope| most.max(slope.abs()));
         for (equation, slope) in slopes.iter().enumerate() {
-            worst = worst.max((block.jacobian[(slot, equation)] - slope).abs() / greatest.max(1e-3));
+            worst =
+                worst.max((block.jacobian[(free_parameter, equation)] - slope).abs() / greatest.max(1e-3));
         }
     }
     worst
@@ -86,19 +87,21 @@ fn what_turns_a_link_turns_its_weight_and_what_that_bends() {
 /// A state with all that can be fitted moved by so much (rad, or a hundred times as many mm), the base turned besides.
 fn moved(machine: &ResidualModel<'_>, by: f64, base_turned: f64) -> State {
     let step: Vec<f64> = machine
-        .slots()
+        .free_parameters()
         .iter()
         .enumerate()
-        .map(|(index, slot)| match slot {
-            Slot::BaseTurn(_) => base_turned,
-            Slot::Effect(part, _) if machine.parts[*part].id.name.starts_with("link_l") => 100.0 * by,
-            Slot::Effect(part, _) if machine.parts[*part].id.name == "joint_zero" => {
+        .map(|(index, free_parameter)| match free_parameter {
+            FreeParameter::BaseTurn(_) => base_turned,
+            FreeParameter::Effect(part, _) if machine.parts[*part].id.name.starts_with("link_l") => {
+                100.0 * by
+            }
+            FreeParameter::Effect(part, _) if machine.parts[*part].id.name == "joint_zero" => {
                 by * if index % 2 == 0 { 1.0 } else { -1.0 }
             }
             _ => 0.0,
         })
         .collect();
-    machine.start().stepped(machine.slots(), &step)
+    machine.start().stepped(machine.free_parameters(), &step)
 }
 
 #[test]
@@ -143,14 +146,16 @@ fn the_second_derivative_along_a_change_is_that_of_the_predictions() {
             .collect();
     let machine = ResidualModel::new(&model, &table, &observations, &added).unwrap();
     let (rows, weights) = ([0, 1], [0.25, 1.0]);
-    let change = DVector::from_fn(machine.slots().len(), |slot, _| match machine.slots()[slot] {
-        Slot::BaseTurn(axis) => 0.02 * (axis as f64 + 1.0),
-        Slot::Effect(0, _) => -0.03,
-        Slot::Effect(1, _) => 5.0,
-        _ => 0.0,
+    let change = DVector::from_fn(machine.free_parameters().len(), |free_parameter, _| {
+        match machine.free_parameters()[free_parameter] {
+            FreeParameter::BaseTurn(axis) => 0.02 * (axis as f64 + 1.0),
+            FreeParameter::Effect(0, _) => -0.03,
+            FreeParameter::Effect(1, _) => 5.0,
+            _ => 0.0,
+        }
     });
     let at = |share: f64| {
-        let state = machine.start().stepped(machine.slots(), (&change * share).as_slice());
+        let state = machine.start().stepped(machine.free_parameters(), (&change * share).as_slice());
         machine.block(&state, &rows, &weights, &[])
     };
     // Central differences of the predictions, which fall as the residuals rise.
@@ -179,8 +184,11 @@ fn what_derivatives_are_off_by_is_no_bend() {
     machine.block(&machine.start(), &[0, 1], &[], &[]);
     let state = moved(&machine, 0.0008, 0.0);
     let along = |size: f64| {
-        let turned = machine.slots().iter().map(|slot| if *slot == Slot::Effect(0, 0) { size } else { 0.0 });
-        let change = DVector::from_iterator(machine.slots().len(), turned);
+        let turned = machine
+            .free_parameters()
+            .iter()
+            .map(|free_parameter| if *free_parameter == FreeParameter::Effect(0, 0) { size } else { 0.0 });
+        let change = DVector::from_iterator(machine.free_parameters().len(), turned);
         machine.second_derivative_along(&state, &change, &[0, 1], &[])
     };
     // A second derivative goes with the square of the change, however small that is.
