@@ -98,12 +98,7 @@ struct Kept {
 
 impl Default for LinkFrames {
     fn default() -> Self {
-        Self {
-            joints: Vec::new(),
-            flange: IsometryMatrix3::identity(),
-            kept: Vec::new(),
-            turns: Vec::new(),
-        }
+        Self { joints: Vec::new(), flange: IsometryMatrix3::identity(), kept: Vec::new(), turns: Vec::new() }
     }
 }
 
