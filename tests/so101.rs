@@ -209,6 +209,61 @@ fn a_servo_without_an_answer_ends_the_run_with_its_name_and_no_row() {
     assert!(said.all().contains("none of the 6 servos answers on"), "{}", said.all());
 }
 
+/// Takes a row when a motor is warm.
+const WARM: &str = "procedure: warm
+title: What the motors report
+steps:
+  - {id: motors, do: {motors: {robot: arm}}, on_error: abort}
+  - {id: row, do: {row: {robot: arm, p1_x_mm: 1, temperature_c: motors.hottest_c}}, when: motors.hottest_c > 45}
+";
+
+#[test]
+fn a_procedure_reads_the_motors_goes_by_them_and_writes_them_down() {
+    let mut arm = Arm::new();
+    arm.lab.edit("cell-hardware.yaml", "procedures: [", "procedures: [warm.yaml, ");
+    arm.lab.write("warm.yaml", WARM);
+    let cool = arm.run("warm");
+    assert_eq!(cool.code(), 0, "{}", cool.all());
+    arm.befalls("celsius 3 52");
+    arm.befalls("status");
+    arm.line();
+    let warm = arm.run("warm");
+    assert_eq!(warm.code(), 0, "{}", warm.all());
+    assert!(warm.all().contains("temperature 31.0 to 52.0 degC"), "{}", warm.all());
+    assert!(warm.all().contains("voltage 7.4 V, the hottest is elbow_flex"), "{}", warm.all());
+
+    let (cool, warm) = (arm.lab.shown("1"), arm.lab.shown("2"));
+    assert_eq!(result(&cool, "motors")["hottest_c"], json!(31.0));
+    let motors = result(&warm, "motors");
+    let value = |name: &str| motors[name].as_f64().unwrap_or_else(|| panic!("{name} in {motors}"));
+    assert_eq!((value("hottest_c"), value("elbow_flex_temperature_c")), (52.0, 52.0));
+    assert_eq!((value("gripper_voltage_v"), value("shoulder_lift_load_percent")), (7.4, 6.0));
+    let readings = warm["readings"].as_array().unwrap();
+    let elbow = readings.iter().find(|reading| reading["name"] == "elbow_flex_temperature").unwrap();
+    assert_eq!((&elbow["value"], &elbow["unit"]), (&json!(52.0), &json!("degC")));
+    let uncertainty = elbow["uncertainty"].as_f64().unwrap();
+    assert!((uncertainty - 1.0 / 12.0_f64.sqrt()).abs() < 1e-9, "a register of whole degrees: {uncertainty}");
+    let shown = arm.lab.plumb(&["show", "2"]).out();
+    assert!(shown.contains("elbow_flex_temperature"), "{shown}");
+    let table = arm.lab.plumb(&["show", "2", "--table"]).out();
+    let rows: Vec<Vec<&str>> =
+        table.lines().filter(|line| !line.starts_with('#')).map(|line| line.split(',').collect()).collect();
+    let at = rows[0].iter().position(|column| *column == "temperature_c").unwrap();
+    assert_eq!(rows[1][at].parse(), Ok(52.0), "{table}");
+}
+
+#[test]
+fn a_robot_whose_plugin_does_not_report_motors_is_named_with_what_to_do() {
+    let lab = Lab::new();
+    lab.edit("cell.yaml", "procedures: [", "procedures: [warm.yaml, ");
+    lab.write("warm.yaml", WARM);
+    let said = lab.plumb(&["run", "cell.yaml", "warm", "--headless"]);
+    assert_eq!(said.code(), 2, "{}", said.all());
+    let words = "arm: this device cannot read its motors. Its plugin `simulated` does not report motors: take the step out, or name a robot \
+                 whose plugin has `read_motors`";
+    assert!(said.all().contains(words), "{}", said.all());
+}
+
 #[test]
 fn the_plugin_conforms_as_anybody_can_check() {
     let arm = Arm::new();

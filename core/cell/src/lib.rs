@@ -16,6 +16,7 @@ pub mod expression;
 mod in_words;
 mod joint_range;
 pub mod measurement_table;
+mod motor_quantity;
 mod named_value;
 mod parameter_name;
 pub mod photo;

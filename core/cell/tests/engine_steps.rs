@@ -14,6 +14,8 @@ mod jogging;
 mod level_and_photo;
 #[path = "engine_steps/lying_devices.rs"]
 mod lying_devices;
+#[path = "engine_steps/motors.rs"]
+mod motors;
 #[path = "engine_steps/power_cycle.rs"]
 mod power_cycle;
 #[path = "engine_steps/readings.rs"]

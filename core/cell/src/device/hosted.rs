@@ -14,8 +14,8 @@ use plumb_host::{
     SensorClient, StopHandle,
 };
 use plumb_plugin::{
-    Description, Health, JogState, JointState, JointVector, LogLevel, Message as _, Motion, PluginError,
-    Reading, RobotDescription, SensorDescription, StreamDescription, StripeHeader, Value,
+    Description, Health, JogState, JointState, JointVector, LogLevel, Message as _, Motion, MotorState,
+    PluginError, Reading, RobotDescription, SensorDescription, StreamDescription, StripeHeader, Value,
 };
 use plumb_record::{LoadedFile, sha256_hex};
 
@@ -496,6 +496,10 @@ impl RobotLink for HostedRobot {
 
     fn set_zero(&mut self, joints: &JointVector) -> Result<(), DeviceError> {
         self.client.set_zero(joints)
+    }
+
+    fn read_motors(&mut self) -> Result<MotorState, DeviceError> {
+        self.client.read_motors()
     }
 
     fn stop_action(&self) -> StopAction {

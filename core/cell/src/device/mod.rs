@@ -27,8 +27,8 @@ pub use watcher::PoseListener;
 pub(crate) use wiring::check_plugins;
 
 use plumb_plugin::{
-    JogState, JointState, JointVector, Motion, PluginError, Reading, RobotDescription, SensorDescription,
-    StripeHeader, StripePoint, Value,
+    JogState, JointState, JointVector, Motion, MotorState, PluginError, Reading, RobotDescription,
+    SensorDescription, StripeHeader, StripePoint, Value,
 };
 
 use crate::event::LogLevel;
@@ -72,6 +72,14 @@ pub trait RobotLink: Send {
     fn set_zero(&mut self, _joints: &JointVector) -> Result<(), DeviceError> {
         let error = PluginError::Unsupported("its zeros cannot be set".to_owned());
         Err(DeviceError::refused(&self.description().model, "set zero", error))
+    }
+    /// What its motors report of themselves.
+    ///
+    /// # Errors
+    /// [`DeviceError`]
+    fn read_motors(&mut self) -> Result<MotorState, DeviceError> {
+        let error = PluginError::unsupported("read its motors");
+        Err(DeviceError::refused(&self.description().model, "read motors", error))
     }
     /// Stops it at once, from any thread, although a call is in progress.
     fn stop_action(&self) -> StopAction;

@@ -356,6 +356,8 @@ fn where_it_is_while_it_moves_is_shown_with_its_zeros_and_how_far_its_planes_are
     assert_eq!((device.as_str(), planes[0].plane.as_str()), ("arm", "the table"));
     assert_near(planes[0].clearance_mm.unwrap(), 70.0);
     assert_eq!(arm.clearances(&drive([20.0, 0.0, 50.0, 0.0])), planes);
+    let error = arm.link.read_motors().unwrap_err().to_string();
+    assert_eq!(error, "quill: this device cannot read its motors");
     let error = arm.link.set_zero(&drive([0.0; 4])).unwrap_err().to_string();
     assert!(error.contains("quill") && error.contains("its zeros cannot be set"), "{error}");
 }

@@ -2,12 +2,16 @@
 //! table; so nothing is taken from a device that was not looked at here. Pure functions: each gives a sentence that names device, plugin, what was
 //! said and what would be right.
 
+mod motors;
+
 use std::time::Duration;
 
 use plumb_plugin::{
     JointDescription, JointState, JointUnit, JointVector, ProximityEdge, Reading, RobotDescription,
     SensorDescription,
 };
+
+pub(crate) use motors::check_motors;
 
 use crate::deg_or_mm::DegOrMm;
 
@@ -320,9 +324,9 @@ mod tests {
 
     use super::*;
 
-    const ARM: Source<'static> = Source { device: "arm", plugin: "scara4" };
+    pub(super) const ARM: Source<'static> = Source { device: "arm", plugin: "scara4" };
 
-    fn robot() -> RobotDescription {
+    pub(super) fn robot() -> RobotDescription {
         let joint = |name: &str, unit, upper: f64| JointDescription {
             name: name.to_owned(),
             unit,
@@ -372,7 +376,7 @@ mod tests {
         }
     }
 
-    fn vector(values: [f64; 2]) -> JointVector {
+    pub(super) fn vector(values: [f64; 2]) -> JointVector {
         JointVector::from_slice(&values).unwrap()
     }
 
@@ -381,7 +385,7 @@ mod tests {
         check_end(ARM, &robot(), &vector([0.5, 20.0]), &state, asked)
     }
 
-    fn says(result: Result<(), String>, words: &[&str]) {
+    pub(super) fn says(result: Result<(), String>, words: &[&str]) {
         let message = result.unwrap_err();
         for word in words {
             assert!(message.contains(word), "{word}: {message}");

@@ -14,6 +14,7 @@ pub(crate) const KINDS: &[Kind] = &[
     super::search::KIND,
     super::configure::KIND,
     super::measure::KIND,
+    super::motors::KIND,
     super::listen::KIND,
     super::scan::KIND,
     super::row::KIND,

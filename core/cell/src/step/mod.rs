@@ -22,6 +22,7 @@ mod limits;
 mod listen;
 mod measure;
 mod motions;
+mod motors;
 mod move_joints;
 mod point;
 mod prompt;

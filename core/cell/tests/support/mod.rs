@@ -14,8 +14,8 @@ use plumb_cell::device::{Act, DeviceError, DeviceLinks, Link, RobotLink, SensorL
 use plumb_cell::workcell::DeviceSetting;
 use plumb_host::ExitReason;
 use plumb_plugin::{
-    JogState, JointDescription, JointState, JointUnit, JointVector, Motion, PluginError, ProximityEdge,
-    Reading, RobotCapabilities, RobotDescription, SensorDescription,
+    JogState, JointDescription, JointState, JointUnit, JointVector, Motion, MotorState, PluginError,
+    ProximityEdge, Reading, RobotCapabilities, RobotDescription, SensorDescription,
 };
 
 const JOINTS: [&str; 6] = ["waist", "shoulder", "elbow", "wrist_pitch", "wrist_roll", "gripper"];
@@ -70,6 +70,8 @@ pub struct World {
     pub refuses_changes: AtomicBool,
     /// How long each move might take at most.
     pub limits: Mutex<Vec<Duration>>,
+    /// What the arm's motors report; none: it cannot report them.
+    pub motors: Mutex<Option<MotorState>>,
 }
 
 /// Changes a state.
@@ -127,6 +129,7 @@ impl World {
             configured: Mutex::new(Vec::new()),
             refuses_changes: AtomicBool::new(false),
             limits: Mutex::new(Vec::new()),
+            motors: Mutex::new(None),
         }
     }
 
@@ -301,6 +304,12 @@ impl RobotLink for Arm {
             lock(&self.world.joints).copy_from_slice(joints.as_slice());
         }
         Ok(())
+    }
+
+    fn read_motors(&mut self) -> Result<MotorState, DeviceError> {
+        let cannot =
+            || DeviceError::refused("arm", "read motors", PluginError::unsupported("read its motors"));
+        lock(&self.world.motors).ok_or_else(cannot)
     }
 
     fn stop_action(&self) -> StopAction {
