@@ -210,7 +210,7 @@ fn place(
     let a = joint.a + deviation.a;
     let alpha = turns.alpha.by(joint.alpha + deviation.alpha);
     let beta = turns.beta.by(deviation.beta);
-    match convention {
+    let (axis, axis_point, normal, normal_point, skew, skew_point) = match convention {
         Convention::Distal => {
             let skew = walker.y;
             walker.turn_y(beta);
@@ -219,15 +219,7 @@ fn place(
             walker.origin += walker.z * d + walker.x * a;
             let (normal, normal_point) = (walker.x, walker.origin);
             walker.turn_x(alpha);
-            JointFrame {
-                axis,
-                axis_point,
-                normal,
-                normal_point,
-                skew,
-                skew_point: axis_point,
-                end: walker.pose(),
-            }
+            (axis, axis_point, normal, normal_point, skew, axis_point)
         }
         Convention::Proximal => {
             let normal = walker.x;
@@ -238,17 +230,10 @@ fn place(
             let (axis, axis_point) = (walker.z, walker.origin);
             walker.turn_z(theta);
             walker.origin += walker.z * d;
-            JointFrame {
-                axis,
-                axis_point,
-                normal,
-                normal_point,
-                skew,
-                skew_point: normal_point,
-                end: walker.pose(),
-            }
+            (axis, axis_point, normal, normal_point, skew, normal_point)
         }
-    }
+    };
+    JointFrame { axis, axis_point, normal, normal_point, skew, skew_point, end: walker.pose() }
 }
 
 impl LinkFrames {
