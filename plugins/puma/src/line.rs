@@ -156,6 +156,14 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_character_takes_ten_bits_of_the_lines_rate() {
+        let pair = nix::pty::openpty(None, None).unwrap();
+        let port = nix::unistd::ttyname(&pair.slave).unwrap().display().to_string();
+        let at = |baud: u32| Line::open(&port, baud).unwrap().duration(480);
+        assert_eq!((at(9600), at(4800)), (Duration::from_millis(500), Duration::from_secs(1)));
+    }
+
+    #[test]
     fn what_came_is_shown_on_one_line_of_sixty_characters() {
         assert_eq!(shown(b"\r\n*Servo*\r\n. "), "|*Servo*|. ");
         assert_eq!(shown(&[b'x'; 60]), "x".repeat(60));

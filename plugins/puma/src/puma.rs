@@ -330,11 +330,7 @@ impl Puma {
     fn drive_each(&mut self, joints: &[(usize, f64)], percent: f64) -> Result<MotionEnd, PluginError> {
         let host = self.host.clone();
         for (joint, by) in joints {
-            let mut there = self.last;
-            if let Some(there) = there.get_mut(*joint) {
-                *there += by;
-            }
-            let within = within(&self.last, &there, percent);
+            let within = within(&self.last, &turned(self.last, *joint, *by), percent);
             let end = self
                 .done(|monitor, _| monitor.drive(*joint, *by, percent, within, &mut || host.should_stop()))?;
             if end == MotionEnd::Stopped {
@@ -456,6 +452,14 @@ impl Way {
         }
         Self::Joints { together, alone }
     }
+}
+
+/// A pose with one joint turned by so many degrees.
+fn turned(mut pose: [f64; AXES], joint: usize, by: f64) -> [f64; AXES] {
+    if let Some(coordinate) = pose.get_mut(joint) {
+        *coordinate += by;
+    }
+    pose
 }
 
 /// How long a motion may take: three times what it should, and some seconds.

@@ -49,6 +49,13 @@ fn a_flange_that_could_go_either_way_round_is_driven_by_its_difference_after_the
 }
 
 #[test]
+fn one_joint_is_turned_from_where_it_is() {
+    assert_eq!(turned(ready_but(&[(3, 20.0)]), 3, -50.0), ready_but(&[(3, -30.0)]));
+    assert_eq!(turned(READY, 0, 12.5), ready_but(&[(0, READY[0] + 12.5)]));
+    assert_eq!(turned(READY, AXES, 12.5), READY, "there is no seventh");
+}
+
+#[test]
 fn a_motion_may_take_three_times_its_time_and_ten_seconds_and_two_hours_at_most() {
     // The waist turns 82 degrees a second at SPEED 100: 41 degrees take one second at SPEED 50, the flange's 57 degrees half of one.
     let target = ready_but(&[(0, 41.0), (5, -57.0)]);
