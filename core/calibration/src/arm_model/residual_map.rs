@@ -78,14 +78,17 @@ impl ResidualMap {
             let angle =
                 wave.phase + wave.rates.iter().zip(&inputs).map(|(rate, input)| rate * input).sum::<f64>();
             let value = angle.cos();
+            // One wave shifts along all three axes, each with its own weight.
             columns.extend((0..3).map(|axis| (MapCarrier::Shift(axis), value)));
         }
         for along in &self.along {
+            // A constant is none of them: that is the joint's zero.
             let waves = (1..=along.weights.len()).map(|order| cosine(region, q, along.joint, order));
             columns.extend(waves.map(|value| (MapCarrier::Joint(along.joint), value)));
         }
         for side in &self.sides {
             let came = approach.get(side.joint).copied().map_or(0.0, f64::from);
+            // With a constant: half of plain play. The others say how it changes over the joint's range.
             let orders = 0..side.weights.len();
             columns.extend(orders.map(|order| {
                 let wave = if order == 0 { 1.0 } else { cosine(region, q, side.joint, order) };
@@ -101,8 +104,8 @@ impl ResidualMap {
         let shifts = self.waves.iter_mut().flat_map(|wave| wave.shift.iter_mut());
         let along = self.along.iter_mut().flat_map(|along| along.weights.iter_mut());
         let sides = self.sides.iter_mut().flat_map(|side| side.weights.iter_mut());
-        for slot in shifts.chain(along).chain(sides) {
-            *slot = next.next().unwrap_or(0.0);
+        for weight in shifts.chain(along).chain(sides) {
+            *weight = next.next().unwrap_or(0.0);
         }
     }
 
@@ -126,12 +129,12 @@ impl ResidualMap {
         region.check(q).ok()?;
         let mut effect = MapEffect { shift: Vector3::zeros(), joints: vec![0.0; region.joints.len()] };
         for ((carrier, value), weight) in self.columns(region, q, approach).into_iter().zip(self.weights()) {
-            let slot = match carrier {
+            let changed = match carrier {
                 MapCarrier::Shift(axis) => effect.shift.get_mut(axis),
                 MapCarrier::Joint(joint) => effect.joints.get_mut(joint),
             };
-            if let Some(slot) = slot {
-                *slot += value * weight;
+            if let Some(changed) = changed {
+                *changed += value * weight;
             }
         }
         Some(effect)

@@ -48,6 +48,7 @@ impl ResidualModel<'_> {
                 let Some(part) = self.parts.get(effect) else { return "?".to_owned() };
                 let label = self.model.label(&part.id);
                 match part.effect.parameters() {
+                    // The only parameter is called by its effect.
                     [_] => label,
                     several => {
                         several.get(parameter).map_or(label.clone(), |one| format!("{label} {}", one.name))
@@ -69,6 +70,7 @@ impl ResidualModel<'_> {
     /// A dependent column as the parts that it is made of, each with its share.
     fn gauge(&self, mut parts: Vec<(usize, f64)>, column: usize) -> Gauge {
         parts.retain(|(_, share)| share.abs() > LEAST_SHARE);
+        // What contributes most is named first.
         parts.sort_by(|left, right| right.1.abs().total_cmp(&left.1.abs()));
         let same_as =
             parts.into_iter().take(MOST_NAMED).map(|(index, _)| self.name_of_index(index)).collect();

@@ -58,6 +58,7 @@ impl MeasurementKind for BoardTurn {
         if row.table.orientations_as(Body::Board).is_some_and(|columns| columns.is_in(row.row)) {
             let index = board_seen(row)? as u32;
             for component in 0..3 {
+                // The prediction is a difference, which is zero where both orientations agree.
                 let what = Measurand { kind: &Self, index, component };
                 equations.push(Equation::new(what, 0.0, row.model.noise.board_turn));
             }
@@ -73,6 +74,7 @@ impl MeasurementKind for BoardTurn {
         let Some((vector, by_board)) = off(context, what.index()) else {
             return Prediction::of_point(0.0, Vector3::zeros());
         };
+        // As the camera turns one way the board turns the other in its view.
         let by_turn = -by_board.row(what.axis()).transpose();
         Prediction { value: vector[what.axis()], by_point: Vector3::zeros(), by_turn }
     }
