@@ -74,11 +74,22 @@ fn after_busy_prompt(line: &str) -> &str {
 /// What the controller may have begun to say without having ended it: the text behind the last line's end. None for nothing, for a prompt, and for a
 /// single character, which is no beginning of a message but noise.
 pub fn unfinished(bytes: &[u8]) -> Option<String> {
+    let tail = tail_of(bytes);
+    let begun = tail.len() > 1 || matches!(tail.as_str(), "*" | "[");
+    begun.then_some(tail)
+}
+
+/// Whether a single character stands behind the last line's end, and is no prompt: it is noise, unless the rest of a message follows at the rate of the line.
+pub fn may_be_a_beginning(bytes: &[u8]) -> bool {
+    let tail = tail_of(bytes);
+    tail.len() == 1 && tail != "."
+}
+
+/// The text behind the last line's end, without a prompt before it.
+fn tail_of(bytes: &[u8]) -> String {
     let text = text_of(bytes);
     let (_, tail) = text.rsplit_once('\n').unwrap_or(("", &text));
-    let tail = after_busy_prompt(tail).trim();
-    let begun = tail.len() > 1 || matches!(tail, "*" | "[");
-    begun.then(|| tail.to_owned())
+    after_busy_prompt(tail).trim().to_owned()
 }
 
 impl Reply {
@@ -193,6 +204,11 @@ mod tests {
         assert_eq!(unfinished(b"\r\n*Robot power off*\r\n"), None);
         assert_eq!(unfinished(b"*Robot power off*\r\n. "), None);
         assert_eq!(unfinished(b"x"), None);
+        for (came, may_go_on) in
+            [("x", true), ("\r\nV", true), ("*Servo*\r\n. ", false), ("\r\nVA", false), ("", false)]
+        {
+            assert_eq!(may_be_a_beginning(came.as_bytes()), may_go_on, "{came:?}");
+        }
         assert_eq!(unfinished(b""), None);
     }
 

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use crate::configuration::{Configuration, Typing};
 use crate::line::{Line, LineError, LineFailure, shown};
 use crate::profile::Profile;
-use crate::reply::{Ending, Reply, Sign, is_greeting, sign, unfinished};
+use crate::reply::{Ending, Reply, Sign, is_greeting, may_be_a_beginning, sign, unfinished};
 
 const CONTROL_C: u8 = 3;
 
@@ -73,8 +73,15 @@ impl Typist {
         let came = self.read(text, Duration::ZERO)?;
         self.begun.extend(came);
         let deadline = Instant::now() + self.reply_within;
-        while unfinished(&self.begun).is_some() {
-            let left = deadline.saturating_duration_since(Instant::now());
+        // Thrown away as noise, the first character of a greeting would leave a line that nobody knows.
+        let noise = Instant::now() + LATE;
+        loop {
+            let until = match unfinished(&self.begun).is_some() {
+                true => deadline,
+                false if may_be_a_beginning(&self.begun) => noise.min(deadline),
+                false => break,
+            };
+            let left = until.saturating_duration_since(Instant::now());
             if left.is_zero() {
                 break;
             }
@@ -411,6 +418,27 @@ mod tests {
         let port = nix::unistd::ttyname(&pair.slave).unwrap().display().to_string();
         let config = serde_json::json!({"port": port, "typing": typing});
         (Typist::open(&Configuration::read(&config).unwrap()).unwrap(), pair)
+    }
+
+    #[test]
+    fn a_message_of_which_one_character_has_come_is_heard_to_its_end_and_noise_is_not_waited_for() {
+        use std::io::Write;
+        let (mut typist, pair) = typist("careful");
+        let mut controller = std::fs::File::from(pair.master);
+        controller.write_all(b"\r\nV").unwrap();
+        let rest = std::thread::spawn(move || {
+            std::thread::sleep(LATE / 5);
+            controller.write_all(b"AL-II 2.0 (C) UNIMATION\r\n. ").unwrap();
+            controller
+        });
+        assert_eq!(typist.take_unasked().unwrap(), ["VAL-II 2.0 (C) UNIMATION"]);
+        assert!(typist.rebooted);
+        let mut controller = rest.join().unwrap();
+        typist.read_for("listening", LATE).unwrap();
+        controller.write_all(b"x").unwrap();
+        let begun = Instant::now();
+        assert!(typist.take_unasked().unwrap().is_empty());
+        assert!(begun.elapsed() < typist.reply_within, "noise is nothing to wait for");
     }
 
     #[test]
