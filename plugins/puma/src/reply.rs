@@ -72,7 +72,7 @@ fn after_busy_prompt(line: &str) -> &str {
 }
 
 /// What the controller may have begun to say without having ended it: the text behind the last line's end. None for nothing, for a prompt, and for a
-/// single character, which is no beginning of a message but noise.
+/// single character, of which [`may_be_a_beginning`] says more.
 pub fn unfinished(bytes: &[u8]) -> Option<String> {
     let tail = tail_of(bytes);
     let begun = tail.len() > 1 || matches!(tail.as_str(), "*" | "[");
