@@ -1,5 +1,7 @@
 //! What gravity does to an arm: moments about its joints, and how it would bend its links.
 
+use std::ops::AddAssign;
+
 use nalgebra::{Point3, Vector3};
 
 use crate::link_frames::{JointFrame, LinkFrames};
@@ -44,6 +46,36 @@ pub struct Weights<'a> {
     pub down: Vector3<f64>,
 }
 
+/// Weights that act together. All point the same way, so that one force with the sum of their first moments stands for them (Hibbeler 2013, Engineering Mechanics: Statics,
+/// section 4.8, parallel forces).
+#[derive(Debug, Clone, Copy)]
+struct Load {
+    /// N.
+    weight: f64,
+    /// The sum of each weight times its place, base frame, N mm.
+    first_moment: Vector3<f64>,
+}
+
+impl Load {
+    /// A mass (kg) at a place (base frame, mm).
+    fn at(mass: f64, place: Vector3<f64>) -> Self {
+        let weight = mass * GRAVITY;
+        Self { weight, first_moment: place * weight }
+    }
+
+    /// Its moment about a point (base frame, mm), N m, base frame; `down` is a unit vector.
+    fn moment_about(&self, point: &Vector3<f64>, down: &Vector3<f64>) -> Vector3<f64> {
+        (self.first_moment - point * self.weight).cross(down) * 1e-3
+    }
+}
+
+impl AddAssign for Load {
+    fn add_assign(&mut self, other: Self) {
+        self.weight += other.weight;
+        self.first_moment += other.first_moment;
+    }
+}
+
 /// How a link bends for a flexibility of one: its far end's shift (mm per 1/(N m2)) and turn (rad per 1/(N m2)).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sag {
@@ -59,6 +91,17 @@ impl Weights<'_> {
     /// No weight at all: for what depends on an arm's shape alone.
     pub const WITHOUT: Weights<'static> =
         Weights { masses: &[], payload: 0.0, down: Vector3::new(0.0, 0.0, -1.0) };
+
+    /// The weight of everything that moves with joints beyond one.
+    fn load_beyond(&self, link_frames: &LinkFrames, joint: usize) -> Load {
+        let mut load = Load::at(self.payload, link_frames.flange.translation.vector);
+        for mass in self.masses.iter().filter(|mass| mass.after > joint) {
+            if let Some(link) = link_frames.joints.get(mass.after) {
+                load += Load::at(mass.mass, (link.end * Point3::from(mass.centre)).coords);
+            }
+        }
+        load
+    }
 
     /// The joint it moves with, weight (N) and place (base frame, mm) of everything that moves with a joint at or beyond `first`; of the load at the flange
     /// the joint is `usize::MAX`.
@@ -86,11 +129,14 @@ impl Weights<'_> {
     /// before it: that one bears the moment it would have to do work against.
     pub fn moments(&self, link_frames: &LinkFrames, moments: &mut Vec<f64>) {
         moments.clear();
-        for (index, joint) in link_frames.joints.iter().enumerate() {
-            let about = |(_, force, place): (usize, Vector3<f64>, Vector3<f64>)| {
-                joint.axis.dot(&(place - joint.axis_point).cross(&force)) * 1e-3
-            };
-            moments.push(self.beyond(link_frames, index).map(about).sum());
+        moments.resize(link_frames.joints.len(), 0.0);
+        // From the flange inwards, each joint carries its own masses and all that the next one does.
+        let mut load = Load::at(self.payload, link_frames.flange.translation.vector);
+        for ((index, joint), moment) in link_frames.joints.iter().enumerate().zip(&mut *moments).rev() {
+            for mass in self.masses.iter().filter(|mass| mass.after == index) {
+                load += Load::at(mass.mass, (joint.end * Point3::from(mass.centre)).coords);
+            }
+            *moment = joint.axis.dot(&load.moment_about(&joint.axis_point, &self.down));
         }
         link_frames.about_drives(moments);
     }
@@ -141,16 +187,15 @@ impl Weights<'_> {
     /// and by its own where that sits along it. Nothing for a link without length.
     pub fn sag(&self, link_frames: &LinkFrames, joint: usize) -> Option<Sag> {
         let (start, end) = self.link(link_frames, joint)?;
+        let here = link_frames.joints.get(joint)?;
         let along = end - start;
         let length = along.norm() * 1e-3;
         let direction = along.try_normalize(1e-6)?;
         let (mut shift, mut turn) = (Vector3::zeros(), Vector3::zeros());
-        for (after, force, place) in self.beyond(link_frames, joint) {
-            // The load acts where it hangs on: its own place along the link, or the far end and beyond.
-            let reach = ((place - start).dot(&direction) * 1e-3).clamp(0.0, length);
-            let at = if after == joint { reach } else { length };
-            let arm = (place - start) * 1e-3 - direction * at;
-            let moment = arm.cross(&force);
+        let mut bend = |at: f64, load: &Load| {
+            let force = self.down * load.weight;
+            // The moment about the point of the beam at which the load acts.
+            let moment = load.moment_about(&(start + direction * (at * 1e3)), &self.down);
             let bending = moment - direction * direction.dot(&moment);
             let shear = direction.cross(&force);
             let turned = bending * at + shear * (at * at / 2.0);
@@ -159,7 +204,14 @@ impl Weights<'_> {
             turn += turned;
             // Beyond the load the link stays straight.
             shift += moved + turned.cross(&direction) * (length - at);
+        };
+        // The link's own weight acts at its place along the link; all that hangs on the far end acts there.
+        for mass in self.masses.iter().filter(|mass| mass.after == joint) {
+            let place = (here.end * Point3::from(mass.centre)).coords;
+            let at = ((place - start).dot(&direction) * 1e-3).clamp(0.0, length);
+            bend(at, &Load::at(mass.mass, place));
         }
+        bend(length, &self.load_beyond(link_frames, joint));
         Some(Sag { shift: shift * 1e3, turn, end })
     }
 }

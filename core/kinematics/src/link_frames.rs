@@ -162,6 +162,12 @@ impl Walker {
         Self { x: Vector3::x(), y: Vector3::y(), z: Vector3::z(), origin: Vector3::zeros() }
     }
 
+    /// At a frame that is known.
+    fn at(pose: &IsometryMatrix3<f64>) -> Self {
+        let [x, y, z] = [0, 1, 2].map(|axis| pose.rotation.matrix().column(axis).into_owned());
+        Self { x, y, z, origin: pose.translation.vector }
+    }
+
     fn turn_z(&mut self, by: Turn) {
         turn(&mut self.x, &mut self.y, by);
     }
@@ -240,11 +246,17 @@ impl LinkFrames {
     /// Computes every frame of `chain` for coordinates `q` (rad or mm, one per joint) and the rows' deviations.
     /// Missing coordinates or deviations count as zero.
     pub fn update(&mut self, chain: &Chain, q: &[f64], deviations: &[Deviation]) {
-        self.joints.clear();
-        self.kept.clear();
+        self.update_from(0, chain, q, deviations);
+    }
+
+    /// The same where nothing has changed of the joints before `first` since the last update with this chain: their frames are left as they are.
+    pub fn update_from(&mut self, first: usize, chain: &Chain, q: &[f64], deviations: &[Deviation]) {
+        self.joints.truncate(first);
+        let first = self.joints.len();
+        self.kept.retain(|kept| kept.joint < first);
         self.turns.resize(chain.joints.len(), RowTurns::default());
-        let mut walker = Walker::start();
-        for ((index, joint), turns) in chain.joints.iter().enumerate().zip(&mut self.turns) {
+        let mut walker = self.joints.last().map_or_else(Walker::start, |before| Walker::at(&before.end));
+        for ((index, joint), turns) in chain.joints.iter().enumerate().zip(&mut self.turns).skip(first) {
             let coordinate = |of: usize| q.get(of).copied().unwrap_or(0.0);
             let mut deviation = deviations.get(index).copied().unwrap_or_default();
             let mut driven = coordinate(index);

@@ -208,6 +208,25 @@ fn a_level_link_sags_as_the_textbook_says() {
     assert!((sag.turn - Vector3::new(0.0, turned, 0.0)).norm() < 1e-12, "{}", sag.turn);
 }
 
+#[test]
+fn a_link_sags_under_several_weights_by_the_sum_of_what_it_sags_under_each() {
+    // Of a linear beam deflections add up (Timoshenko 1955, superposition).
+    let chain = puma();
+    let link_frames = LinkFrames::of(&chain, &[0.3, -0.4, 0.9, 0.2, -0.7, 0.1], &[]);
+    let masses = [
+        Mass { after: 2, mass: 4.8, centre: Vector3::new(14.0, 20.0, 70.0) },
+        Mass { after: 5, mass: 1.14, centre: Vector3::new(0.0, -30.0, 60.0) },
+    ];
+    let down = Vector3::new(0.1, -0.2, -0.97).normalize();
+    let under = |masses: &[Mass], payload| Weights { masses, payload, down }.sag(&link_frames, 1).unwrap();
+    let all = under(&masses, 1.5);
+    let each = [under(&masses[..1], 0.0), under(&masses[1..], 0.0), under(&[], 1.5)];
+    let shift: Vector3<f64> = each.iter().map(|sag| sag.shift).sum();
+    let turn: Vector3<f64> = each.iter().map(|sag| sag.turn).sum();
+    assert!(shift.norm() > 1.0 && (all.shift - shift).norm() < 1e-9, "{} against {shift}", all.shift);
+    assert!(turn.norm() > 1e-3 && (all.turn - turn).norm() < 1e-12, "{} against {turn}", all.turn);
+}
+
 /// The TeachMover's structure: the drive keeps the attitudes of forearm and hand. One of its joints counts the other way.
 fn attitude_keeping() -> Chain {
     let quarter = std::f64::consts::FRAC_PI_2;
@@ -235,6 +254,29 @@ fn a_drive_that_keeps_attitudes_turns_the_upper_arm_alone() {
 }
 
 proptest! {
+    #[test]
+    fn frames_worked_out_anew_from_a_joint_on_are_those_worked_out_whole(
+        q in prop::collection::vec(-1.4..1.4f64, 5),
+        changed in 0usize..5,
+        by in -0.2..0.2f64,
+    ) {
+        let chain = attitude_keeping();
+        let mut deviations = vec![Deviation::default(); 5];
+        let mut link_frames = LinkFrames::of(&chain, &q, &deviations);
+        deviations[changed] = Deviation { theta: by, d: 3.0, a: -2.0, alpha: 0.5 * by, beta: -by };
+        link_frames.update_from(changed, &chain, &q, &deviations);
+        let whole = LinkFrames::of(&chain, &q, &deviations);
+        prop_assert_eq!(link_frames.flange, whole.flange);
+        for joint in 0..5 {
+            prop_assert_eq!(link_frames.joints[joint].end, whole.joints[joint].end);
+            for dh_parameter in [DhParameter::Theta, DhParameter::Alpha] {
+                let tip = whole.flange.translation.vector;
+                let [anew, whole] = [&link_frames, &whole].map(|frames| frames.twist(joint, dh_parameter, &tip));
+                prop_assert_eq!(anew, whole);
+            }
+        }
+    }
+
     #[test]
     fn what_a_drive_turns_and_bears_counts_the_attitudes_it_keeps(q in prop::collection::vec(-1.4..1.4f64, 5)) {
         let mut chain = attitude_keeping();

@@ -73,12 +73,13 @@ impl ResidualModel<'_> {
             let ahead = rates.rates.iter().zip(&here).map(|(ahead, here)| (ahead - here) / small);
             by_source.row_mut(source).iter_mut().zip(ahead).for_each(|(slope, value)| *slope = value);
         };
-        let (mut link_frames, mut moments) = (LinkFrames::default(), pose.moments.clone());
+        let (mut link_frames, mut moments) = (pose.link_frames.clone(), pose.moments.clone());
         let mut deviations = pose.changes.deviations.clone();
         // Where no link has a known weight, moments play no part: only directions of gravity do.
         let is_weighed = pose.moments.iter().any(|moment| *moment != 0.0);
         let shifts_matter = is_weighed || rates.bends.iter().any(|bend| bend.target >= numbers);
-        for number in 0..numbers {
+        // From the flange inwards: frames before a joint are those of the pose still.
+        for number in (0..numbers).rev() {
             let (joint, place) = (number / DH_PARAMETERS.len(), number % DH_PARAMETERS.len());
             if place >= TURNS && !shifts_matter {
                 continue;
@@ -88,7 +89,7 @@ impl ResidualModel<'_> {
             if let (Some(row), Some(dh_parameter)) = (deviations.get_mut(joint), DH_PARAMETERS.get(place)) {
                 row.add(*dh_parameter, small);
             }
-            link_frames.update(&self.model.chain, self.table.q_of(row), &deviations);
+            link_frames.update_from(joint, &self.model.chain, self.table.q_of(row), &deviations);
             if let (Some(row), Some(whole)) = (deviations.get_mut(joint), whole) {
                 *row = whole;
             }
