@@ -27,13 +27,13 @@ impl ResidualModel<'_> {
         let idle = LinkFrames::default();
         let situation = self.situation(state, row, &idle, &[], None);
         for (part, values) in self.parts.iter().zip(&state.effects) {
-            if part.effect.looks_at() == LooksAt::Conditions {
+            if part.looks_at == LooksAt::Conditions {
                 contributions.clear();
                 part.effect.contribute(&situation, contributions);
                 pose.changes.add(contributions, values);
             }
         }
-        if self.parts.iter().any(|part| part.effect.looks_at() == LooksAt::Gravity) {
+        if self.parts.iter().any(|part| part.looks_at == LooksAt::Gravity) {
             self.balance(state, row, contributions, pose);
         }
         let rig = self.model.stripe_rig.as_ref();
@@ -75,7 +75,7 @@ impl ResidualModel<'_> {
         changes: &mut Changes,
     ) {
         for (part, values) in self.parts.iter().zip(&state.effects) {
-            if part.effect.looks_at() == LooksAt::Gravity {
+            if part.looks_at == LooksAt::Gravity {
                 contributions.clear();
                 part.effect.contribute(situation, contributions);
                 changes.add(contributions, values);

@@ -95,6 +95,17 @@ pub(super) struct Slopes {
     pub(super) by_source: DMatrix<f64>,
 }
 
+/// How what gravity bends changes with each source while all else stays.
+#[derive(Debug, Clone)]
+pub(super) struct Alone {
+    /// Which numbers of joints' rows change, in rising order.
+    pub(super) driven: Vec<usize>,
+    /// By how much, per unit of each source: driven numbers by sources.
+    pub(super) joints: DMatrix<f64>,
+    /// Shift (mm) and turn (rad) of what bent links carry, base frame, per unit of each source.
+    pub(super) carried: DMatrix<f64>,
+}
+
 /// Whether two rows differ so little that slopes at one hold at the other.
 fn is_near(own: &Deviation, other: &Deviation) -> bool {
     let turns = [own.theta - other.theta, own.alpha - other.alpha, own.beta - other.beta];
@@ -110,19 +121,30 @@ impl Slopes {
             && self.deviations.iter().zip(deviations).all(|(own, other)| is_near(own, other))
     }
 
-    /// How what is bent changes with each source alone, at these values of the effects: numbers of joints' rows and what is carried, by sources.
-    pub(super) fn alone(&self, values: &[Vec<f64>], numbers: usize) -> DMatrix<f64> {
-        let mut alone = DMatrix::zeros(numbers + CARRIED, self.by_source.nrows());
-        for (bend, slopes) in self.bends.iter().zip(self.by_source.column_iter()) {
+    /// How what is bent changes with each source alone, at these values of the effects.
+    pub(super) fn alone(&self, values: &[Vec<f64>], numbers: usize) -> Alone {
+        let valued = |bend: &Bend| {
             let value = values.get(bend.part).and_then(|values| values.get(bend.parameter)).copied();
-            let value = value.unwrap_or(0.0);
-            if value != 0.0 && bend.target < alone.nrows() {
-                for (sum, slope) in alone.row_mut(bend.target).iter_mut().zip(slopes.iter()) {
-                    *sum += value * slope;
-                }
-            }
+            value.filter(|value| *value != 0.0)
+        };
+        let mut driven: Vec<usize> =
+            self.bends.iter().filter(|bend| valued(bend).is_some()).map(|bend| bend.target).collect();
+        driven.retain(|target| *target < numbers);
+        driven.sort_unstable();
+        driven.dedup();
+        let sources = self.by_source.nrows();
+        let mut joints = DMatrix::zeros(driven.len(), sources);
+        let mut carried = DMatrix::zeros(CARRIED, sources);
+        for (bend, slopes) in self.bends.iter().zip(self.by_source.column_iter()) {
+            let Some(value) = valued(bend) else { continue };
+            let mut sums = match (driven.binary_search(&bend.target), bend.target.checked_sub(numbers)) {
+                (Ok(place), _) => joints.row_mut(place),
+                (Err(_), Some(axis)) if axis < CARRIED => carried.row_mut(axis),
+                _ => continue,
+            };
+            sums.iter_mut().zip(slopes.iter()).for_each(|(sum, slope)| *sum += value * slope);
         }
-        alone
+        Alone { driven, joints, carried }
     }
 }
 
@@ -219,9 +241,12 @@ mod tests {
             by_source: DMatrix::from_row_slice(2, 3, &[1.0, 10.0, 100.0, 2.0, 20.0, 200.0]),
         };
         let alone = slopes.alone(&[vec![7.0], vec![3.0, 0.5]], NUMBERS);
-        assert_eq!(alone.row(3).iter().copied().collect::<Vec<_>>(), [8.0, 16.0]);
-        assert_eq!(alone.row(NUMBERS).iter().copied().collect::<Vec<_>>(), [50.0, 100.0]);
-        assert_eq!(alone.sum(), 174.0);
+        assert_eq!(alone.driven, [3]);
+        assert_eq!(alone.joints, DMatrix::from_row_slice(1, 2, &[8.0, 16.0]));
+        assert_eq!(alone.carried.row(0).iter().copied().collect::<Vec<_>>(), [50.0, 100.0]);
+        assert_eq!(alone.carried.sum(), 150.0);
+        let without = slopes.alone(&[vec![7.0], vec![0.0, 0.0]], NUMBERS);
+        assert_eq!((without.driven.len(), without.joints.nrows(), without.carried.sum()), (0, 0, 0.0));
     }
 
     #[test]

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, Rotation3, Vector3};
 use plumb_kinematics::{LinkFrames, Weights};
 
 use super::arm_pose::ArmPose;
-use super::bend_slopes::{Rates, Slopes};
+use super::bend_slopes::{Alone, Rates, Slopes};
 use super::residual_model::ResidualModel;
 use super::response::{DH_PARAMETERS, Response, TURNS};
 use super::scratch::Scratch;
@@ -20,10 +20,10 @@ impl ResidualModel<'_> {
     pub(super) fn response(&self, state: &State, row: usize, scratch: &mut Scratch) {
         let Scratch { pose, contributions, .. } = scratch;
         let bends = self.parts.iter().zip(&state.effects).any(|(part, values)| {
-            part.effect.looks_at() == LooksAt::Gravity && values.iter().any(|value| *value != 0.0)
+            part.looks_at == LooksAt::Gravity && values.iter().any(|value| *value != 0.0)
         });
         pose.response = match bends {
-            true => Response::of(&self.bends_alone(state, row, pose, contributions)),
+            true => Response::of(self.bends_alone(state, row, pose, contributions)),
             false => Response::default(),
         };
     }
@@ -35,7 +35,7 @@ impl ResidualModel<'_> {
         row: usize,
         pose: &ArmPose,
         contributions: &mut Vec<Contribution>,
-    ) -> DMatrix<f64> {
+    ) -> Alone {
         let numbers = DH_PARAMETERS.len() * self.model.chain.len();
         let Some(mut kept) = self.kept_slopes.of_row(row) else {
             return self.slopes(state, row, pose, contributions).alone(&state.effects, numbers);
@@ -61,10 +61,11 @@ impl ResidualModel<'_> {
         let numbers = DH_PARAMETERS.len() * self.model.chain.len();
         let weights = self.weights(state, row);
         let mut rates = Rates::default();
+        let situation = self.situation(state, row, &pose.link_frames, &pose.moments, None);
         let mut at = |link_frames: &LinkFrames, moments: &[f64], weights: Weights<'_>, rates: &mut Rates| {
-            let situation = self.situation(state, row, link_frames, moments, None);
             rates.begin();
-            self.add_rates(&Situation { weights, ..situation }, contributions, rates);
+            let changed = Situation { link_frames, moments, weights, ..situation };
+            self.add_rates(&changed, contributions, rates);
         };
         at(&pose.link_frames, &pose.moments, weights, &mut rates);
         let here = rates.rates.clone();
@@ -116,7 +117,7 @@ impl ResidualModel<'_> {
     fn add_rates(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>, rates: &mut Rates) {
         let numbers = DH_PARAMETERS.len() * self.model.chain.len();
         for (index, part) in self.parts.iter().enumerate() {
-            if part.effect.looks_at() == LooksAt::Gravity {
+            if part.looks_at == LooksAt::Gravity {
                 contributions.clear();
                 part.effect.contribute(situation, contributions);
                 rates.add_contributions(index, contributions, numbers);

@@ -97,7 +97,7 @@ pub(super) fn worse_than_plain(
 fn is_bounded(part: &Part, parameter: &Parameter) -> bool {
     let (low, high) = parameter.range;
     effect::kind(&part.id.name).is_some_and(|kind| kind.family == Family::Geometry)
-        || (part.effect.looks_at() == LooksAt::Gravity && low < 0.0 && high > 0.0)
+        || (part.looks_at == LooksAt::Gravity && low < 0.0 && high > 0.0)
 }
 
 /// The effect's parameter that a free one is, where its range counts.

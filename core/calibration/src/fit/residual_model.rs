@@ -9,7 +9,7 @@ use super::bend_slopes::KeptSlopes;
 use super::scratch::Scratch;
 use super::state::{FreeParameter, State};
 use crate::arm_model::{AddedEffect, MapEffect, Model};
-use crate::effect::{self, Effect, EffectId, EffectNameError};
+use crate::effect::{self, Effect, EffectId, EffectNameError, LooksAt};
 use crate::measurement::{Equation, Measurand, Observations, Prediction, RowContext, SensorShift, Subject};
 use crate::table::Table;
 
@@ -20,6 +20,15 @@ pub struct Part {
     pub id: EffectId,
     /// Its formula.
     pub effect: Arc<dyn Effect>,
+    /// What it looks at: asked for row by row, many times.
+    pub(super) looks_at: LooksAt,
+}
+
+impl Part {
+    fn new(id: EffectId, effect: Arc<dyn Effect>) -> Self {
+        let looks_at = effect.looks_at();
+        Self { id, effect, looks_at }
+    }
 }
 
 /// A model and a table, ready to be compared.
@@ -87,7 +96,7 @@ impl<'a> ResidualModel<'a> {
             let mut values = added.values.clone();
             // Values that a file leaves out begin at zero.
             values.resize(effect.parameters().len(), 0.0);
-            model.parts.push(Part { id: added.id.clone(), effect: Arc::from(effect) });
+            model.parts.push(Part::new(added.id.clone(), Arc::from(effect)));
             model.start_values.push(values);
         }
         model.free_parameters = model.all_free_parameters();
@@ -96,7 +105,7 @@ impl<'a> ResidualModel<'a> {
 
     /// Lets one more effect take part, from these values on.
     pub fn admit(&mut self, id: EffectId, effect: Arc<dyn Effect>, values: Vec<f64>) {
-        self.parts.push(Part { id, effect });
+        self.parts.push(Part::new(id, effect));
         self.start_values.push(values);
         self.free_parameters = self.all_free_parameters();
         self.kept_slopes = KeptSlopes::for_rows(self.table.len());

@@ -6,6 +6,8 @@
 use nalgebra::{DMatrix, Vector3};
 use plumb_kinematics::DhParameter;
 
+use super::bend_slopes::Alone;
+
 /// The numbers of a joint's row, in the order in which they are kept here.
 pub(super) const DH_PARAMETERS: [DhParameter; 5] =
     [DhParameter::Theta, DhParameter::Alpha, DhParameter::Beta, DhParameter::D, DhParameter::A];
@@ -66,18 +68,14 @@ impl Response {
         (source < self.joints.ncols()).then_some(ResponseTo { response: self, source })
     }
 
-    /// From how what is bent changes with each source alone: numbers of joints' rows, then what is carried, by sources of which the first are these numbers.
-    pub(super) fn of(alone: &DMatrix<f64>) -> Self {
-        let numbers = alone.nrows() - CARRIED;
-        let driven: Vec<usize> =
-            (0..numbers).filter(|number| alone.row(*number).iter().any(|rate| *rate != 0.0)).collect();
-        let by_sources = alone.select_rows(&driven);
+    /// From how what is bent changes with each source alone; the first sources are the numbers of the joints' rows.
+    pub(super) fn of(alone: Alone) -> Self {
+        let Alone { driven, joints: by_sources, carried } = alone;
         // What responds makes the rest respond in turn.
         let back = DMatrix::identity(driven.len(), driven.len()) - by_sources.select_columns(&driven);
         // An arm that falls over at the least change has no balance to respond from: the derivatives are then good to first order.
         let solved = if driven.is_empty() { None } else { back.lu().solve(&by_sources) };
         let joints = solved.unwrap_or(by_sources);
-        let carried = alone.rows(numbers, CARRIED);
         let carried = carried.select_columns(&driven) * &joints + carried;
         Self { driven, joints, carried }
     }

@@ -162,7 +162,7 @@ impl ResidualModel<'_> {
     ) -> Vector3<f64> {
         let mut shift = Vector3::zeros();
         // Most models have no effect of the instrument.
-        if self.parts.iter().all(|part| part.effect.looks_at() != LooksAt::Point) {
+        if self.parts.iter().all(|part| part.looks_at != LooksAt::Point) {
             return shift;
         }
         let situation = self.situation(state, row, &pose.link_frames, &pose.moments, Some(point));
@@ -185,7 +185,7 @@ impl ResidualModel<'_> {
         mut take: impl FnMut(Dof, f64),
     ) {
         for (part, values) in self.parts.iter().zip(&state.effects) {
-            if part.effect.looks_at() != LooksAt::Point {
+            if part.looks_at != LooksAt::Point {
                 continue;
             }
             contributions.clear();
