@@ -7,6 +7,10 @@ use plumb_record::{
 };
 use serde_json::Value;
 
+/// The width of a terminal that tables of values keep within, and that of a row's step in them.
+const LINE_WIDTH: usize = 80;
+const STEP_WIDTH: usize = 24;
+
 /// Begins a table.
 fn head(lines: &mut Vec<String>, title: &str) {
     lines.extend([String::new(), title.to_owned()]);
@@ -92,22 +96,57 @@ pub(super) fn readings(lines: &mut Vec<String>, readings: &[StoredReading]) {
         }
     }
     for (group, members) in groups {
-        let columns = columns_of(&members);
         head(lines, &format!("values of {group}"));
-        let heads: String = columns.iter().map(|column| format!("{column:>0$}", width_of(column))).collect();
-        lines.push(format!("  {:<24}{heads}", ""));
         let mut steps: Vec<&str> = members.iter().map(|reading| reading.step.as_str()).collect();
         steps.dedup();
-        for step in steps {
-            let cell = |column: &String| {
-                let found =
-                    members.iter().rev().find(|reading| reading.step == step && head_of(reading) == *column);
-                let text = found.map_or_else(String::new, |reading| number(reading.value));
-                format!("{text:>0$}", width_of(column))
-            };
-            lines.push(format!("  {step:<24}{}", columns.iter().map(cell).collect::<String>()));
+        let columns = columns_of(&members);
+        match steps.as_slice() {
+            [_] if blocks(&columns).len() > 1 => one_a_line(lines, &members, &columns),
+            steps => blocks(&columns).into_iter().for_each(|block| one_a_row(lines, &members, steps, block)),
         }
     }
+}
+
+/// The values of one step that are too many for one line.
+fn one_a_line(lines: &mut Vec<String>, members: &[&StoredReading], columns: &[String]) {
+    let width = columns.iter().map(|column| column.chars().count()).max().unwrap_or_default();
+    for column in columns {
+        let found = members.iter().rev().find(|reading| head_of(reading) == *column);
+        let text = found.map_or_else(String::new, |reading| number(reading.value));
+        lines.push(format!("  {column:<width$}{text:>18}"));
+    }
+}
+
+/// These columns of the values of steps, a row a step.
+fn one_a_row(lines: &mut Vec<String>, members: &[&StoredReading], steps: &[&str], columns: &[String]) {
+    let heads: String = columns.iter().map(|column| format!("{column:>0$}", width_of(column))).collect();
+    lines.push(format!("  {:<STEP_WIDTH$}{heads}", ""));
+    for step in steps {
+        let cell = |column: &String| {
+            let found =
+                members.iter().rev().find(|reading| reading.step == *step && head_of(reading) == *column);
+            let text = found.map_or_else(String::new, |reading| number(reading.value));
+            format!("{text:>0$}", width_of(column))
+        };
+        lines.push(format!("  {step:<STEP_WIDTH$}{}", columns.iter().map(cell).collect::<String>()));
+    }
+}
+
+/// The columns that fit beside each other in a line, block by block.
+fn blocks(columns: &[String]) -> Vec<&[String]> {
+    let mut blocks = Vec::new();
+    let mut rest = columns;
+    while !rest.is_empty() {
+        let mut width = 2 + STEP_WIDTH;
+        let fits = |column: &&String| {
+            width += width_of(column);
+            width <= LINE_WIDTH
+        };
+        let (block, next) = rest.split_at(rest.iter().take_while(fits).count().max(1));
+        blocks.push(block);
+        rest = next;
+    }
+    blocks
 }
 
 /// A column is as wide as a number, or as its head with a gap before it.
@@ -310,6 +349,41 @@ mod tests {
         assert_eq!(number(0.1766), "0.1766000");
         assert_eq!(number(-5.437e-6), "-5.4370e-6");
         assert_eq!(number(0.0), "0.0000000");
+    }
+
+    fn value(step: &str, name: &str, value: f64) -> StoredReading {
+        let (step, name, source) = (step.to_owned(), name.to_owned(), "computed".to_owned());
+        StoredReading { step, source, name, value, unit: "mm".to_owned(), uncertainty: None }
+    }
+
+    fn shown(values: &[StoredReading]) -> Vec<String> {
+        let mut lines = Vec::new();
+        readings(&mut lines, values);
+        lines
+    }
+
+    #[test]
+    fn values_of_one_step_that_are_too_many_for_a_line_are_one_a_line() {
+        let lines = shown(&["x", "y", "z", "longer"].map(|name| value("probe", name, 1.5)));
+        assert_eq!(lines[..3], ["", "values of probe", "  x mm              1.5000000"]);
+        assert_eq!(lines[5], "  longer mm         1.5000000");
+        let three = shown(&["x", "y", "z"].map(|name| value("probe", name, 1.5)));
+        assert_eq!(three.len(), 4, "three fit: {three:?}");
+    }
+
+    #[test]
+    fn values_of_many_turns_are_in_as_many_tables_as_the_width_of_a_terminal_asks_for() {
+        let names = ["a", "b", "c", "d", "a_rather_long_name_of_a_quantity_in_a_table_that_is_wide"];
+        let turns = ["probe[1]", "probe[2]"];
+        let values: Vec<StoredReading> =
+            turns.iter().flat_map(|turn| names.map(|name| value(turn, name, 2.5))).collect();
+        let lines = shown(&values);
+        let heads: Vec<&str> = lines[2..].iter().step_by(3).map(|line| line.trim_start()).collect();
+        assert_eq!(heads.len(), 3, "{lines:#?}");
+        assert!(heads[0].starts_with("a mm") && heads[1].starts_with("d mm") && heads[2].len() > 50);
+        let fits = |line: &&String| line.chars().count() <= LINE_WIDTH;
+        assert_eq!(lines.iter().filter(fits).count(), lines.len() - 3, "one column alone may be wider");
+        assert_eq!(lines.iter().filter(|line| line.starts_with("  probe[2]")).count(), 3);
     }
 
     #[test]
