@@ -5,6 +5,7 @@ mod emulator;
 pub(crate) mod fault;
 pub mod feetech;
 mod line;
+mod mover;
 pub mod teachmover;
 pub(crate) mod terminal;
 pub mod transcript;

@@ -1,11 +1,11 @@
 //! The arm of a world as a controller moves it that does not lead it cycle by cycle: one motion at a time, which can be braked.
 
 use std::path::Path;
-use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 use std::time::Duration;
 
+use super::mover::Mover;
 use crate::client::{ClientError, WorldClient};
-use crate::protocol::{JointFacts, JointUnit, Reading, SomeJoints, Verb};
+use crate::protocol::{JointFacts, JointUnit, SomeJoints, Verb};
 
 /// How long a motion that was braked may take to end.
 const BRAKED_WITHIN: Duration = Duration::from_secs(5);
@@ -26,8 +26,7 @@ impl From<ClientError> for MotionError {
 /// The arm of a world. Two connections: a motion keeps one of them until it ends.
 pub(super) struct WorldMotion {
     client: WorldClient,
-    motions: Sender<Verb>,
-    ends: Receiver<Result<Reading, ClientError>>,
+    mover: Mover,
     moves: bool,
 }
 
@@ -38,17 +37,8 @@ impl WorldMotion {
         if let Some(slide) = client.welcome().joints.iter().find(|joint| joint.unit != JointUnit::Rad) {
             return Err(MotionError(format!("`{}` of that world's arm slides; {moved_by} turn", slide.name)));
         }
-        let mut mover = WorldClient::connect(socket, &format!("{device} motors"))?;
-        let (motions, wanted) = channel::<Verb>();
-        let (report, ends) = channel();
-        std::thread::spawn(move || {
-            while let Ok(motion) = wanted.recv() {
-                if report.send(mover.read(motion)).is_err() {
-                    break;
-                }
-            }
-        });
-        Ok(Self { client, motions, ends, moves: false })
+        let mover = Mover::connect(socket, &format!("{device} motors"))?;
+        Ok(Self { client, mover, moves: false })
     }
 
     /// What is known of its joints.
@@ -74,8 +64,7 @@ impl WorldMotion {
             .map(|((to, from), facts)| to.map_or(0.0, |to| (to - from).abs() / facts.top_speed));
         let at_full_speed_s = times.fold(0.0, f64::max);
         let speed = (at_full_speed_s / lasts_s).clamp(SLOWEST, 1.0);
-        let motion = Verb::Move { joints, relative: false, speed };
-        self.motions.send(motion).map_err(|_| nobody())?;
+        self.mover.begin(Verb::Move { joints, relative: false, speed })?;
         self.moves = true;
         Ok(())
     }
@@ -87,24 +76,19 @@ impl WorldMotion {
             return Ok(());
         }
         self.client.read(Verb::Stop {})?;
-        let end = self.ends.recv_timeout(BRAKED_WITHIN).map_err(|error| MotionError(error.to_string()))?;
+        let end = self.mover.end(BRAKED_WITHIN);
         self.moves = false;
-        Ok(end.map(drop)?)
+        let not_braked = || {
+            let seconds = BRAKED_WITHIN.as_secs();
+            MotionError(format!("it was stopped, and its motion did not end within {seconds} s"))
+        };
+        Ok(end.ok_or_else(not_braked)?.map(drop)?)
     }
 
     /// Notes the end of a motion that has ended.
     fn settle(&mut self) -> Result<(), MotionError> {
-        match self.ends.try_recv() {
-            Ok(end) => {
-                self.moves = false;
-                Ok(end.map(drop)?)
-            }
-            Err(TryRecvError::Empty) => Ok(()),
-            Err(TryRecvError::Disconnected) => Err(nobody()),
-        }
+        let Some(end) = self.mover.ended() else { return Ok(()) };
+        self.moves = false;
+        Ok(end.map(drop)?)
     }
-}
-
-fn nobody() -> MotionError {
-    MotionError("nobody moves it any more".to_owned())
 }

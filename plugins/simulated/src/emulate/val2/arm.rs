@@ -1,14 +1,14 @@
 //! The arm that is in a world, as its controller drives it.
 
 use std::path::Path;
-use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 
 use crate::arm::puma560;
 use crate::client::{ClientError, WorldClient};
+use crate::emulate::mover::Mover;
 use crate::physics::arms;
 use crate::physics::rigid::Rigid;
 use crate::physics::shape::{Arm, Shape};
-use crate::protocol::{Reading, Verb};
+use crate::protocol::Verb;
 
 /// Why the arm cannot be driven any more.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -27,8 +27,7 @@ pub(super) enum Ended {
 #[derive(Debug)]
 pub(super) struct DrivenArm {
     client: WorldClient,
-    motions: Sender<Verb>,
-    ends: Receiver<Result<Reading, ClientError>>,
+    mover: Mover,
     nominal: Arm,
 }
 
@@ -41,21 +40,12 @@ impl DrivenArm {
                 client.welcome().model
             )));
         }
-        let mut mover = WorldClient::connect(socket, "VAL-II servos").map_err(gone)?;
-        let (motions, orders) = channel::<Verb>();
-        let (end_sender, ends) = channel();
-        std::thread::spawn(move || {
-            for verb in orders {
-                if end_sender.send(mover.read(verb)).is_err() {
-                    return;
-                }
-            }
-        });
+        let mover = Mover::connect(socket, "VAL-II servos").map_err(gone)?;
         let nominal = match arms::by_name(puma560::NAME) {
             Some(Ok(described)) => Shape::nominal(&described).arm(),
             _ => return Err(ArmError("the PUMA's description cannot be read".to_owned())),
         };
-        Ok(Self { client, motions, ends, nominal })
+        Ok(Self { client, mover, nominal })
     }
 
     /// Where the joints are, deg, and whether they move.
@@ -82,17 +72,16 @@ impl DrivenArm {
     ) -> Result<(), ArmError> {
         let joints = joints.iter().map(|joint| joint.map(f64::to_radians)).collect();
         let verb = Verb::Move { joints, relative, speed: speed.clamp(0.001, 1.0) };
-        self.motions.send(verb).map_err(|_| ArmError("its servos have ended".to_owned()))
+        self.mover.begin(verb).map_err(gone)
     }
 
     /// How the motion ended, if it has.
     pub(super) fn ended(&mut self) -> Result<Option<Ended>, ArmError> {
-        match self.ends.try_recv() {
-            Ok(Ok(reading)) => Ok(Some(if reading.stopped { Ended::CutShort } else { Ended::Arrived })),
-            Ok(Err(ClientError::Refused(_))) => Ok(Some(Ended::Refused)),
-            Ok(Err(error)) => Err(gone(error)),
-            Err(TryRecvError::Empty) => Ok(None),
-            Err(TryRecvError::Disconnected) => Err(ArmError("its servos have ended".to_owned())),
+        match self.mover.ended() {
+            None => Ok(None),
+            Some(Ok(reading)) => Ok(Some(if reading.stopped { Ended::CutShort } else { Ended::Arrived })),
+            Some(Err(ClientError::Refused(_))) => Ok(Some(Ended::Refused)),
+            Some(Err(error)) => Err(gone(error)),
         }
     }
 

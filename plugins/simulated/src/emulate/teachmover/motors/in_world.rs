@@ -1,11 +1,11 @@
 //! Motors of the arm that is in a world.
 
 use std::path::Path;
-use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, TryRecvError, channel};
 use std::time::Duration;
 
 use super::{End, Ending, Motors, MotorsError, Pendant};
 use crate::client::{ClientError, WorldClient};
+use crate::emulate::mover::Mover;
 use crate::emulate::teachmover::event::Key;
 use crate::protocol::{PendantKey, Reading, Say, Verb};
 
@@ -24,8 +24,7 @@ const PATIENCE: Duration = Duration::from_secs(5);
 #[derive(Debug)]
 pub struct MotorsInWorld {
     client: WorldClient,
-    motions: Sender<Verb>,
-    ends: Receiver<Result<Reading, ClientError>>,
+    mover: Mover,
     moves: bool,
     last: Reading,
 }
@@ -41,12 +40,9 @@ impl MotorsInWorld {
         if welcome.arm != "teachmover" {
             return Err(MotorsError(format!("there is a {} in that world, no TeachMover", welcome.model)));
         }
-        let mover = WorldClient::connect(socket, "teachmover motors").map_err(gone)?;
+        let mover = Mover::connect(socket, "teachmover motors").map_err(gone)?;
         let last = client.read(Verb::Read {}).map_err(gone)?;
-        let (motions, orders) = channel();
-        let (end_sender, ends) = channel();
-        std::thread::spawn(move || make_motions(mover, &orders, &end_sender));
-        Ok(Self { client, motions, ends, moves: false, last })
+        Ok(Self { client, mover, moves: false, last })
     }
 
     fn ask(&mut self, verb: Verb) -> Result<Reading, MotorsError> {
@@ -68,19 +64,6 @@ impl MotorsInWorld {
     }
 }
 
-/// Makes one motion after the other until nobody wants any.
-fn make_motions(
-    mut mover: WorldClient,
-    orders: &Receiver<Verb>,
-    ends: &Sender<Result<Reading, ClientError>>,
-) {
-    for verb in orders {
-        if ends.send(mover.read(verb)).is_err() {
-            return;
-        }
-    }
-}
-
 fn gone(error: ClientError) -> MotorsError {
     MotorsError(error.to_string())
 }
@@ -88,7 +71,7 @@ fn gone(error: ClientError) -> MotorsError {
 impl Motors for MotorsInWorld {
     fn start(&mut self, half_steps: [i32; 6], rate: f64, _now: u64) -> Result<(), MotorsError> {
         let verb = Verb::Step { half_steps: half_steps.map(f64::from).into(), rate };
-        self.motions.send(verb).map_err(|_| MotorsError("its motions have ended".to_owned()))?;
+        self.mover.begin(verb).map_err(gone)?;
         self.moves = true;
         Ok(())
     }
@@ -97,11 +80,7 @@ impl Motors for MotorsInWorld {
         if !self.moves {
             return Ok(Some(End { at: now, ending: Ending::Made }));
         }
-        match self.ends.try_recv() {
-            Ok(end) => self.ended(end, now).map(Some),
-            Err(TryRecvError::Empty) => Ok(None),
-            Err(TryRecvError::Disconnected) => Err(MotorsError("its motions have ended".to_owned())),
-        }
+        self.mover.ended().map(|end| self.ended(end, now)).transpose()
     }
 
     fn look_again(&self, now: u64) -> u64 {
@@ -111,11 +90,8 @@ impl Motors for MotorsInWorld {
     fn halt(&mut self, now: u64) -> Result<u64, MotorsError> {
         self.ask(Verb::Stop {})?;
         if self.moves {
-            let end = self.ends.recv_timeout(PATIENCE).map_err(|error| match error {
-                RecvTimeoutError::Timeout => MotorsError("it does not stop".to_owned()),
-                RecvTimeoutError::Disconnected => MotorsError("its motions have ended".to_owned()),
-            })?;
-            self.ended(end, now)?;
+            let end = self.mover.end(PATIENCE);
+            self.ended(end.ok_or_else(|| MotorsError("it does not stop".to_owned()))?, now)?;
         }
         Ok(now)
     }
