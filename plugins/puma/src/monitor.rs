@@ -139,6 +139,14 @@ impl Monitor {
         joints: &[Option<f64>; AXES],
         near: &[f64; AXES],
     ) -> Result<Taught, MonitorError> {
+        self.converse(|monitor| monitor.teach_point_once(joints, near))
+    }
+
+    fn teach_point_once(
+        &mut self,
+        joints: &[Option<f64>; AXES],
+        near: &[f64; AXES],
+    ) -> Result<Taught, MonitorError> {
         let here = format!("HERE {POINT}");
         let reply = self.ask(&here, Ending::Question)?;
         let found = match self.only_row(&here, &reply, near) {
@@ -206,8 +214,7 @@ impl Monitor {
         within: Duration,
         should_stop: &mut dyn FnMut() -> bool,
     ) -> Result<MotionEnd, MonitorError> {
-        self.ask("CALIBRATE", Ending::Question)?;
-        self.motion("Y", within, should_stop)
+        self.confirmed_motion("CALIBRATE", within, should_stop)
     }
 
     /// Has the controller take where the arm is for the ready position; each joint is driven to and fro.
@@ -216,8 +223,42 @@ impl Monitor {
         within: Duration,
         should_stop: &mut dyn FnMut() -> bool,
     ) -> Result<MotionEnd, MonitorError> {
-        self.ask("EXECUTE POTCAL", Ending::Question)?;
-        self.motion("Y", within, should_stop)
+        self.confirmed_motion("EXECUTE POTCAL", within, should_stop)
+    }
+
+    /// A motion before which the controller asks whether one is sure.
+    fn confirmed_motion(
+        &mut self,
+        text: &str,
+        within: Duration,
+        should_stop: &mut dyn FnMut() -> bool,
+    ) -> Result<MotionEnd, MonitorError> {
+        self.converse(|monitor| {
+            monitor.ask(text, Ending::Question)?;
+            monitor.motion("Y", within, should_stop)
+        })
+    }
+
+    /// Holds a conversation with a question in it. Where the echo of an answer was late, that line was cancelled, and the question with it: then all of it is
+    /// begun once more, as any other line is typed once more. At the prompt for a command the answer would be taken for a command.
+    fn converse<T>(
+        &mut self,
+        mut conversation: impl FnMut(&mut Self) -> Result<T, MonitorError>,
+    ) -> Result<T, MonitorError> {
+        let mut was_late = false;
+        loop {
+            self.typist.unanswered = false;
+            let was_careful = self.typist.is_careful();
+            match conversation(self) {
+                // A message that came in place of the echo is another error.
+                Err(MonitorError::Line(error))
+                    if error.failure.is_of_echo() && self.typist.unanswered && !was_late =>
+                {
+                    was_late = was_careful;
+                }
+                other => return other,
+            }
+        }
     }
 
     fn motion(

@@ -28,6 +28,10 @@ pub(crate) struct Typist {
     reply_within: Duration,
     /// Whether the controller was seen to be started anew since that was asked last.
     pub(crate) rebooted: bool,
+    /// Whether the controller has asked a question. A control C takes it back: what is typed then is a command.
+    asked: bool,
+    /// Whether a question was taken back whose answer only has to be typed once more: it has to be asked again first.
+    pub(crate) unanswered: bool,
     /// What the controller has said without being asked, line by line.
     unasked: Vec<String>,
     /// The beginning of such a line, whose end has not come.
@@ -56,6 +60,8 @@ impl Typist {
             echo_within: configuration.echo_within,
             reply_within: configuration.reply_within,
             rebooted: false,
+            asked: false,
+            unanswered: false,
             unasked: Vec::new(),
             begun: Vec::new(),
             profile: Profile::default(),
@@ -100,6 +106,7 @@ impl Typist {
     /// Cancels whatever is being typed or done, and waits for the prompt. Nothing else is sent before that has come.
     pub(crate) fn cancel(&mut self) -> Result<(), LineError> {
         let begun = Instant::now();
+        self.asked = false;
         for _ in 0..CANCELLATIONS {
             self.write("control C", &[CONTROL_C])?;
             let mut came = Vec::new();
@@ -208,11 +215,12 @@ impl Typist {
         }
     }
 
-    /// Types a line up to and with its carriage return. What does not come back as it was typed is cancelled, and does not count; a line whose echo was late is typed once more.
+    /// Types a line up to and with its carriage return. What does not come back as it was typed is cancelled, and does not count; a line whose echo was late
+    /// is typed once more, unless it answers a question: that was cancelled with it.
     fn type_line(&mut self, text: &str) -> Result<(), LineError> {
         self.hear_unasked(text)?;
         self.require_no_new_start(text)?;
-        let mut was_late = false;
+        let (answers, mut was_late) = (self.asked, false);
         loop {
             let heard = self.unasked.len();
             let error = match self.type_once(text) {
@@ -221,18 +229,17 @@ impl Typist {
             };
             self.cancel()?;
             self.require_no_new_start(text)?;
-            if self.typing == Typing::Fast {
-                // The controller did not keep up: from here on a character at a time.
-                self.typing = Typing::Careful;
-                continue;
-            }
+            // A controller that did not keep up gets a character at a time from here on.
+            let was_fast = std::mem::replace(&mut self.typing, Typing::Careful) == Typing::Fast;
             // An echo that is only late is that of a computer or a controller that is busy. Something else in its place, or a message of the controller, is not.
             let is_late =
                 matches!(error.failure, LineFailure::NotEchoed { .. }) && self.unasked.len() == heard;
-            if was_late || !is_late {
+            let again = was_fast || (is_late && !was_late);
+            self.unanswered |= again && answers;
+            if !again || answers {
                 return Err(error);
             }
-            was_late = true;
+            was_late = !was_fast;
         }
     }
 
@@ -321,6 +328,7 @@ impl Typist {
 
     fn ended(&mut self, text: &str, came: &[u8], ending: Ending) -> Result<Waited, LineError> {
         let reply = Reply::of(came, ending);
+        self.asked = ending == Ending::Question;
         if reply.is_greeting() {
             self.rebooted = true;
             return Err(self.error(text, LineFailure::Rebooted));

@@ -143,6 +143,26 @@ fn a_line_whose_echo_comes_late_or_not_at_all_is_typed_once_more() {
 }
 
 #[test]
+fn an_answer_whose_echo_comes_late_or_not_at_all_is_typed_once_more_behind_its_question() {
+    // The control C that cancels the answer cancels the question, too: typed at the prompt for a command, the answer was an unknown instruction.
+    for (typing, fault) in
+        [("careful", "late:900 to-arm 22"), ("careful", "drop to-arm 22"), ("fast", "drop to-arm 22")]
+    {
+        let options = EmulatorOptions { keeps_up: typing == "fast", ..EmulatorOptions::default() };
+        let mut cell = Cell::of(options, Pace::Fast, &json!({"typing": typing}));
+        // Behind `SPEED 50` and `HERE #PLMB`, and a carriage return each: the second character of the values.
+        cell.emulator.inject(format!("fault {fault}").parse().unwrap());
+        cell.go(LEFTY).unwrap_or_else(|error| panic!("{typing}, {fault}: {error}"));
+        cell.assert_at(LEFTY);
+    }
+    let mut cell = Cell::of(EmulatorOptions::default(), Pace::Fast, &json!({"typing": "careful"}));
+    // Behind `WHERE` twice, and `EXECUTE POTCAL`: the Y.
+    cell.emulator.inject("fault drop to-arm 28".parse().unwrap());
+    let ready = plumb_plugin::JointVector::from_slice(&READY.map(f64::to_radians)).unwrap();
+    cell.arm.set_zero(&ready).unwrap();
+}
+
+#[test]
 fn a_line_whose_echo_is_lost_twice_is_an_error_and_moves_nothing() {
     let mut cell = Cell::of(EmulatorOptions::default(), Pace::Fast, &json!({"typing": "careful"}));
     // The fourth byte that the controller gets is then the control C, the fifth to seventh the line again.
