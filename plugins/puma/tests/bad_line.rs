@@ -21,6 +21,26 @@ use serde_json::{Value, json};
 use terminal::relay::Relay;
 use terminal::{Cell, LEFTY, READY, World};
 
+/// How the driver types, and how long it waits where a test is not about lateness: under the load of some compilers Linux has held back all bytes of
+/// pseudo-terminals for seconds, for its worker that hands them on was not run. Nobody waits so long unless a byte is lost.
+fn unhurried(typing: &str, echo_within_ms: u64) -> Value {
+    json!({"typing": typing, "echo_within_ms": echo_within_ms, "reply_within_ms": 20_000})
+}
+
+/// How long an echo may take where one is lost or late, ms.
+const ECHO_MS: u64 = 2000;
+/// How late such an echo is then, so that the driver waits no longer.
+const LATE: &str = "late:3500";
+
+/// Runs a test for each of some cases, all at the same time: each waits most of its time.
+fn for_each<T: Sync>(cases: &[T], test: impl Fn(&T) + Sync) {
+    std::thread::scope(|scope| {
+        for case in cases {
+            scope.spawn(|| test(case));
+        }
+    });
+}
+
 /// An arm, its controller, and a cable that pauses behind some of the controller's words.
 struct Paused {
     arm: Puma,
@@ -36,7 +56,9 @@ impl Paused {
         let emulator = Emulator::start(options).unwrap();
         let pauses: Vec<_> = words.iter().map(|word| (*word, Duration::from_millis(pause_ms))).collect();
         let relay = Relay::to(&emulator.status().port.unwrap(), &pauses);
-        let arm = Puma::create(&json!({"port": relay.path}), RecordingHost::new().host()).unwrap();
+        let mut config = unhurried("careful", 5000);
+        config["port"] = json!(relay.path);
+        let arm = Puma::create(&config, RecordingHost::new().host()).unwrap();
         Self { arm, emulator, world, _relay: relay }
     }
 
@@ -103,10 +125,9 @@ fn answers_that_come_in_pieces_are_whole_when_their_prompt_has_come() {
 
 /// A line on which one bit of one byte is turned (another for another seed), and the move to a pose that differs from the ready position.
 fn move_with(way: &str, byte: u64, typing: &str) -> (Cell, Result<(), PluginError>) {
-    let config: Value = json!({"typing": typing});
     let line = LineOptions { baud: Some(9600), seed: byte, ..LineOptions::default() };
     let options = EmulatorOptions { keeps_up: typing == "fast", line, ..EmulatorOptions::default() };
-    let mut cell = Cell::of(options, Pace::Fast, &config);
+    let mut cell = Cell::of(options, Pace::Fast, &unhurried(typing, ECHO_MS));
     cell.emulator.inject(format!("fault garble {way} {byte}").parse().unwrap());
     let gone = cell.go(LEFTY).map(drop);
     (cell, gone)
@@ -133,29 +154,31 @@ fn a_character_that_comes_back_as_another_cancels_the_line_in_careful_typing() {
 
 #[test]
 fn a_line_whose_echo_comes_late_or_not_at_all_is_typed_once_more() {
-    // A busy computer is late itself now and then; nothing has counted before the carriage return. The default waits 400 ms for an echo.
-    for fault in ["late:900 to-arm 3", "late:900 from-arm 3", "drop to-arm 3", "drop from-arm 3"] {
-        let mut cell = Cell::of(EmulatorOptions::default(), Pace::Fast, &json!({"typing": "careful"}));
-        cell.emulator.inject(format!("fault {fault}").parse().unwrap());
-        cell.go(LEFTY).unwrap_or_else(|error| panic!("{fault}: {error}"));
-        cell.assert_at(LEFTY);
-    }
+    // A busy computer is late itself now and then; nothing has counted before the carriage return.
+    for_each(
+        &[(LATE, "to-arm"), (LATE, "from-arm"), ("drop", "to-arm"), ("drop", "from-arm")],
+        |(kind, way)| {
+            let config = unhurried("careful", ECHO_MS);
+            let mut cell = Cell::of(EmulatorOptions::default(), Pace::Fast, &config);
+            cell.emulator.inject(format!("fault {kind} {way} 3").parse().unwrap());
+            cell.go(LEFTY).unwrap_or_else(|error| panic!("{kind} {way}: {error}"));
+            cell.assert_at(LEFTY);
+        },
+    );
 }
 
 #[test]
 fn an_answer_whose_echo_comes_late_or_not_at_all_is_typed_once_more_behind_its_question() {
     // The control C that cancels the answer cancels the question, too: typed at the prompt for a command, the answer was an unknown instruction.
-    for (typing, fault) in
-        [("careful", "late:900 to-arm 22"), ("careful", "drop to-arm 22"), ("fast", "drop to-arm 22")]
-    {
-        let options = EmulatorOptions { keeps_up: typing == "fast", ..EmulatorOptions::default() };
-        let mut cell = Cell::of(options, Pace::Fast, &json!({"typing": typing}));
+    for_each(&[("careful", LATE), ("careful", "drop"), ("fast", "drop")], |(typing, kind)| {
+        let options = EmulatorOptions { keeps_up: *typing == "fast", ..EmulatorOptions::default() };
+        let mut cell = Cell::of(options, Pace::Fast, &unhurried(typing, ECHO_MS));
         // Behind `SPEED 50` and `HERE #PLMB`, and a carriage return each: the second character of the values.
-        cell.emulator.inject(format!("fault {fault}").parse().unwrap());
-        cell.go(LEFTY).unwrap_or_else(|error| panic!("{typing}, {fault}: {error}"));
+        cell.emulator.inject(format!("fault {kind} to-arm 22").parse().unwrap());
+        cell.go(LEFTY).unwrap_or_else(|error| panic!("{typing}, {kind}: {error}"));
         cell.assert_at(LEFTY);
-    }
-    let mut cell = Cell::of(EmulatorOptions::default(), Pace::Fast, &json!({"typing": "careful"}));
+    });
+    let mut cell = Cell::of(EmulatorOptions::default(), Pace::Fast, &unhurried("careful", ECHO_MS));
     // Behind `WHERE` twice, and `EXECUTE POTCAL`: the Y.
     cell.emulator.inject("fault drop to-arm 28".parse().unwrap());
     let ready = plumb_plugin::JointVector::from_slice(&READY.map(f64::to_radians)).unwrap();
@@ -164,7 +187,7 @@ fn an_answer_whose_echo_comes_late_or_not_at_all_is_typed_once_more_behind_its_q
 
 #[test]
 fn a_line_whose_echo_is_lost_twice_is_an_error_and_moves_nothing() {
-    let mut cell = Cell::of(EmulatorOptions::default(), Pace::Fast, &json!({"typing": "careful"}));
+    let mut cell = Cell::of(EmulatorOptions::default(), Pace::Fast, &unhurried("careful", ECHO_MS));
     // The fourth byte that the controller gets is then the control C, the fifth to seventh the line again.
     for fault in ["drop to-arm 3", "drop to-arm 7"] {
         cell.emulator.inject(format!("fault {fault}").parse().unwrap());
@@ -180,11 +203,11 @@ fn a_line_whose_echo_is_lost_twice_is_an_error_and_moves_nothing() {
 fn a_damaged_line_typed_fast_is_cancelled_before_it_counts_and_typed_again_with_care() {
     // With the comparison off the controller would receive the damaged line, and report an error, or take another number. The first line has 8 characters;
     // nothing echoes whether its carriage return arrives.
-    for byte in 1..=8 {
-        for way in ["to-arm", "from-arm"] {
+    for_each(&["to-arm", "from-arm"], |way| {
+        for byte in 1..=8 {
             let (mut cell, gone) = move_with(way, byte, "fast");
             gone.unwrap_or_else(|error| panic!("byte {byte} {way}: {error}"));
             cell.assert_at(LEFTY);
         }
-    }
+    });
 }
