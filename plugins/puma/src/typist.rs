@@ -74,10 +74,8 @@ impl Typist {
         Ok(std::mem::take(&mut self.unasked))
     }
 
-    /// Takes in what has come without being asked for, to the end of the line that has begun, if it comes while an answer may.
+    /// Takes in all that has come without being asked for, to the end of the line that has begun, if it comes while an answer may.
     fn hear_unasked(&mut self, text: &str) -> Result<(), LineError> {
-        let came = self.read(text, Duration::ZERO)?;
-        self.begun.extend(came);
         let deadline = Instant::now() + self.reply_within;
         // Thrown away as noise, the first character of a greeting would leave a line that nobody knows.
         let noise = Instant::now() + LATE;
@@ -85,14 +83,15 @@ impl Typist {
             let until = match unfinished(&self.begun).is_some() {
                 true => deadline,
                 false if may_be_a_beginning(&self.begun) => noise.min(deadline),
-                false => break,
+                false => Instant::now(),
             };
-            let left = until.saturating_duration_since(Instant::now());
-            if left.is_zero() {
+            let more = self.read(text, until.saturating_duration_since(Instant::now()))?;
+            // One read does not give all that has come.
+            let is_over = Instant::now() >= if more.is_empty() { until } else { deadline };
+            self.begun.extend(more);
+            if is_over {
                 break;
             }
-            let more = self.read(text, left)?;
-            self.begun.extend(more);
         }
         self.keep_unasked(&[]);
         Ok(())
@@ -447,6 +446,19 @@ mod tests {
         let begun = Instant::now();
         assert!(typist.take_unasked().unwrap().is_empty());
         assert!(begun.elapsed() < typist.reply_within, "noise is nothing to wait for");
+    }
+
+    #[test]
+    fn all_that_has_come_is_heard_and_not_only_what_one_read_gives() {
+        use std::io::Write;
+        let (mut typist, pair) = typist("careful");
+        // One read gives 256 bytes.
+        let first = format!("*{:<252}*", "Robot power off");
+        let said = format!("{first}\r\nVAL-II 2.0 (C) UNIMATION\r\n. ");
+        let mut controller = std::fs::File::from(pair.master);
+        controller.write_all(said.as_bytes()).unwrap();
+        assert_eq!(typist.take_unasked().unwrap(), [first.as_str(), "VAL-II 2.0 (C) UNIMATION"]);
+        assert!(typist.rebooted);
     }
 
     #[test]
