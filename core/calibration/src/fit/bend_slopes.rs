@@ -8,7 +8,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use nalgebra::{DMatrix, Vector3};
 use plumb_kinematics::Deviation;
 
-use super::response::{CARRIED, DH_PARAMETERS};
+use super::response::{Alone, CARRIED, DH_PARAMETERS};
 use crate::effect::{Contribution, Dof};
 
 /// Changes of a configuration within which slopes are kept, rad and mm. A slope is off by about a thousandth of itself a thousandth of a radian away (or a tenth of a millimetre, of a link of
@@ -93,17 +93,6 @@ pub(super) struct Slopes {
     pub(super) bends: Vec<Bend>,
     /// Sources (numbers of joints' rows, then turns of the base) by bends.
     pub(super) by_source: DMatrix<f64>,
-}
-
-/// How what gravity bends changes with each source while all else stays.
-#[derive(Debug, Clone)]
-pub(super) struct Alone {
-    /// Which numbers of joints' rows change, in rising order.
-    pub(super) driven: Vec<usize>,
-    /// By how much, per unit of each source: driven numbers by sources.
-    pub(super) joints: DMatrix<f64>,
-    /// Shift (mm) and turn (rad) of what bent links carry, base frame, per unit of each source.
-    pub(super) carried: DMatrix<f64>,
 }
 
 /// Whether two rows differ so little that slopes at one hold at the other.

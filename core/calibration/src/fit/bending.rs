@@ -4,9 +4,9 @@ use nalgebra::{DMatrix, Rotation3, Vector3};
 use plumb_kinematics::{LinkFrames, Weights};
 
 use super::arm_pose::ArmPose;
-use super::bend_slopes::{Alone, Rates, Slopes};
+use super::bend_slopes::{Rates, Slopes};
 use super::residual_model::ResidualModel;
-use super::response::{DH_PARAMETERS, Response, TURNS};
+use super::response::{Alone, DH_PARAMETERS, Response, TURNS};
 use super::scratch::Scratch;
 use super::state::State;
 use crate::effect::{Contribution, LooksAt, Situation};
@@ -59,15 +59,10 @@ impl ResidualModel<'_> {
         contributions: &mut Vec<Contribution>,
     ) -> Slopes {
         let numbers = DH_PARAMETERS.len() * self.model.chain.len();
-        let weights = self.weights(state, row);
-        let mut rates = Rates::default();
         let situation = self.situation(state, row, &pose.link_frames, &pose.moments, None);
-        let mut at = |link_frames: &LinkFrames, moments: &[f64], weights: Weights<'_>, rates: &mut Rates| {
-            rates.begin();
-            let changed = Situation { link_frames, moments, weights, ..situation };
-            self.add_rates(&changed, contributions, rates);
-        };
-        at(&pose.link_frames, &pose.moments, weights, &mut rates);
+        let weights = situation.weights;
+        let mut rates = Rates::default();
+        self.work_out_rates(&situation, contributions, &mut rates);
         let here = rates.rates.clone();
         let mut by_source = DMatrix::zeros(numbers + 3, here.len());
         let mut set = |source: usize, rates: &Rates, small: f64| {
@@ -97,7 +92,8 @@ impl ResidualModel<'_> {
             if is_weighed {
                 weights.moments(&link_frames, &mut moments);
             }
-            at(&link_frames, &moments, weights, &mut rates);
+            let changed = Situation { link_frames: &link_frames, moments: &moments, ..situation };
+            self.work_out_rates(&changed, contributions, &mut rates);
             set(number, &rates, small);
         }
         // The base turns against gravity, which is the same as gravity turning the other way.
@@ -106,15 +102,22 @@ impl ResidualModel<'_> {
             let down = self.model.down(&(turn * state.base.rotation));
             let tilted = Weights { down, ..weights };
             tilted.moments(&pose.link_frames, &mut moments);
-            at(&pose.link_frames, &moments, tilted, &mut rates);
+            let changed = Situation { weights: tilted, moments: &moments, ..situation };
+            self.work_out_rates(&changed, contributions, &mut rates);
             set(numbers + axis, &rates, SMALL_TURN);
         }
         let bends = rates.bends.into_iter().take(here.len()).collect();
         Slopes { down: weights.down, deviations: pose.changes.deviations.clone(), bends, by_source }
     }
 
-    /// Adds the rates at which gravity bends the arm in a situation.
-    fn add_rates(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>, rates: &mut Rates) {
+    /// Works out the rates at which gravity bends the arm in a situation, in place of what `rates` held.
+    fn work_out_rates(
+        &self,
+        situation: &Situation<'_>,
+        contributions: &mut Vec<Contribution>,
+        rates: &mut Rates,
+    ) {
+        rates.begin();
         let numbers = DH_PARAMETERS.len() * self.model.chain.len();
         for (index, part) in self.parts.iter().enumerate() {
             if part.looks_at == LooksAt::Gravity {

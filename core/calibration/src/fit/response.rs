@@ -6,8 +6,6 @@
 use nalgebra::{DMatrix, Vector3};
 use plumb_kinematics::DhParameter;
 
-use super::bend_slopes::Alone;
-
 /// The numbers of a joint's row, in the order in which they are kept here.
 pub(super) const DH_PARAMETERS: [DhParameter; 5] =
     [DhParameter::Theta, DhParameter::Alpha, DhParameter::Beta, DhParameter::D, DhParameter::A];
@@ -17,6 +15,17 @@ pub(super) const TURNS: usize = 3;
 
 /// Numbers of a bend besides those of the joints' rows: shift and turn of what bent links carry.
 pub(super) const CARRIED: usize = 6;
+
+/// How what gravity bends changes with each source while all else stays.
+#[derive(Debug, Clone)]
+pub(super) struct Alone {
+    /// Which numbers of joints' rows change, in rising order.
+    pub(super) driven: Vec<usize>,
+    /// By how much, per unit of each source: driven numbers by sources.
+    pub(super) joints: DMatrix<f64>,
+    /// Shift (mm) and turn (rad) of what bent links carry, base frame, per unit of each source.
+    pub(super) carried: DMatrix<f64>,
+}
 
 /// How what gravity bends responds to each number of a joint's row and to turns of the base; empty for an arm that does not bend.
 #[derive(Debug, Clone, Default)]
