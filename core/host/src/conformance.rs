@@ -370,3 +370,6 @@ impl SensorBench for SensorInHost {
         false
     }
 }
+
+#[cfg(test)]
+mod tests;

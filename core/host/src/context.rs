@@ -310,4 +310,4 @@ impl Context {
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

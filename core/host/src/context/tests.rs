@@ -9,16 +9,16 @@ use plumb_plugin::{JointState, JointVector, StreamDescription};
 use super::*;
 
 /// A context with the stream `joints`, and the other end of its lines.
-struct Bench {
-    context: Context,
+pub(crate) struct Bench {
+    pub(crate) context: Context,
     lines: ReadLines<BufReader<UnixStream>>,
     bus: Option<Bus>,
-    domain: Domain,
+    pub(crate) domain: Domain,
     _place: tempfile::TempDir,
 }
 
 impl Bench {
-    fn new() -> Self {
+    pub(crate) fn new() -> Self {
         let place = tempfile::tempdir().unwrap();
         let domain = Domain::of_cell(&place.path().join("cell.yaml")).unwrap();
         let bus = Bus::open(&domain, "test").unwrap();
@@ -29,7 +29,7 @@ impl Bench {
         Self { context, lines, bus: Some(bus), domain, _place: place }
     }
 
-    fn bus(&self) -> &Bus {
+    pub(crate) fn bus(&self) -> &Bus {
         self.bus.as_ref().unwrap()
     }
 

@@ -32,6 +32,25 @@ pub(crate) fn compiled_from_text(text: &str, directory: &Path) -> Option<Plugin>
     compiled_from(&source, directory, &["-include", "stddef.h"])
 }
 
+/// The worked example, or a changed source of it, with another line in its manifest, the one built into it and the one beside it alike. `None`, said
+/// in words, without a C compiler.
+pub(crate) fn with_another_manifest(
+    source: &str,
+    (line, other): (&str, &str),
+    directory: &Path,
+) -> Option<Plugin> {
+    let built_in = |line: &str| line.lines().map(|line| format!("    \"{line}\\n\"\n")).collect::<String>();
+    let changed = source.replace(&built_in(line), &built_in(other));
+    assert_ne!(changed, source);
+    let plugin = compiled_from_text(&changed, directory)?;
+    let manifest = fs::read_to_string(&plugin.manifest_path).unwrap();
+    fs::write(&plugin.manifest_path, manifest.replace(line, other)).unwrap();
+    Some(Plugin::at_library(&plugin.manifest_path, &plugin.library_path).unwrap())
+}
+
+/// The line of the worked example's manifest that declares its stream of joints.
+pub(crate) const JOINTS: &str = "  - {name: joints, message: joint-state/1}\n";
+
 /// A sensor's source and manifest, compiled as `libgauge.so`; `None`, said in words, without a C compiler.
 pub(crate) fn compiled_sensor(text: &str, manifest: &str, directory: &Path) -> Option<Plugin> {
     let (source, library) = (directory.join("gauge.c"), directory.join("libgauge.so"));
@@ -138,13 +157,18 @@ fn a_library_with_something_else_under_the_entrys_name_is_refused() {
     );
 }
 
+/// The size of the worked example's table of functions.
+const WHOLE_TABLE: &str = "sizeof(plumb_robot_functions)";
+
+/// The same of a table that ends where `read_inputs` would begin.
+const TABLE_WITHOUT_INPUTS: &str = "offsetof(plumb_robot_functions, read_inputs)";
+
 #[test]
 fn a_robot_of_an_older_minor_version_with_a_shorter_table_is_loaded() {
     let place = Place::new();
     // Its table ends where `read_inputs` would begin: what lies behind is not the table's.
     let example = fs::read_to_string(abi().join("examples/counting_arm/counting_arm.c")).unwrap();
-    let shorter =
-        example.replace("sizeof(plumb_robot_functions)", "offsetof(plumb_robot_functions, read_inputs)");
+    let shorter = example.replace(WHOLE_TABLE, TABLE_WITHOUT_INPUTS);
     assert_ne!(shorter, example);
     let source = place.directory.path().join("counting_arm.c");
     fs::write(&source, shorter).unwrap();
@@ -215,4 +239,35 @@ fn a_robot_with_the_functions_of_a_sensor_is_refused_with_what_it_seems_to_be() 
         ),
         "{message}"
     );
+}
+
+#[test]
+fn a_robot_that_nobody_can_watch_is_verified_with_a_note() {
+    let nobody_watches = "it declares no stream `joints` of joint-state/1 messages: nobody can watch it move";
+    let example = fs::read_to_string(example()).unwrap();
+    for other in
+        ["", "  - {name: elbow, message: joint-state/1}\n", "  - {name: joints, message: health/1}\n"]
+    {
+        let place = Place::new();
+        let Some(plugin) = with_another_manifest(&example, (JOINTS, other), place.directory.path()) else {
+            return;
+        };
+        assert_eq!(verify(&plugin).unwrap(), [nobody_watches], "{other}");
+    }
+}
+
+#[test]
+fn a_robot_whose_lines_cannot_be_read_at_rest_is_verified_with_a_note_if_it_has_a_stream_of_them() {
+    let waits_in_vain = "it declares a stream `inputs` and has no read_inputs: a sensor that is wired to it waits in vain while the robot is at rest";
+    let example = fs::read_to_string(example()).unwrap();
+    let unread = example.replace(WHOLE_TABLE, TABLE_WITHOUT_INPUTS);
+    assert_ne!(unread, example);
+    let inputs = "  - {name: inputs, message: digital-inputs/1}\n";
+    let renamed = "  - {name: lines, message: digital-inputs/1}\n";
+    let place = Place::new();
+    let Some(plugin) = compiled_from_text(&unread, place.directory.path()) else { return };
+    assert_eq!(verify(&plugin).unwrap(), [waits_in_vain]);
+    let place = Place::new();
+    let plugin = with_another_manifest(&unread, (inputs, renamed), place.directory.path()).unwrap();
+    assert_eq!(verify(&plugin).unwrap(), [] as [&str; 0]);
 }

@@ -1,12 +1,12 @@
 //! The conformance suite over real hosts.
 
 use plumb_bus::Bus;
-use plumb_host::{HostArguments, WiredInput, check_robot, check_sensor};
+use plumb_host::{HostArguments, Plugin, WiredInput, check_plugin, check_robot, check_sensor};
 use plumb_plugin::Value;
-use plumb_plugin::conformance::CheckOutcome;
+use plumb_plugin::conformance::{CheckOutcome, CheckReport, LISTS, SENSOR_CHECKS, leaves_at_rest};
 
-use crate::c_plugin::compiled;
-use crate::place::{Place, command, stream};
+use crate::c_plugin::{JOINTS, compiled, example, with_another_manifest};
+use crate::place::{Place, command, plugin, stream};
 
 #[test]
 fn a_robot_in_rust_conforms() {
@@ -40,22 +40,118 @@ fn a_robot_that_hangs_or_dies_does_not_conform() {
 #[test]
 fn a_sensor_conforms() {
     let place = Place::new();
+    let report = check_sensor(place.bus(), &wired_watcher(&place), command);
+    assert!(report.is_good(), "{report}");
+}
+
+/// What the host of a sensor on a robot's input lines is given.
+fn wired_watcher(place: &Place) -> HostArguments {
     let mut arguments = place.arguments("eye", "line_watcher", Value::Null);
     arguments.inputs = vec![WiredInput {
         input: "line".to_owned(),
         device: "arm".to_owned(),
         stream: stream("misbehaving_robot", "inputs"),
     }];
-    let report = check_sensor(place.bus(), &arguments, command);
+    arguments
+}
+
+/// What comes before the checks of a robot or of a sensor.
+const OF_ANY_PLUGIN: [&str; 4] =
+    ["its manifest is good", "it is loaded and its device is made", "its functions are whole", LISTS];
+
+/// The report on a plugin, once it is seen that each of its rows was heard of when it was done.
+fn checked(place: &Place, plugin: &Plugin, arguments: &HostArguments, may_move: bool) -> CheckReport {
+    let mut heard = Vec::new();
+    let mut listener = |name: &'static str, outcome: &CheckOutcome| heard.push((name, outcome.clone()));
+    let report = check_plugin(place.bus(), plugin, arguments, may_move, command, &mut listener);
+    assert_eq!(heard, report.rows);
+    report
+}
+
+fn names(report: &CheckReport) -> Vec<&'static str> {
+    report.rows.iter().map(|(name, _)| *name).collect()
+}
+
+#[test]
+fn a_robot_that_may_not_move_is_checked_as_far_as_it_stays_at_rest() {
+    let place = Place::new();
+    let arguments = place.arguments("arm", "misbehaving_robot", Value::Null);
+    let report = checked(&place, &plugin("misbehaving_robot"), &arguments, false);
+    let (before, of_robots) = report.rows.split_at(OF_ANY_PLUGIN.len());
+    assert_eq!(before, OF_ANY_PLUGIN.map(|name| (name, CheckOutcome::Passed)));
+    assert!(of_robots.iter().any(|(name, _)| *name == "a move ends at its target"), "{report}");
+    for (name, outcome) in of_robots {
+        let would_move = CheckOutcome::Skipped("it would move the robot, or make it ready to".to_owned());
+        let expected = if leaves_at_rest(name) { CheckOutcome::Passed } else { would_move };
+        assert_eq!(*outcome, expected, "{name}");
+    }
+}
+
+#[test]
+fn a_plugin_that_makes_no_device_is_not_checked_further() {
+    let place = Place::new();
+    let config = serde_json::json!({"fault": "refuse", "in": "create"});
+    let arguments = place.arguments("arm", "misbehaving_robot", config);
+    let report = checked(&place, &plugin("misbehaving_robot"), &arguments, true);
+    assert_eq!(names(&report), OF_ANY_PLUGIN[..2]);
+    let refused = CheckOutcome::Failed("arm: the robot does not want to".to_owned());
+    assert_eq!(report.rows[1].1, refused);
+}
+
+#[test]
+fn a_sensors_plugin_is_checked_as_one_of_a_sensor() {
+    let place = Place::new();
+    let report = checked(&place, &plugin("line_watcher"), &wired_watcher(&place), false);
+    let of_sensors = SENSOR_CHECKS.iter().map(|(name, _)| *name);
+    assert_eq!(names(&report), OF_ANY_PLUGIN.into_iter().chain(of_sensors).collect::<Vec<_>>());
     assert!(report.is_good(), "{report}");
 }
 
-/// A sensor in C that takes a second for a reading, with a manifest that says how long it may.
-fn slow_gauge(directory: &std::path::Path, read_time_limit_s: f64) -> Option<plumb_host::Plugin> {
+/// The worked example in C with another line in its manifest.
+fn example_with(place: &Place, change: (&str, &str)) -> Option<Plugin> {
+    let source = std::fs::read_to_string(example()).unwrap();
+    with_another_manifest(&source, change, place.directory.path())
+}
+
+#[test]
+fn what_could_be_better_in_a_plugins_functions_fails_its_check() {
+    let place = Place::new();
+    let Some(plugin) = example_with(&place, (JOINTS, "")) else { return };
+    let report = checked(&place, &plugin, &HostArguments::new("arm", &place.domain, &plugin), false);
+    let note = "it declares no stream `joints` of joint-state/1 messages: nobody can watch it move";
+    assert_eq!(report.rows[2], (OF_ANY_PLUGIN[2], CheckOutcome::Failed(note.to_owned())));
+}
+
+#[test]
+fn lines_that_a_manifest_counts_otherwise_than_the_robot_fail_their_check() {
+    let place = Place::new();
+    let counted = ("config:\n", "input_lines: 3\nconfig:\n");
+    let Some(plugin) = example_with(&place, counted) else { return };
+    let report = checked(&place, &plugin, &HostArguments::new("arm", &place.domain, &plugin), false);
+    let wrong = "the manifest says 3 input lines; the robot describes the bits [0]";
+    assert_eq!(report.rows[3], (LISTS, CheckOutcome::Failed(wrong.to_owned())));
+}
+
+/// A sensor in C, changed, with a manifest that says how long a reading may take.
+fn gauge(
+    directory: &std::path::Path,
+    read_time_limit_s: f64,
+    change: impl Fn(&str) -> String,
+) -> Option<plumb_host::Plugin> {
     let manifest = format!(
         "id: gauge\ntitle: A gauge that takes its time\nversion: 1.0.0\ncontract: [1, 0]\nkind: sensor\nlibrary: libgauge.so\nread_time_limit_s: {read_time_limit_s}\n"
     );
-    let source = r#"
+    let source = change(GAUGE).replace("MANIFEST", &format!("{manifest:?}"));
+    crate::c_plugin::compiled_sensor(&source, &manifest, directory)
+}
+
+/// The same as it is: a reading takes it a second.
+fn slow_gauge(directory: &std::path::Path, read_time_limit_s: f64) -> Option<plumb_host::Plugin> {
+    gauge(directory, read_time_limit_s, str::to_owned)
+}
+
+/// The source of a sensor that takes a second for a reading.
+const GAUGE: &str = r#"
 #define _POSIX_C_SOURCE 199309L
 #include "plumb_plugin.h"
 #include <stdio.h>
@@ -102,8 +198,24 @@ PLUMB_PLUGIN_ENTRY(gauge) = {
     .create = create, .destroy = destroy, .extension = extension,
 };
 "#;
-    let source = source.replace("MANIFEST", &format!("{manifest:?}"));
-    crate::c_plugin::compiled_sensor(&source, &manifest, directory)
+
+/// The same with no pause in a reading, and a function that refuses to arm it.
+fn gauge_that_is_never_armed(source: &str) -> String {
+    let (table, pause) =
+        ("static const plumb_sensor_functions sensor = {", "    nanosleep(&second, NULL);\n");
+    let armed =
+        "static plumb_status arm(plumb_instance *instance) { (void)instance; return PLUMB_REFUSED; }\n";
+    assert!(source.contains(table) && source.contains(pause));
+    source.replace(table, &format!("{armed}{table} .arm = arm,")).replace(pause, "    (void)second;\n")
+}
+
+#[test]
+fn a_sensor_that_refuses_to_be_armed_does_not_conform() {
+    let place = Place::new();
+    let Some(plugin) = gauge(place.directory.path(), 1.0, gauge_that_is_never_armed) else { return };
+    let report = check_sensor(place.bus(), &HostArguments::new("gauge", &place.domain, &plugin), command);
+    let armed = report.rows.iter().find(|(name, _)| *name == "it can be armed, polled and read at once");
+    assert_eq!(armed.unwrap().1, CheckOutcome::Failed("the plugin does not say why".to_owned()), "{report}");
 }
 
 #[test]
