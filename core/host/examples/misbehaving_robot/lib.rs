@@ -203,6 +203,10 @@ impl Robot for MisbehavingRobot {
         self.misbehave("activate")
     }
 
+    fn deactivate(&mut self) -> Result<(), PluginError> {
+        self.misbehave("deactivate")
+    }
+
     fn read_joints(&mut self) -> Result<JointState, PluginError> {
         self.misbehave("read")?;
         Ok(self.state(false))

@@ -11,8 +11,8 @@ use std::thread;
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use plumb_bus::Bus;
-use plumb_host::{HostArguments, HostProcess};
-use plumb_plugin::Value;
+use plumb_host::{HostArguments, HostEvent, HostProcess};
+use plumb_plugin::{DeviceState, LogLevel, Value};
 
 use crate::place::{LONG, Place, command, example_file, until, waist_to};
 
@@ -55,6 +55,34 @@ fn a_device_is_put_away_in_good_order() {
     host.robot().unwrap().activate().unwrap();
     assert!(host.finish(LONG).is_orderly());
     assert_eq!(fs::read_to_string(&diary).unwrap(), "ended\n");
+}
+
+/// What is said of an end that was not in good order, of a robot that cannot be deactivated.
+fn said_of_an_end(is_active: bool) -> Vec<String> {
+    let place = Place::new();
+    let config = serde_json::json!({"fault": "refuse", "in": "deactivate"});
+    let (host, events) = place.spawn_listening(&place.arguments("arm", "misbehaving_robot", config));
+    let robot = host.robot().unwrap();
+    if is_active {
+        robot.activate().unwrap();
+        let error = robot.deactivate().unwrap_err();
+        assert_eq!(error.to_string(), "arm: the robot does not want to");
+        assert_eq!(robot.state().unwrap(), DeviceState::Active);
+    }
+    drop(robot);
+    assert!(host.finish(LONG).is_orderly());
+    let of_the_end = |event| match event {
+        HostEvent::Log { level: LogLevel::Warn, text } if text.contains("end in good order") => Some(text),
+        _ => None,
+    };
+    events.iter().filter_map(of_the_end).collect()
+}
+
+#[test]
+fn an_active_robot_is_deactivated_before_it_is_put_away_and_an_inactive_one_is_not() {
+    let message = "the device did not end in good order: the robot does not want to";
+    assert_eq!(said_of_an_end(true), [message]);
+    assert_eq!(said_of_an_end(false), [] as [&str; 0]);
 }
 
 #[test]

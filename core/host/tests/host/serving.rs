@@ -2,8 +2,8 @@
 
 use plumb_host::{HostEvent, JointRange};
 use plumb_plugin::{
-    Description, DeviceState, JointState, JointVector, LogLevel, Motion, PluginError, StreamDescription,
-    Value,
+    Description, DeviceState, Health, JointState, JointVector, LogLevel, Motion, PluginError,
+    StreamDescription, Value,
 };
 
 use tracing_subscriber::registry::LookupSpan as _;
@@ -41,6 +41,48 @@ fn a_robot_does_not_move_before_it_is_active() {
     let host = place.robot(Value::Null);
     let error = host.robot().unwrap().move_joints(&waist_to(0.1), LONG).unwrap_err();
     assert_eq!(error.to_string(), "arm: arm is inactive; activate it before it may move");
+}
+
+#[test]
+fn a_robot_that_was_deactivated_does_not_move() {
+    let place = Place::new();
+    let host = place.robot(Value::Null);
+    let robot = host.robot().unwrap();
+    robot.activate().unwrap();
+    assert_eq!(robot.deactivate().unwrap(), DeviceState::Inactive);
+    assert_eq!(robot.state().unwrap(), DeviceState::Inactive);
+    let error = robot.move_joints(&waist_to(0.1), LONG).unwrap_err();
+    assert_eq!(error.to_string(), "arm: arm is inactive; activate it before it may move");
+}
+
+#[test]
+fn the_health_of_a_device_is_reported_with_every_state_it_enters() {
+    let place = Place::new();
+    let mut receiver = place.bus().subscriber("arm", &StreamDescription::of::<Health>("health")).unwrap();
+    let host = place.robot(Value::Null);
+    let robot = host.robot().unwrap();
+    assert!(robot.move_joints(&waist_to(0.1), LONG).is_err(), "it is not active");
+    robot.activate().unwrap();
+    robot.deactivate().unwrap();
+    let reports: Vec<Health> = std::iter::from_fn(|| receiver.receive().unwrap()).collect();
+    let mut states: Vec<u32> = reports.iter().map(|health| health.state).collect();
+    states.dedup();
+    let expected = [DeviceState::Inactive, DeviceState::Active, DeviceState::Inactive];
+    assert_eq!(states, expected.map(DeviceState::code));
+    let last = reports.last().unwrap();
+    assert_eq!((last.requests, last.failures), (2, 1), "the refused move and the activation came before");
+    assert!(last.longest_ns > 0 && last.time_ns > reports[0].time_ns);
+}
+
+#[test]
+fn the_health_of_a_device_is_reported_again_while_nothing_changes() {
+    let place = Place::new();
+    let mut receiver = place.bus().subscriber("arm", &StreamDescription::of::<Health>("health")).unwrap();
+    let _host = place.robot(Value::Null);
+    let first: Health = until("the first report", || receiver.receive().unwrap());
+    let second: Health = until("the second report", || receiver.receive().unwrap());
+    assert_eq!((first.state, second.state), (DeviceState::Inactive.code(), DeviceState::Inactive.code()));
+    assert!(second.time_ns - first.time_ns >= 900_000_000, "about once a second");
 }
 
 #[test]
