@@ -443,6 +443,106 @@ mod tests {
     }
 
     #[test]
+    fn what_another_user_owns_is_reported_with_its_number() {
+        let place = tempfile::tempdir().unwrap();
+        let file = place.path().join("libarm.so");
+        fs::write(&file, "").unwrap();
+        if std::os::unix::fs::chown(&file, Some(54_321), None).is_err() {
+            println!("skipped: only root may give a file away");
+            return;
+        }
+        let why = format!("{} belongs to another user, number 54321", file.display());
+        assert_eq!(may_be_changed(&file), Some(why));
+    }
+
+    /// The plugin `arm` of a folder whose driver is `driver.py`, and the file of its manifest.
+    fn driver_in(folder: &Path) -> PathBuf {
+        let manifest_path = folder.join("plugin.yaml");
+        fs::write(&manifest_path, MANIFEST.replace("library: libarm.so", "driver: [python3, driver.py]"))
+            .unwrap();
+        fs::write(folder.join("driver.py"), "").unwrap();
+        manifest_path
+    }
+
+    #[test]
+    fn the_files_of_a_driver_are_those_its_command_names_and_are_trusted_like_a_library() {
+        let place = tempfile::tempdir().unwrap();
+        let (manifest_path, script) = (driver_in(place.path()), place.path().join("driver.py"));
+        let plugin = Plugin::at_library(&manifest_path, &manifest_path).unwrap();
+        assert_eq!(plugin.driver_files(), [script.as_path()], "there is no file called python3");
+        assert_eq!(foreign_hands(&plugin), None);
+        fs::set_permissions(&script, fs::Permissions::from_mode(0o666)).unwrap();
+        assert_eq!(foreign_hands(&plugin), Some(format!("everybody may write to {}", script.display())));
+    }
+
+    /// Where the library of a manifest is looked for: where it was found, or all the places where it was not.
+    fn looked_in(manifest_path: &Path, program_directory: Option<&Path>) -> Vec<PathBuf> {
+        match read(manifest_path, program_directory) {
+            Ok(plugin) => vec![plugin.library_path.parent().unwrap().to_owned()],
+            Err(CatalogueError::NoLibrary { looked_in, .. }) => looked_in,
+            Err(other) => panic!("{other}"),
+        }
+    }
+
+    #[test]
+    fn what_runs_drivers_is_looked_for_where_plumb_was_built_and_a_plugins_library_is_not() {
+        let place = tempfile::tempdir().unwrap();
+        let built = fs::canonicalize(BUILT).unwrap();
+        plugin_in(place.path(), false);
+        assert_eq!(looked_in(&place.path().join("plugin.yaml"), None), [place.path()]);
+        let driver = driver_in(place.path());
+        let places = looked_in(&driver, None);
+        assert!(places.iter().any(|place| place.starts_with(&built)), "{places:?}");
+        let mut places = looked_in(&driver, Some(&built));
+        let all = places.len();
+        places.dedup();
+        places.sort();
+        places.dedup();
+        assert_eq!(places.len(), all, "no place twice: {places:?}");
+    }
+
+    #[test]
+    fn a_library_that_is_not_there_is_named_with_whose_it_is_and_where_it_was_looked_for() {
+        let said = |library: &str| {
+            let error = CatalogueError::NoLibrary {
+                manifest: PathBuf::from("arm/plugin.yaml"),
+                id: "arm".to_owned(),
+                library: library.to_owned(),
+                looked_in: vec![PathBuf::from("arm"), PathBuf::from("lib")],
+            };
+            error.to_string()
+        };
+        let own =
+            "arm/plugin.yaml: library libarm.so of plugin 'arm' is not there; looked in arm, lib; build";
+        assert!(said("libarm.so").starts_with(own), "{}", said("libarm.so"));
+        let bridge = Manifest::BRIDGE_LIBRARY;
+        let of_plumb = format!(
+            "arm/plugin.yaml: plumb's own {bridge}, which runs the driver of plugin 'arm', is not there; looked in"
+        );
+        assert!(said(bridge).starts_with(&of_plumb), "{}", said(bridge));
+    }
+
+    #[test]
+    fn a_broken_manifest_that_two_directories_lead_to_is_one_row() {
+        let place = tempfile::tempdir().unwrap();
+        let broken = place.path().join("leg");
+        fs::create_dir(&broken).unwrap();
+        fs::write(broken.join("plugin.yaml"), "id: [\n").unwrap();
+        let catalogue = Catalogue::of(vec![place.path().to_owned(), broken.clone()], None);
+        assert_eq!(catalogue.rows().len(), 1);
+        assert_eq!(catalogue.rows()[0].manifest_path, broken.join("plugin.yaml"));
+    }
+
+    #[test]
+    fn a_program_that_is_not_installed_has_the_plugins_of_its_source() {
+        let source = fs::canonicalize(SOURCE).unwrap();
+        let catalogue = Catalogue::search(&[]);
+        let is_searched =
+            |directory: &PathBuf| fs::canonicalize(directory).is_ok_and(|found| found == source);
+        assert!(catalogue.directories().iter().any(is_searched), "{:?}", catalogue.directories());
+    }
+
+    #[test]
     fn of_the_two_a_plugin_was_built_into_the_newer_comes_first() {
         let place = tempfile::tempdir().unwrap();
         let folder = place.path();

@@ -84,25 +84,57 @@ mod tests {
     use crate::channel::FromHost;
     use crate::context::{Clock, Lines};
 
-    #[test]
-    fn what_a_host_logs_reaches_the_orchestrator_and_chatter_of_libraries_does_not() {
+    /// A context, and what its orchestrator gets of the log.
+    fn context() -> (&'static Context, impl FnMut() -> (LogLevel, String)) {
         let (ours, theirs) = UnixStream::pair().unwrap();
-        let context = Box::leak(Box::new(Context::new(Lines::start(ours), "arm", Clock::default())));
-        tracing::subscriber::with_default(OwnLog(context), || {
-            tracing::info!(target: "iceoryx2", "chatter");
-            tracing::warn!(target: "iceoryx2", "old piece");
-            tracing::debug!(target: "plumb_bus::domain", piece = 7, "removed");
-        });
-        context.flush();
+        let context: &'static Context =
+            Box::leak(Box::new(Context::new(Lines::start(ours), "arm", Clock::default())));
         let mut lines = BufReader::new(theirs).lines();
-        let mut next = || loop {
+        let next = move || loop {
             match serde_json::from_str(&lines.next().unwrap().unwrap()).unwrap() {
                 FromHost::Log { level, text, .. } => return (level, text),
                 FromHost::Alive => {}
                 other => panic!("{other:?}"),
             }
         };
+        (context, next)
+    }
+
+    #[test]
+    fn what_a_host_logs_reaches_the_orchestrator_and_chatter_of_libraries_does_not() {
+        let (context, mut next) = context();
+        tracing::subscriber::with_default(OwnLog(context), || {
+            tracing::info!(target: "iceoryx2", "chatter");
+            tracing::warn!(target: "iceoryx2", "old piece");
+            tracing::debug!(target: "plumb_bus::domain", piece = 7, "removed");
+        });
+        context.flush();
         assert_eq!(next(), (LogLevel::Debug, "iceoryx2: old piece".to_owned()));
         assert_eq!(next(), (LogLevel::Debug, "plumb_bus::domain: removed piece=7".to_owned()));
+    }
+
+    #[test]
+    fn what_plumb_itself_logs_keeps_its_level_and_its_finest_level_is_left_out() {
+        let (context, mut next) = context();
+        tracing::subscriber::with_default(OwnLog(context), || {
+            tracing::trace!(target: "plumb_bus", "too fine");
+            tracing::error!(target: "plumb_bus", "lost");
+            tracing::warn!(target: "plumb_bus", "late");
+            tracing::info!(target: "plumb_bus", "made");
+            tracing::debug!(target: "plumb_bus", "seen");
+            tracing::error!(target: "iceoryx2", "no room");
+            assert!(tracing::info_span!(target: "plumb_bus", "call").is_disabled(), "no spans are kept");
+        });
+        context.flush();
+        let levels = [
+            (LogLevel::Error, "plumb_bus: lost"),
+            (LogLevel::Warn, "plumb_bus: late"),
+            (LogLevel::Info, "plumb_bus: made"),
+            (LogLevel::Debug, "plumb_bus: seen"),
+            (LogLevel::Debug, "iceoryx2: no room"),
+        ];
+        for (level, text) in levels {
+            assert_eq!(next(), (level, text.to_owned()));
+        }
     }
 }

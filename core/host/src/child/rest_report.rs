@@ -118,6 +118,42 @@ fn closing_messages(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::context::tests::Bench;
+
+    #[test]
+    fn a_stream_of_a_robot_is_known_by_its_name_and_its_message() {
+        let has = |streams: &str| {
+            let text = format!(
+                "id: arm\ntitle: An arm\nversion: 0.1.0\ncontract: [1, 0]\nkind: robot\nlibrary: libarm.so\nstreams: [{streams}]\n"
+            );
+            let report = RestReport::of(&Manifest::parse(&text, "plugin.yaml").unwrap());
+            (report.joints, report.inputs)
+        };
+        let (joints, inputs) =
+            ("{name: joints, message: joint-state/1}", "{name: inputs, message: digital-inputs/1}");
+        assert_eq!(has(&format!("{joints}, {inputs}")), (true, true));
+        assert_eq!((has(joints), has(inputs)), ((true, false), (false, true)));
+        assert_eq!(has("{name: elbow, message: joint-state/1}"), (false, false), "of another name");
+        assert_eq!(has("{name: inputs, message: health/1}"), (false, false), "of other messages");
+    }
+
+    #[test]
+    fn lines_whose_levels_differ_from_the_last_message_are_emitted_as_changed() {
+        let bench = Bench::new();
+        let stream = StreamDescription::of::<DigitalInputs>(INPUTS);
+        bench.context.add_stream(INPUTS, bench.bus().publisher("arm", &stream).unwrap());
+        let mut receiver = bench.bus().subscriber("arm", &stream).unwrap();
+        let mut emitted = |last: Option<DigitalInputs>| {
+            emit_levels(&bench.context, &at(bench.context.clock.now_ns(), 0.5), 0b0110, last);
+            let messages = std::iter::from_fn(|| receiver.receive::<DigitalInputs>().unwrap());
+            messages.map(|message| (message.levels, message.changed)).collect::<Vec<_>>()
+        };
+        assert_eq!(emitted(None), [(0b0110, 0)]);
+        let of_levels =
+            |levels| DigitalInputs { time_ns: 3, levels, joints: at(3, 0.1).joints, ..Default::default() };
+        assert_eq!(emitted(Some(of_levels(0b0101))), [(0b0110, 0b0011), (0b0110, 0)]);
+        assert_eq!(emitted(Some(of_levels(0b0110))), [(0b0110, 0)]);
+    }
 
     fn at(time_ns: u64, waist: f64) -> JointState {
         let mut joints = JointVector::zeros(1);

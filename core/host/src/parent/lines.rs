@@ -153,3 +153,114 @@ fn handle_line(line: &[u8], shared: &Arc<Shared>, started: &Sender<FromHost>) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::fs::{self, File};
+    use std::io::{Write as _, pipe};
+    use std::process::Command;
+    use std::sync::Mutex;
+    use std::sync::mpsc::{Receiver, channel};
+
+    use plumb_plugin::Manifest;
+
+    use super::*;
+    use crate::context::tests::Bench;
+    use crate::{HostArguments, Plugin};
+
+    /// What is shared of a host that has ended at once, and what is reported of it.
+    fn host(bench: &Bench) -> (Arc<Shared>, Receiver<HostEvent>) {
+        let manifest =
+            "id: arm\ntitle: An arm\nversion: 0.1.0\ncontract: [1, 0]\nkind: robot\nlibrary: libarm.so\n";
+        let plugin = Plugin {
+            manifest: Manifest::parse(manifest, "plugin.yaml").unwrap(),
+            manifest_path: "plugin.yaml".into(),
+            library_path: "libarm.so".into(),
+        };
+        let mut child = Command::new("true").spawn().unwrap();
+        child.wait().unwrap();
+        let (events, reported) = channel();
+        let events = Mutex::new(events);
+        let listener = move |_: &str, event: &HostEvent| events.lock().unwrap().send(event.clone()).unwrap();
+        let arguments = HostArguments::new("arm", &bench.domain, &plugin);
+        (Shared::new(&arguments, bench.bus().clone(), &child, Box::new(listener)), reported)
+    }
+
+    /// The lines that are reported of an output.
+    fn lines_of(output: impl Read + AsFd) -> Vec<String> {
+        let bench = Bench::new();
+        let (shared, reported) = host(&bench);
+        read_output(output, &shared);
+        let text = |event| match event {
+            HostEvent::Output { text } => text,
+            other => panic!("{other:?}"),
+        };
+        let lines: Vec<String> = reported.try_iter().map(text).collect();
+        assert!(lines.ends_with(&shared.tail.lines()), "the last are kept: {lines:?}");
+        lines
+    }
+
+    #[test]
+    fn an_output_is_reported_line_by_line_without_empty_ones_and_with_an_end_that_no_line_ends() {
+        let (output, mut writer) = pipe().unwrap();
+        writer.write_all(b"one\n\n  two \t\r\n \nthree").unwrap();
+        drop(writer);
+        assert_eq!(lines_of(output), ["one", "  two", "three"]);
+        let (nothing, writer) = pipe().unwrap();
+        drop(writer);
+        assert_eq!(lines_of(nothing), [] as [&str; 0]);
+    }
+
+    #[test]
+    fn a_long_line_of_an_output_is_parted_also_where_it_is_read_in_two_pieces() {
+        let place = tempfile::tempdir().unwrap();
+        let file = place.path().join("output");
+        // What is read at once ends in the long line.
+        let text = "\n".repeat(OUTPUT_BUFFER - 1000) + &"x".repeat(LONGEST_TEXT + 900) + "\nend\n";
+        fs::write(&file, text).unwrap();
+        let lines = lines_of(File::open(&file).unwrap());
+        assert_eq!(lines, ["x".repeat(LONGEST_TEXT), "x".repeat(900), "end".to_owned()]);
+    }
+
+    #[test]
+    fn lines_that_come_too_fast_are_counted_where_they_are_left_out() {
+        let bench = Bench::new();
+        let (shared, reported) = host(&bench);
+        let place = tempfile::tempdir().unwrap();
+        let file = place.path().join("output");
+        fs::write(&file, "line\n".repeat(5000)).unwrap();
+        read_output(File::open(&file).unwrap(), &shared);
+        let texts = reported.try_iter().filter_map(|event| match event {
+            HostEvent::Output { text } => Some(text),
+            _ => None,
+        });
+        let (shown, counts): (Vec<String>, Vec<String>) = texts.partition(|text| text == "line");
+        let left_out = counts.iter().map(|text| text.split(' ').next().unwrap().parse::<usize>().unwrap());
+        assert_eq!(shown.len() + left_out.sum::<usize>(), 5000);
+        assert!(shown.len() >= 200 && counts.iter().all(|text| text.contains("left out here")), "{counts:?}");
+    }
+
+    #[test]
+    fn lines_of_a_host_are_reported_and_how_it_started_is_passed_on() {
+        let bench = Bench::new();
+        let (shared, reported) = host(&bench);
+        let (started, how) = channel();
+        let (connection, mut theirs) = UnixStream::pair().unwrap();
+        let failed = FromHost::Failed { text: "no cable".to_owned() };
+        let log = FromHost::Log { level: LogLevel::Info, text: "hello".to_owned(), span: 0 };
+        let progress = FromHost::Progress { fraction: 0.5, text: "half of it".to_owned(), span: 0 };
+        for line in [&FromHost::Alive, &log, &progress, &failed] {
+            writeln!(theirs, "{}", serde_json::to_string(line).unwrap()).unwrap();
+        }
+        writeln!(theirs, "nonsense").unwrap();
+        drop(theirs);
+        read_lines(connection, &shared, &started, true);
+        assert_eq!(how.try_iter().collect::<Vec<_>>(), [failed]);
+        let events: Vec<HostEvent> = reported.try_iter().collect();
+        assert_eq!(events.len(), 3, "{events:?}");
+        assert_eq!(events[0], HostEvent::Log { level: LogLevel::Info, text: "hello".to_owned() });
+        assert_eq!(events[1], HostEvent::Progress { fraction: 0.5, text: "half of it".to_owned() });
+        let HostEvent::Log { level: LogLevel::Warn, text } = &events[2] else { panic!("{:?}", events[2]) };
+        assert!(text.starts_with("a line of the host of arm cannot be understood: "), "{text}");
+    }
+}

@@ -77,3 +77,42 @@ impl Drop for CallSpan<'_> {
         self.spans.calls().under_way.retain(|number| *number != self.number);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_oldest_call_that_waits_is_the_one_under_way() {
+        let spans = Spans::default();
+        assert_eq!(spans.under_way(), 0, "none is");
+        let (first, second, third) = (spans.enter_current(), spans.enter_current(), spans.enter_current());
+        assert_eq!([first.number(), second.number(), third.number()], [1, 2, 3]);
+        assert_eq!(spans.under_way(), 1);
+        drop(second);
+        assert_eq!(spans.under_way(), 1, "the answer of another call changes nothing");
+        drop(first);
+        assert_eq!(spans.under_way(), 3);
+        drop(third);
+        assert_eq!(spans.under_way(), 0);
+    }
+
+    #[test]
+    fn each_of_the_last_calls_has_its_span_and_any_other_that_of_the_start() {
+        tracing::subscriber::with_default(tracing_subscriber::registry(), || {
+            let start = tracing::info_span!("start");
+            let spans = start.in_scope(Spans::default);
+            let called: Vec<Span> = (0..REMEMBERED + 2).map(|_| tracing::info_span!("call")).collect();
+            for span in &called {
+                drop(span.in_scope(|| spans.enter_current()));
+            }
+            let of_number = |number: usize| spans.get(number as u64).id();
+            assert_eq!(of_number(0), start.id());
+            assert_eq!((of_number(1), of_number(2)), (start.id(), start.id()), "the oldest are forgotten");
+            for (index, span) in called.iter().enumerate().skip(2) {
+                assert_eq!(of_number(index + 1), span.id());
+            }
+            assert_eq!(of_number(called.len() + 1), start.id(), "there was no such call yet");
+        });
+    }
+}
