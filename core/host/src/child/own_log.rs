@@ -122,7 +122,7 @@ mod tests {
             tracing::warn!(target: "plumb_bus", "late");
             tracing::info!(target: "plumb_bus", "made");
             tracing::debug!(target: "plumb_bus", "seen");
-            tracing::error!(target: "iceoryx2", "no room");
+            tracing::error!(target: "iceoryx2", "no memory");
             assert!(tracing::info_span!(target: "plumb_bus", "call").is_disabled(), "no spans are kept");
         });
         context.flush();
@@ -131,7 +131,7 @@ mod tests {
             (LogLevel::Warn, "plumb_bus: late"),
             (LogLevel::Info, "plumb_bus: made"),
             (LogLevel::Debug, "plumb_bus: seen"),
-            (LogLevel::Debug, "iceoryx2: no room"),
+            (LogLevel::Debug, "iceoryx2: no memory"),
         ];
         for (level, text) in levels {
             assert_eq!(next(), (level, text.to_owned()));
