@@ -5,8 +5,8 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use plumb_host::{HostArguments, Plugin, StopOutcome, verify};
-use plumb_plugin::{ContractVersion, DigitalInputs, JointVector, Motion, PluginError};
+use plumb_host::{HostArguments, HostEvent, Plugin, StopOutcome, verify};
+use plumb_plugin::{ContractVersion, DigitalInputs, JointVector, LogLevel, Motion, PluginError};
 
 use crate::place::{LONG, Place};
 
@@ -50,6 +50,10 @@ pub(crate) fn with_another_manifest(
 
 /// The line of the worked example's manifest that declares its stream of joints.
 pub(crate) const JOINTS: &str = "  - {name: joints, message: joint-state/1}\n";
+
+/// The line that declares its stream of input lines, and one that declares a stream of another name.
+const RENAMED_INPUTS: (&str, &str) =
+    ("  - {name: inputs, message: digital-inputs/1}\n", "  - {name: lines, message: digital-inputs/1}\n");
 
 /// A sensor's source and manifest, compiled as `libgauge.so`; `None`, said in words, without a C compiler.
 pub(crate) fn compiled_sensor(text: &str, manifest: &str, directory: &Path) -> Option<Plugin> {
@@ -183,6 +187,23 @@ fn a_robot_of_an_older_minor_version_with_a_shorter_table_is_loaded() {
     assert!(host.finish(LONG).is_orderly());
 }
 
+#[test]
+fn of_a_robot_without_a_stream_of_its_lines_none_is_emitted_when_it_is_read() {
+    let place = Place::new();
+    let example = fs::read_to_string(example()).unwrap();
+    let Some(plugin) = with_another_manifest(&example, RENAMED_INPUTS, place.directory.path()) else {
+        return;
+    };
+    let (host, events) = place.spawn_listening(&HostArguments::new("arm", &place.domain, &plugin));
+    assert!(!host.robot().unwrap().read_joints().unwrap().is_moving());
+    assert!(host.finish(LONG).is_orderly());
+    let errors: Vec<HostEvent> = events
+        .iter()
+        .filter(|event| matches!(event, HostEvent::Log { level: LogLevel::Error, .. }))
+        .collect();
+    assert_eq!(errors, []);
+}
+
 /// The worked example with motors, whose table of functions has this size: the first reports 31.5 degrees Celsius, the second nothing.
 fn with_motors(size: &str) -> String {
     const READS_MOTORS: &str = "
@@ -262,12 +283,10 @@ fn a_robot_whose_lines_cannot_be_read_at_rest_is_verified_with_a_note_if_it_has_
     let example = fs::read_to_string(example()).unwrap();
     let unread = example.replace(WHOLE_TABLE, TABLE_WITHOUT_INPUTS);
     assert_ne!(unread, example);
-    let inputs = "  - {name: inputs, message: digital-inputs/1}\n";
-    let renamed = "  - {name: lines, message: digital-inputs/1}\n";
     let place = Place::new();
     let Some(plugin) = compiled_from_text(&unread, place.directory.path()) else { return };
     assert_eq!(verify(&plugin).unwrap(), [waits_in_vain]);
     let place = Place::new();
-    let plugin = with_another_manifest(&unread, (inputs, renamed), place.directory.path()).unwrap();
+    let plugin = with_another_manifest(&unread, RENAMED_INPUTS, place.directory.path()).unwrap();
     assert_eq!(verify(&plugin).unwrap(), [] as [&str; 0]);
 }

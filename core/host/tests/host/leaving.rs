@@ -118,6 +118,23 @@ pub(crate) fn orchestrate(arguments: &HostArguments) -> (Child, i32) {
 }
 
 #[test]
+fn a_host_that_the_system_asks_to_end_stops_its_robot_and_says_who_asked() {
+    let place = Place::new();
+    let diary = place.directory.path().join("diary");
+    let arguments = place.arguments("arm", "misbehaving_robot", serde_json::json!({ "diary": diary }));
+    let (host, events) = place.spawn_listening(&arguments);
+    kill(Pid::from_raw(host.process().cast_signed()), Signal::SIGTERM).unwrap();
+    let reason = host.wait_for_end(LONG).expect("it ends by itself");
+    assert!(reason.to_string().starts_with("ended itself: it was asked to end"), "{reason}");
+    assert_eq!(fs::read_to_string(&diary).unwrap(), "stopped\nended\n");
+    drop(host);
+    let asked = format!("by SIGTERM from process {} (", std::process::id());
+    let says_who =
+        |event| matches!(event, HostEvent::Log { level: LogLevel::Error, text } if text.contains(&asked));
+    assert!(events.iter().any(says_who));
+}
+
+#[test]
 fn a_robot_is_stopped_when_its_orchestrator_is_killed() {
     let place = Place::new();
     let diary = place.directory.path().join("diary");

@@ -97,6 +97,19 @@ fn a_library_of_another_minor_contract_than_its_manifest_is_refused_with_the_con
 }
 
 #[test]
+fn a_driver_runs_in_the_library_for_drivers_and_in_no_other() {
+    let place = Place::new();
+    let plugin = changed(&place, "libmisbehaving_robot.so", |text| {
+        text.replace("library: libmisbehaving_robot.so", "driver: [python3, driver.py]")
+    });
+    let message = verify(&plugin).unwrap_err().to_string();
+    assert!(
+        message.contains("it names a driver, and the library is 'misbehaving-robot'; build the plugin again"),
+        "{message}"
+    );
+}
+
+#[test]
 fn a_good_plugin_is_verified() {
     for example in ["misbehaving_robot", "line_watcher"] {
         assert_eq!(
