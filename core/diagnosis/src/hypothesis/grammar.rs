@@ -231,11 +231,111 @@ pub(super) fn finer(lab: &Laboratory, form: &Form) -> Vec<(Form, Probe)> {
 
 #[cfg(test)]
 mod tests {
+    use plumb_calibration::arm_model::Model;
+    use plumb_calibration::table::Table;
+
     use super::*;
+    use crate::laboratory::Options;
 
     #[test]
     fn the_middle_of_what_was_logged_is_its_mean_to_a_tenth() {
         assert_eq!(middle(&[21.96, f64::NAN, 22.5, -1.0]), 14.5, "14.487");
         assert_eq!((middle(&[-21.96]), middle(&[f64::NAN]), middle(&[])), (-22.0, 0.0, 0.0));
+    }
+
+    /// Three joints that turn, whose table logs what is given, a line a row.
+    fn logged(columns: &str, rows: [&str; 4]) -> Laboratory {
+        let model = format!("{}targets: {{p1: {{}}}}\n", crate::testing::THREE_JOINTS);
+        let model = Model::parse("model.yaml", &model).unwrap();
+        let header = if columns.is_empty() { String::new() } else { format!("{columns},") };
+        let rows = rows.iter().enumerate().map(|(row, cells)| {
+            let cells = if cells.is_empty() { String::new() } else { format!("{cells},") };
+            format!("{cells}{},{},{},1,2,3\n", 10 * row, 7 * row * row, 40 - 9 * row)
+        });
+        let rows: String = rows.collect();
+        let text = format!("{header}q1_deg,q2_deg,q3_deg,p1_x_mm,p1_y_mm,p1_z_mm\n{rows}");
+        Laboratory::new(model, Table::parse("t.csv", &text).unwrap(), Options::default()).unwrap()
+    }
+
+    fn joint(joint: usize) -> FormSite {
+        FormSite::Joint { joint, slides: false }
+    }
+
+    #[test]
+    fn forms_act_at_every_joint_and_at_the_base() {
+        let lab = logged("", [""; 4]);
+        assert_eq!(sites(&lab), [joint(0), joint(1), joint(2), FormSite::Base]);
+        assert_eq!((site_of(joint(2)), site_of(FormSite::Base)), (Site::Joint(2), Site::Base));
+    }
+
+    #[test]
+    fn a_factor_is_what_was_logged_and_varies() {
+        let columns = "time_s,temperature_c,payload_kg";
+        let varying = logged(columns, ["0,20,1", "60,21,1", "120,22,2", "180,23.04,2"]);
+        let of_base = factors(&varying, FormSite::Base);
+        let expected = [Factor::One, Factor::Hours, Factor::Temperature(21.5), Factor::Payload];
+        assert_eq!(of_base[..4], expected);
+        let steady = logged(columns, ["5,20,1"; 4]);
+        assert!(expected[1..].iter().all(|factor| !factors(&steady, FormSite::Base).contains(factor)));
+        assert_eq!(factors(&logged("", [""; 4]), FormSite::Base)[0], Factor::One);
+        // How a joint moved last is known where the rows have an order in time, of a joint alone.
+        assert!(factors(&varying, joint(1)).contains(&Factor::Move(1)));
+        assert!(!of_base.iter().any(|factor| matches!(factor, Factor::Move(_) | Factor::Side(_))));
+        assert!(!factors(&logged("", [""; 4]), joint(1)).contains(&Factor::Move(1)));
+    }
+
+    #[test]
+    fn the_side_of_approach_is_a_factor_of_a_joint_that_arrived_from_both() {
+        let lab = crate::testing::with_table(&logged("", [""; 4]), |table| {
+            table.approach = Some([1, 1, 0, -1, 1, 0, 1, 1, 0, -1, 1, 0].to_vec());
+        });
+        let sides = |at: usize| factors(&lab, joint(at)).contains(&Factor::Side(at));
+        assert_eq!([sides(0), sides(1), sides(2)], [true, false, false]);
+    }
+
+    #[test]
+    fn a_constant_is_no_form_and_at_the_base_only_halves_are_without_a_factor() {
+        let (angle, base) = (Angle::of(1), FormSite::Base);
+        assert!(!is_new(joint(0), Factor::One, Shape::One) && !is_new(base, Factor::One, Shape::One));
+        assert!(is_new(joint(0), Factor::Hours, Shape::One) && is_new(base, Factor::Hours, Shape::One));
+        assert!(is_new(joint(0), Factor::One, Shape::Linear(angle)));
+        assert!(!is_new(base, Factor::One, Shape::Linear(angle)));
+        assert!(is_new(base, Factor::One, Shape::Half(angle, 0.5)));
+        assert!(is_new(base, Factor::Hours, Shape::Linear(angle)));
+    }
+
+    /// Whether some of the shapes are of the sum or difference of these joints, waves and others.
+    fn of_two(shapes: &[Vec<Shape>], first: usize, other: usize) -> (usize, usize) {
+        let is_it = |angle: &Angle| angle.first == first && angle.second.is_some_and(|(one, _)| one == other);
+        let all = || shapes.iter().flatten();
+        let waves = all().filter(|shape| matches!(shape, Shape::Wave(angle, 1) if is_it(angle))).count();
+        let steps = all().filter(|shape| matches!(shape, Shape::Step(angle, _) if is_it(angle))).count();
+        (waves, steps)
+    }
+
+    #[test]
+    fn two_joints_make_waves_of_their_sum_and_difference_and_neighbours_slopes_and_steps_as_well() {
+        let lab = logged("", [""; 4]);
+        let alone = shapes(&lab, joint(0), Factor::One);
+        assert_eq!(alone[0], [Shape::One]);
+        // Seven places in the range of the sum and of the difference.
+        assert_eq!((of_two(&alone, 0, 1), of_two(&alone, 0, 2)), ((2, 14), (2, 0)));
+        assert_eq!(of_two(&alone, 0, 0), (0, 0));
+        let with_hours = shapes(&lab, joint(0), Factor::Hours);
+        assert_eq!((of_two(&with_hours, 0, 1), of_two(&with_hours, 0, 2)), ((2, 0), (2, 0)));
+        assert_eq!(of_two(&shapes(&lab, FormSite::Base, Factor::Hours), 0, 1), (0, 0));
+    }
+
+    #[test]
+    fn an_angle_of_two_joints_reaches_as_far_as_both_and_what_is_taken_away_the_other_way() {
+        // From 0 to 30, from 0 to 63 and from 13 to 40 degrees.
+        let lab = logged("", [""; 4]);
+        let reached = |second: Option<(usize, bool)>| {
+            let (low, high) = reach(&lab, Angle { first: 0, second });
+            [low.to_degrees().round(), high.to_degrees().round()]
+        };
+        assert_eq!(reached(None), [0.0, 30.0]);
+        assert_eq!(reached(Some((1, false))), [0.0, 93.0]);
+        assert_eq!(reached(Some((2, true))), [-40.0, 17.0]);
     }
 }

@@ -114,3 +114,59 @@ fn equations_by_pose(fitted: &Fitted<'_>) -> Vec<Vec<Range<usize>>> {
     let poses = pose_groups(fitted.machine.table, &fitted.fit.rows);
     poses.iter().map(|rows| rows.iter().filter_map(|row| of_row.get(row).cloned()).collect()).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Whether columns are orthogonal and one long.
+    fn is_orthonormal(columns: &DMatrix<f64>) -> bool {
+        (columns.tr_mul(columns) - DMatrix::<f64>::identity(columns.ncols(), columns.ncols())).norm() < 1e-12
+    }
+
+    #[test]
+    fn columns_of_any_length_are_made_orthonormal_and_those_that_add_nothing_left_out() {
+        // The third is the sum of the first two, the fourth is nothing, and the last is a millionth as long as the others.
+        let columns = DMatrix::from_columns(&[
+            DVector::from_vec(vec![3.0, 4.0, 0.0, 0.0]),
+            DVector::from_vec(vec![0.0, 5.0, 0.0, 0.0]),
+            DVector::from_vec(vec![3.0, 9.0, 0.0, 0.0]),
+            DVector::zeros(4),
+            DVector::from_vec(vec![0.0, 0.0, 1e-6, 1e-6]),
+        ]);
+        let found = basis(columns.clone());
+        assert!(found.ncols() == 3 && is_orthonormal(&found), "{found}");
+        assert!((&columns - &found * found.tr_mul(&columns)).norm() < 1e-12, "they span the same");
+        assert_eq!(basis(DMatrix::zeros(4, 2)).shape(), (4, 0));
+    }
+
+    #[test]
+    fn beyond_others_only_what_these_do_not_span_is_left() {
+        let fixed = DMatrix::from_column_slice(3, 1, &[1.0, 0.0, 0.0]);
+        let columns = DMatrix::from_columns(&[
+            DVector::from_vec(vec![7.0, 0.0, 0.0]),
+            DVector::from_vec(vec![5.0, 0.0, -2e-3]),
+            DVector::zeros(3),
+        ]);
+        let left = beyond(&fixed, columns);
+        assert_eq!(left.shape(), (3, 1));
+        assert!((left[(2, 0)].abs() - 1.0).abs() < 1e-12 && left[(0, 0)].abs() < 1e-12, "{left}");
+        // A column that is all but spanned holds rounding only.
+        let rounding = DMatrix::from_column_slice(3, 1, &[1.0, 0.9 * LEAST_LEFT, 0.0]);
+        assert_eq!(beyond(&fixed, rounding).ncols(), 0);
+        let enough = DMatrix::from_column_slice(3, 1, &[1.0, 1.1 * LEAST_LEFT, 0.0]);
+        assert_eq!(beyond(&fixed, enough).ncols(), 1);
+    }
+
+    #[test]
+    fn the_equations_of_returns_to_one_pose_go_together() {
+        let lab = crate::testing::returned(4, 3);
+        let fitted = lab.fit_with(&[], None, &plumb_estimation::Progress::unwatched()).unwrap();
+        let poses = equations_by_pose(&fitted);
+        // Three coordinates a row.
+        let expected: Vec<Vec<Range<usize>>> = (0..4)
+            .map(|pose| (0..3).map(|visit| 3 * pose + visit).map(|row| 3 * row..3 * row + 3).collect())
+            .collect();
+        assert_eq!(poses, expected);
+    }
+}
