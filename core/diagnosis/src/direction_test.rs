@@ -588,7 +588,8 @@ mod tests {
         // Upper 5 % point of F with 3 and 20 degrees of freedom: 3.0984.
         assert!((test(3.098_391).along() - 0.05).abs() < 1e-6, "{}", test(3.098_391).along());
         // Upper 0.3 % point of F with 3 and 20 degrees of freedom: 6.499 (bracketed).
-        assert_eq!(uneven_sites(&[test(6.8), test(6.2)]), [Site::Joint(0)]);
+        let less = DirectionTest { site: Site::Joint(1), ..test(6.2) };
+        assert_eq!(uneven_sites(&[less, test(6.8)]), [Site::Joint(0)]);
         // One degree of freedom is enough: upper 5 % point of F with 1 and 100 degrees of freedom: 3.9361.
         let one = |freedom: f64| {
             let whole = (103.936_1, 100.0 + freedom);

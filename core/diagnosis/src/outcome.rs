@@ -446,4 +446,11 @@ mod tests {
         diagnosis.candidates.clear();
         assert_eq!(diagnosis.objection("scale(x)"), None, "nothing was judged");
     }
+
+    #[test]
+    fn something_without_a_name_may_be_left_where_nothing_is_named_and_more_than_noise_is_left() {
+        use Verdict::{AtFloor, Blind, FloorUnknown, Located, Named, NotRepeatable, Tied, Unknown};
+        assert!([Unknown, Located, Tied, FloorUnknown].into_iter().all(Verdict::is_unnamed));
+        assert!(![Named, AtFloor, Blind, NotRepeatable].into_iter().any(Verdict::is_unnamed));
+    }
 }

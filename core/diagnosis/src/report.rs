@@ -243,6 +243,8 @@ mod tests {
         assert_eq!(step(0, 2), ("start".to_owned(), StepKind::Start));
         assert_eq!(step(2, 2), (format!("{gain} and 1 more"), StepKind::Correction));
         assert_eq!(step(3, 2), (wave.to_owned(), StepKind::Mechanism));
+        // A last group of two where groups have three.
+        assert_eq!(step(2, 3), (format!("{gain} and 1 more"), StepKind::Correction));
     }
 
     #[test]

@@ -52,6 +52,14 @@ fn the_best_variant_represents_its_family_and_pays_for_the_search() {
 }
 
 #[test]
+fn of_variants_that_gain_the_same_the_first_represents_their_family() {
+    let lab = two_links(8, "", 0.1, 1, |_| [0.0; 2]);
+    let probes = [1, 1, 1].map(|family| probe(&lab, family, Search::Nothing));
+    let of_gains = |gains: [f64; 3]| best_variants(&probes, gains.map(scored).to_vec())[0].0;
+    assert_eq!([[5.0, 5.0, 4.0], [4.0, 5.0, 5.0], [5.0, 4.0, 5.0]].map(of_gains), [0, 1, 0]);
+}
+
+#[test]
 fn a_probability_of_many_moments_is_at_most_one() {
     let lab = two_links(8, "", 0.1, 1, |_| [0.0; 2]);
     let probes = [probe(&lab, 1, Search::Jumps), probe(&lab, 1, Search::Jumps)];

@@ -439,6 +439,17 @@ mod tests {
         // 150 mm times 0.2 degrees is 0.524 mm.
         let highest = plot.curve.iter().map(|point| point.1).fold(0.0, f64::max);
         assert!((highest - 0.524).abs() < 0.02, "{highest}");
+        // From the least to the greatest angle that was measured, as far apart everywhere.
+        assert_eq!(plot.curve.len(), CURVE_POINTS);
+        let angles = || plot.points.iter().map(|point| point.0);
+        let (low, high) =
+            (angles().fold(f64::INFINITY, f64::min), angles().fold(f64::NEG_INFINITY, f64::max));
+        for (step, (across, up)) in plot.curve.iter().enumerate() {
+            let expected = low + (high - low) * step as f64 / 239.0;
+            assert!((across - expected).abs() < 1e-9, "{across} for {expected}");
+            let true_one = 0.524 * (3.0 * across.to_radians()).sin();
+            assert!((up - true_one).abs() < 0.02, "at {across}: {up} for {true_one}");
+        }
         let [about_zero, about_curve] = plot.rms_mm;
         assert!(about_zero > 0.3 && about_curve < 0.03, "{about_zero} {about_curve}");
         for (across, up, _) in &plot.points {

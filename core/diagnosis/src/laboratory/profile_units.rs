@@ -160,4 +160,14 @@ mod tests {
         }
         assert_eq!(radius(&circle[..1]), None, "one point has no circle");
     }
+
+    #[test]
+    fn a_point_counts_where_both_its_numbers_were_read() {
+        let text = "q1_deg,on,profile1_x_mm,profile1_z_mm,profile2_x_mm,profile2_z_mm,profile3_x_mm,profile3_z_mm\n0,plate,1,90,2,91,3,92\n";
+        let mut table = Table::parse("t.csv", text).unwrap();
+        assert_eq!(points(&table, 0), [[1.0, 90.0], [2.0, 91.0], [3.0, 92.0]]);
+        table.profiles[0].xz[0][0] = f64::NAN;
+        table.profiles[2].xz[0][1] = f64::INFINITY;
+        assert_eq!(points(&table, 0), [[2.0, 91.0]]);
+    }
 }

@@ -282,6 +282,18 @@ mod tests {
         assert!(WAITS.iter().all(|wait| drawn.iter().any(|one| one.wait == *wait)));
         assert!((0..5).all(|_| designer.anywhere(request(&[]), &mut rng).payload == 1.0));
         assert!(drawn.iter().all(|one| one.approach == [0, 0]), "no side is logged: none is asked for");
+        let from_sides = crate::testing::with_table(&lab, |table| table.approach = Some(vec![1, 1, 1, 1]));
+        let designer = Designer { lab: &from_sides, surface: None, waits: true, both_directions: true };
+        let drawn: Vec<Design> = (0..40).map(|_| designer.anywhere(request(&[]), &mut rng)).collect();
+        for side in [-1, 1] {
+            let from = |joint: usize| drawn.iter().filter(|one| one.approach[joint] == side).count();
+            assert!(from(0) > 10 && from(1) > 10, "either side of both joints is asked for");
+        }
+        assert!(drawn.iter().flat_map(|one| &one.approach).all(|side| side.abs() == 1));
+        let (low, high) = designer.range(1);
+        let reached = |share: f64| drawn.iter().filter(|one| (one.q[1] - low) / (high - low) > share).count();
+        assert_eq!((reached(0.0), reached(1.0)), (40, 0), "within the range of the joint");
+        assert!((8..32).contains(&reached(0.5)), "all over the range: {}", reached(0.5));
     }
 
     #[test]

@@ -88,3 +88,25 @@ fn what_an_effect_promises_is_the_same_whichever_way_it_is_asked() {
     // Three coordinates of 0.05 mm are left.
     assert!((0.06..0.13).contains(&promise.after_mm) && promise.before_mm > 1.0, "{promise:?}");
 }
+
+#[test]
+fn rows_are_left_out_by_days_unless_each_has_numbers_of_its_own_and_by_ranges_of_the_joints_asked() {
+    let lab = two_links(24, "joint_zero(*)", 0.05, 6, |_| [0.0; 2]);
+    let lab = crate::testing::with_table(&lab, |table| {
+        table.session.names = vec!["monday".to_owned(), "tuesday".to_owned()];
+        table.session.of_row = (0..24).map(|row| Some(row / 12)).collect();
+    });
+    let judge = |lab: &crate::laboratory::Laboratory| {
+        let before = lab.fit_with(&[], None, &Progress::unwatched()).unwrap();
+        let judge = Judge::of(&before, std::iter::once(&EffectId::at("joint_gain", Site::Joint(1))));
+        let blocks: Vec<usize> = judge.joints.iter().map(|way| way.blocks.len()).collect();
+        (judge.sessions.map(|days| days.blocks), blocks)
+    };
+    let halves: Vec<Vec<usize>> = vec![(0..12).collect(), (12..24).collect()];
+    let (days, of_joints) = judge(&lab);
+    assert_eq!(days, Some(halves));
+    assert!(of_joints[0] == 0 && of_joints[1] > 1, "{of_joints:?}");
+    let mut model = lab.model().clone();
+    model.epochs = Some(Epochs::Sessions(vec!["monday".to_owned(), "tuesday".to_owned()]));
+    assert_eq!(judge(&lab.with_model(model)).0, None, "what one day has of its own another does not show");
+}

@@ -77,6 +77,21 @@ fn a_pose_is_lonely_beyond_a_multiple_of_the_usual_reach() {
 }
 
 #[test]
+fn the_usual_reach_is_that_of_the_pose_in_the_middle_however_close_others_lie() {
+    // Ten poses a tenth of a degree apart, ten a degree apart, and one farther out: of 21 reaches the eleventh is the least of the second ten, 3 deg.
+    let with = |far: f64| {
+        let close = (0..10).map(|place| 0.1 * f64::from(place));
+        let wide = (0..10).map(|place| 200.0 + f64::from(place));
+        let places: Vec<f64> = close.chain(wide).chain([209.0 + far]).collect();
+        let mut chosen: Vec<usize> = (0..21).collect();
+        Poses::of(&angles(&places)).drop_lonely(&mut chosen);
+        (0..21).filter(|pose| !chosen.contains(pose)).collect::<Vec<usize>>()
+    };
+    assert_eq!(with(3.0 * LONELY_FACTOR - 4.5), Vec::<usize>::new());
+    assert_eq!(with(3.0 * LONELY_FACTOR - 3.5), [20]);
+}
+
+#[test]
 fn where_many_lie_far_out_and_in_large_tables_nothing_is_lonely() {
     let mut two_places: Vec<f64> = (0..14).map(f64::from).collect();
     two_places.extend((0..6).map(|pose| 400.0 + 40.0 * f64::from(pose)));

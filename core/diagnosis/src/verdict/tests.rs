@@ -581,3 +581,9 @@ fn a_name_that_wrong_lengths_explain_as_well_is_taken_back_and_the_geometry_is_t
         "the lengths are right, the gain is wrong"
     );
 }
+
+#[test]
+fn directions_speak_of_what_turns_a_joint_and_not_of_links_or_of_what_is_no_effect() {
+    let at = |name: &str| is_of_a_joint(&EffectId::at(name, Site::Joint(1)));
+    assert!(at("joint_gain") && at("joint_backlash") && !at("link_length") && !at("no_effect"));
+}
