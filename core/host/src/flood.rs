@@ -192,6 +192,16 @@ mod tests {
     }
 
     #[test]
+    fn all_bytes_that_may_come_at_once_may_be_written_and_none_beside_them() {
+        let start = Instant::now();
+        let mut flood = Flood::new(SMALL, start);
+        assert!(flood.lets_through(100, start) && !flood.lets_through(1, start));
+        assert!(!Flood::new(SMALL, start).lets_through(101, start));
+        // Of the 150 in all the last may be written.
+        assert!(!flood.lets_through(51, after(start, 100.0)) && flood.lets_through(50, after(start, 100.0)));
+    }
+
+    #[test]
     fn what_was_left_out_is_counted_in_the_unit_that_people_use() {
         let said = |lines, bytes| LeftOut { lines, bytes }.line();
         let end = "left out here: they came faster than the log takes them";
