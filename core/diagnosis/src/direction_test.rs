@@ -613,6 +613,13 @@ mod tests {
     }
 
     #[test]
+    fn the_columns_of_equations_are_counted_in_their_own_scatter() {
+        let columns = DMatrix::from_row_slice(2, 3, &[2.0, 3.0, 4.0, -1.0, 6.0, 0.5]);
+        let divided = over(&columns, &DVector::from_vec(vec![2.0, 3.0, 0.5]));
+        assert_eq!(divided, DMatrix::from_row_slice(2, 3, &[1.0, 1.0, 8.0, -0.5, 2.0, 1.0]));
+    }
+
+    #[test]
     fn projection_takes_out_what_lies_along_the_motion_and_one_equation_a_row() {
         let rows = rows(&[[5.0, 1.0, 2.0], [-7.0, 2.0, 0.5]]);
         let x = DMatrix::from_row_slice(1, 6, &[2.0, 0.0, 0.0, 2.0, 0.0, 0.0]);

@@ -123,3 +123,26 @@ fn only_what_is_searched_for_and_not_known_yet_is_searched() {
     let known = EffectId { inner: Some(3.5), ..step };
     assert_eq!(searched(&known), known);
 }
+
+#[test]
+fn a_smooth_search_for_an_effect_that_moves_nothing_here_costs_nothing() {
+    let lab = two_links(8, "", 0.1, 1, |_| [0.0; 2]);
+    let nothing = Score { freedom: 0, ..scored(0.0) };
+    let found = best_variants(&[probe(&lab, 1, Search::Smooth)], vec![nothing.clone()]);
+    assert_eq!((found[0].1.p, found[0].1.freedom), (nothing.p, 0));
+}
+
+#[test]
+fn every_date_of_a_jump_costs_a_search_among_the_equations() {
+    let lab = two_links(8, "joint_zero(*)", 0.1, 1, |_| [0.0; 2]);
+    let cost = |epochs: Option<Epochs>| {
+        let mut model = lab.model().clone();
+        model.epochs = epochs;
+        cost_of_dates(&lab.with_model(model))
+    };
+    // Eight rows of three coordinates; a jump costs twice the logarithm.
+    let one = 2.0 * 24.0_f64.ln();
+    assert!((cost(Some(Epochs::Rows(vec![3, 6]))) - 2.0 * one).abs() < 1e-12);
+    assert!((cost(Some(Epochs::Times(vec![5.0, 7.0, 9.0]))) - 3.0 * one).abs() < 1e-12);
+    assert_eq!(cost(None), 0.0);
+}

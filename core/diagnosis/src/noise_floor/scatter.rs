@@ -198,3 +198,97 @@ fn explained(
     let factor = RankRevealingCholesky::new(&matrix);
     (gradient.dot(&factor.solve(&gradient)), factor.rank())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Four members of one group and two of another, with three equations each.
+    fn two_groups() -> Replicates {
+        let groups = [0, 0, 0, 0, 1, 1];
+        Replicates {
+            members: groups.into_iter().enumerate().collect(),
+            residuals: vec![DVector::zeros(3); 6],
+            columns: vec![DMatrix::zeros(3, 0); 6],
+            motions: Vec::new(),
+            loose: Vec::new(),
+            candidates: Vec::new(),
+            groups: 2,
+        }
+    }
+
+    const KEPT: [f64; 6] = [1.0, 1.0, 0.0, 1.0, 1.0, 1.0];
+
+    #[test]
+    fn a_member_lies_as_far_out_as_its_deviation_and_its_part_in_the_mean_say() {
+        let all = two_groups();
+        assert_eq!(all.sizes(&KEPT), [3.0, 2.0]);
+        let deviations = vec![DVector::from_vec(vec![2.0, 0.0, 0.0]); 6];
+        // Median of chi squared with three degrees of freedom: 2.36597. One of n lies 1 - 1/n from its mean, one left out 1 + 1/n.
+        let variances: [f64; 6] = [2.0 / 3.0, 2.0 / 3.0, 4.0 / 3.0, 2.0 / 3.0, 0.5, 0.5];
+        let distances = all.distances(&deviations, &KEPT, 0.5);
+        for (distance, variance) in distances.iter().zip(variances) {
+            let expected = 2.0 / (2.365_974 * variance).sqrt();
+            assert!((distance / expected - 1.0).abs() < 1e-5, "{distance} for {expected}");
+        }
+        assert!(
+            (all.typical(&deviations, &KEPT) / distances[0] - 1.0).abs() < 1e-12,
+            "four of six lie there"
+        );
+    }
+
+    #[test]
+    fn only_what_lies_nearly_as_far_as_the_farthest_is_left_out_at_once_and_one_of_a_group_stays() {
+        let all = two_groups();
+        let with = |lengths: [f64; 6], sigma: f64| {
+            let mut kept = vec![1.0; 6];
+            let deviations = lengths.map(|length| DVector::from_vec(vec![length, 0.0, 0.0]));
+            let any = all.leave_out_farthest(&mut kept, &deviations, sigma);
+            assert_eq!(any, kept.contains(&0.0));
+            kept
+        };
+        assert_eq!(with([100.0, 71.0, 69.0, 1.0, 1.0, 1.0], 1.0), [0.0, 0.0, 1.0, 1.0, 1.0, 1.0]);
+        assert_eq!(
+            with([100.0, 71.0, 69.0, 1.0, 1.0, 1.0], 1e3),
+            [1.0; 6],
+            "nothing is beyond such a scatter"
+        );
+        let pair = with([1.0, 1.0, 1.0, 1.0, 100.0, 100.0], 1.0);
+        assert_eq!(pair.iter().sum::<f64>(), 5.0, "of two that lie alike one stays: {pair:?}");
+    }
+
+    #[test]
+    fn what_was_left_out_is_taken_back_where_it_lies_within_the_others_after_all() {
+        let all = two_groups();
+        let with = |length: f64, sigma: f64| {
+            let mut kept = KEPT.to_vec();
+            let mut deviations = vec![DVector::zeros(3); 6];
+            deviations[2][1] = length;
+            (all.take_back(&mut kept, &deviations, sigma), kept[2])
+        };
+        // It lies 1 + 1/3 from the mean of the three others.
+        let edge = (chi_squared_quantile(INLIER_QUANTILE, 3.0) * 4.0 / 3.0).sqrt();
+        assert_eq!((with(0.999 * edge, 1.0), with(1.001 * edge, 1.0)), ((true, 1.0), (false, 0.0)));
+        assert_eq!(with(1.999 * edge, 2.0), (true, 1.0));
+    }
+
+    #[test]
+    fn columns_explain_what_of_the_kept_members_lies_along_them() {
+        let along = |value: f64| DVector::from_vec(vec![value, 1.0, 0.0]);
+        let deviations = [along(3.0), along(-1.0), along(50.0)];
+        // The second column is twice the first, the third moves the second coordinate.
+        let column = DMatrix::from_row_slice(3, 3, &[1.0, 2.0, 0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0]);
+        let columns = [column.clone(), -&column, column];
+        let kept = [1.0, 1.0, 0.0];
+        let (matrix, gradient) = sums(&deviations, &columns, &kept, &[0, 2]);
+        assert_eq!(matrix, DMatrix::from_row_slice(2, 2, &[2.0, 0.0, 0.0, 8.0]));
+        assert_eq!(gradient.as_slice(), [4.0, 0.0]);
+        let explains = |chosen: &[usize]| explained((&deviations, &columns), &kept, chosen);
+        // (3 + 1) squared over 2.
+        let (squares, rank) = explains(&[0]);
+        assert!((squares - 8.0).abs() < 1e-9 && rank == 1, "{squares}");
+        let (squares, rank) = explains(&[0, 1, 2]);
+        assert!((squares - 8.0).abs() < 1e-6 && rank == 2, "{squares} {rank}");
+        assert_eq!(explains(&[]), (0.0, 0));
+    }
+}

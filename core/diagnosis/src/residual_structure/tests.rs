@@ -187,3 +187,18 @@ fn a_level_has_the_means_of_its_places_and_of_its_values() {
     let found: Vec<(f64, f64, f64)> = means.iter().map(|one| (one.at, one.mean, one.count)).collect();
     assert_eq!(found, [(1.0, 5.0, 1.0), (2.0, -4.0, 1.0), (3.0, 3.0, 3.0)]);
 }
+
+#[test]
+fn a_wave_alone_explains_all_squares_and_has_its_amplitude() {
+    let angles: [f64; 6] = [0.1, 0.5, 1.3, 2.0, 2.2, 3.9];
+    for order in [1, 2, 5] {
+        let values = angles.map(|angle| {
+            let (sine, cosine) = (f64::from(order) * angle).sin_cos();
+            3.0 * sine - 2.0 * cosine
+        });
+        let (squares, amplitude) = wave(order, &angles, &values).unwrap();
+        let all: f64 = values.iter().map(|value| value * value).sum();
+        assert!((squares - all).abs() < 1e-9 && (amplitude - 13.0_f64.sqrt()).abs() < 1e-9, "{order}");
+    }
+    assert_eq!(wave(1, &[0.7; 3], &[1.0, 2.0, 3.0]), None, "one angle tells sine from cosine nowhere");
+}

@@ -5,6 +5,7 @@ use nalgebra::DMatrix;
 use super::evidence::{flexible_terms_at, significant_sites};
 use super::*;
 use crate::noise_floor::FloorSource;
+use crate::predictive_gain::Gain;
 use crate::testing::{fitted_candidate, gain};
 use crate::thresholds::UNLISTED_LEVEL;
 
@@ -140,7 +141,9 @@ fn a_doubted_name_is_located_unless_its_evidence_is_overwhelming() {
         let verdict = |errors: f64| {
             let mut evidence = found();
             doubt(&mut evidence);
-            let one = FittedCandidate { gains: vec![gain(errors)], ..fitted_candidate("joint_zero", 1, 0.0) };
+            // The gain of each way is counted in standard errors of its own.
+            let gains = vec![gain(errors), Gain { total: 3.0 * errors, error: 3.0 }];
+            let one = FittedCandidate { gains, ..fitted_candidate("joint_zero", 1, 0.0) };
             verdict_of(&[one], evidence)
         };
         assert_eq!(verdict(0.9 * OVERWHELMING_GAIN), located(1));
