@@ -1,7 +1,7 @@
 //! How what gravity bends in a row changes with each number of the joints' rows and with turns of the base, by differences.
 
 use nalgebra::{DMatrix, Rotation3, Vector3};
-use plumb_kinematics::{LinkFrames, Weights};
+use plumb_kinematics::Weights;
 
 use super::arm_pose::ArmPose;
 use super::bend_slopes::{Rates, Slopes};
