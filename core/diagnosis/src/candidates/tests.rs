@@ -146,3 +146,20 @@ fn every_date_of_a_jump_costs_a_search_among_the_equations() {
     assert!((cost(Some(Epochs::Times(vec![5.0, 7.0, 9.0]))) - 3.0 * one).abs() < 1e-12);
     assert_eq!(cost(None), 0.0);
 }
+
+#[test]
+fn the_search_for_an_effect_costs_what_its_place_and_its_kind_of_search_cost() {
+    let lab = two_links(8, "", 0.1, 1, |_| [0.0; 2]);
+    let with = |name: &str, search: Search, search_cost: f64| Probe {
+        id: EffectId::at(name, Site::Joint(0)),
+        search_cost,
+        ..probe(&lab, 1, search)
+    };
+    let listed = vec![with("joint_gain", Search::Smooth, 3.0), with("joint_step", Search::Jumps, 0.0)];
+    let candidates = Candidates { listed, unlisted: vec![with("warm_up", Search::Jumps, 1.0)] };
+    let cost = |name: &str| candidates.search_cost(&EffectId::at(name, Site::Joint(0)), 24.0);
+    assert!((cost("joint_gain") - 3.0 - 24.0_f64.ln()).abs() < 1e-12);
+    assert!((cost("joint_step") - 2.0 * 24.0_f64.ln()).abs() < 1e-12);
+    assert_eq!((cost("warm_up"), cost("drift")), (0.0, 0.0), "of one without a name, and of no candidate");
+    assert_eq!(candidates.search_cost(&EffectId::at("joint_gain", Site::Joint(1)), 24.0), 0.0, "elsewhere");
+}

@@ -243,10 +243,14 @@ mod tests {
         assert_eq!((middle(&[-21.96]), middle(&[f64::NAN]), middle(&[])), (-22.0, 0.0, 0.0));
     }
 
+    fn laboratory(model: &str, table: &str) -> Laboratory {
+        let model = Model::parse("model.yaml", model).unwrap();
+        Laboratory::new(model, Table::parse("t.csv", table).unwrap(), Options::default()).unwrap()
+    }
+
     /// Three joints that turn, whose table logs what is given, a line a row.
     fn logged(columns: &str, rows: [&str; 4]) -> Laboratory {
         let model = format!("{}targets: {{p1: {{}}}}\n", crate::testing::THREE_JOINTS);
-        let model = Model::parse("model.yaml", &model).unwrap();
         let header = if columns.is_empty() { String::new() } else { format!("{columns},") };
         let rows = rows.iter().enumerate().map(|(row, cells)| {
             let cells = if cells.is_empty() { String::new() } else { format!("{cells},") };
@@ -254,7 +258,7 @@ mod tests {
         });
         let rows: String = rows.collect();
         let text = format!("{header}q1_deg,q2_deg,q3_deg,p1_x_mm,p1_y_mm,p1_z_mm\n{rows}");
-        Laboratory::new(model, Table::parse("t.csv", &text).unwrap(), Options::default()).unwrap()
+        laboratory(&model, &text)
     }
 
     fn joint(joint: usize) -> FormSite {
@@ -337,5 +341,61 @@ mod tests {
         assert_eq!(reached(None), [0.0, 30.0]);
         assert_eq!(reached(Some((1, false))), [0.0, 93.0]);
         assert_eq!(reached(Some((2, true))), [-40.0, 17.0]);
+    }
+
+    #[test]
+    fn a_joint_feels_the_moments_about_itself_and_its_neighbours_and_the_base_those_of_the_first_three() {
+        let model = "arm: four\nconvention: distal\njoints:\n  - {name: j1, a_mm: 90}\n  - {name: j2, a_mm: 90}\n  - {name: j3, a_mm: 90}\n  - {name: j4, a_mm: 90}\ngravity: [0, -1, 0]\nlinks: [{after: j4, mass_kg: 2, centre_mm: [-50, 0, 0]}]\ntargets: {p1: {}}\n";
+        let rows: String = (0..6).map(|row| format!("{0},{0},{0},{0},1,2,3\n", 5 * row)).collect();
+        let lab = laboratory(model, &format!("q1_deg,q2_deg,q3_deg,q4_deg,p1_x_mm,p1_y_mm,p1_z_mm\n{rows}"));
+        let moments = |site: FormSite| {
+            let of = factors(&lab, site).into_iter().filter_map(|factor| match factor {
+                Factor::Moment(joint) => Some(joint),
+                _ => None,
+            });
+            of.collect::<Vec<usize>>()
+        };
+        assert_eq!(moments(joint(0)), [0, 1]);
+        assert_eq!((moments(joint(1)), moments(joint(2))), (vec![0, 1, 2], vec![1, 2, 3]));
+        assert_eq!((moments(joint(3)), moments(FormSite::Base)), (vec![2, 3], vec![0, 1, 2]));
+    }
+
+    #[test]
+    fn halves_are_parted_every_eighth_of_half_a_turn_and_a_range_of_half_a_radian_has_steps() {
+        let alone = shapes(&logged("", [""; 4]), joint(0), Factor::One);
+        let numbers = alone.iter().flatten().filter_map(|shape| match shape {
+            Shape::Half(angle, at) | Shape::Step(angle, at) if *angle == Angle::of(0) => Some(*at),
+            _ => None,
+        });
+        // Eighths of pi, then of 30 deg, 0.5236 rad, to a thousandth.
+        let halves = [0.0, 0.393, 0.785, 1.178, 1.571, 1.963, 2.356, 2.749];
+        let steps = [0.065, 0.131, 0.196, 0.262, 0.327, 0.393, 0.458];
+        assert_eq!(numbers.collect::<Vec<f64>>(), [&halves[..], &steps[..]].concat());
+    }
+
+    #[test]
+    fn a_slope_either_way_of_zero_begins_at_shares_of_the_farther_end() {
+        // From 0 to 30 less from 13 to 40 degrees: the farther end is 40 degrees, 0.698 rad.
+        let angle = Angle { first: 0, second: Some((2, true)) };
+        let beyond =
+            kinked(&logged("", [""; 4]), angle).into_iter().flatten().filter_map(|shape| match shape {
+                Shape::Beyond(_, at) => Some(at),
+                _ => None,
+            });
+        assert_eq!(beyond.collect::<Vec<f64>>(), [0.105, 0.209, 0.314, 0.419]);
+    }
+
+    #[test]
+    fn forms_that_differ_in_a_searched_number_alone_are_one_family() {
+        let all = probes(&logged("", [""; 4]));
+        let of_shape = |is_it: fn(Shape) -> bool| {
+            let own = all.iter().filter(|(form, _)| form.site == joint(1) && is_it(form.shape));
+            own.map(|(_, probe)| probe.family).collect::<Vec<usize>>()
+        };
+        let steps = of_shape(|shape| matches!(shape, Shape::Step(angle, _) if angle == Angle::of(1)));
+        assert!(steps.len() == 7 && steps.iter().all(|family| *family == steps[0]), "{steps:?}");
+        let lines = of_shape(|shape| matches!(shape, Shape::Linear(_)));
+        assert!(lines.len() == 3 && lines.windows(2).all(|pair| pair[0] < pair[1]), "{lines:?}");
+        assert!(!lines.contains(&steps[0]));
     }
 }

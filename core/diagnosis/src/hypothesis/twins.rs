@@ -151,6 +151,14 @@ mod tests {
         let left = beyond(&fixed, columns);
         assert_eq!(left.shape(), (3, 1));
         assert!((left[(2, 0)].abs() - 1.0).abs() < 1e-12 && left[(0, 0)].abs() < 1e-12, "{left}");
+        // How long a column is makes no difference.
+        for length in [1e-6, 1.0, 1e6] {
+            let any = DMatrix::from_column_slice(3, 1, &[length, 0.0, -length]);
+            let left = beyond(&fixed, any);
+            assert!(left.ncols() == 1 && (left[(2, 0)].abs() - 1.0).abs() < 1e-12, "{length}: {left}");
+            let spanned = DMatrix::from_column_slice(3, 1, &[length, 0.9 * LEAST_LEFT * length, 0.0]);
+            assert_eq!(beyond(&fixed, spanned).ncols(), 0, "{length}");
+        }
         // A column that is all but spanned holds rounding only.
         let rounding = DMatrix::from_column_slice(3, 1, &[1.0, 0.9 * LEAST_LEFT, 0.0]);
         assert_eq!(beyond(&fixed, rounding).ncols(), 0);

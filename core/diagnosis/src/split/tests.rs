@@ -198,3 +198,40 @@ fn a_way_to_hold_out_is_read_as_it_is_written_and_a_wrong_one_is_refused() {
         assert_eq!(unknown.parse::<Holdout>(), Err(HoldoutError::Unknown(unknown.to_owned())));
     }
 }
+
+#[test]
+fn a_region_is_cut_across_the_joint_that_spreads_most_and_the_first_joints_count_for_more() {
+    assert_eq!((weight(0), weight(5)), (1.0, 0.5));
+    // Ten poses: three of the first joint lie at the other end of its range, five of the second.
+    let far = [1, 4, 8];
+    let rows = (0..10).map(|row| {
+        let first = if far.contains(&row) { 10 } else { 0 };
+        format!("{first},{},0\n", 30 * (row % 2))
+    });
+    let rows: String = rows.collect();
+    let poses = Poses::of(&Table::parse("table.csv", &format!("q1_deg,q2_deg,p1_x_mm\n{rows}")).unwrap());
+    let all: Vec<usize> = (0..poses.places.len()).collect();
+    let at = |first: f64, second: f64| poses.places.iter().position(|place| place[..] == [first, second]);
+    let four = [at(0.0, 0.0), at(0.0, 1.0), at(1.0, 0.0), at(1.0, 1.0)].map(Option::unwrap);
+    assert_eq!((all.len(), poses.coordinate(four[1], 0), poses.coordinate(four[1], 1)), (4, 0.0, 1.0));
+    assert_eq!(poses.coordinate(four[1], 2), 0.0, "there is no third joint");
+    // As shares of the range: three at nothing and one at one lie 3/4 off their mean in squares.
+    assert!((poses.spread(&all, 0) - 1.0).abs() < 1e-12);
+    let three = [four[0], four[1], four[1], four[3]];
+    assert!((poses.spread(&three, 0) - 0.75).abs() < 1e-12);
+    assert!((poses.spread(&three, 1) - 0.75).abs() < 1e-12);
+    let (low, high) = poses.cut(vec![four[3], four[1], four[2], four[0]]);
+    assert_eq!((low, high), (vec![four[1], four[0]], vec![four[3], four[2]]), "the first of two alike");
+    // The second joint spreads 2.5 of ten and the first 2.1, which is more than 2.5 over 1.2.
+    let many = |first: usize, second: usize| {
+        let pose = |one: usize| four[2 * usize::from(one < first) + usize::from(one % 10 < second)];
+        (0..10).map(pose).collect::<Vec<usize>>()
+    };
+    let ones = |region: &[usize], joint: usize| {
+        region.iter().filter(|pose| poses.coordinate(**pose, joint) > 0.5).count()
+    };
+    let (low, high) = poses.cut(many(3, 5));
+    assert_eq!((ones(&low, 0), ones(&high, 0)), (0, 3));
+    let (low, high) = poses.cut(many(2, 5));
+    assert_eq!((ones(&low, 1), ones(&high, 1)), (0, 5), "1.6 is less");
+}
