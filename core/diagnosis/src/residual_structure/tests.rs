@@ -200,5 +200,5 @@ fn a_wave_alone_explains_all_squares_and_has_its_amplitude() {
         let all: f64 = values.iter().map(|value| value * value).sum();
         assert!((squares - all).abs() < 1e-9 && (amplitude - 13.0_f64.sqrt()).abs() < 1e-9, "{order}");
     }
-    assert_eq!(wave(1, &[0.7; 3], &[1.0, 2.0, 3.0]), None, "one angle tells sine from cosine nowhere");
+    assert_eq!(wave(1, &[0.7; 3], &[1.0, 2.0, 3.0]), None, "sine and cosine do not differ over one angle");
 }
