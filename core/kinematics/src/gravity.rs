@@ -57,9 +57,8 @@ struct Load {
 }
 
 impl Load {
-    /// A mass (kg) at a place (base frame, mm).
-    fn at(mass: f64, place: Vector3<f64>) -> Self {
-        let weight = mass * GRAVITY;
+    /// A weight (N) at a place (base frame, mm).
+    fn at(weight: f64, place: Vector3<f64>) -> Self {
         Self { weight, first_moment: place * weight }
     }
 
@@ -92,35 +91,19 @@ impl Weights<'_> {
     pub const WITHOUT: Weights<'static> =
         Weights { masses: &[], payload: 0.0, down: Vector3::new(0.0, 0.0, -1.0) };
 
-    /// The weight of everything that moves with joints beyond one.
-    fn load_beyond(&self, link_frames: &LinkFrames, joint: usize) -> Load {
-        let mut load = Load::at(self.payload, link_frames.flange.translation.vector);
-        for mass in self.masses.iter().filter(|mass| mass.after > joint) {
-            if let Some(link) = link_frames.joints.get(mass.after) {
-                load += Load::at(mass.mass, (link.end * Point3::from(mass.centre)).coords);
-            }
-        }
-        load
-    }
-
     /// The joint it moves with, weight (N) and place (base frame, mm) of everything that moves with a joint at or beyond `first`; of the load at the flange
     /// the joint is `usize::MAX`.
     pub fn beyond<'p>(
         &'p self,
         link_frames: &'p LinkFrames,
         first: usize,
-    ) -> impl Iterator<Item = (usize, Vector3<f64>, Vector3<f64>)> + 'p {
+    ) -> impl Iterator<Item = (usize, f64, Vector3<f64>)> + 'p {
         let masses = self.masses.iter().filter(move |mass| mass.after >= first).filter_map(|mass| {
             let link = link_frames.joints.get(mass.after)?;
-            Some((
-                mass.after,
-                self.down * (mass.mass * GRAVITY),
-                (link.end * Point3::from(mass.centre)).coords,
-            ))
+            Some((mass.after, mass.mass * GRAVITY, (link.end * Point3::from(mass.centre)).coords))
         });
-        let carried = (self.payload != 0.0).then(|| {
-            (usize::MAX, self.down * (self.payload * GRAVITY), link_frames.flange.translation.vector)
-        });
+        let carried = (self.payload != 0.0)
+            .then(|| (usize::MAX, self.payload * GRAVITY, link_frames.flange.translation.vector));
         masses.chain(carried)
     }
 
@@ -131,10 +114,10 @@ impl Weights<'_> {
         moments.clear();
         moments.resize(link_frames.joints.len(), 0.0);
         // From the flange inwards, each joint carries its own masses and all that the next one does.
-        let mut load = Load::at(self.payload, link_frames.flange.translation.vector);
+        let mut load = Load::at(self.payload * GRAVITY, link_frames.flange.translation.vector);
         for ((index, joint), moment) in link_frames.joints.iter().enumerate().zip(&mut *moments).rev() {
             for mass in self.masses.iter().filter(|mass| mass.after == index) {
-                load += Load::at(mass.mass, (joint.end * Point3::from(mass.centre)).coords);
+                load += Load::at(mass.mass * GRAVITY, (joint.end * Point3::from(mass.centre)).coords);
             }
             *moment = joint.axis.dot(&load.moment_about(&joint.axis_point, &self.down));
         }
@@ -143,7 +126,7 @@ impl Weights<'_> {
 
     /// The moment of gravity about the base's origin, N m, base frame: what would tip the arm over.
     pub fn overturning(&self, link_frames: &LinkFrames) -> Vector3<f64> {
-        self.beyond(link_frames, 0).map(|(_, force, place)| place.cross(&force) * 1e-3).sum()
+        self.beyond(link_frames, 0).map(|(_, weight, place)| place.cross(&(self.down * weight)) * 1e-3).sum()
     }
 
     /// Where the link after a joint begins and ends, base frame, mm: from the joint's axis to the next, or to the flange, each where the common normal of two axes meets it, so
@@ -187,7 +170,6 @@ impl Weights<'_> {
     /// and by its own where that sits along it. Nothing for a link without length.
     pub fn sag(&self, link_frames: &LinkFrames, joint: usize) -> Option<Sag> {
         let (start, end) = self.link(link_frames, joint)?;
-        let here = link_frames.joints.get(joint)?;
         let along = end - start;
         let length = along.norm() * 1e-3;
         let direction = along.try_normalize(1e-6)?;
@@ -205,13 +187,16 @@ impl Weights<'_> {
             // Beyond the load the link stays straight.
             shift += moved + turned.cross(&direction) * (length - at);
         };
-        // The link's own weight acts at its place along the link; all that hangs on the far end acts there.
-        for mass in self.masses.iter().filter(|mass| mass.after == joint) {
-            let place = (here.end * Point3::from(mass.centre)).coords;
-            let at = ((place - start).dot(&direction) * 1e-3).clamp(0.0, length);
-            bend(at, &Load::at(mass.mass, place));
+        let mut carried = Load::at(0.0, end);
+        for (after, weight, place) in self.beyond(link_frames, joint) {
+            let load = Load::at(weight, place);
+            match after == joint {
+                // The link's own weight acts at its place along the link; all that hangs on the far end acts there.
+                true => bend(((place - start).dot(&direction) * 1e-3).clamp(0.0, length), &load),
+                false => carried += load,
+            }
         }
-        bend(length, &self.load_beyond(link_frames, joint));
+        bend(length, &carried);
         Some(Sag { shift: shift * 1e3, turn, end })
     }
 }

@@ -28,10 +28,10 @@ impl Effect for LinkTorsion {
         // Saint-Venant's torsion of a shaft: angle = T L / (G J) (Timoshenko 1955, Strength of Materials I, chapter 10). What hangs beyond the link twists
         // all of it, its own weight the part up to where it hangs; rad per 1/(N m2).
         let mut turned = 0.0;
-        for (after, force, place) in weights.beyond(link_frames, self.joint) {
+        for (after, weight, place) in weights.beyond(link_frames, self.joint) {
             let arm = (place - start) * 1e-3;
             let reach = if after == self.joint { arm.dot(&along).clamp(0.0, length) } else { length };
-            turned += along.dot(&arm.cross(&force)) * reach;
+            turned += along.dot(&arm.cross(&(weights.down * weight))) * reach;
         }
         let dof = Dof::Twist { after: self.joint, shift: Vector3::zeros(), turn: along * turned, about: end };
         contributions.push(Contribution { parameter: 0, dof, rate: 1.0 });
