@@ -102,8 +102,11 @@ impl Weights<'_> {
             let link = link_frames.joints.get(mass.after)?;
             Some((mass.after, mass.mass * GRAVITY, (link.end * Point3::from(mass.centre)).coords))
         });
-        let carried = (self.payload != 0.0)
-            .then(|| (usize::MAX, self.payload * GRAVITY, link_frames.flange.translation.vector));
+        let carried = (self.payload != 0.0).then_some((
+            usize::MAX,
+            self.payload * GRAVITY,
+            link_frames.flange.translation.vector,
+        ));
         masses.chain(carried)
     }
 
