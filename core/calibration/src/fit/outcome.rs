@@ -358,11 +358,11 @@ impl Weighed {
             let distances = Distances::of(machine, &residuals);
             let fresh = distances.weights(distances.scale(rows, parameters));
             let moved = rows.iter().map(|row| difference(&self.weights, &fresh, *row)).fold(0.0, f64::max);
-            self.weights = fresh;
-            // The last weights belong to the state that is returned: no descent follows them.
+            // The weights that are returned are those of the last descent: its normal equations, from which rows are taken out again, are of these weights.
             if moved < SETTLED {
                 break;
             }
+            self.weights = fresh;
             let settled = self.settled(machine, rows, prior, (held, parameters));
             let near = Settings { steps: options.steps, damping: NEAR };
             self.descent = match settled {

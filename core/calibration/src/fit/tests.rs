@@ -51,6 +51,24 @@ fn fitted(table: &Table, noise: &str, effects: &[&str]) -> Result<Fit, FitError>
     machine.fit(&machine.start(), &vec![true; table.len()], FitOptions::default(), &Progress::default())
 }
 
+#[test]
+fn the_normal_equations_of_a_fit_are_those_of_its_state_and_weights() {
+    let model = Model::parse("planar.yaml", PLANAR).unwrap();
+    for seed in 1..7 {
+        let table = measured(40, 0.2, seed);
+        let observations = Observations::new(&model, &table).unwrap();
+        let effects = BOTH.map(|text| AddedEffect { id: parse(text, &model).unwrap(), values: Vec::new() });
+        let machine = ResidualModel::new(&model, &table, &observations, &effects).unwrap();
+        let all = vec![true; table.len()];
+        let fit = machine.fit(&machine.start(), &all, FitOptions::default(), &Progress::default()).unwrap();
+        assert!(fit.weights.iter().any(|weight| *weight < 0.99), "a far row counts less");
+        let anew = machine.normal_of_rows(&fit.state, &fit.rows, &fit.weights);
+        // Rows are left out by taking theirs out of the sum: any difference is then an error of what the others say.
+        let difference = (&fit.normal.matrix - &anew.matrix).norm() / anew.matrix.norm();
+        assert!(difference < 1e-12, "{seed}: {difference}");
+    }
+}
+
 const BOTH: [&str; 2] = ["joint_zero(elbow)", "link_length(shoulder)"];
 
 #[test]
