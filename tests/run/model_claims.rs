@@ -16,6 +16,11 @@ noise: {p1_mm: 0.02}
 
 /// Positions of the arm, whose shoulder is off by a function of the pose that no effect knows.
 fn table(rows: u32) -> String {
+    table_with(rows, |_| [0.0; 3])
+}
+
+/// The same, where each joint is off besides by so much, rad, at a pose, rad.
+fn table_with(rows: u32, off: impl Fn([f64; 3]) -> [f64; 3]) -> String {
     let mut text = "q1_deg,q2_deg,q3_deg,p1_x_mm,p1_y_mm,p1_z_mm\n".to_owned();
     for row in 0..rows {
         // Kronecker's sequence: evenly spread, like no grid.
@@ -25,7 +30,8 @@ fn table(rows: u32) -> String {
             spread(0.671_043_6, -20.0, 100.0),
             spread(0.549_700_5, -120.0, -10.0),
         ];
-        let [waist, shoulder, elbow] = q.map(f64::to_radians);
+        let off = off(q.map(f64::to_radians));
+        let [waist, shoulder, elbow] = [0, 1, 2].map(|joint| q[joint].to_radians() + off[joint]);
         let lifted = shoulder + 0.001 * (2.0 * waist + 1.0).sin() * (2.0 * elbow).cos();
         let radius = 200.0 * lifted.cos() + 150.0 * (lifted + elbow).cos();
         let height = 300.0 + 200.0 * lifted.sin() + 150.0 * (lifted + elbow).sin();
@@ -73,6 +79,56 @@ fn a_residual_map_is_added_last_marked_and_left_out_on_demand() {
     assert_eq!(removed.0, Some(0), "{}", removed.1);
     let again = plumb(at, &["remove", "arm.yaml", "residual_map", "--data", "poses.csv"]);
     assert!(again.0 == Some(2) && again.1.contains("has no residual map to take out"), "{}", again.1);
+}
+
+/// Waves of three gears, and an elbow whose gain is wrong.
+fn gears([waist, shoulder, elbow]: [f64; 3]) -> [f64; 3] {
+    let waist = 5e-4 * (9.0 * waist).sin() + 3e-4 * (20.0 * waist).cos();
+    [waist, 4e-4 * (12.0 * shoulder).sin(), 7e-4 * (7.0 * elbow).sin() + 0.015 * elbow]
+}
+
+#[test]
+fn a_batch_adds_corrections_and_knows_how_large_waves_are_so_that_it_does_no_harm_where_nothing_was_measured()
+{
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    std::fs::write(at.join("arm.yaml"), ARM).unwrap();
+    std::fs::write(at.join("poses.csv"), table_with(640, gears)).unwrap();
+    let pair = ["arm.yaml", "--data", "poses.csv", "--holdout", "random:0.3:1"];
+    let (code, grown) = plumb(at, &[&["grow"], &pair[..]].concat());
+    assert_eq!(code, Some(0), "{grown}");
+    let gain = grown
+        .lines()
+        .find(|line| line.starts_with("+ joint_gain(elbow)"))
+        .unwrap_or_else(|| panic!("{grown}"));
+    assert!(
+        gain.contains("correction: may be joint_gain(elbow), or a mechanism that is not listed"),
+        "{gain}"
+    );
+    assert!(grown.contains("by mechanisms alone: fit"), "{grown}");
+    assert!(
+        grown.contains("left out upper third of elbow") && !grown.contains("does not extrapolate"),
+        "{grown}"
+    );
+    let files: Vec<_> = std::fs::read_dir(at).unwrap().map(|entry| entry.unwrap().path()).collect();
+    let written = |path: &std::path::PathBuf| std::fs::read_to_string(path).unwrap_or_default();
+    let found = files.iter().find(|path| written(path).contains("prior_sd"));
+    let text = written(found.unwrap_or_else(|| panic!("{files:?}")));
+    assert!(
+        text.contains("claim: correction, may_be: [\"joint_gain(elbow)\"")
+            && text.contains("measured_region:")
+    );
+    let compared = plumb(at, &[&["compare"], &pair[..]].concat());
+    assert_eq!(compared.0, Some(0), "{}", compared.1);
+    // A wave's prior that cannot be: said with its place, and nothing is done.
+    let sine = text.find("prior_sd: {sine_deg: ").unwrap() + "prior_sd: {sine_deg: ".len();
+    let end = sine + text[sine..].find(',').unwrap();
+    let line = text[..sine].lines().count();
+    std::fs::write(at.join("wrong.yaml"), format!("{}0{}", &text[..sine], &text[end..])).unwrap();
+    let (code, said) = plumb(at, &["compare", "wrong.yaml", "--data", "poses.csv"]);
+    assert_eq!(code, Some(2), "{said}");
+    assert!(said.contains(&format!("wrong.yaml:{line}:")), "{said}");
+    assert!(said.contains("the standard deviation of `sine_deg` must be greater than zero"), "{said}");
 }
 
 #[test]

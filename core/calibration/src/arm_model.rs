@@ -15,7 +15,7 @@ pub use epochs::Epochs;
 pub use measured_region::{JointRange, MeasuredRegion, Outside};
 pub use model::{
     AddedEffect, Base, Board, Correction, Frame, Level, MeasuredFrom, Model, Noise, Revision, Surface,
-    Target, Touch, TouchDistance,
+    Target, Touch, TouchDistance, ValuePrior,
 };
 pub use residual_map::{Along, MapCarrier, MapEffect, ResidualMap, Side, Wave};
 pub use rig_number::RigNumber;

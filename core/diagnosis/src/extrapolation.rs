@@ -12,7 +12,7 @@ use plumb_estimation::Progress;
 /// RMS where nothing was fitted, with what was added and without it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Extrapolation {
-    /// What was left out: `regions`, `time:0.3`, or the upper third of a joint's range.
+    /// What was left out: `regions`, `time:0.3`, or a third of a joint's range.
     pub left_out: String,
     /// The unit of the two errors: that of the table's readings.
     pub unit: ReadingUnit,
@@ -50,6 +50,16 @@ impl Laboratory {
     ) -> Result<Vec<Extrapolation>, LaboratoryError> {
         progress.report(0.95, "trying what was not measured")?;
         let old = before.fit_with(&[], None, progress)?;
+        let unit = self.observations().unit();
+        let known = self.unmeasured_ways().into_iter().filter_map(|(left_out, rows)| {
+            let (rms_mm, without_mm) = (rms_without(new, &rows)?, rms_without(&old, &rows)?);
+            Some(Extrapolation { left_out, unit, rms_mm, without_mm })
+        });
+        Ok(known.collect())
+    }
+
+    /// Rows to leave out together, to see how a model does where nothing was measured, with what they are called: some may be empty.
+    fn unmeasured_ways(&self) -> Vec<(String, Vec<usize>)> {
         let mut ways: Vec<(String, Vec<usize>)> = Vec::new();
         for holdout in [Holdout::Regions, Holdout::Time { share: 0.3 }] {
             if let Ok(split) = Split::new(self.table(), holdout) {
@@ -67,14 +77,11 @@ impl Laboratory {
                 left.unwrap_or(&0.0).total_cmp(right.unwrap_or(&0.0))
             });
             let upper = rows.split_off(rows.len() * 2 / 3);
+            rows.truncate(upper.len());
+            ways.push((format!("lower third of {}", joint.name), rows));
             ways.push((format!("upper third of {}", joint.name), upper));
         }
-        let unit = self.observations().unit();
-        let known = ways.into_iter().filter_map(|(left_out, rows)| {
-            let (rms_mm, without_mm) = (rms_without(new, &rows)?, rms_without(&old, &rows)?);
-            Some(Extrapolation { left_out, unit, rms_mm, without_mm })
-        });
-        Ok(known.collect())
+        ways
     }
 }
 
@@ -99,15 +106,22 @@ mod tests {
         let new = grown.fit_with(&[], None, &Progress::unwatched()).unwrap();
         let tested = grown.extrapolation(&new, &lab, &Progress::unwatched()).unwrap();
         let ways: Vec<&str> = tested.iter().map(|one| one.left_out.as_str()).collect();
-        assert!(ways.ends_with(&["upper third of shoulder", "upper third of elbow"]), "{ways:?}");
+        let thirds = [
+            "lower third of shoulder",
+            "upper third of shoulder",
+            "lower third of elbow",
+            "upper third of elbow",
+        ];
+        assert!(ways.ends_with(&thirds), "{ways:?}");
         let elbow = tested.last().unwrap();
         assert!(elbow.rms_mm < 0.15 && elbow.without_mm > 1.5 && !elbow.harmful(), "{elbow:?}");
         assert!(Extrapolation { rms_mm: 0.2, without_mm: 0.1, ..elbow.clone() }.harmful());
         assert!(!Extrapolation { rms_mm: 0.1, without_mm: 0.1, ..elbow.clone() }.harmful());
-        // A third of the rows: those with the greatest coordinates.
+        // A third of the rows at either end.
         let mut rows: Vec<usize> = (0..90).collect();
         rows.sort_by(|one, other| grown.table().q_of(*one)[1].total_cmp(&grown.table().q_of(*other)[1]));
         assert_eq!(rms_without(&new, &rows[60..]), Some(elbow.rms_mm));
+        assert_eq!(rms_without(&new, &rows[..30]), Some(tested[tested.len() - 2].rms_mm));
         assert!(rms_without(&new, &[]).is_none() && rms_without(&new, &rows).is_none());
     }
 }

@@ -82,6 +82,10 @@ const ROUNDS: usize = 2;
 /// Effects taken in at most.
 const MOST: usize = 200;
 
+fn count_of_corrections(steps: &[Step]) -> usize {
+    steps.iter().filter(|step| step.claim == Claim::Correction).count()
+}
+
 /// A model being grown.
 struct Growing {
     laboratory: Laboratory,
@@ -209,7 +213,7 @@ impl Laboratory {
     /// Nothing can be fitted, or cancellation.
     pub fn grow_with_corrections(&self, progress: &Progress) -> Result<Growth, LaboratoryError> {
         let mut growth = self.grow_by(MOST_CORRECTIONS, progress)?;
-        let corrections = growth.steps.iter().filter(|step| step.claim == Claim::Correction).count();
+        let corrections = count_of_corrections(&growth.steps);
         if corrections > 0 {
             growth.diagnosis.warnings.push(Note::Corrections(corrections));
         }
@@ -224,20 +228,24 @@ impl Laboratory {
     fn grow_by(&self, corrections: usize, progress: &Progress) -> Result<Growth, LaboratoryError> {
         let laboratory = self.without_map().unwrap_or_else(|| self.clone());
         let (mut laboratory, mut steps) = laboratory.with_what_was_reset(corrections, progress)?;
-        let reset = steps.len();
+        let (reset, mut opened) = (steps.len(), 0);
         for round in 0..ROUNDS {
-            let Some(batch) = laboratory.batch(round > 0, progress)? else { break };
+            let left = corrections.saturating_sub(count_of_corrections(&steps));
+            let Some(batch) = laboratory.batch(round > 0, left, progress)? else { break };
             steps.extend(batch.steps);
+            opened += batch.opened;
             laboratory = batch.laboratory;
         }
         if steps.len() > reset {
-            return self.grown_by_batches(laboratory, steps, progress);
+            let mut growth = self.grown_by_batches(laboratory, steps, progress)?;
+            growth.diagnosis.check_opened += opened;
+            return Ok(growth);
         }
         let (diagnosis, found) = laboratory.diagnose_for(progress)?;
         let start = StepRms { fit: diagnosis.rms_mm.fit, cv: diagnosis.rms_mm.cv };
         // What was re-set was added before: the story begins with the model the user gave.
         let start = if reset > 0 { self.compare(progress)?.rms_mm.into() } else { start };
-        let mut corrected = steps.iter().filter(|step| step.claim == Claim::Correction).count();
+        let mut corrected = count_of_corrections(&steps);
         let mut growing = Growing { laboratory, diagnosis, found, steps, opened: 0 };
         // A mechanism first, as long as there is one; a correction would take part of what a name needs.
         while growing.steps.len() < MOST {
@@ -333,9 +341,9 @@ impl Laboratory {
         Ok(Growth {
             model: grown.model().clone(),
             start: start.into(),
-            mechanisms_alone: match steps.iter().any(|step| step.claim == Claim::Correction) {
-                true => Some(grown.mechanisms_alone(progress)?),
-                false => None,
+            mechanisms_alone: match count_of_corrections(&steps) {
+                0 => None,
+                _ => Some(grown.mechanisms_alone(progress)?),
             },
             steps,
             residual_map: None,

@@ -203,6 +203,17 @@ pub struct Correction {
     pub may_be: Vec<String>,
 }
 
+/// What is known of the values of an added effect before any row is looked at: each is normally distributed about zero. Waves of a transmission are many and small; alone a part of
+/// a turn hardly determines those of low order.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ValuePrior {
+    /// The effect, one of those added.
+    pub id: EffectId,
+    /// Standard deviation of each value, internal unit, where the rows scatter as declared; where they scatter s times as much, so many times more (conjugate prior: Gelman et al.,
+    /// Bayesian Data Analysis, 3rd ed., section 14.8). Nothing of a value of which nothing is known.
+    pub sd: Vec<Option<f64>>,
+}
+
 /// How a revision of a model file came to be.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Revision {
@@ -243,6 +254,8 @@ pub struct Model {
     pub effects: Vec<AddedEffect>,
     /// Which of them are corrections; all others are mechanisms.
     pub corrections: Vec<Correction>,
+    /// What is known beforehand of their values.
+    pub priors: Vec<ValuePrior>,
     /// Where corrections and the residual map hold; nothing where there are none.
     pub measured_region: Option<MeasuredRegion>,
     /// What a flexible regression takes away of what the model leaves; explains nothing.
@@ -292,6 +305,11 @@ impl Model {
     /// What is said of an added effect that is a correction; nothing of a mechanism.
     pub fn correction(&self, id: &EffectId) -> Option<&Correction> {
         self.corrections.iter().find(|correction| correction.id.same_as(id))
+    }
+
+    /// What is known beforehand of the values of an added effect; nothing where nothing is.
+    pub fn prior(&self, id: &EffectId) -> Option<&ValuePrior> {
+        self.priors.iter().find(|prior| prior.id.same_as(id))
     }
 
     /// Whether a pose (rad or mm) may be commanded by this model: one with corrections or a residual map holds only where it was measured.

@@ -248,6 +248,8 @@ pub(super) struct RawValuedEffect {
     pub(super) searched: Option<f64>,
     #[serde(default)]
     pub(super) values: Listed<Spanned<f64>>,
+    #[serde(default)]
+    pub(super) prior_sd: Listed<Spanned<f64>>,
     pub(super) claim: Option<Spanned<RawClaim>>,
     #[serde(default)]
     pub(super) may_be: Vec<String>,

@@ -18,8 +18,10 @@ use super::raw::{
 use super::urdf_frames;
 use crate::arm_model::Sensor;
 use crate::arm_model::SurfaceShape;
-use crate::arm_model::{AddedEffect, Correction, Frame, Level, Model, Surface, Target, Touch, TouchDistance};
-use crate::effect;
+use crate::arm_model::{
+    AddedEffect, Correction, Frame, Level, Model, Surface, Target, Touch, TouchDistance, ValuePrior,
+};
+use crate::effect::{self, Effect, EffectId};
 use crate::suggestion::suggestion;
 use crate::table::Table;
 
@@ -126,6 +128,7 @@ impl Checker<'_> {
             free: Vec::new(),
             effects: Vec::new(),
             corrections: Vec::new(),
+            priors: Vec::new(),
             measured_region: None,
             residual_map: None,
             pose_errors: Vec::new(),
@@ -143,9 +146,7 @@ impl Checker<'_> {
             epochs: self.epochs_of(&raw),
             revision: raw.revision.as_ref().map(revision),
         };
-        if let Some(arm) = &described {
-            model.gravity = urdf_frames::gravity(&model, arm);
-        }
+        model.gravity = described.map_or(model.gravity, |arm| urdf_frames::gravity(&model, &arm));
         self.named_parts(&raw, &mut model, before);
         Ok(model)
     }
@@ -173,7 +174,12 @@ impl Checker<'_> {
         model.effects = self.listed_effects(&raw.effects, model);
         model.fitted = self.listed_effects(&raw.fitted, model);
         model.corrections = raw.effects.iter().flat_map(|raw| corrections(raw, model)).collect();
+        model.priors = raw.effects.iter().flat_map(|raw| self.priors(raw, model)).collect();
         for valued in raw.fitted.iter().filter_map(valued) {
+            if let Some((_, sd)) = valued.prior_sd.0.first() {
+                let reason = "`prior_sd` belongs to effects that were added: those under `effects:`";
+                drop(self.fail::<()>(&sd.span, reason.to_owned()));
+            }
             if let Some(claim) = &valued.claim {
                 let reason = "`claim` belongs to effects that were added: those under `effects:`";
                 drop(self.fail::<()>(&claim.span, reason.to_owned()));
@@ -454,7 +460,7 @@ impl Checker<'_> {
     }
 
     fn effects(&self, raw: &Spanned<RawEffect>, model: &Model) -> Checked<Vec<AddedEffect>> {
-        let at_zero = |id: effect::EffectId, location: &Span| match effect::build(&id, model) {
+        let at_zero = |id: EffectId, location: &Span| match effect::build(&id, model) {
             Ok(built) => Ok(AddedEffect { id, values: vec![0.0; built.parameters().len()] }),
             Err(error) => self.fail(location, error.to_string()),
         };
@@ -486,17 +492,7 @@ impl Checker<'_> {
         let built = effect::build(&added.id, model)
             .or_else(|error| self.fail(&raw.effect.span, error.to_string()))?;
         for (name, value) in &raw.values.0 {
-            let Some(index) = built.parameters().iter().position(|parameter| parameter.name == name.value)
-            else {
-                let names = built.parameters().iter().map(|parameter| parameter.name.as_str());
-                let reason = format!(
-                    "`{}` has no value `{}`{}",
-                    added.id.name,
-                    name.value,
-                    suggestion(&name.value, names)
-                );
-                return self.fail(&name.span, reason);
-            };
+            let index = self.value_named(name, &added.id, built.as_ref())?;
             if !value.value.is_finite() {
                 return self.fail(&value.span, format!("`{}` is not finite", name.value));
             }
@@ -506,6 +502,46 @@ impl Checker<'_> {
             }
         }
         Ok(added)
+    }
+
+    /// Which of an effect's values this is.
+    fn value_named(&self, name: &Spanned<String>, id: &EffectId, built: &dyn Effect) -> Checked<usize> {
+        let found = built.parameters().iter().position(|parameter| parameter.name == name.value);
+        match found {
+            Some(index) => Ok(index),
+            None => {
+                let names = built.parameters().iter().map(|parameter| parameter.name.as_str());
+                let similar = suggestion(&name.value, names);
+                self.fail(&name.span, format!("`{}` has no value `{}`{similar}", id.name, name.value))
+            }
+        }
+    }
+
+    /// What an effect says of its values beforehand; nothing of an effect that was refused already.
+    fn priors(&self, raw: &Spanned<RawEffect>, model: &Model) -> Vec<ValuePrior> {
+        let Some(valued) = valued(raw).filter(|valued| !valued.prior_sd.0.is_empty()) else {
+            return Vec::new();
+        };
+        let ids = effect::expand(&written(valued), model).unwrap_or_default();
+        // An effect that cannot be built was refused with its values.
+        let built = ids.into_iter().filter_map(|id| Some((effect::build(&id, model).ok()?, id)));
+        built.filter_map(|(built, id)| self.prior(id, built.as_ref(), valued).ok()).collect()
+    }
+
+    fn prior(&self, id: EffectId, built: &dyn Effect, raw: &RawValuedEffect) -> Checked<ValuePrior> {
+        let mut sd = vec![None; built.parameters().len()];
+        for (name, value) in &raw.prior_sd.0 {
+            let index = self.value_named(name, &id, built)?;
+            if !(value.value.is_finite() && value.value > 0.0) {
+                let reason = format!("the standard deviation of `{}` must be greater than zero", name.value);
+                return self.fail(&value.span, reason);
+            }
+            let factor = built.parameters().get(index).map_or(1.0, |parameter| parameter.unit.factor);
+            if let Some(slot) = sd.get_mut(index) {
+                *slot = Some(value.value / factor);
+            }
+        }
+        Ok(ValuePrior { id, sd })
     }
 }
 

@@ -8,7 +8,9 @@ use plumb_kinematics::{Convention, DhParameter, Motion};
 use super::residual_map::write_measured;
 use super::yaml_text::{number, text};
 use crate::arm_model::SurfaceShape;
-use crate::arm_model::{AddedEffect, Epochs, Frame, MeasuredFrom, Model, Noise, Revision, Surface, Target};
+use crate::arm_model::{
+    AddedEffect, Epochs, Frame, MeasuredFrom, Model, Noise, Revision, Surface, Target, ValuePrior,
+};
 use crate::effect::{self, DefinedPlace, EffectId, Parameter};
 use crate::table::scalar::SCALARS;
 
@@ -234,9 +236,23 @@ fn effects(out: &mut String, heading: &str, effects: &[AddedEffect], model: &Mod
             }
             None => String::new(),
         };
-        writeln!(out, "  - {{{}, values: {{{values}}}{claim}}}", identity(&added.id, model))?;
+        let prior = model.prior(&added.id).filter(|_| heading == "effects");
+        let prior = prior.map_or_else(String::new, |prior| prior_text(prior, model));
+        writeln!(out, "  - {{{}, values: {{{values}}}{prior}{claim}}}", identity(&added.id, model))?;
     }
     Ok(())
+}
+
+/// The standard deviations known of an effect's values, in the units of the values.
+fn prior_text(prior: &ValuePrior, model: &Model) -> String {
+    let Ok(built) = effect::build(&prior.id, model) else { return String::new() };
+    let known = prior.sd.iter().zip(built.parameters());
+    let known: Vec<String> = known
+        .filter_map(|(sd, parameter)| {
+            Some(format!("{}: {}", parameter.name, number((*sd)? * parameter.unit.factor)))
+        })
+        .collect();
+    if known.is_empty() { String::new() } else { format!(", prior_sd: {{{}}}", known.join(", ")) }
 }
 
 fn surfaces(out: &mut String, surfaces: &[Surface]) -> std::fmt::Result {

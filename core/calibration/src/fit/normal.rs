@@ -5,7 +5,7 @@ use plumb_estimation::{NormalEquations, over_chunks};
 
 use super::residual_model::ResidualModel;
 use super::scratch::Scratch;
-use super::state::State;
+use super::state::{FreeParameter, State};
 use crate::effect::Effect;
 
 /// Share of a step over which its second derivative is taken: a tenth, so that rounding is no matter and the third order hardly.
@@ -33,7 +33,7 @@ impl ResidualModel<'_> {
             },
             |sum| total.add(&sum),
         );
-        self.place_distances(state, &mut total);
+        self.known_besides_rows(state, &mut total);
         total
     }
 
@@ -110,7 +110,7 @@ impl ResidualModel<'_> {
             |(sum, _, _)| total += sum,
         );
         let mut constraints = NormalEquations::zeros(self.free_parameters.len());
-        self.place_distances(state, &mut constraints);
+        self.known_besides_rows(state, &mut constraints);
         // What is known between places counts like any measurement.
         total + constraints.squares
     }
@@ -159,8 +159,29 @@ impl ResidualModel<'_> {
         rows.iter().filter_map(|row| self.table.touch.of_row.get(*row).copied().flatten()).collect()
     }
 
+    /// Adds what is known besides the rows: distances between touched places, and what the model file knows beforehand of values.
+    pub fn known_besides_rows(&self, state: &State, total: &mut NormalEquations) {
+        self.place_distances(state, total);
+        for (index, free_parameter) in self.free_parameters.iter().enumerate() {
+            let Some((value, sd)) = self.known_beforehand(state, free_parameter) else { continue };
+            // An observation of zero.
+            total.matrix[(index, index)] += 1.0 / (sd * sd);
+            total.gradient[index] -= value / (sd * sd);
+            total.squares += value * value / (sd * sd);
+            total.equations += 1;
+        }
+    }
+
+    /// The value of a free parameter and the standard deviation that the model file knows of it; nothing where it knows none.
+    fn known_beforehand(&self, state: &State, free_parameter: &FreeParameter) -> Option<(f64, f64)> {
+        let FreeParameter::Effect(part, which) = *free_parameter else { return None };
+        let prior = self.model.prior(&self.parts.get(part)?.id)?;
+        let sd = prior.sd.get(which).copied().flatten()?;
+        Some((state.effects.get(part)?.get(which).copied()?, sd))
+    }
+
     /// Known distances between touched places.
-    pub fn place_distances(&self, state: &State, total: &mut NormalEquations) {
+    fn place_distances(&self, state: &State, total: &mut NormalEquations) {
         for known in &self.observations.place_distances {
             let (Some(first), Some(second)) = (state.places.get(known.first), state.places.get(known.second))
             else {
@@ -173,7 +194,7 @@ impl ResidualModel<'_> {
             // Places upon each other have no direction in which they move apart; any lets the fit begin.
             let away = if length > 1e-6 { offset / length } else { nalgebra::Vector3::x() };
             for (index, free_parameter) in self.free_parameters.iter().enumerate() {
-                if let super::state::FreeParameter::Place(place, axis) = *free_parameter {
+                if let FreeParameter::Place(place, axis) = *free_parameter {
                     let sign = f64::from(u8::from(place == known.first))
                         - f64::from(u8::from(place == known.second));
                     row[index] = sign * away.get(axis).copied().unwrap_or(0.0) / known.sigma;

@@ -17,13 +17,15 @@ use plumb_estimation::{NormalEquations, over_chunks};
 pub(super) struct Fall {
     regions: Vec<NormalEquations>,
     total: NormalEquations,
+    /// What is known beforehand of what was fitted and of all picks.
+    precisions: Vec<f64>,
     /// Measured points of all regions.
     points: f64,
 }
 
 impl Fall {
     /// One pass over the rows, for these picks in this order.
-    pub(super) fn gather(fitted: &Fitted<'_>, pool: &Pool, picks: &[Pick]) -> Self {
+    pub(super) fn gather(fitted: &Fitted<'_>, pool: &Pool, picks: &[Pick], precisions: &[f64]) -> Self {
         let (machine, fit) = (&fitted.machine, &fitted.fit);
         let probes: Vec<&dyn Effect> =
             picks.iter().filter_map(|pick| Some(pool.probes.get(pick.probe)?.effect.as_ref())).collect();
@@ -56,15 +58,21 @@ impl Fall {
             let mut own = machine.observations.of_row(*row).iter();
             own.any(|equation| equation.factor_in(unit).is_some())
         });
-        Self { regions, total, points: points_in(machine, &rows).max(1) as f64 }
+        Self {
+            regions,
+            total,
+            precisions: precisions.to_vec(),
+            points: points_in(machine, &rows).max(1) as f64,
+        }
     }
 
     /// With the first `count` picks in.
     pub(super) fn after(&self, pool: &Pool, picks: &[Pick], count: usize) -> StepRms {
         let columns = pool.columns(picks.get(..count).unwrap_or(picks));
-        let without = pool.values_without_regions(&columns);
+        let precisions = self.precisions.get(..columns.len()).unwrap_or(&self.precisions);
+        let without = pool.values_without_regions(&columns, precisions);
         let apart = self.regions.iter().zip(&without).map(|(region, values)| left(region, values)).sum();
-        let together = left(&self.total, &pool.values(&columns));
+        let together = left(&self.total, &pool.values(&columns, precisions));
         StepRms { fit: self.mean_root(together), cv: Some(self.mean_root(apart)) }
     }
 
@@ -168,7 +176,8 @@ mod tests {
 
     #[test]
     fn the_root_of_the_mean_is_over_points_and_rounding_below_zero_is_nothing() {
-        let fall = Fall { regions: Vec::new(), total: NormalEquations::zeros(0), points: 4.0 };
+        let (regions, precisions) = (Vec::new(), Vec::new());
+        let fall = Fall { regions, total: NormalEquations::zeros(0), precisions, points: 4.0 };
         assert_eq!((fall.mean_root(36.0), fall.mean_root(2.25), fall.mean_root(-1e-9)), (3.0, 0.75, 0.0));
     }
 }

@@ -4,21 +4,21 @@
 //! space and by random fold. Selection, significance and cross-validation then cost no further pass.
 
 mod fall;
+mod judged;
 mod left_out;
 mod pool;
 
 use super::claim::Claim;
 use super::fitted::Fitted;
 use super::growth::{Step, StepRms};
-use super::lack_of_fit::LackOfFit;
 use super::outcome::Named;
-use super::thresholds::{BATCH_FAMILY, BATCH_JUDGED_ROWS, BATCH_ROWS, GAIN_ERRORS, OVERWHELMING_GAIN};
+use super::thresholds::{BATCH_FAMILY, BATCH_ROWS};
 use super::verdict::effect_place;
 use crate::laboratory::{Laboratory, LaboratoryError};
 use crate::noise_floor::Floor;
 use fall::Fall;
-use left_out::LeftOutPredictions;
-use plumb_calibration::arm_model::Model;
+use judged::{InPlaceOf, Judged};
+use plumb_calibration::arm_model::{Model, ValuePrior};
 use plumb_calibration::effect::EffectId;
 use plumb_calibration::fit::FitOptions;
 use plumb_estimation::Progress;
@@ -30,12 +30,28 @@ pub(super) struct Batch {
     pub(super) laboratory: Laboratory,
     /// One step an effect; the last holds the model.
     pub(super) steps: Vec<Step>,
+    /// Times the held-out rows were looked at to judge corrections.
+    pub(super) opened: u32,
+}
+
+/// What a batch takes in.
+#[derive(Default)]
+struct Chosen {
+    picks: Vec<Pick>,
+    /// Those of them that are corrections.
+    corrections: Vec<InPlaceOf>,
+    opened: u32,
 }
 
 impl Laboratory {
     /// Takes in a family of harmonics, with whatever else the rows ask for beside them, at one go; nothing if the table is
-    /// small or no family is at work.
-    pub(super) fn batch(&self, again: bool, progress: &Progress) -> Result<Option<Batch>, LaboratoryError> {
+    /// small or no family is at work. At most so many of them are corrections.
+    pub(super) fn batch(
+        &self,
+        again: bool,
+        corrections: usize,
+        progress: &Progress,
+    ) -> Result<Option<Batch>, LaboratoryError> {
         if self.measured_rows().len() < BATCH_ROWS {
             return Ok(None);
         }
@@ -44,30 +60,47 @@ impl Laboratory {
         let floor = &Floor::of(&fitted.machine, &fitted.fit, &self.context());
         let pool = Pool::gather(self, &fitted, progress)?;
         progress.report(0.4, "choosing effects")?;
-        let Some(picks) = self.picks(again, &pool, &fitted, floor, progress)? else { return Ok(None) };
+        let Some(chosen) = self.chosen((again, corrections), &pool, &fitted, floor, progress)? else {
+            return Ok(None);
+        };
         progress.report(0.6, "fitting what was chosen")?;
-        let (more, moved) = pool.effects(&picks);
+        let precisions = pool.precisions(&chosen.picks);
+        let (more, moved) = pool.effects(&chosen.picks, &precisions);
+        let known = self.knowing(pool.priors(&chosen.picks, &precisions));
         // The weights stay: what is an outlier is judged anew once, when all is in.
         let plain = FitOptions { robust: false, ..self.options().fit };
-        let after = self.fit_beside(&more, &fitted, &moved, plain, progress)?;
-        let model = self.adopted(&after);
-        let steps = self.steps(&pool, &picks, (&fitted, &after), &model, progress)?;
+        let after = known.fit_beside(&more, &fitted, &moved, plain, progress)?;
+        let mut model = known.adopted(&after);
+        if !chosen.corrections.is_empty() {
+            // A correction is an interpolation: it holds where it was fitted, and a cell must know where that is.
+            model.measured_region = self.measured_region();
+        }
+        model.corrections.extend(chosen.corrections.iter().map(|one| one.correction.clone()));
+        let steps = known.steps(&pool, (&chosen, &precisions), (&fitted, &after), &model, progress)?;
         let laboratory = Self::new(model, self.table().clone(), self.options().clone())?;
-        Ok(Some(Batch { laboratory, steps }))
+        Ok(Some(Batch { laboratory, steps, opened: chosen.opened }))
     }
 
-    /// The candidates a batch takes in; nothing if no family is at work. Those that are doubted are closed, and the selection
+    /// The same where so much is known beforehand of values besides.
+    fn knowing(&self, priors: Vec<ValuePrior>) -> Self {
+        let mut model = self.model().clone();
+        model.priors.extend(priors);
+        self.with_model(model)
+    }
+
+    /// What a batch takes in; nothing if no family is at work. Candidates that are doubted are closed, and the selection
     /// begins anew: what held beside them may not hold without them.
-    fn picks(
+    fn chosen(
         &self,
-        again: bool,
+        (again, corrections): (bool, usize),
         pool: &Pool,
         fitted: &Fitted<'_>,
         floor: &Floor,
         progress: &Progress,
-    ) -> Result<Option<Vec<Pick>>, LaboratoryError> {
-        let mut closed = Vec::new();
+    ) -> Result<Option<Chosen>, LaboratoryError> {
+        let (mut closed, mut opened) = (Vec::new(), 0);
         loop {
+            progress.check()?;
             let mut picks = pool.select(&closed);
             picks.truncate(pool.enough(&picks));
             let picks = pool.needed(picks);
@@ -76,9 +109,18 @@ impl Laboratory {
             if picks.is_empty() || (high < BATCH_FAMILY && !again) {
                 return Ok(None);
             }
-            let doubtful = self.doubtful(pool, &picks, fitted, floor, progress)?;
+            let Judged { mut doubtful, in_place } = self.judged(pool, &picks, fitted, floor, progress)?;
+            // The best of them come first, as they were selected.
+            let (kept, more) = in_place.split_at(corrections.min(in_place.len()));
+            doubtful.extend(more.iter().map(|one| one.probe));
+            if doubtful.is_empty() && !kept.is_empty() {
+                opened += 1;
+                if !self.bear_out(pool, &picks, kept, fitted) {
+                    doubtful.extend(kept.iter().map(|one| one.probe));
+                }
+            }
             if doubtful.is_empty() {
-                return Ok(Some(picks));
+                return Ok(Some(Chosen { picks, corrections: kept.to_vec(), opened }));
             }
             closed.extend(doubtful);
         }
@@ -88,15 +130,16 @@ impl Laboratory {
     fn steps(
         &self,
         pool: &Pool,
-        picks: &[Pick],
+        (chosen, precisions): (&Chosen, &[f64]),
         (before, after): (&Fitted<'_>, &Fitted<'_>),
         model: &Model,
         progress: &Progress,
     ) -> Result<Vec<Step>, LaboratoryError> {
+        let picks = chosen.picks.as_slice();
         let rms = self.rms(&after.machine, &after.fit, progress)?;
         let sized = self.effect_values(&after.machine, &after.fit);
         let known = sized.len().saturating_sub(picks.len());
-        let fall = Fall::gather(before, pool, picks);
+        let fall = Fall::gather(before, pool, picks, precisions);
         let mut steps = Vec::new();
         for (place, pick) in picks.iter().enumerate() {
             let share = place as f64 / picks.len() as f64;
@@ -104,6 +147,7 @@ impl Laboratory {
             let id: &EffectId = &pool.probes[pick.probe].id;
             let value = sized.get(known + place);
             let last = place + 1 == picks.len();
+            let correction = chosen.corrections.iter().find(|one| one.probe == pick.probe);
             steps.push(Step {
                 added: Named {
                     effect: effect_place(&before.machine, id),
@@ -111,8 +155,8 @@ impl Laboratory {
                     unit: value.map_or_else(String::new, |value| value.unit.clone()),
                     se: value.map_or(f64::INFINITY, |value| value.se),
                 },
-                claim: Claim::Mechanism,
-                may_be: Vec::new(),
+                claim: if correction.is_some() { Claim::Correction } else { Claim::Mechanism },
+                may_be: correction.map_or_else(Vec::new, |one| one.correction.may_be.clone()),
                 label: self.model().label(id),
                 rms_mm: match last {
                     true => StepRms { fit: rms.fit, cv: rms.cv },
@@ -123,48 +167,6 @@ impl Laboratory {
             });
         }
         Ok(steps)
-    }
-
-    /// Picks with a name of their own that may not be claimed: another candidate would do as well beside the other picks,
-    /// or rows left out are not predicted better with them in. A family of harmonics is judged as a whole, and elsewhere.
-    fn doubtful(
-        &self,
-        pool: &Pool,
-        picks: &[Pick],
-        fitted: &Fitted<'_>,
-        floor: &Floor,
-        progress: &Progress,
-    ) -> Result<Vec<usize>, LaboratoryError> {
-        let named: Vec<(usize, &Pick)> =
-            picks.iter().enumerate().filter(|(_, pick)| pool.probes[pick.probe].id.order.is_none()).collect();
-        if named.is_empty() {
-            return Ok(Vec::new());
-        }
-        // A doubt needs no more rows than this, and the derivatives by every number that is fitted are kept for each.
-        let thin = self.thinned(BATCH_JUDGED_ROWS);
-        let laboratory = thin.as_ref().unwrap_or(self);
-        let rows = laboratory.measured_rows();
-        let (more, moved) = pool.effects(picks);
-        let (machine, state) = laboratory.expected(&more, fitted, &moved)?;
-        let joints = named.iter().filter_map(|(_, pick)| pool.probes[pick.probe].id.joint()).collect();
-        let predictions =
-            LeftOutPredictions::of(&machine, &state, (&rows, &fitted.fit.weights), &joints, progress)?;
-        // Where more than noise is left whatever is taken in, a name takes overwhelming evidence.
-        let unfinished = LackOfFit::beside(predictions.noise(), floor)
-            .is_none_or(|lack_of_fit| lack_of_fit.is_significant());
-        let asked = if unfinished { OVERWHELMING_GAIN } else { GAIN_ERRORS };
-        let mut doubtful = Vec::new();
-        for (place, pick) in named {
-            progress.check()?;
-            // The picks are the last of the machine's parts, in their order.
-            let gains = predictions.gains(machine.parts.len() - picks.len() + place);
-            let predicts = gains.iter().all(|gain| gain.total > asked * gain.error);
-            // A gain must show in every way of leaving out: by region, by range of its joint, by session.
-            if !predicts || pool.rivalled(picks, place) {
-                doubtful.push(pick.probe);
-            }
-        }
-        Ok(doubtful)
     }
 }
 

@@ -1,6 +1,8 @@
 //! Normal equations of everything fitted and of every candidate, by region of pose space and by random fold, from one pass
 //! over the rows. Selection, significance and cross-validation cost no further pass.
 
+use std::collections::BTreeMap;
+
 use nalgebra::{DMatrix, DVector};
 
 use crate::candidates;
@@ -9,7 +11,7 @@ use crate::fitted::Fitted;
 use crate::laboratory::{Laboratory, LaboratoryError};
 use crate::score_test::Probe;
 use crate::thresholds::{BATCH_EFFECTS, BATCH_LEFT, BATCH_PARSIMONY, HIGH_ORDER, NAMING_LEVEL, TIE_BIC};
-use plumb_calibration::arm_model::AddedEffect;
+use plumb_calibration::arm_model::{AddedEffect, ValuePrior};
 use plumb_calibration::effect::{Effect, Search};
 use plumb_estimation::{NormalEquations, Progress, Random, RankRevealingCholesky, f_tail, for_each};
 
@@ -21,6 +23,9 @@ const CHUNK: usize = 128;
 
 /// Part of a sum of squares that is left at least, whatever is taken away: rounding of the normal equations, which are never gathered anew.
 const LEAST_LEFT: f64 = 1e-6;
+
+/// Rounds in which the variance of a joint's waves is estimated: it converges from round to round by about the part of the numbers that the rows do not determine.
+const VARIANCE_ROUNDS: usize = 12;
 
 /// Damping of a fit without some rows, relative to the diagonal.
 const DAMPING: f64 = 1e-6;
@@ -80,12 +85,15 @@ impl Pool {
         let normals = gather_cells(fitted, &cells, &probes, first);
         progress.check()?;
         let regions = cells.len() / FOLDS;
+        let mut total = sum(first, normals.iter());
+        // What is known of the fitted numbers besides the rows stays known whichever rows are left out.
+        fitted.machine.known_besides_rows(&fitted.fit.state, &mut total);
         Ok(Self {
             ranges,
             free_parameters,
             regions: normals.chunks(FOLDS).take(regions).map(|own| sum(first, own.iter())).collect(),
             folds: (0..FOLDS).map(|fold| sum(first, normals.iter().skip(fold).step_by(FOLDS))).collect(),
-            total: sum(first, normals.iter()),
+            total,
             rank: fitted.fit.rank(),
             probes,
         })
@@ -115,17 +123,20 @@ impl Pool {
         }
     }
 
-    /// Whether, with all the other picks in, some candidate of another name or place would do as well as this one.
-    pub(super) fn rivalled(&self, picks: &[Pick], place: usize) -> bool {
-        let Some(own) = picks.get(place) else { return false };
+    /// Candidates of another name or place that would do as well as a pick with all the other picks in, the likeliest first; nothing of a pick that the others swallow
+    /// whole, or that is implausible beside them.
+    pub(super) fn rivals(&self, picks: &[Pick], place: usize) -> Option<Vec<usize>> {
+        let own = picks.get(place)?;
         let others: Vec<Pick> = picks.iter().filter(|pick| pick.probe != own.probe).copied().collect();
         let beyond = self.beyond(&self.columns(&others));
-        // What the others swallow whole, or what is implausible beside them, represents nothing.
-        let Some(mine) = self.worth(own.probe, &beyond) else { return true };
-        (0..self.probes.len())
-            .filter(|index| picks.iter().all(|pick| pick.probe != *index))
-            .filter_map(|index| self.worth(index, &beyond))
-            .any(|other| other > mine - TIE_BIC)
+        let mine = self.worth(own.probe, &beyond)?;
+        let open = (0..self.probes.len()).filter(|index| picks.iter().all(|pick| pick.probe != *index));
+        let mut rivals: Vec<(f64, usize)> = open
+            .filter_map(|index| Some((self.worth(index, &beyond)?, index)))
+            .filter(|(other, _)| *other > mine - TIE_BIC)
+            .collect();
+        rivals.sort_by(|one, other| other.0.total_cmp(&one.0));
+        Some(rivals.into_iter().map(|(_, index)| index).collect())
     }
 
     /// By how much a candidate betters Schwarz's criterion beyond what is taken in; nothing where it cannot be seen, or is implausible.
@@ -182,9 +193,57 @@ impl Pool {
         picks
     }
 
+    /// What the waves of each joint show of one another: their numbers are normally distributed about zero, with one variance a joint, by which the rows are likeliest
+    /// (random effects; MacKay 1992, Neural Computation 4, 415-447, equation 4.8). One over the variance, in units of the variance of one equation, for each of the
+    /// columns; zero where nothing is known.
+    pub(super) fn precisions(&self, picks: &[Pick]) -> Vec<f64> {
+        let columns = self.columns(picks);
+        let (matrix, gradient) = picked(&self.total, &columns);
+        let mut groups: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        let mut place = self.free_parameters;
+        for pick in picks {
+            let (id, width) = (&self.probes[pick.probe].id, self.ranges[pick.probe].len());
+            if let (Some(joint), true) = (id.joint(), id.order.is_some()) {
+                groups.entry(joint).or_default().extend(place..place + width);
+            }
+            place += width;
+        }
+        let mut precisions = vec![0.0; columns.len()];
+        for _ in 0..VARIANCE_ROUNDS {
+            let factor = RankRevealingCholesky::new(&(&matrix + diagonal(&precisions)));
+            let (values, inverse) = (factor.solve(&gradient), factor.inverse());
+            let left = self.total.squares - 2.0 * values.dot(&gradient) + values.dot(&(&matrix * &values));
+            let freedom = (self.total.equations as f64 - factor.rank() as f64).max(1.0);
+            let variance = (left / freedom).max(f64::MIN_POSITIVE);
+            for own in groups.values() {
+                // As many numbers as the rows determine, not the prior.
+                let determined: f64 = own.iter().map(|at| 1.0 - precisions[*at] * inverse[(*at, *at)]).sum();
+                let squares: f64 = own.iter().map(|at| values[*at] * values[*at]).sum();
+                let next = determined * variance / squares;
+                if next.is_finite() && next > 0.0 {
+                    own.iter().for_each(|at| precisions[*at] = next);
+                }
+            }
+        }
+        precisions
+    }
+
+    /// The same as what a model keeps.
+    pub(super) fn priors(&self, picks: &[Pick], precisions: &[f64]) -> Vec<ValuePrior> {
+        let mut place = self.free_parameters;
+        let priors = picks.iter().map(|pick| {
+            let own = place..place + self.ranges[pick.probe].len();
+            place = own.end;
+            let known =
+                |at: usize| precisions.get(at).filter(|one| **one > 0.0).map(|one| one.sqrt().recip());
+            ValuePrior { id: self.probes[pick.probe].id.clone(), sd: own.map(known).collect() }
+        });
+        priors.filter(|prior| prior.sd.iter().any(Option::is_some)).collect()
+    }
+
     /// The picks as effects, at the values all of them have together, and how the fitted numbers move beside them.
-    pub(super) fn effects(&self, picks: &[Pick]) -> (Vec<AddedEffect>, Vec<f64>) {
-        let values = self.values(&self.columns(picks));
+    pub(super) fn effects(&self, picks: &[Pick], precisions: &[f64]) -> (Vec<AddedEffect>, Vec<f64>) {
+        let values = self.values(&self.columns(picks), precisions);
         let mut first = self.free_parameters;
         let effects = picks.iter().map(|pick| {
             let width = self.ranges[pick.probe].len();
@@ -224,24 +283,29 @@ impl Pool {
         (0..self.free_parameters).chain(picked).collect()
     }
 
-    /// The values of everything, with these columns free.
-    pub(super) fn values(&self, columns: &[usize]) -> DVector<f64> {
-        let matrix = self.total.matrix.select_rows(columns).select_columns(columns);
-        RankRevealingCholesky::new(&matrix).solve(&self.total.gradient.select_rows(columns))
+    /// The values of everything, with these columns free; of each it may be known beforehand how near zero it is.
+    pub(super) fn values(&self, columns: &[usize], precisions: &[f64]) -> DVector<f64> {
+        let (matrix, gradient) = picked(&self.total, columns);
+        RankRevealingCholesky::new(&(matrix + diagonal(precisions))).solve(&gradient)
     }
 
     /// The same without each region in turn.
-    pub(super) fn values_without_regions(&self, columns: &[usize]) -> Vec<DVector<f64>> {
-        self.values_without(columns, &self.regions)
+    pub(super) fn values_without_regions(&self, columns: &[usize], precisions: &[f64]) -> Vec<DVector<f64>> {
+        self.values_without(columns, precisions, &self.regions)
     }
 
-    fn values_without(&self, columns: &[usize], blocks: &[NormalEquations]) -> Vec<DVector<f64>> {
+    fn values_without(
+        &self,
+        columns: &[usize],
+        precisions: &[f64],
+        blocks: &[NormalEquations],
+    ) -> Vec<DVector<f64>> {
         let (matrix, gradient) = picked(&self.total, columns);
         blocks
             .iter()
             .map(|block| {
                 let (own, own_gradient) = picked(block, columns);
-                let mut rest = &matrix - &own;
+                let mut rest = &matrix - &own + diagonal(precisions);
                 // Without a region a harmonic may be seen over a part of a period only: a little damping keeps its amplitude at home.
                 for index in 0..rest.nrows() {
                     rest[(index, index)] *= 1.0 + DAMPING;
@@ -253,7 +317,7 @@ impl Pool {
 
     /// Weighted squares of rows predicted without their own block.
     fn left_out(&self, columns: &[usize], blocks: &[NormalEquations]) -> f64 {
-        let steps = self.values_without(columns, blocks);
+        let steps = self.values_without(columns, &vec![0.0; columns.len()], blocks);
         let errors = blocks.iter().zip(steps).map(|(block, step)| {
             let (own, own_gradient) = picked(block, columns);
             block.squares - 2.0 * step.dot(&own_gradient) + step.dot(&(own * &step))
@@ -310,6 +374,11 @@ impl Pool {
             };
         }
     }
+}
+
+/// A matrix with these on its diagonal.
+fn diagonal(entries: &[f64]) -> DMatrix<f64> {
+    DMatrix::from_diagonal(&DVector::from_column_slice(entries))
 }
 
 fn picked(normal: &NormalEquations, columns: &[usize]) -> (DMatrix<f64>, DVector<f64>) {
@@ -406,7 +475,7 @@ mod tests {
         let lab = two_links(60, "joint_zero(*)", 0.02, 45, |q| [0.0, 0.01 * q[1]]);
         let pool = pool(&lab);
         let picks = pool.select(&[]);
-        let (effects, moved) = pool.effects(&picks);
+        let (effects, moved) = pool.effects(&picks, &pool.precisions(&picks));
         assert_eq!((lab.model().label(&effects[0].id).as_str(), moved.len()), ("joint_gain(elbow)", 2));
         assert!((effects[0].values[0] - 0.01).abs() < 2e-4, "{effects:?}");
         assert_eq!(picks.len(), 1, "{effects:?}");
@@ -418,6 +487,49 @@ mod tests {
         assert_eq!(pool.enough(&[]), 0);
         let closed = pool.select(&[picks[0].probe]);
         assert!(!closed.contains(&picks[0]), "what is closed is not taken");
+    }
+
+    #[test]
+    fn the_variance_of_a_joints_waves_is_the_one_by_which_the_rows_are_likeliest() {
+        // Twelve waves whose numbers are drawn with 0.4 mrad; a shoulder without any.
+        let mut random = Random::seeded(8);
+        let drawn: Vec<[f64; 2]> =
+            (0..12).map(|_| [4e-4 * random.normal(), 4e-4 * random.normal()]).collect();
+        let off = |q: f64| {
+            let waves = drawn.iter().zip(5_u8..);
+            waves.map(|([a, b], n)| a * (f64::from(n) * q).sin() + b * (f64::from(n) * q).cos()).sum()
+        };
+        let lab = two_links(300, "joint_zero(*)", 0.02, 48, |q| [0.0, off(q[1])]);
+        let pool = pool(&lab);
+        let waves = (0..pool.probes.len()).filter(|probe| {
+            let id = &pool.probes[*probe].id;
+            id.joint() == Some(1) && id.order.is_some_and(|order| (5.0..17.0).contains(&order))
+        });
+        let mut picks: Vec<Pick> = waves.map(|probe| Pick { probe }).collect();
+        picks.push(Pick {
+            probe: pool.probes.iter().position(|probe| probe.id.name == "joint_gain").unwrap(),
+        });
+        let precisions = pool.precisions(&picks);
+        assert_eq!(precisions.len(), 2 + 24 + 1);
+        assert!(precisions[..2].iter().chain(&precisions[26..]).all(|one| *one == 0.0), "{precisions:?}");
+        // The root of their mean square, for rows of unit variance: here they scatter by 0.02 of the undeclared mm.
+        let mean_square = drawn.iter().flatten().map(|one| one * one).sum::<f64>() / 24.0;
+        let sd = precisions[2].sqrt().recip();
+        let values = pool.values(&pool.columns(&picks), &precisions);
+        let left = pool.total.squares - values.dot(&pool.total.gradient.select_rows(&pool.columns(&picks)));
+        let one_equation = (left / (900.0 - 29.0)).sqrt();
+        assert!((sd * one_equation / mean_square.sqrt() - 1.0).abs() < 0.1, "{sd} {one_equation}");
+        // As the model keeps it: of the waves alone.
+        let priors = pool.priors(&picks, &precisions);
+        assert_eq!(priors.len(), 12);
+        assert_eq!(priors[3].id, pool.probes[picks[3].probe].id);
+        assert!(priors.iter().all(|prior| prior.sd == [Some(sd), Some(sd)]), "{priors:?}");
+        // Where the rows say little the values are drawn to zero, and without a prior they are not.
+        let free = pool.values(&pool.columns(&picks), &vec![0.0; precisions.len()]);
+        let strong =
+            pool.values(&pool.columns(&picks), &precisions.iter().map(|one| one * 1e9).collect::<Vec<_>>());
+        assert!(free.rows(2, 24).norm() >= values.rows(2, 24).norm());
+        assert!(strong.rows(2, 24).norm() < 1e-3 * free.rows(2, 24).norm());
     }
 
     #[test]
@@ -547,8 +659,9 @@ mod tests {
         let rivalled = |cost: f64| {
             let mut pool = by_hand(1000, 1, (0.0, [0.5, 0.5]));
             pool.probes[1].search_cost = cost;
-            pool.rivalled(&[Pick { probe: 0 }], 0)
+            pool.rivals(&[Pick { probe: 0 }], 0).unwrap()
         };
-        assert!(rivalled(5.9) && !rivalled(6.1));
+        assert_eq!(rivalled(5.9), [1]);
+        assert!(rivalled(6.1).is_empty());
     }
 }

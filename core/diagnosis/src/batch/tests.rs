@@ -19,7 +19,7 @@ fn waves(q: [f64; 2]) -> [f64; 2] {
 #[test]
 fn every_wave_of_a_family_is_found_with_its_size_and_the_error_falls_from_one_to_the_next() {
     let lab = two_links(BATCH_ROWS + 40, "joint_zero(*)", 0.02, 41, waves);
-    let batch = lab.batch(false, &Progress::unwatched()).unwrap().unwrap();
+    let batch = lab.batch(false, 0, &Progress::unwatched()).unwrap().unwrap();
     for (joint, order, amplitude) in WAVES {
         let place = ["shoulder", "elbow"][joint];
         let own = batch
@@ -49,7 +49,7 @@ fn every_wave_of_a_family_is_found_with_its_size_and_the_error_falls_from_one_to
         last.model.is_some() && batch.steps[..batch.steps.len() - 1].iter().all(|step| step.model.is_none())
     );
     assert_eq!(batch.laboratory.model().effects.len(), batch.steps.len());
-    assert!(batch.laboratory.batch(true, &Progress::unwatched()).unwrap().is_none(), "nothing is left");
+    assert!(batch.laboratory.batch(true, 0, &Progress::unwatched()).unwrap().is_none(), "nothing is left");
 }
 
 #[test]
@@ -59,7 +59,7 @@ fn an_effect_with_a_name_of_its_own_comes_in_beside_the_family() {
         [off[0], off[1] + 0.003 * q[1]]
     };
     let lab = two_links(BATCH_ROWS + 40, "joint_zero(*)", 0.02, 44, with_gain);
-    let batch = lab.batch(false, &Progress::unwatched()).unwrap().unwrap();
+    let batch = lab.batch(false, 0, &Progress::unwatched()).unwrap().unwrap();
     let gain = batch.steps.iter().find(|step| step.label == "joint_gain(elbow)");
     let gain = gain.unwrap_or_else(|| panic!("{:?}", batch.steps));
     assert!((gain.added.size - 0.003).abs() < 4.0 * gain.added.se, "{:?}", gain.added);
@@ -76,10 +76,14 @@ fn a_pick_is_rivalled_where_another_does_as_well_with_the_others_in() {
         pool::Pick { probe: own.unwrap() }
     };
     let (shoulder, elbow) = (gain_of(0), gain_of(1));
-    assert!(!pool.rivalled(&[elbow], 0), "nothing does what the elbow's gain does");
-    assert!(!pool.rivalled(&[shoulder, elbow], 1), "beside another as well");
-    assert!(pool.rivalled(&[elbow, shoulder], 1), "the shoulder's gain is nothing, and so is all else");
-    assert!(!pool.rivalled(&[elbow], 7), "there is no such pick");
+    assert_eq!(pool.rivals(&[elbow], 0), Some(Vec::new()), "nothing does what the elbow's gain does");
+    assert_eq!(pool.rivals(&[shoulder, elbow], 1), Some(Vec::new()), "beside another as well");
+    assert_ne!(
+        pool.rivals(&[elbow, shoulder], 1),
+        Some(Vec::new()),
+        "the shoulder's gain is nothing, and so is all else"
+    );
+    assert_eq!(pool.rivals(&[elbow], 7), None, "there is no such pick");
     assert!(!pool.is_high_order(&elbow));
     let waves: Vec<bool> = [4.0, 5.0]
         .map(|order| {
@@ -130,13 +134,13 @@ fn an_effect_that_is_there_predicts_what_is_left_out_in_every_way_that_is_asked(
 #[test]
 fn small_tables_and_those_without_a_family_are_left_to_the_search_one_by_one() {
     let small = two_links(BATCH_ROWS - 1, "joint_zero(*)", 0.02, 42, waves);
-    assert!(small.batch(false, &Progress::unwatched()).unwrap().is_none());
+    assert!(small.batch(false, 0, &Progress::unwatched()).unwrap().is_none());
     let plain = two_links(BATCH_ROWS, "joint_zero(*)", 0.02, 43, |q| [0.0, 0.002 * q[1]]);
-    assert!(plain.batch(false, &Progress::unwatched()).unwrap().is_none());
+    assert!(plain.batch(false, 0, &Progress::unwatched()).unwrap().is_none());
 }
 
-/// What is doubted of gains that are taken in, of an arm whose elbow has a gain that is wrong and turns by so much of its range.
-fn doubted(range: f64, gains: &[usize]) -> Vec<usize> {
+/// Which gains that are taken in are no mechanisms, of an arm whose elbow has a gain that is wrong and turns by so much of its range: those that are doubted, and corrections.
+fn not_claimed(range: f64, gains: &[usize]) -> [Vec<usize>; 2] {
     let lab = two_links(90, "joint_zero(*)", 0.02, 45, |q| [0.0, (1.01 * range - 1.0) * q[1]]);
     let lab = crate::testing::with_table(&lab, |table| {
         table.q.iter_mut().skip(1).step_by(2).for_each(|elbow| *elbow *= range);
@@ -150,13 +154,19 @@ fn doubted(range: f64, gains: &[usize]) -> Vec<usize> {
         pool.probes.iter().position(|probe| probe.id == gain).unwrap()
     };
     let picks: Vec<Pick> = gains.iter().map(|joint| Pick { probe: of(*joint) }).collect();
-    let found = lab.doubtful(&pool, &picks, &fitted, &floor, &Progress::unwatched()).unwrap();
-    gains.iter().copied().filter(|joint| found.contains(&of(*joint))).collect()
+    let found = lab.judged(&pool, &picks, &fitted, &floor, &Progress::unwatched()).unwrap();
+    let corrections: Vec<usize> = found.in_place.iter().map(|one| one.probe).collect();
+    [found.doubtful, corrections].map(|found| {
+        let gains = gains.iter().copied();
+        gains.filter(|joint| found.contains(&of(*joint))).collect()
+    })
 }
 
 #[test]
-fn a_name_in_a_batch_is_doubted_where_it_does_not_predict_or_where_another_does_as_well() {
-    assert_eq!(doubted(1.0, &[1]), [0_usize; 0]);
-    assert_eq!(doubted(1.0, &[0, 1]), [0], "the shoulder has no gain");
-    assert_eq!(doubted(0.1, &[1]), [1], "over a tenth of the range a wave does what the gain does");
+fn a_name_in_a_batch_is_doubted_where_it_does_not_predict_and_a_correction_where_another_does_as_well() {
+    let none: Vec<usize> = Vec::new();
+    assert_eq!(not_claimed(1.0, &[1]), [none.clone(), none.clone()]);
+    assert_eq!(not_claimed(1.0, &[0, 1]), [vec![0], none.clone()], "the shoulder has no gain");
+    let short = not_claimed(0.1, &[1]);
+    assert_eq!(short, [none, vec![1]], "over a tenth of the range a wave does what the gain does");
 }

@@ -113,6 +113,40 @@ fn a_claim_that_is_none_is_refused_with_its_place() {
 }
 
 #[test]
+fn what_is_known_of_values_beforehand_is_written_read_and_refused_with_its_place() {
+    let model = |rest: &str, heading: &str| {
+        let text = format!(
+            "{COLUMN_ARM}targets: {{p1: {{}}}}\n{heading}:\n  - {{effect: joint_harmonic, where: elbow, n: 9, values: {{sine_deg: 0.01, cosine_deg: 0}}, prior_sd: {rest}}}\n"
+        );
+        Model::parse("model.yaml", &text)
+    };
+    let read = model("{sine_deg: 0.02, cosine_deg: 0.03}", "effects").unwrap();
+    let known: Vec<f64> = read.priors[0].sd.iter().map(|sd| sd.unwrap().to_degrees()).collect();
+    assert!((known[0] - 0.02).abs() < 1e-12 && (known[1] - 0.03).abs() < 1e-12, "{known:?}");
+    let written = plumb_calibration::file::model_text(&read);
+    assert!(
+        written.contains(
+            "values: {sine_deg: 0.01, cosine_deg: 0}, prior_sd: {sine_deg: 0.02, cosine_deg: 0.03}}"
+        ),
+        "{written}"
+    );
+    assert_eq!(Model::parse("model.yaml", &written).unwrap().priors, read.priors);
+    assert_eq!(model("{cosine_deg: 0.03}", "effects").unwrap().priors[0].sd[0], None);
+    assert!(model("{}", "effects").unwrap().priors.is_empty());
+    let refused = |rest: &str, heading: &str| model(rest, heading).unwrap_err().to_string();
+    let zero = refused("{sine_deg: 0}", "effects");
+    assert!(
+        zero.contains("standard deviation of `sine_deg` must be greater than zero") && zero.contains(":10"),
+        "{zero}"
+    );
+    assert!(refused("{sine_deg: -0.1}", "effects").contains("greater than zero"));
+    let unknown = refused("{sine: 0.1}", "effects");
+    assert!(unknown.contains("`joint_harmonic` has no value `sine`"), "{unknown}");
+    let misplaced = refused("{sine_deg: 0.1}", "fitted");
+    assert!(misplaced.contains("`prior_sd` belongs to effects that were added"), "{misplaced}");
+}
+
+#[test]
 fn a_name_that_the_locked_rows_contradict_is_given_and_not_added() {
     // In the last session, which is held out, the elbow's gain is the other way round, as after a repair.
     let mut text = String::from("session,q1_deg,q2_deg,q3_deg,p1_x_mm,p1_y_mm,p1_z_mm\n");

@@ -10,6 +10,11 @@ use super::made_up::{COLUMN_ARM, Xorshift, column_poses, column_tip, laboratory}
 const WHEELS: [(usize, f64, f64); 4] = [(0, 9.0, 0.03), (1, 12.0, 0.025), (2, 7.0, 0.04), (0, 20.0, 0.015)];
 
 fn table(rows: usize) -> String {
+    table_with(rows, |_| 0.0)
+}
+
+/// The same, where the elbow is besides off by so much (deg) at an angle (deg).
+fn table_with(rows: usize, elbow: impl Fn(f64) -> f64) -> String {
     let mut rng = Xorshift::seeded(31);
     let mut text = "q1_deg,q2_deg,q3_deg,p1_x_mm,p1_y_mm,p1_z_mm\n".to_owned();
     for q in column_poses(rows, 31) {
@@ -17,10 +22,29 @@ fn table(rows: usize) -> String {
         for (joint, order, amplitude) in WHEELS {
             really[joint] += amplitude * (order * q[joint].to_radians() + 0.4).sin();
         }
+        really[2] += elbow(q[2]);
         let [x, y, z] = column_tip(really).map(|part| part + rng.noise(0.02));
         text.push_str(&format!("{:.5},{:.5},{:.5},{x:.5},{y:.5},{z:.5}\n", q[0], q[1], q[2]));
     }
     text
+}
+
+#[test]
+fn what_a_batch_takes_in_does_no_harm_where_nothing_was_measured() {
+    let model = format!("{COLUMN_ARM}targets: {{p1: {{}}}}\nfree: [joint_zero(*)]\nnoise: {{p1_mm: 0.02}}\n");
+    // A cable that comes tight: no wave, but waves of low order follow it inside the rows.
+    let tight = |q: f64| 0.002 * (q + 60.0).max(0.0);
+    let holdout = Holdout::Random { share: 0.3, seed: 1 };
+    let laboratory = laboratory(&model, &table_with(640, tight), Options { holdout, ..Options::default() });
+    let growth = laboratory.grow(&Progress::unwatched()).unwrap();
+    let high =
+        growth.steps.iter().filter(|step| step.added.effect.n.is_some_and(|order| order > 4.0)).count();
+    assert!(high >= WHEELS.len(), "{:?}", growth.steps);
+    assert_eq!(growth.extrapolation.len(), 8);
+    for way in &growth.extrapolation {
+        assert!(!way.harmful(), "{way:?} of {:?}", growth.extrapolation);
+    }
+    assert!(growth.diagnosis.warnings.is_empty(), "{:?}", growth.diagnosis.warnings);
 }
 
 #[test]

@@ -7,7 +7,7 @@ pub fn note_in_words(note: &Note) -> String {
     match note {
         Note::Noticed(said) => said.clone(),
         Note::OutsideRegion { outside, rows } => format!(
-            "{outside} of {rows} rows lie outside the region in which the model's corrections were measured: there they are no more than a guess, and the residual map is left out"
+            "{outside} of {rows} rows lie outside the region in which the model's corrections were measured: there they are no more than a guess, and a residual map is left out"
         ),
         Note::NotArrived { reached, promised } => {
             format!("the fit has not arrived: {reached:.4} reached where a last step promises {promised:.4}")

@@ -19,6 +19,9 @@ use super::diagnose;
 use super::text::{effects_table, floor_line, placement_lines, rms_line, surface_lines};
 use crate::progress::watched;
 
+/// Alternatives of a correction that are listed on its line (mechanisms). Why: with more the line does not fit a screen.
+const SHOWN_ALTERNATIVES: usize = 3;
+
 /// What a change says in JSON.
 #[derive(Serialize)]
 struct Changed<'a> {
@@ -170,7 +173,7 @@ fn fall(growth: &Growth) -> String {
             step.floor_ratio.map_or_else(String::new, |ratio| format!(", {ratio:.2} times the noise"));
         let claim = match step.claim {
             Claim::Mechanism => String::new(),
-            Claim::Correction => format!("  correction: may be {}", step.may_be.join(", or ")),
+            Claim::Correction => format!("  correction: may be {}", alternatives(&step.may_be)),
         };
         text.push_str(&format!("+ {:<32} fit {:.4} {unit}{ratio}{claim}\n", step.label, step.rms_mm.fit));
     }
@@ -190,6 +193,16 @@ fn fall(growth: &Growth) -> String {
         ));
     }
     text
+}
+
+/// What a correction may be, on a line: the likeliest, and how many more there are. JSON and the model file list all.
+fn alternatives(may_be: &[String]) -> String {
+    match may_be {
+        [first, second, .., last] if may_be.len() > SHOWN_ALTERNATIVES => {
+            format!("{first}, or {second}, or {} more, or {last}", may_be.len() - SHOWN_ALTERNATIVES)
+        }
+        few => few.join(", or "),
+    }
 }
 
 /// What is noted where the files of the findings cannot be written.
@@ -249,4 +262,19 @@ pub(super) fn grow(arguments: &GrowArguments) -> Result<String, Box<dyn Error>> 
         ));
     }
     Ok(format!("{text}\n{}", diagnose::describe(&growth.diagnosis, &growth_sentence(&growth))))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::alternatives;
+
+    #[test]
+    fn of_many_alternatives_two_are_listed_and_what_has_no_name() {
+        let of =
+            |listed: &[&str]| alternatives(&listed.iter().map(|one| (*one).to_owned()).collect::<Vec<_>>());
+        assert_eq!(of(&["a", "unlisted"]), "a, or unlisted");
+        assert_eq!(of(&["a", "b", "unlisted"]), "a, or b, or unlisted");
+        assert_eq!(of(&["a", "b", "c", "d", "unlisted"]), "a, or b, or 2 more, or unlisted");
+        assert_eq!(of(&[]), "");
+    }
 }

@@ -219,7 +219,7 @@ fn known_distances_between_places_are_equations_of_their_own() {
         let mut state = machine.start();
         state.places = vec![Vector3::new(3.0, 0.0, 4.0), Vector3::zeros()];
         let mut total = NormalEquations::zeros(machine.free_parameters().len());
-        machine.place_distances(&state, &mut total);
+        machine.known_besides_rows(&state, &mut total);
         // They are 5 mm apart and 6 mm is known to a tenth of the noise of touching, 0.05 mm: 1 mm is 20 sigmas.
         assert!(near(total.squares, 400.0) && total.equations == 1);
         let away = [0.6, 0.0, 0.8, -0.6, 0.0, -0.8].map(|part| part / 0.05);
@@ -229,13 +229,35 @@ fn known_distances_between_places_are_equations_of_their_own() {
         }
         state.places = vec![Vector3::zeros(); 2];
         let mut at_one = NormalEquations::zeros(machine.free_parameters().len());
-        machine.place_distances(&state, &mut at_one);
+        machine.known_besides_rows(&state, &mut at_one);
         assert!(
             at_one.matrix.iter().all(|entry| entry.is_finite()),
             "places upon each other have some direction"
         );
         assert!(near(at_one.squares, 120.0 * 120.0));
     });
+}
+
+#[test]
+fn what_is_known_of_a_value_beforehand_is_an_observation_of_zero() {
+    let model = format!(
+        "{PLANAR}effects:\n  - {{effect: joint_gain, where: elbow, values: {{gain: 0.01}}, prior_sd: {{gain: 0.002}}}}\n"
+    );
+    let parsed = Model::parse("planar.yaml", &model).unwrap();
+    let table = Table::parse("t.csv", "q1_deg,q2_deg,p1_x_mm\n0,10,1\n20,30,2\n").unwrap();
+    let observations = Observations::new(&parsed, &table).unwrap();
+    let machine = ResidualModel::new(&parsed, &table, &observations, &parsed.effects).unwrap();
+    let state = machine.start();
+    let mut known = NormalEquations::zeros(1);
+    machine.known_besides_rows(&state, &mut known);
+    // The gain is five of its standard deviations from zero.
+    assert!(near(known.squares, 25.0) && known.equations == 1);
+    assert!(near(known.matrix[(0, 0)], 250_000.0) && near(known.gradient[0], -2500.0));
+    let (all, ones) = ([0, 1], [1.0; 2]);
+    let rows = machine.normal_of_rows(&state, &all, &ones);
+    let total = machine.normal(&state, &all, &ones, &[]);
+    assert!(near(total.squares - rows.squares, 25.0), "it is no row's, and counts in the sum");
+    assert!(near(machine.squares(&state, &all, &ones), total.squares));
 }
 
 #[test]
