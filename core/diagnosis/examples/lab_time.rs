@@ -1,5 +1,5 @@
 //! How long the laboratory takes over large tables of a made-up arm of six joints, and how much memory:
-//! `cargo run --release -p plumb-model --example lab_time [ROWS ...]`. First a diagnosis of 1,000 rows, from the files to the
+//! `cargo run --release -p plumb-diagnosis --example lab_time [ROWS ...]`. First a diagnosis of 1,000 rows, from the files to the
 //! verdict with cross-validation and poses to measure next; then plain fits of its geometry to more and more rows. Seconds by the
 //! clock and of processor time; memory is the most the process has held so far.
 

@@ -1,5 +1,5 @@
 //! What the laboratory finds in measurements of real machines, as a table for the manual:
-//! `cargo run --release -p plumb-model --example story -- FOLDER [SEED ...]`, with the folder's model files and tables (those
+//! `cargo run --release -p plumb-diagnosis --example story -- FOLDER [SEED ...]`, with the folder's model files and tables (those
 //! that are there). Beside the held-out rows, chosen at random, stand whole regions and the last part of the time left out,
 //! and a warning where what was added does harm there. Seconds are of processor time, both cores together.
 
