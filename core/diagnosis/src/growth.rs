@@ -82,8 +82,8 @@ const ROUNDS: usize = 2;
 /// Effects taken in at most.
 const MOST: usize = 200;
 
-fn count_of_corrections(steps: &[Step]) -> usize {
-    steps.iter().filter(|step| step.claim == Claim::Correction).count()
+fn count_of_corrections<'s>(steps: impl Iterator<Item = &'s Step>) -> usize {
+    steps.filter(|step| step.claim == Claim::Correction).count()
 }
 
 /// A model being grown.
@@ -213,7 +213,7 @@ impl Laboratory {
     /// Nothing can be fitted, or cancellation.
     pub fn grow_with_corrections(&self, progress: &Progress) -> Result<Growth, LaboratoryError> {
         let mut growth = self.grow_by(MOST_CORRECTIONS, progress)?;
-        let corrections = count_of_corrections(&growth.steps);
+        let corrections = count_of_corrections(growth.steps.iter());
         if corrections > 0 {
             growth.diagnosis.warnings.push(Note::Corrections(corrections));
         }
@@ -230,7 +230,9 @@ impl Laboratory {
         let (mut laboratory, mut steps) = laboratory.with_what_was_reset(corrections, progress)?;
         let (reset, mut opened) = (steps.len(), 0);
         for round in 0..ROUNDS {
-            let left = corrections.saturating_sub(count_of_corrections(&steps));
+            // Waves of low order stay whatever is claimed of them; those with a name of their own are limited.
+            let named = steps.iter().filter(|step| step.added.effect.n.is_none());
+            let left = corrections.saturating_sub(count_of_corrections(named));
             let Some(batch) = laboratory.batch(round > 0, left, progress)? else { break };
             steps.extend(batch.steps);
             opened += batch.opened;
@@ -245,7 +247,7 @@ impl Laboratory {
         let start = StepRms { fit: diagnosis.rms_mm.fit, cv: diagnosis.rms_mm.cv };
         // What was re-set was added before: the story begins with the model the user gave.
         let start = if reset > 0 { self.compare(progress)?.rms_mm.into() } else { start };
-        let mut corrected = count_of_corrections(&steps);
+        let mut corrected = count_of_corrections(steps.iter());
         let mut growing = Growing { laboratory, diagnosis, found, steps, opened: 0 };
         // A mechanism first, as long as there is one; a correction would take part of what a name needs.
         while growing.steps.len() < MOST {
@@ -341,7 +343,7 @@ impl Laboratory {
         Ok(Growth {
             model: grown.model().clone(),
             start: start.into(),
-            mechanisms_alone: match count_of_corrections(&steps) {
+            mechanisms_alone: match count_of_corrections(steps.iter()) {
                 0 => None,
                 _ => Some(grown.mechanisms_alone(progress)?),
             },

@@ -9,9 +9,9 @@ use crate::laboratory::{Laboratory, LaboratoryError};
 use crate::lack_of_fit::LackOfFit;
 use crate::noise_floor::Floor;
 use crate::predictive_gain::Gain;
-use crate::thresholds::{BATCH_JUDGED_ROWS, GAIN_ERRORS, OVERWHELMING_GAIN, RIVALS};
+use crate::thresholds::{BATCH_JUDGED_ROWS, GAIN_ERRORS, HIGH_ORDER, OVERWHELMING_GAIN, RIVALS};
 use plumb_calibration::arm_model::Correction;
-use plumb_calibration::effect::Effect;
+use plumb_calibration::effect::{Effect, EffectId};
 use plumb_estimation::Progress;
 
 /// A pick that predicts rows it has not seen, but is one of several mechanisms that may be at work.
@@ -22,7 +22,7 @@ pub(super) struct InPlaceOf {
     pub(super) correction: Correction,
 }
 
-/// The picks with a name of their own that may not be claimed as mechanisms.
+/// Picks that may not be claimed as mechanisms.
 #[derive(Debug, Default)]
 pub(super) struct Judged {
     /// Rows left out are not predicted better with them in, or the others swallow them.
@@ -32,17 +32,41 @@ pub(super) struct Judged {
 }
 
 impl Laboratory {
-    /// What may be claimed of the picks with a name of their own. A family of harmonics is judged as a whole, and elsewhere.
+    /// The waves of low order that are no mechanisms. Together with the geometry they imitate whatever changes slowly over the joint's range: several at one joint are a Fourier
+    /// series of it, and one alone has to meet what a name has to. They stay, whatever they stand for: what their joint's waves have in common keeps them from harm.
+    pub(super) fn imitating(
+        &self,
+        pool: &Pool,
+        picks: &[Pick],
+        (fitted, floor): (&Fitted<'_>, &Floor),
+        progress: &Progress,
+    ) -> Result<Vec<InPlaceOf>, LaboratoryError> {
+        let is_low = |id: &EffectId| id.order.is_some_and(|order| order <= HIGH_ORDER);
+        let ids = picks.iter().map(|pick| &pool.probes[pick.probe].id);
+        let low: Vec<&EffectId> = ids.filter(|id| is_low(id)).collect();
+        let is_alone = |id: &EffectId| low.iter().filter(|other| other.joint() == id.joint()).count() == 1;
+        let is_asked = |id: &EffectId| is_low(id) && is_alone(id);
+        let Judged { mut doubtful, mut in_place } =
+            self.judged(pool, picks, is_asked, (fitted, floor), progress)?;
+        doubtful.extend(picks.iter().map(|pick| pick.probe).filter(|probe| {
+            let id = &pool.probes[*probe].id;
+            is_low(id) && !is_alone(id)
+        }));
+        in_place.extend(doubtful.into_iter().map(|probe| self.in_place(pool, probe, &[])));
+        Ok(in_place)
+    }
+
+    /// What may be claimed of some of the picks. Waves of high order are judged as a family, and elsewhere.
     pub(super) fn judged(
         &self,
         pool: &Pool,
         picks: &[Pick],
-        fitted: &Fitted<'_>,
-        floor: &Floor,
+        is_asked: impl Fn(&EffectId) -> bool,
+        (fitted, floor): (&Fitted<'_>, &Floor),
         progress: &Progress,
     ) -> Result<Judged, LaboratoryError> {
         let named: Vec<(usize, &Pick)> =
-            picks.iter().enumerate().filter(|(_, pick)| pool.probes[pick.probe].id.order.is_none()).collect();
+            picks.iter().enumerate().filter(|(_, pick)| is_asked(&pool.probes[pick.probe].id)).collect();
         let mut judged = Judged::default();
         if named.is_empty() {
             return Ok(judged);
@@ -127,7 +151,7 @@ mod tests {
     use crate::laboratory::Options;
     use crate::split::Holdout;
     use crate::testing::two_links;
-    use plumb_calibration::effect::{EffectId, Site};
+    use plumb_calibration::effect::Site;
 
     /// An arm whose elbow has a gain that is wrong, three rows in ten of which are locked away, and the pick of each joint's gain.
     fn with_picks(look: impl FnOnce(&Laboratory, &Pool, &Fitted<'_>, [Pick; 2])) {
@@ -186,7 +210,9 @@ mod tests {
             });
             let picks: Vec<Pick> =
                 std::iter::once(elbow.probe).chain(beside.take(waves)).map(|probe| Pick { probe }).collect();
-            let found = lab.judged(pool, &picks, fitted, &floor, &Progress::unwatched()).unwrap();
+            let found = lab
+                .judged(pool, &picks, |id| id.order.is_none(), (fitted, &floor), &Progress::unwatched())
+                .unwrap();
             judged = (found.doubtful.len(), found.in_place.len());
         });
         judged

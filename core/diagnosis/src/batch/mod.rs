@@ -109,20 +109,23 @@ impl Laboratory {
             if picks.is_empty() || (high < BATCH_FAMILY && !again) {
                 return Ok(None);
             }
-            let Judged { mut doubtful, in_place } = self.judged(pool, &picks, fitted, floor, progress)?;
+            let is_named = |id: &EffectId| id.order.is_none();
+            let Judged { mut doubtful, in_place: mut kept } =
+                self.judged(pool, &picks, is_named, (fitted, floor), progress)?;
             // The best of them come first, as they were selected.
-            let (kept, more) = in_place.split_at(corrections.min(in_place.len()));
+            let more = kept.split_off(corrections.min(kept.len()));
             doubtful.extend(more.iter().map(|one| one.probe));
-            if doubtful.is_empty() && !kept.is_empty() {
-                opened += 1;
-                if !self.bear_out(pool, &picks, kept, fitted) {
-                    doubtful.extend(kept.iter().map(|one| one.probe));
-                }
+            if !doubtful.is_empty() {
+                closed.extend(doubtful);
+                continue;
             }
-            if doubtful.is_empty() {
-                return Ok(Some(Chosen { picks, corrections: kept.to_vec(), opened }));
+            kept.extend(self.imitating(pool, &picks, (fitted, floor), progress)?);
+            let wanted = kept.is_empty() || corrections > 0;
+            opened += u32::from(wanted && !kept.is_empty());
+            if wanted && (kept.is_empty() || self.bear_out(pool, &picks, &kept, fitted)) {
+                return Ok(Some(Chosen { picks, corrections: kept, opened }));
             }
-            closed.extend(doubtful);
+            closed.extend(kept.iter().map(|one| one.probe));
         }
     }
 

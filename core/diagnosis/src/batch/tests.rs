@@ -52,6 +52,38 @@ fn every_wave_of_a_family_is_found_with_its_size_and_the_error_falls_from_one_to
     assert!(batch.laboratory.batch(true, 0, &Progress::unwatched()).unwrap().is_none(), "nothing is left");
 }
 
+/// Claims of the elbow's waves of an order in a batch with corrections, of an arm of which three rows in ten are held out.
+fn claims_of(order: f64, off: impl Fn([f64; 2]) -> [f64; 2]) -> Vec<Claim> {
+    let lab = two_links(BATCH_ROWS + 200, "joint_zero(*)", 0.02, 49, off);
+    let holdout = crate::split::Holdout::Random { share: 0.3, seed: 4 };
+    let options = crate::laboratory::Options { holdout, ..lab.options().clone() };
+    let lab = Laboratory::new(lab.model().clone(), lab.table().clone(), options).unwrap();
+    let batch = lab.batch(false, 12, &Progress::unwatched()).unwrap().unwrap();
+    let own = batch
+        .steps
+        .iter()
+        .filter(|step| step.added.effect.place == "elbow" && step.added.effect.n == Some(order));
+    let claims: Vec<Claim> = own.map(|step| step.claim).collect();
+    let corrections = batch.steps.iter().filter(|step| step.claim == Claim::Correction).count();
+    assert_eq!(batch.laboratory.model().corrections.len(), corrections);
+    assert_eq!(batch.opened, u32::from(corrections > 0), "{:?}", batch.steps);
+    let waves = batch.steps.iter().filter(|step| step.added.effect.n.is_some()).count();
+    assert_eq!(batch.laboratory.model().priors.len(), waves, "every wave has a prior, and nothing else has");
+    claims
+}
+
+#[test]
+fn a_wave_of_low_order_that_is_there_is_a_mechanism_and_one_that_imitates_a_correction() {
+    let there = |q: [f64; 2]| [waves(q)[0], waves(q)[1] + 0.002 * (3.0 * q[1]).sin()];
+    assert_eq!(claims_of(3.0, there), [Claim::Mechanism]);
+    // A cable that comes tight, which no wave and nothing else in the library is.
+    let tight = |q: [f64; 2]| [waves(q)[0], waves(q)[1] + 0.004 * (q[1] - 0.4).max(0.0)];
+    let claims: Vec<Claim> =
+        [1.0, 2.0, 3.0, 4.0].into_iter().flat_map(|order| claims_of(order, tight)).collect();
+    assert!(!claims.is_empty() && claims.iter().all(|claim| *claim == Claim::Correction), "{claims:?}");
+    assert_eq!(claims_of(7.0, tight), [Claim::Mechanism], "its family is judged as a whole");
+}
+
 #[test]
 fn an_effect_with_a_name_of_its_own_comes_in_beside_the_family() {
     let with_gain = |q: [f64; 2]| {
@@ -154,7 +186,9 @@ fn not_claimed(range: f64, gains: &[usize]) -> [Vec<usize>; 2] {
         pool.probes.iter().position(|probe| probe.id == gain).unwrap()
     };
     let picks: Vec<Pick> = gains.iter().map(|joint| Pick { probe: of(*joint) }).collect();
-    let found = lab.judged(&pool, &picks, &fitted, &floor, &Progress::unwatched()).unwrap();
+    let found = lab
+        .judged(&pool, &picks, |id| id.order.is_none(), (&fitted, &floor), &Progress::unwatched())
+        .unwrap();
     let corrections: Vec<usize> = found.in_place.iter().map(|one| one.probe).collect();
     [found.doubtful, corrections].map(|found| {
         let gains = gains.iter().copied();

@@ -28,6 +28,8 @@ pub fn note_in_words(note: &Note) -> String {
         Note::WorseHeldOut(label) => format!(
             "{label} is named by the rows that were fitted, but the held-out rows are predicted worse with it: it is not added"
         ),
+        Note::Corrections(1) => "one of the effects added is a correction: it predicts rows it has not seen, but its mechanism is not identified; use it only in the measured region"
+            .to_owned(),
         Note::Corrections(count) => format!(
             "{count} of the effects added are corrections: they predict rows they have not seen, but their mechanism is not identified; use them only \
              in the measured region"
@@ -68,6 +70,7 @@ mod tests {
             ),
             (Note::NegativePlay("elbow".to_owned()), "If `approach_elbow` is not 1 where elbow arrived"),
             (Note::WorseHeldOut("joint_gain(elbow)".to_owned()), "joint_gain(elbow) is named"),
+            (Note::Corrections(1), "one of the effects added is a correction: it predicts rows"),
             (Note::Corrections(2), "2 of the effects added are corrections"),
             (
                 Note::DoesNotExtrapolate(way),
