@@ -31,6 +31,10 @@ pub(super) struct Judged {
     pub(super) in_place: Vec<InPlaceOf>,
 }
 
+fn is_of_low_order(id: &EffectId) -> bool {
+    id.order.is_some_and(|order| order <= HIGH_ORDER)
+}
+
 impl Laboratory {
     /// The waves of low order that are no mechanisms. Together with the geometry they imitate whatever changes slowly over the joint's range: several at one joint are a Fourier
     /// series of it, and one alone has to meet what a name has to. They stay, whatever they stand for: what their joint's waves have in common keeps them from harm.
@@ -41,18 +45,15 @@ impl Laboratory {
         (fitted, floor): (&Fitted<'_>, &Floor),
         progress: &Progress,
     ) -> Result<Vec<InPlaceOf>, LaboratoryError> {
-        let is_low = |id: &EffectId| id.order.is_some_and(|order| order <= HIGH_ORDER);
-        let ids = picks.iter().map(|pick| &pool.probes[pick.probe].id);
-        let low: Vec<&EffectId> = ids.filter(|id| is_low(id)).collect();
-        let is_alone = |id: &EffectId| low.iter().filter(|other| other.joint() == id.joint()).count() == 1;
-        let is_asked = |id: &EffectId| is_low(id) && is_alone(id);
-        let Judged { mut doubtful, mut in_place } =
-            self.judged(pool, picks, is_asked, (fitted, floor), progress)?;
-        doubtful.extend(picks.iter().map(|pick| pick.probe).filter(|probe| {
-            let id = &pool.probes[*probe].id;
-            is_low(id) && !is_alone(id)
-        }));
-        in_place.extend(doubtful.into_iter().map(|probe| self.in_place(pool, probe, &[])));
+        let probes = picks.iter().map(|pick| pick.probe);
+        let low: Vec<usize> = probes.filter(|probe| is_of_low_order(&pool.probes[*probe].id)).collect();
+        let (alone, series): (Vec<usize>, Vec<usize>) = low.iter().partition(|probe| {
+            let joint = pool.probes[**probe].id.joint();
+            low.iter().filter(|other| pool.probes[**other].id.joint() == joint).count() == 1
+        });
+        let asked = |probe: usize| alone.contains(&probe);
+        let Judged { doubtful, mut in_place } = self.judged(pool, picks, asked, (fitted, floor), progress)?;
+        in_place.extend(doubtful.into_iter().chain(series).map(|probe| self.in_place(pool, probe, &[])));
         Ok(in_place)
     }
 
@@ -61,12 +62,12 @@ impl Laboratory {
         &self,
         pool: &Pool,
         picks: &[Pick],
-        is_asked: impl Fn(&EffectId) -> bool,
+        is_asked: impl Fn(usize) -> bool,
         (fitted, floor): (&Fitted<'_>, &Floor),
         progress: &Progress,
     ) -> Result<Judged, LaboratoryError> {
         let named: Vec<(usize, &Pick)> =
-            picks.iter().enumerate().filter(|(_, pick)| is_asked(&pool.probes[pick.probe].id)).collect();
+            picks.iter().enumerate().filter(|(_, pick)| is_asked(pick.probe)).collect();
         let mut judged = Judged::default();
         if named.is_empty() {
             return Ok(judged);
@@ -123,9 +124,9 @@ impl Laboratory {
         let held = self.split().check_rows();
         let probes: Vec<&dyn Effect> =
             picks.iter().map(|pick| pool.probes[pick.probe].effect.as_ref()).collect();
-        let is_correction = |pick: &Pick| corrections.iter().any(|one| one.probe == pick.probe);
         let with = pool.columns(picks);
-        let without: Vec<Pick> = picks.iter().filter(|pick| !is_correction(pick)).copied().collect();
+        let mut without = picks.to_vec();
+        without.retain(|pick| corrections.iter().all(|one| one.probe != pick.probe));
         let without = pool.columns(&without);
         // A block has the picks' columns one after another, as `with` has them.
         let places: Vec<usize> =
@@ -211,7 +212,13 @@ mod tests {
             let picks: Vec<Pick> =
                 std::iter::once(elbow.probe).chain(beside.take(waves)).map(|probe| Pick { probe }).collect();
             let found = lab
-                .judged(pool, &picks, |id| id.order.is_none(), (fitted, &floor), &Progress::unwatched())
+                .judged(
+                    pool,
+                    &picks,
+                    |probe| pool.has_own_name(probe),
+                    (fitted, &floor),
+                    &Progress::unwatched(),
+                )
                 .unwrap();
             judged = (found.doubtful.len(), found.in_place.len());
         });

@@ -35,7 +35,6 @@ pub(super) struct Batch {
 }
 
 /// What a batch takes in.
-#[derive(Default)]
 struct Chosen {
     picks: Vec<Pick>,
     /// Those of them that are corrections.
@@ -109,9 +108,8 @@ impl Laboratory {
             if picks.is_empty() || (high < BATCH_FAMILY && !again) {
                 return Ok(None);
             }
-            let is_named = |id: &EffectId| id.order.is_none();
             let Judged { mut doubtful, in_place: mut kept } =
-                self.judged(pool, &picks, is_named, (fitted, floor), progress)?;
+                self.judged(pool, &picks, |probe| pool.has_own_name(probe), (fitted, floor), progress)?;
             // The best of them come first, as they were selected.
             let more = kept.split_off(corrections.min(kept.len()));
             doubtful.extend(more.iter().map(|one| one.probe));

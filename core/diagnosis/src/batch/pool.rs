@@ -106,6 +106,11 @@ impl Pool {
             .is_some_and(|probe| probe.id.order.is_some_and(|order| order > HIGH_ORDER))
     }
 
+    /// Whether a candidate is an effect with a name of its own, and no wave of a family.
+    pub(super) fn has_own_name(&self, probe: usize) -> bool {
+        self.probes.get(probe).is_some_and(|probe| probe.id.order.is_none())
+    }
+
     /// All candidates' normal equations with some columns projected out.
     fn beyond(&self, columns: &[usize]) -> Beyond {
         let (free_parameters, count) =
@@ -194,7 +199,7 @@ impl Pool {
     }
 
     /// What the waves of each joint show of one another: their numbers are normally distributed about zero, with one variance a joint, by which the rows are likeliest
-    /// (random effects; MacKay 1992, Neural Computation 4, 415-447, equation 4.8). One over the variance, in units of the variance of one equation, for each of the
+    /// (random effects; MacKay 1992, Neural Computation 4, 415-447). One over the variance, in units of the variance of one equation, for each of the
     /// columns; zero where nothing is known.
     pub(super) fn precisions(&self, picks: &[Pick]) -> Vec<f64> {
         let columns = self.columns(picks);
@@ -234,9 +239,9 @@ impl Pool {
         let priors = picks.iter().map(|pick| {
             let own = place..place + self.ranges[pick.probe].len();
             place = own.end;
-            let known =
-                |at: usize| precisions.get(at).filter(|one| **one > 0.0).map(|one| one.sqrt().recip());
-            ValuePrior { id: self.probes[pick.probe].id.clone(), sd: own.map(known).collect() }
+            let known = precisions.get(own).unwrap_or_default().iter();
+            let sd = known.map(|one| (*one > 0.0).then_some(one.sqrt().recip())).collect();
+            ValuePrior { id: self.probes[pick.probe].id.clone(), sd }
         });
         priors.filter(|prior| prior.sd.iter().any(Option::is_some)).collect()
     }

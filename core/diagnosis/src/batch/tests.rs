@@ -187,7 +187,7 @@ fn not_claimed(range: f64, gains: &[usize]) -> [Vec<usize>; 2] {
     };
     let picks: Vec<Pick> = gains.iter().map(|joint| Pick { probe: of(*joint) }).collect();
     let found = lab
-        .judged(&pool, &picks, |id| id.order.is_none(), (&fitted, &floor), &Progress::unwatched())
+        .judged(&pool, &picks, |probe| pool.has_own_name(probe), (&fitted, &floor), &Progress::unwatched())
         .unwrap();
     let corrections: Vec<usize> = found.in_place.iter().map(|one| one.probe).collect();
     [found.doubtful, corrections].map(|found| {
