@@ -108,6 +108,8 @@ impl From<std::io::Error> for PluginError {
             ErrorKind::NotFound
             | ErrorKind::BrokenPipe
             | ErrorKind::ConnectionReset
+            | ErrorKind::ConnectionAborted
+            | ErrorKind::NotConnected
             | ErrorKind::ConnectionRefused => Self::Disconnected(error.to_string()),
             _ => Self::Failed(error.to_string()),
         }
@@ -141,5 +143,21 @@ mod tests {
     fn an_unknown_status_is_named() {
         let error = PluginError::from_status(Status(77), "odd".to_owned());
         assert_eq!(error.to_string(), "odd (status 77, which the contract does not know)");
+    }
+
+    #[test]
+    fn a_connection_that_is_gone_is_disconnected_however_the_system_calls_it() {
+        use std::io::{Error, ErrorKind};
+        for kind in [
+            ErrorKind::BrokenPipe,
+            ErrorKind::ConnectionReset,
+            ErrorKind::ConnectionAborted,
+            ErrorKind::ConnectionRefused,
+            ErrorKind::NotConnected,
+        ] {
+            assert!(matches!(PluginError::from(Error::from(kind)), PluginError::Disconnected(_)), "{kind}");
+        }
+        assert!(matches!(PluginError::from(Error::from(ErrorKind::WouldBlock)), PluginError::TimedOut(_)));
+        assert!(matches!(PluginError::from(Error::from(ErrorKind::InvalidData)), PluginError::Failed(_)));
     }
 }

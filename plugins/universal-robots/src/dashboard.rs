@@ -2,13 +2,13 @@
 //!
 //! <https://www.universal-robots.com/how-tos-and-faqs/how-to/ur-how-tos/dashboard-server-port-29999-15690/>
 
-use std::io::{Read as _, Write as _};
+use std::io::Write as _;
 use std::net::TcpStream;
 use std::time::Instant;
 
 use plumb_plugin::PluginError;
 
-use crate::socket::{ANSWERS_WITHIN, connect, found_nothing};
+use crate::socket::{ANSWERS_WITHIN, Found, connect, hear};
 
 /// The longest answer, bytes.
 const LONGEST: usize = 4096;
@@ -37,14 +37,13 @@ fn line(stream: &mut TcpStream, heard: &mut Vec<u8>) -> Result<String, PluginErr
         if begin.elapsed() > ANSWERS_WITHIN || heard.len() > LONGEST {
             return Err(PluginError::TimedOut("the dashboard server did not answer with a line".to_owned()));
         }
-        match stream.read(&mut bytes) {
-            Ok(0) => {
+        match hear(stream, &mut bytes)? {
+            Found::Nothing => {}
+            Found::End => {
                 let text = "the dashboard server ended the connection";
                 return Err(PluginError::Disconnected(text.to_owned()));
             }
-            Ok(count) => heard.extend_from_slice(bytes.get(..count).unwrap_or_default()),
-            Err(error) if found_nothing(&error) => {}
-            Err(error) => return Err(error.into()),
+            Found::Bytes(count) => heard.extend_from_slice(bytes.get(..count).unwrap_or_default()),
         }
     }
 }

@@ -1,6 +1,6 @@
 //! The RTDE connection: agreed once, then read all the time by a thread of its own, so that what is asked for is never an old state that waited in a buffer.
 
-use std::io::{Read as _, Write as _};
+use std::io::Write as _;
 use std::net::TcpStream;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -11,7 +11,10 @@ use plumb_plugin::PluginError;
 
 use crate::freshness::ClockOffset;
 use crate::rtde::{self, Kind, Packages, RtdeError, State};
-use crate::socket::{ANSWERS_WITHIN, connect, found_nothing};
+use crate::socket::{ANSWERS_WITHIN, Found, connect, hear, is_end};
+
+/// What is said of a connection that the controller has ended, whoever notices it first.
+const ENDED: &str = "the controller has ended the RTDE connection";
 
 /// States a second: what every generation of controllers can send.
 const STATES_HZ: f64 = 125.0;
@@ -130,7 +133,10 @@ impl Link {
     pub(crate) fn sign_of_life(&mut self, value: i32) -> Result<(), PluginError> {
         let package = rtde::integer_input(self.input_recipe, value);
         self.stream.write_all(&package).map_err(|error| {
-            PluginError::Disconnected(format!("RTDE: nothing can be sent to the controller: {error}"))
+            PluginError::Disconnected(match is_end(&error) {
+                true => ENDED.to_owned(),
+                false => format!("RTDE: nothing can be sent to the controller: {error}"),
+            })
         })
     }
 }
@@ -156,13 +162,13 @@ impl Shared {
         let mut clock = ClockOffset::new(origin);
         let mut bytes = [0; 8192];
         while !self.closing.load(Ordering::Acquire) {
-            let end = match stream.read(&mut bytes) {
-                Ok(0) => Some("the controller has ended the RTDE connection".to_owned()),
-                Ok(count) => {
+            let end = match hear(stream, &mut bytes) {
+                Ok(Found::Nothing) => None,
+                Ok(Found::End) => Some(ENDED.to_owned()),
+                Ok(Found::Bytes(count)) => {
                     packages.push(bytes.get(..count).unwrap_or_default());
                     self.note_all(&mut packages, recipe, &mut clock, origin).err()
                 }
-                Err(error) if found_nothing(&error) => None,
                 Err(error) => Some(format!("the RTDE connection broke: {error}")),
             };
             if let Some(end) = end {
@@ -234,17 +240,16 @@ impl Agreeing {
                     ANSWERS_WITHIN.as_secs()
                 )));
             }
-            match self.stream.read(&mut bytes) {
-                Ok(0) => {
+            match hear(&mut self.stream, &mut bytes)? {
+                Found::Nothing => {}
+                Found::End => {
                     return Err(PluginError::Disconnected(format!(
                         "RTDE at {}: the controller has ended the connection while it was asked for '{}'",
                         self.address,
                         char::from(kind as u8)
                     )));
                 }
-                Ok(count) => self.packages.push(bytes.get(..count).unwrap_or_default()),
-                Err(error) if found_nothing(&error) => {}
-                Err(error) => return Err(error.into()),
+                Found::Bytes(count) => self.packages.push(bytes.get(..count).unwrap_or_default()),
             }
         }
     }
@@ -307,5 +312,17 @@ impl Agreeing {
             true => Ok(()),
             false => Err(self.failed(&"the controller does not begin to send states")),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_reset_by_the_controller_is_its_end_of_the_connection() {
+        let shared = Shared::default();
+        shared.listen(&mut crate::socket::tests::reset(), Packages::default(), 1);
+        assert_eq!(shared.book().ended.as_deref(), Some(ENDED));
     }
 }

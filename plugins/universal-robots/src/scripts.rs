@@ -1,6 +1,6 @@
 //! The connection that programs are sent on. A thread of its own reads it all the time: a controller whose words nobody reads may cut it.
 
-use std::io::{Read as _, Write as _};
+use std::io::Write as _;
 use std::net::TcpStream;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -9,7 +9,10 @@ use std::thread::JoinHandle;
 use plumb_plugin::PluginError;
 
 use crate::primary::{Messages, Said};
-use crate::socket::{connect, found_nothing};
+use crate::socket::{Found, connect, hear, is_end};
+
+/// What is said of a connection that the controller has ended, whoever notices it first.
+const ENDED: &str = "the controller has ended the connection that programs are sent on";
 
 /// As many texts of the controller's are kept until somebody looks.
 const MOST_SAID: usize = 100;
@@ -57,7 +60,10 @@ impl Scripts {
             return Err(PluginError::Disconnected(ended));
         }
         self.stream.write_all(program.as_bytes()).map_err(|error| {
-            PluginError::Disconnected(format!("a program could not be sent to the controller: {error}"))
+            PluginError::Disconnected(match is_end(&error) {
+                true => ENDED.to_owned(),
+                false => format!("a program could not be sent to the controller: {error}"),
+            })
         })
     }
 
@@ -77,13 +83,13 @@ impl Heard {
         let mut messages = Messages::default();
         let mut bytes = [0; 4096];
         while !self.closing.load(Ordering::Acquire) {
-            let end = match stream.read(&mut bytes) {
-                Ok(0) => Some("the controller has ended the connection that programs are sent on".to_owned()),
-                Ok(count) => {
+            let end = match hear(stream, &mut bytes) {
+                Ok(Found::Nothing) => None,
+                Ok(Found::End) => Some(ENDED.to_owned()),
+                Ok(Found::Bytes(count)) => {
                     messages.push(bytes.get(..count).unwrap_or_default());
                     self.note(&mut messages)
                 }
-                Err(error) if found_nothing(&error) => None,
                 Err(error) => Some(format!("the connection that programs are sent on broke: {error}")),
             };
             if let Some(end) = end {
@@ -116,5 +122,18 @@ impl Drop for Scripts {
             // It has panicked or ended: either way it reads no more.
             let _ = thread.join();
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_reset_by_the_controller_is_its_end_of_the_connection() {
+        let heard = Heard::default();
+        heard.listen(&mut crate::socket::tests::reset());
+        let ended = heard.book.lock().unwrap().ended.clone();
+        assert_eq!(ended.as_deref(), Some(ENDED));
     }
 }

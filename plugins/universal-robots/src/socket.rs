@@ -1,6 +1,6 @@
 //! A connection to one of the controller's servers.
 
-use std::io;
+use std::io::{self, Read as _};
 use std::net::{SocketAddr, TcpStream, ToSocketAddrs};
 use std::time::Duration;
 
@@ -45,7 +45,73 @@ pub(crate) fn connect(address: &str, port: u16, what: &str) -> Result<TcpStream,
     Err(failed(last))
 }
 
-/// Whether a read merely found nothing yet.
-pub(crate) fn found_nothing(error: &io::Error) -> bool {
-    matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut | io::ErrorKind::Interrupted)
+/// What a read found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Found {
+    /// So many bytes.
+    Bytes(usize),
+    /// Nothing yet.
+    Nothing,
+    /// The controller has ended the connection.
+    End,
+}
+
+/// Reads what has come, for as long as the read timeout of the connection.
+///
+/// # Errors
+/// What is neither silence nor the controller's end of the connection.
+pub(crate) fn hear(stream: &mut TcpStream, bytes: &mut [u8]) -> io::Result<Found> {
+    match stream.read(bytes) {
+        Ok(0) => Ok(Found::End),
+        Ok(count) => Ok(Found::Bytes(count)),
+        Err(error) if is_end(&error) => Ok(Found::End),
+        Err(error) => match error.kind() {
+            io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut | io::ErrorKind::Interrupted => {
+                Ok(Found::Nothing)
+            }
+            _ => Err(error),
+        },
+    }
+}
+
+/// Whether the controller has ended the connection.
+///
+/// One that still had bytes to read resets it instead of closing it (RFC 1122, 4.2.2.13); what is sent then finds no way.
+pub(crate) fn is_end(error: &io::Error) -> bool {
+    matches!(
+        error.kind(),
+        io::ErrorKind::ConnectionReset | io::ErrorKind::ConnectionAborted | io::ErrorKind::BrokenPipe
+    )
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use std::io::Write as _;
+    use std::net::TcpListener;
+
+    use super::*;
+
+    /// A connection that the other side has ended with a byte unread.
+    pub(crate) fn reset() -> TcpStream {
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let mut ours = connect("127.0.0.1", listener.local_addr().unwrap().port(), "a test").unwrap();
+        let (theirs, _) = listener.accept().unwrap();
+        ours.write_all(&[1]).unwrap();
+        theirs.peek(&mut [0]).unwrap();
+        ours
+    }
+
+    #[test]
+    fn a_connection_is_ended_whether_it_is_closed_or_reset() {
+        let mut bytes = [0; 8];
+        assert_eq!(hear(&mut reset(), &mut bytes).unwrap(), Found::End);
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let mut ours = connect("127.0.0.1", listener.local_addr().unwrap().port(), "a test").unwrap();
+        let (mut theirs, _) = listener.accept().unwrap();
+        assert_eq!(hear(&mut ours, &mut bytes).unwrap(), Found::Nothing);
+        theirs.write_all(&[7, 8]).unwrap();
+        assert_eq!(hear(&mut ours, &mut bytes).unwrap(), Found::Bytes(2));
+        drop(theirs);
+        assert_eq!(hear(&mut ours, &mut bytes).unwrap(), Found::End);
+    }
 }
