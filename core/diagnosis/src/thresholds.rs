@@ -112,7 +112,7 @@ pub(crate) const SIGN_ERRORS: f64 = 5.0;
 /// Compared with the best for collinearity (candidates). Why: what a screen shows.
 pub(crate) const COMPARED_CANDIDATES: usize = 6;
 
-/// Effects above it are reported as alike (canonical correlation). Why: Hotelling 1936; variance inflation 10
+/// Effects above it are reported as alike; smooth functions above it hold an effect (canonical correlation). Why: Hotelling 1936; variance inflation 10
 /// (Belsley, Kuh & Welsch 1980).
 pub(crate) const ALIKE_CORRELATION: f64 = 0.95;
 

@@ -9,7 +9,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::features::Features;
 use super::regression::{LEAST_RATIO, Products, Reduced, symmetric_inverse};
-use crate::thresholds::{ABSORBED_REST, EXPLAINABLE_FREEDOM};
+use crate::thresholds::{ABSORBED_REST, ALIKE_CORRELATION, EXPLAINABLE_FREEDOM};
 use plumb_estimation::for_each;
 
 /// Ratio of the noise's variance to a coefficient's at which the search begins, for each column of the component.
@@ -87,9 +87,9 @@ pub(crate) struct MixedFit {
 }
 
 impl MixedFit {
-    /// The same suspects beside a flexible part of the variances of another fit, for predictions.
-    pub(crate) fn at_ratios_of(&self, other: &Self) -> Self {
-        Self { ratios: other.ratios.clone(), ..self.clone() }
+    /// The same suspects beside a flexible part of other variances, for predictions.
+    pub(crate) fn at_ratios(&self, ratios: Vec<f64>) -> Self {
+        Self { ratios, ..self.clone() }
     }
 }
 
@@ -335,6 +335,29 @@ impl Mixed {
             .collect()
     }
 
+    /// Which of some components can hold what a suspect does: of its squares beyond what is fitted their functions leave so little that they are alike
+    /// (multiple correlation of [`ALIKE_CORRELATION`]).
+    pub(crate) fn holding(&self, parameters: &[usize], components: &[usize]) -> Vec<usize> {
+        let matrix = &self.reduced.matrix;
+        let suspect: Vec<usize> = parameters.iter().map(|one| self.flexible + one).collect();
+        let all = matrix.select_rows(&suspect).select_columns(&suspect).trace();
+        let holds = |component: &usize| {
+            let Some(columns) = self.components.get(*component) else { return false };
+            let columns: Vec<usize> = columns.clone().collect();
+            let own = matrix.select_rows(&columns).select_columns(&columns);
+            let across = matrix.select_rows(&columns).select_columns(&suspect);
+            let (inverse, _) = inverse_and_rank(&own, &own);
+            across.tr_mul(&(inverse * &across)).trace() > ALIKE_CORRELATION.powi(2) * all
+        };
+        components.iter().copied().filter(holds).collect()
+    }
+
+    /// Ratios with some components given up.
+    pub(crate) fn without_components(ratios: &[f64], components: &[usize]) -> Vec<f64> {
+        let each = ratios.iter().enumerate();
+        each.map(|(one, ratio)| if components.contains(&one) { f64::INFINITY } else { *ratio }).collect()
+    }
+
     /// Equations of the rows that are looked at.
     pub(crate) fn equations(&self) -> usize {
         self.design.nrows()
@@ -473,6 +496,24 @@ mod tests {
                 assert!(fall < 6.0, "seed {seed}: {fall}");
             }
         }
+    }
+
+    #[test]
+    fn a_component_holds_what_its_functions_follow_and_can_be_given_up() {
+        let (features, t) = smooth(2, |t| t);
+        let holds = |effect: fn(f64) -> f64| {
+            !Mixed::new(&features, &column(&t, effect)).unwrap().holding(&[0], &[0]).is_empty()
+        };
+        // Twelve cosines on the range of t follow a line, and no wave of twenty periods on it.
+        assert!(
+            holds(|t| t) && holds(|t| (3.0 * t).sin()) && !holds(|t| (40.0 * std::f64::consts::PI * t).sin())
+        );
+        // A line with so much of that wave in it that .95 of correlation are not reached.
+        assert!(!holds(|t| t + 0.3 * (40.0 * std::f64::consts::PI * t).sin()));
+        assert!(holds(|t| t + 0.05 * (40.0 * std::f64::consts::PI * t).sin()));
+        let mixed = Mixed::new(&features, &column(&t, |t| t)).unwrap();
+        assert_eq!(mixed.holding(&[0], &[]), [] as [usize; 0]);
+        assert_eq!(Mixed::without_components(&[4.0, 2.0], &[1]), [4.0, f64::INFINITY]);
     }
 
     #[test]

@@ -71,6 +71,17 @@ impl Bench<'_> {
         first..first + self.parameters(&[member]).len()
     }
 
+    /// Components of the flexible part that hold what a suspect does because they are of its own kind: smooth functions of the same errors, of the same joint. They are
+    /// the suspect in a more flexible form, and not something else that does as well; how much more than the suspect they do is asked apart (`share_left_at`).
+    pub(super) fn own_functions(&self, member: usize) -> Vec<usize> {
+        let Some(suspect) = self.suspects.get(member) else { return Vec::new() };
+        let joint = suspect.id.joint();
+        let at_joint =
+            self.features.joints.iter().enumerate().filter(|(_, at)| joint.is_some() && **at == joint);
+        let at_joint: Vec<usize> = at_joint.map(|(component, _)| component).collect();
+        self.mixed.holding(&suspect.parameters, &at_joint)
+    }
+
     /// A suspect's place in the stage's list of fitted candidates; nothing of one without a name.
     pub(super) fn place_in_stage(&self, member: usize) -> Option<usize> {
         match self.suspects.get(member)?.who {

@@ -24,7 +24,7 @@ use nalgebra::{DMatrix, DVector, DVectorView};
 use plumb_calibration::effect::{Effect, EffectId, Family, Site, build, kind};
 use plumb_estimation::chi_squared_tail;
 use predictions::Predictions;
-use sets::Sets;
+use sets::{LAST_ROUNDS, Sets};
 use suspects::{Asked, Who, suspects};
 
 /// Why the foremost effect is not identified.
@@ -144,21 +144,39 @@ impl Bench<'_> {
                     }
                     Who::Listed(_) => {}
                 },
-                None => rivals.smooth = true,
+                None => rivals.smooth = rivals.smooth || self.is_as_likely_smooth(foremost, own, set),
             }
         }
         rivals
     }
 
+    /// Whether the rows are about as likely with a set in which the flexible part stands for `foremost`, also without the functions of that effect's own kind at its joint.
+    fn is_as_likely_smooth(&self, foremost: usize, own: &Set, set: &Set) -> bool {
+        let functions = self.own_functions(foremost);
+        if functions.is_empty() {
+            return true;
+        }
+        let ratios = Mixed::without_components(&set.fit.ratios, &functions);
+        let without = self.fitted(&set.members, &ratios, LAST_ROUNDS);
+        without.is_some_and(|without| without.criterion < own.criterion + TIE_BIC)
+    }
+
+    /// Whether an effect may be no more than the greater part of something else at its joint: one that can imitate anything there, or that functions of its own kind hold
+    /// (the same play everywhere, of a gap where teeth are worn).
+    fn bends(&self, member: usize) -> bool {
+        self.suspects.get(member).is_some_and(|one| imitates(&one.id))
+            || !self.own_functions(member).is_empty()
+    }
+
     /// Whether something else is at work at the joint of a set's foremost, and explains more than [`SITE_LEFT`] of what that does: another of the set, or overtones of a wave.
     fn company(&self, foremost: usize, set: &Set) -> Option<Doubt> {
-        let suspect = self.suspects.get(foremost).filter(|one| imitates(&one.id))?;
+        let suspect = self.suspects.get(foremost).filter(|_| self.bends(foremost))?;
         let most = SITE_LEFT * self.explained(&set.fit, foremost);
         let others = set.members.iter().filter(|one| **one != foremost);
         let mut others = others.filter_map(|one| Some((*one, self.suspects.get(*one)?)));
         let at_same = others.find(|(one, other)| {
             other.id.site == suspect.id.site
-                && is_of_a_joint(&other.id)
+                && (is_of_a_joint(&other.id) || matches!(other.who, Who::Unlisted(_)))
                 && self.explained(&set.fit, *one) > most
         });
         if let Some((_, other)) = at_same {
@@ -229,7 +247,7 @@ impl Bench<'_> {
         }
         let joint = suspect.id.joint().filter(|_| is_of_a_joint(&suspect.id));
         // Several numbers, as those of gravity without masses, bend to much.
-        let imitates = imitates(&suspect.id) || rank > 1.0;
+        let imitates = self.bends(foremost) || rank > 1.0;
         // What has no joint to be judged at is judged by everything else.
         let (share, imitates) = match joint {
             Some(joint) => (self.share_left_at(joint, set, foremost), imitates),

@@ -2,6 +2,7 @@
 
 use super::bench::{Bench, Set};
 use crate::cross_validation::{joint_blocks, pose_groups, region_blocks, session_blocks};
+use crate::explainable::Mixed;
 use crate::predictive_gain::Gain;
 use plumb_estimation::{huber_corner, median};
 
@@ -9,7 +10,8 @@ use plumb_estimation::{huber_corner, median};
 pub(super) struct Predictions {
     /// By how many standard errors the rows are predicted better with it than by everything else, in the way of leaving blocks out in which it does least.
     pub(super) gain: f64,
-    /// The same where the flexible part keeps the variances it has beside the suspect, and so cannot take its place.
+    /// The same where the flexible part keeps the variances it has beside the suspect, without what it has of the suspect's own kind at its joint
+    /// ([`Bench::own_functions`]), and so cannot take its place.
     pub(super) gain_beside: f64,
     /// Its values without the flexible part.
     pub(super) plain: Vec<f64>,
@@ -30,7 +32,8 @@ impl Predictions {
         let mut ways = vec![region_blocks(table, &bench.rows)];
         ways.extend(joint.map(|joint| joint_blocks(table, &bench.rows, joint)));
         ways.extend(session_blocks(table, &bench.rows));
-        let beside = without.fit.at_ratios_of(&set.fit);
+        let ratios = Mixed::without_components(&set.fit.ratios, &bench.own_functions(suspect));
+        let beside = [&without.fit, &set.fit].map(|fit| fit.at_ratios(ratios.clone()));
         let mut predictions = Self {
             gain: f64::INFINITY,
             gain_beside: f64::INFINITY,
@@ -43,9 +46,11 @@ impl Predictions {
             let mut falls = [vec![0.0; bench.mixed.equations()], vec![0.0; bench.mixed.equations()]];
             for left_out in bench.mixed.leave_out(equations)? {
                 let (after, values) = bench.mixed.predict(&set.fit, &left_out)?;
-                for (falls, without) in falls.iter_mut().zip([&without.fit, &beside]) {
+                let (after_beside, _) = bench.mixed.predict(&beside[1], &left_out)?;
+                let both = [(&without.fit, &after), (&beside[0], &after_beside)];
+                for (falls, (without, after)) in falls.iter_mut().zip(both) {
                     let (before, _) = bench.mixed.predict(without, &left_out)?;
-                    for ((equation, before), (_, after)) in before.into_iter().zip(&after) {
+                    for ((equation, before), (_, after)) in before.into_iter().zip(after) {
                         falls[equation] = fall(before, *after, scale);
                     }
                 }

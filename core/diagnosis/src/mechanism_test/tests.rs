@@ -2,7 +2,8 @@
 
 use super::*;
 use crate::Verdict;
-use crate::testing::two_links;
+use crate::laboratory::Laboratory;
+use crate::testing::{two_links, with_table};
 use plumb_estimation::Progress;
 
 /// An error of the shoulder that no effect of the library describes: it goes with both joints at once.
@@ -37,6 +38,41 @@ fn of_two_effects_in_dirt_the_larger_is_named_first() {
     let diagnosis = two_links(150, "joint_zero(*)", 0.05, 11, both).diagnose(&Progress::unwatched()).unwrap();
     let named = diagnosis.named.as_ref().unwrap_or_else(|| panic!("{diagnosis:#?}"));
     assert_eq!((named.effect.place.as_str(), named.effect.n), ("elbow", Some(12.0)), "{diagnosis:#?}");
+}
+
+/// The arm among dirt, approached from either side at random: so much of play (rad) at the elbow, as a function of its coordinate.
+fn with_play(seed: u64, play: impl Fn(f64) -> f64) -> Laboratory {
+    let side = |q: [f64; 2]| if (1e5 * (q[0] + 0.7 * q[1])).sin() > 0.0 { 1.0 } else { -1.0 };
+    let lab = two_links(150, "joint_zero(*)", 0.05, seed, |q| [dirt(q), -0.5 * side(q) * play(q[1])]);
+    with_table(&lab, |table| {
+        let sides = (0..150).flat_map(|row| [0, side([table.q_of(row)[0], table.q_of(row)[1]]) as i8]);
+        table.approach = Some(sides.collect());
+    })
+}
+
+#[test]
+fn play_is_named_although_a_smooth_function_of_the_side_of_approach_does_as_well() {
+    for seed in 0..4 {
+        let diagnosis = with_play(seed, |_| 0.002).diagnose(&Progress::unwatched()).unwrap();
+        let named = diagnosis.named.as_ref().unwrap_or_else(|| panic!("{seed}: {diagnosis:#?}"));
+        assert_eq!((named.effect.effect.as_str(), named.effect.place.as_str()), ("joint_backlash", "elbow"));
+        assert!((named.size.to_radians() - 0.002).abs() < 4.0 * named.se.to_radians(), "{named:?}");
+    }
+}
+
+#[test]
+fn play_that_changes_along_its_joint_is_not_the_same_everywhere_and_gets_no_name() {
+    // From tooth to tooth; and where teeth are worn, which a mechanism without a name describes well enough.
+    let worn: [fn(f64) -> f64; 2] =
+        [|q| 0.0015 * (1.0 + 0.8 * (7.0 * q).sin()), |q| 0.008 * (-0.5 * ((q + 0.3) / 0.7).powi(2)).exp()];
+    for (play, seed) in worn.into_iter().flat_map(|play| [(play, 0), (play, 1)]) {
+        let diagnosis = with_play(seed, play).diagnose(&Progress::unwatched()).unwrap();
+        assert_eq!(
+            (diagnosis.verdict, diagnosis.named.as_ref()),
+            (Verdict::Located, None),
+            "{seed}: {diagnosis:#?}"
+        );
+    }
 }
 
 #[test]
