@@ -74,6 +74,8 @@ struct Rivals {
     unlisted: Option<Site>,
     /// The flexible part does.
     smooth: bool,
+    /// Also without its functions of the foremost's own kind.
+    smooth_apart: bool,
 }
 
 /// A row whose readings move by less than this (sigmas a radian or mm) says nothing of a joint: one on whose axis the point is.
@@ -144,7 +146,10 @@ impl Bench<'_> {
                     }
                     Who::Listed(_) => {}
                 },
-                None => rivals.smooth = rivals.smooth || self.is_as_likely_smooth(foremost, own, set),
+                None => {
+                    rivals.smooth = true;
+                    rivals.smooth_apart = rivals.smooth_apart || self.is_as_likely_smooth(foremost, own, set);
+                }
             }
         }
         rivals
@@ -161,23 +166,22 @@ impl Bench<'_> {
         without.is_some_and(|without| without.criterion < own.criterion + TIE_BIC)
     }
 
-    /// Whether an effect may be no more than the greater part of something else at its joint: one that can imitate anything there, or that functions of its own kind hold
-    /// (the same play everywhere, of a gap where teeth are worn).
-    fn bends(&self, member: usize) -> bool {
-        self.suspects.get(member).is_some_and(|one| imitates(&one.id))
-            || !self.own_functions(member).is_empty()
-    }
-
     /// Whether something else is at work at the joint of a set's foremost, and explains more than [`SITE_LEFT`] of what that does: another of the set, or overtones of a wave.
-    fn company(&self, foremost: usize, set: &Set) -> Option<Doubt> {
-        let suspect = self.suspects.get(foremost).filter(|_| self.bends(foremost))?;
+    /// Asked of what bends, and of what functions of its own kind hold for a mechanism without a name alone: a gap where teeth are worn is no play that is the same everywhere.
+    fn company(&self, foremost: usize, set: &Set, bends: bool) -> Option<Doubt> {
+        let suspect = self.suspects.get(foremost)?;
+        if !bends && self.own_functions(foremost).is_empty() {
+            return None;
+        }
         let most = SITE_LEFT * self.explained(&set.fit, foremost);
         let others = set.members.iter().filter(|one| **one != foremost);
         let mut others = others.filter_map(|one| Some((*one, self.suspects.get(*one)?)));
         let at_same = others.find(|(one, other)| {
-            other.id.site == suspect.id.site
-                && (is_of_a_joint(&other.id) || matches!(other.who, Who::Unlisted(_)))
-                && self.explained(&set.fit, *one) > most
+            let asked = match other.who {
+                Who::Unlisted(_) => true,
+                Who::Listed(_) => bends && is_of_a_joint(&other.id),
+            };
+            asked && other.id.site == suspect.id.site && self.explained(&set.fit, *one) > most
         });
         if let Some((_, other)) = at_same {
             return Some(match other.who {
@@ -238,26 +242,30 @@ impl Bench<'_> {
         let predictions =
             sets.without(foremost, set).and_then(|without| Predictions::of(self, foremost, without, set));
         let gain = predictions.as_ref().map_or(0.0, |predictions| predictions.gain);
+        let beside = predictions.as_ref().map_or(0.0, |predictions| predictions.gain_beside);
         // What a smooth function explains as well in rows that were seen is none if it predicts unseen ones much worse: there it knows nothing, and the effect does.
-        if rivals.smooth && !rules::beats_smooth(gain) {
+        let is_smooth = |smooth: bool| smooth && !rules::beats_smooth(gain);
+        if is_smooth(rivals.smooth_apart) {
             return Some(Doubt::Smooth);
         }
-        if let Some(company) = self.company(foremost, set) {
+        // One that can imitate anything at its joint, or that does no better than functions of its own kind, may be no more than the greater part of something else there.
+        let no_better = !self.own_functions(foremost).is_empty()
+            && (is_smooth(rivals.smooth) || !rules::predicts(beside));
+        let bends = imitates(&suspect.id) || no_better;
+        if let Some(company) = self.company(foremost, set, bends) {
             return Some(company);
         }
         let joint = suspect.id.joint().filter(|_| is_of_a_joint(&suspect.id));
-        // Several numbers, as those of gravity without masses, bend to much.
-        let imitates = self.bends(foremost) || rank > 1.0;
-        // What has no joint to be judged at is judged by everything else.
-        let (share, imitates) = match joint {
-            Some(joint) => (self.share_left_at(joint, set, foremost), imitates),
+        // What has no joint to be judged at is judged by everything else. Several numbers, as those of gravity without masses, bend to much.
+        let (share, bends) = match joint {
+            Some(joint) => (self.share_left_at(joint, set, foremost), bends || rank > 1.0),
             None => (Some(self.share_left(set, foremost)), false),
         };
-        if share.is_none_or(|share| rules::is_crowded(share, imitates)) {
+        if share.is_none_or(|share| rules::is_crowded(share, bends)) {
             return Some(Doubt::MoreAtItsJoint);
         }
         // Where the flexible part holds the same function, as that of the side of approach, it would predict as well with a variance of its own.
-        let Some(predictions) = predictions.filter(|predictions| rules::predicts(predictions.gain_beside))
+        let Some(predictions) = predictions.filter(|predictions| rules::predicts(predictions.gain_apart))
         else {
             return Some(Doubt::NotPredicted);
         };

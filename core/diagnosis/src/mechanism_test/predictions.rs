@@ -10,9 +10,10 @@ use plumb_estimation::{huber_corner, median};
 pub(super) struct Predictions {
     /// By how many standard errors the rows are predicted better with it than by everything else, in the way of leaving blocks out in which it does least.
     pub(super) gain: f64,
-    /// The same where the flexible part keeps the variances it has beside the suspect, without what it has of the suspect's own kind at its joint
-    /// ([`Bench::own_functions`]), and so cannot take its place.
+    /// The same where the flexible part keeps the variances it has beside the suspect, and so cannot take its place.
     pub(super) gain_beside: f64,
+    /// The same without what the flexible part has of the suspect's own kind at its joint ([`Bench::own_functions`]).
+    pub(super) gain_apart: f64,
     /// Its values without the flexible part.
     pub(super) plain: Vec<f64>,
     /// Its values without each region, beside the flexible part and without it.
@@ -32,26 +33,39 @@ impl Predictions {
         let mut ways = vec![region_blocks(table, &bench.rows)];
         ways.extend(joint.map(|joint| joint_blocks(table, &bench.rows, joint)));
         ways.extend(session_blocks(table, &bench.rows));
-        let ratios = Mixed::without_components(&set.fit.ratios, &bench.own_functions(suspect));
-        let beside = [&without.fit, &set.fit].map(|fit| fit.at_ratios(ratios.clone()));
+        let beside = without.fit.at_ratios(set.fit.ratios.clone());
+        let own = bench.own_functions(suspect);
+        let ratios = Mixed::without_components(&set.fit.ratios, &own);
+        let apart = [&without.fit, &set.fit].map(|fit| fit.at_ratios(ratios.clone()));
+        // Without such functions there is nothing to leave out: that comparison is the one before.
+        let compared = if own.is_empty() { 2 } else { 3 };
         let mut predictions = Self {
             gain: f64::INFINITY,
             gain_beside: f64::INFINITY,
+            gain_apart: f64::INFINITY,
             plain: bench.part(set, suspect, plain.values.as_slice()).to_vec(),
             values: Vec::new(),
             plain_values: Vec::new(),
         };
         for (number, blocks) in ways.iter().enumerate() {
             let equations = blocks.iter().map(|block| bench.equations_of(block)).collect();
-            let mut falls = [vec![0.0; bench.mixed.equations()], vec![0.0; bench.mixed.equations()]];
+            let mut falls = vec![vec![0.0; bench.mixed.equations()]; compared];
             for left_out in bench.mixed.leave_out(equations)? {
                 let (after, values) = bench.mixed.predict(&set.fit, &left_out)?;
-                let (after_beside, _) = bench.mixed.predict(&beside[1], &left_out)?;
-                let both = [(&without.fit, &after), (&beside[0], &after_beside)];
-                for (falls, (without, after)) in falls.iter_mut().zip(both) {
-                    let (before, _) = bench.mixed.predict(without, &left_out)?;
+                for (number, falls) in falls.iter_mut().enumerate() {
+                    let (before, after) = match number {
+                        0 => (bench.mixed.predict(&without.fit, &left_out)?.0, after.clone()),
+                        1 => (bench.mixed.predict(&beside, &left_out)?.0, after.clone()),
+                        _ => {
+                            let [before, after] = &apart;
+                            (
+                                bench.mixed.predict(before, &left_out)?.0,
+                                bench.mixed.predict(after, &left_out)?.0,
+                            )
+                        }
+                    };
                     for ((equation, before), (_, after)) in before.into_iter().zip(after) {
-                        falls[equation] = fall(before, *after, scale);
+                        falls[equation] = fall(before, after, scale);
                     }
                 }
                 // The jackknife wants blocks of one kind: regions, the first way.
@@ -61,9 +75,13 @@ impl Predictions {
                     predictions.plain_values.push(bench.part(set, suspect, &plain_values).to_vec());
                 }
             }
-            let [gain, gain_beside] = falls.map(|falls| bench.gain_over(&falls));
-            predictions.gain = predictions.gain.min(gain);
-            predictions.gain_beside = predictions.gain_beside.min(gain_beside);
+            let least = [&mut predictions.gain, &mut predictions.gain_beside, &mut predictions.gain_apart];
+            for (least, falls) in least.into_iter().zip(&falls) {
+                *least = least.min(bench.gain_over(falls));
+            }
+        }
+        if own.is_empty() {
+            predictions.gain_apart = predictions.gain_beside;
         }
         Some(predictions)
     }
