@@ -2,7 +2,7 @@
 
 use super::bench::{Bench, Set};
 use crate::cross_validation::{joint_blocks, pose_groups, region_blocks, session_blocks};
-use crate::explainable::Mixed;
+use crate::explainable::{Mixed, MixedFit};
 use crate::predictive_gain::Gain;
 use plumb_estimation::{huber_corner, median};
 
@@ -33,12 +33,8 @@ impl Predictions {
         let mut ways = vec![region_blocks(table, &bench.rows)];
         ways.extend(joint.map(|joint| joint_blocks(table, &bench.rows, joint)));
         ways.extend(session_blocks(table, &bench.rows));
-        let beside = without.fit.at_ratios(set.fit.ratios.clone());
         let own = bench.own_functions(suspect);
-        let ratios = Mixed::without_components(&set.fit.ratios, &own);
-        let apart = [&without.fit, &set.fit].map(|fit| fit.at_ratios(ratios.clone()));
-        // Without such functions there is nothing to leave out: that comparison is the one before.
-        let compared = if own.is_empty() { 2 } else { 3 };
+        let compared = comparisons(without, set, &own);
         let mut predictions = Self {
             gain: f64::INFINITY,
             gain_beside: f64::INFINITY,
@@ -49,23 +45,19 @@ impl Predictions {
         };
         for (number, blocks) in ways.iter().enumerate() {
             let equations = blocks.iter().map(|block| bench.equations_of(block)).collect();
-            let mut falls = vec![vec![0.0; bench.mixed.equations()]; compared];
+            let mut falls = vec![vec![0.0; bench.mixed.equations()]; compared.len()];
             for left_out in bench.mixed.leave_out(equations)? {
                 let (after, values) = bench.mixed.predict(&set.fit, &left_out)?;
-                for (number, falls) in falls.iter_mut().enumerate() {
-                    let (before, after) = match number {
-                        0 => (bench.mixed.predict(&without.fit, &left_out)?.0, after.clone()),
-                        1 => (bench.mixed.predict(&beside, &left_out)?.0, after.clone()),
-                        _ => {
-                            let [before, after] = &apart;
-                            (
-                                bench.mixed.predict(before, &left_out)?.0,
-                                bench.mixed.predict(after, &left_out)?.0,
-                            )
-                        }
+                for (falls, (before, other)) in falls.iter_mut().zip(&compared) {
+                    let (before, _) = bench.mixed.predict(before, &left_out)?;
+                    let other = match other {
+                        Some(other) => Some(bench.mixed.predict(other, &left_out)?.0),
+                        None => None,
                     };
-                    for ((equation, before), (_, after)) in before.into_iter().zip(after) {
-                        falls[equation] = fall(before, after, scale);
+                    for ((equation, before), (_, after)) in
+                        before.iter().zip(other.as_ref().unwrap_or(&after))
+                    {
+                        falls[*equation] = fall(*before, *after, scale);
                     }
                 }
                 // The jackknife wants blocks of one kind: regions, the first way.
@@ -85,6 +77,17 @@ impl Predictions {
         }
         Some(predictions)
     }
+}
+
+/// What is compared: a fit without the suspect, and one with it where that is not the set's own. Without functions of the suspect's own kind there is nothing to leave out:
+/// the third comparison is the second.
+fn comparisons(without: &Set, set: &Set, own: &[usize]) -> Vec<(MixedFit, Option<MixedFit>)> {
+    let mut all = vec![(without.fit.clone(), None), (without.fit.at_ratios(set.fit.ratios.clone()), None)];
+    if !own.is_empty() {
+        let ratios = Mixed::without_components(&set.fit.ratios, own);
+        all.push((without.fit.at_ratios(ratios.clone()), Some(set.fit.at_ratios(ratios))));
+    }
+    all
 }
 
 impl Bench<'_> {
