@@ -12,9 +12,21 @@ use super::*;
 pub(crate) struct Bench {
     pub(crate) context: Context,
     lines: ReadLines<BufReader<UnixStream>>,
-    bus: Option<Bus>,
+    bus: Bus,
     pub(crate) domain: Domain,
+    /// Dropped after everything above, which still uses the domain.
+    _left: Left,
     _place: tempfile::TempDir,
+}
+
+/// What is left of a domain once nobody uses it, removed.
+struct Left(Domain);
+
+impl Drop for Left {
+    fn drop(&mut self) {
+        // What a failed test leaves is not worth a second failure.
+        let _ = self.0.remove();
+    }
 }
 
 impl Bench {
@@ -26,11 +38,12 @@ impl Bench {
         let context = Context::new(Lines::start(ours), "arm", Clock::default());
         context.add_stream("joints", bus.publisher("arm", &joints()).unwrap());
         let lines = BufReader::new(theirs).lines();
-        Self { context, lines, bus: Some(bus), domain, _place: place }
+        let left = Left(domain.clone());
+        Self { context, lines, bus, domain, _left: left, _place: place }
     }
 
     pub(crate) fn bus(&self) -> &Bus {
-        self.bus.as_ref().unwrap()
+        &self.bus
     }
 
     /// The next line but the signs of life.
@@ -50,14 +63,6 @@ impl Bench {
             FromHost::Log { level, text, span } => (level, text, span),
             other => panic!("{other:?}"),
         }
-    }
-}
-
-impl Drop for Bench {
-    fn drop(&mut self) {
-        self.bus = None;
-        // What a failed test leaves is not worth a second failure.
-        let _ = self.domain.remove();
     }
 }
 
