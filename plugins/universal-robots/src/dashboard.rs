@@ -2,13 +2,15 @@
 //!
 //! <https://www.universal-robots.com/how-tos-and-faqs/how-to/ur-how-tos/dashboard-server-port-29999-15690/>
 
-use std::io::Write as _;
 use std::net::TcpStream;
 use std::time::Instant;
 
 use plumb_plugin::PluginError;
 
-use crate::socket::{ANSWERS_WITHIN, Found, connect, hear};
+use crate::socket::{ANSWERS_WITHIN, Found, connect, hear, send};
+
+/// The error once the server has ended the connection, whether a read or a write finds it.
+const ENDED: &str = "the dashboard server ended the connection";
 
 /// The longest answer, bytes.
 const LONGEST: usize = 4096;
@@ -22,7 +24,8 @@ pub(crate) fn ask(address: &str, port: u16, question: &str) -> Result<String, Pl
     let mut heard = Vec::new();
     // It greets anyone who connects.
     line(&mut stream, &mut heard)?;
-    stream.write_all(format!("{question}\n").as_bytes())?;
+    let asked = format!("{question}\n");
+    send(&mut stream, asked.as_bytes(), ENDED, "nothing can be sent to the dashboard server")?;
     line(&mut stream, &mut heard)
 }
 
@@ -39,10 +42,7 @@ fn line(stream: &mut TcpStream, heard: &mut Vec<u8>) -> Result<String, PluginErr
         }
         match hear(stream, &mut bytes)? {
             Found::Nothing => {}
-            Found::End => {
-                let text = "the dashboard server ended the connection";
-                return Err(PluginError::Disconnected(text.to_owned()));
-            }
+            Found::End => return Err(PluginError::Disconnected(ENDED.to_owned())),
             Found::Bytes(count) => heard.extend_from_slice(bytes.get(..count).unwrap_or_default()),
         }
     }

@@ -1,6 +1,5 @@
 //! The RTDE connection: agreed once, then read all the time by a thread of its own, so that what is asked for is never an old state that waited in a buffer.
 
-use std::io::Write as _;
 use std::net::TcpStream;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -11,9 +10,9 @@ use plumb_plugin::PluginError;
 
 use crate::freshness::ClockOffset;
 use crate::rtde::{self, Kind, Packages, RtdeError, State};
-use crate::socket::{ANSWERS_WITHIN, Found, connect, hear, is_end};
+use crate::socket::{ANSWERS_WITHIN, Found, connect, hear, send};
 
-/// What is said of a connection that the controller has ended, whoever notices it first.
+/// The error once the controller has ended this connection, whether a read or a write finds it.
 const ENDED: &str = "the controller has ended the RTDE connection";
 
 /// States a second: what every generation of controllers can send.
@@ -132,12 +131,7 @@ impl Link {
     /// [`PluginError::Disconnected`].
     pub(crate) fn sign_of_life(&mut self, value: i32) -> Result<(), PluginError> {
         let package = rtde::integer_input(self.input_recipe, value);
-        self.stream.write_all(&package).map_err(|error| {
-            PluginError::Disconnected(match is_end(&error) {
-                true => ENDED.to_owned(),
-                false => format!("RTDE: nothing can be sent to the controller: {error}"),
-            })
-        })
+        send(&mut self.stream, &package, ENDED, "RTDE: nothing can be sent to the controller")
     }
 }
 
@@ -223,7 +217,9 @@ struct Agreeing {
 
 impl Agreeing {
     fn ask(&mut self, kind: Kind, package: &[u8]) -> Result<Vec<u8>, PluginError> {
-        self.stream.write_all(package)?;
+        let ended = format!("RTDE at {}: the controller has ended the connection", self.address);
+        let failed = format!("RTDE at {}: nothing can be sent to the controller", self.address);
+        send(&mut self.stream, package, &ended, &failed)?;
         let begin = Instant::now();
         let mut bytes = [0; 4096];
         loop {

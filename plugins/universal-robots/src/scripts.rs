@@ -1,6 +1,5 @@
 //! The connection that programs are sent on. A thread of its own reads it all the time: a controller whose words nobody reads may cut it.
 
-use std::io::Write as _;
 use std::net::TcpStream;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -9,9 +8,9 @@ use std::thread::JoinHandle;
 use plumb_plugin::PluginError;
 
 use crate::primary::{Messages, Said};
-use crate::socket::{Found, connect, hear, is_end};
+use crate::socket::{Found, connect, hear, send};
 
-/// What is said of a connection that the controller has ended, whoever notices it first.
+/// The error once the controller has ended this connection, whether a read or a write finds it.
 const ENDED: &str = "the controller has ended the connection that programs are sent on";
 
 /// As many texts of the controller's are kept until somebody looks.
@@ -59,12 +58,7 @@ impl Scripts {
         if let Some(ended) = self.ended() {
             return Err(PluginError::Disconnected(ended));
         }
-        self.stream.write_all(program.as_bytes()).map_err(|error| {
-            PluginError::Disconnected(match is_end(&error) {
-                true => ENDED.to_owned(),
-                false => format!("a program could not be sent to the controller: {error}"),
-            })
-        })
+        send(&mut self.stream, program.as_bytes(), ENDED, "a program could not be sent to the controller")
     }
 
     /// What the controller has said since this was asked last.

@@ -1,6 +1,6 @@
 //! A connection to one of the controller's servers.
 
-use std::io::{self, Read as _};
+use std::io::{self, Read as _, Write as _};
 use std::net::{SocketAddr, TcpStream, ToSocketAddrs};
 use std::time::Duration;
 
@@ -74,10 +74,28 @@ pub(crate) fn hear(stream: &mut TcpStream, bytes: &mut [u8]) -> io::Result<Found
     }
 }
 
+/// Sends all of this; `ended` is the error where the controller has ended the connection, and `failed` begins any other.
+///
+/// # Errors
+/// [`PluginError::Disconnected`].
+pub(crate) fn send(
+    stream: &mut TcpStream,
+    bytes: &[u8],
+    ended: &str,
+    failed: &str,
+) -> Result<(), PluginError> {
+    stream.write_all(bytes).map_err(|error| {
+        PluginError::Disconnected(match is_end(&error) {
+            true => ended.to_owned(),
+            false => format!("{failed}: {error}"),
+        })
+    })
+}
+
 /// Whether the controller has ended the connection.
 ///
-/// One that still had bytes to read resets it instead of closing it (RFC 1122, 4.2.2.13); what is sent then finds no way.
-pub(crate) fn is_end(error: &io::Error) -> bool {
+/// One that still had bytes to read resets it instead of closing it (RFC 1122, 4.2.2.13); a write after that fails, too.
+fn is_end(error: &io::Error) -> bool {
     matches!(
         error.kind(),
         io::ErrorKind::ConnectionReset | io::ErrorKind::ConnectionAborted | io::ErrorKind::BrokenPipe
@@ -86,7 +104,6 @@ pub(crate) fn is_end(error: &io::Error) -> bool {
 
 #[cfg(test)]
 pub(crate) mod tests {
-    use std::io::Write as _;
     use std::net::TcpListener;
 
     use super::*;
@@ -113,5 +130,14 @@ pub(crate) mod tests {
         assert_eq!(hear(&mut ours, &mut bytes).unwrap(), Found::Bytes(2));
         drop(theirs);
         assert_eq!(hear(&mut ours, &mut bytes).unwrap(), Found::End);
+    }
+
+    #[test]
+    fn a_write_to_a_connection_that_was_reset_says_that_it_has_ended() {
+        let mut ours = reset();
+        assert_eq!(
+            send(&mut ours, &[2], "ended", "failed"),
+            Err(PluginError::Disconnected("ended".to_owned()))
+        );
     }
 }
