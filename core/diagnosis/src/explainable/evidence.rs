@@ -91,6 +91,13 @@ impl MixedFit {
     pub(crate) fn at_ratios(&self, ratios: Vec<f64>) -> Self {
         Self { ratios, ..self.clone() }
     }
+
+    /// Its ratios with some components given up.
+    pub(crate) fn ratios_without(&self, components: &[usize]) -> Vec<f64> {
+        let mut ratios = self.ratios.clone();
+        components.iter().for_each(|one| ratios[*one] = f64::INFINITY);
+        ratios
+    }
 }
 
 /// Some rows that are left out, by their equations, and everything else.
@@ -338,24 +345,19 @@ impl Mixed {
     /// Which of some components can hold what a suspect does: of its squares beyond what is fitted their functions leave so little that they are alike
     /// (multiple correlation of [`ALIKE_CORRELATION`]).
     pub(crate) fn holding(&self, parameters: &[usize], components: &[usize]) -> Vec<usize> {
-        let matrix = &self.reduced.matrix;
         let suspect: Vec<usize> = parameters.iter().map(|one| self.flexible + one).collect();
-        let all = matrix.select_rows(&suspect).select_columns(&suspect).trace();
-        let holds = |component: &usize| {
-            let Some(columns) = self.components.get(*component) else { return false };
-            let columns: Vec<usize> = columns.clone().collect();
-            let own = matrix.select_rows(&columns).select_columns(&columns);
-            let across = matrix.select_rows(&columns).select_columns(&suspect);
-            let (inverse, _) = inverse_and_rank(&own, &own);
-            across.tr_mul(&(inverse * &across)).trace() > ALIKE_CORRELATION.powi(2) * all
-        };
-        components.iter().copied().filter(holds).collect()
+        components.iter().copied().filter(|one| self.holds(*one, &suspect)).collect()
     }
 
-    /// Ratios with some components given up.
-    pub(crate) fn without_components(ratios: &[f64], components: &[usize]) -> Vec<f64> {
-        let each = ratios.iter().enumerate();
-        each.map(|(one, ratio)| if components.contains(&one) { f64::INFINITY } else { *ratio }).collect()
+    fn holds(&self, component: usize, suspect: &[usize]) -> bool {
+        let Some(columns) = self.components.get(component) else { return false };
+        let columns: Vec<usize> = columns.clone().collect();
+        let matrix = &self.reduced.matrix;
+        let all = matrix.select_rows(suspect).select_columns(suspect).trace();
+        let own = matrix.select_rows(&columns).select_columns(&columns);
+        let across = matrix.select_rows(&columns).select_columns(suspect);
+        let (inverse, _) = inverse_and_rank(&own, &own);
+        across.tr_mul(&(inverse * &across)).trace() > ALIKE_CORRELATION.powi(2) * all
     }
 
     /// Equations of the rows that are looked at.
@@ -513,7 +515,8 @@ mod tests {
         assert!(holds(|t| t + 0.05 * (40.0 * std::f64::consts::PI * t).sin()));
         let mixed = Mixed::new(&features, &column(&t, |t| t)).unwrap();
         assert_eq!(mixed.holding(&[0], &[]), [] as [usize; 0]);
-        assert_eq!(Mixed::without_components(&[4.0, 2.0], &[1]), [4.0, f64::INFINITY]);
+        let fit = mixed.fit(&[], None).unwrap().at_ratios(vec![4.0, 2.0]);
+        assert_eq!(fit.ratios_without(&[1]), [4.0, f64::INFINITY]);
     }
 
     #[test]

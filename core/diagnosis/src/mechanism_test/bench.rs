@@ -19,6 +19,16 @@ pub(super) struct Set {
     pub(super) criterion: f64,
 }
 
+/// The suspect that is asked, and the set it is asked in.
+pub(super) struct Foremost<'s> {
+    /// Its place in the list of suspects.
+    pub(super) member: usize,
+    pub(super) set: &'s Set,
+    /// Components of the flexible part that hold what it does because they are of its own kind: smooth functions of the same errors, of the same joint. They are the suspect in
+    /// a more flexible form, and not something else that does as well; how much more than the suspect they do is asked apart (`share_left_at`).
+    pub(super) own_functions: Vec<usize>,
+}
+
 /// Everything that is asked of one stage.
 pub(super) struct Bench<'b> {
     pub(super) stage: &'b Stage<'b>,
@@ -71,15 +81,17 @@ impl Bench<'_> {
         first..first + self.parameters(&[member]).len()
     }
 
-    /// Components of the flexible part that hold what a suspect does because they are of its own kind: smooth functions of the same errors, of the same joint. They are
-    /// the suspect in a more flexible form, and not something else that does as well; how much more than the suspect they do is asked apart (`share_left_at`).
-    pub(super) fn own_functions(&self, member: usize) -> Vec<usize> {
-        let Some(suspect) = self.suspects.get(member) else { return Vec::new() };
-        let joint = suspect.id.joint();
-        let at_joint =
-            self.features.joints.iter().enumerate().filter(|(_, at)| joint.is_some() && **at == joint);
-        let at_joint: Vec<usize> = at_joint.map(|(component, _)| component).collect();
-        self.mixed.holding(&suspect.parameters, &at_joint)
+    /// A suspect in a set, with the components that hold it.
+    pub(super) fn in_set<'s>(&self, member: usize, set: &'s Set) -> Foremost<'s> {
+        let held = self.suspects.get(member).and_then(|one| Some((one, self.components_at(one.id.joint()?))));
+        let own_functions = held.map(|(one, at_joint)| self.mixed.holding(&one.parameters, &at_joint));
+        Foremost { member, set, own_functions: own_functions.unwrap_or_default() }
+    }
+
+    /// Components of errors at one joint.
+    pub(super) fn components_at(&self, joint: usize) -> Vec<usize> {
+        let at_joint = self.features.joints.iter().enumerate().filter(|(_, at)| **at == Some(joint));
+        at_joint.map(|(component, _)| component).collect()
     }
 
     /// A suspect's place in the stage's list of fitted candidates; nothing of one without a name.

@@ -19,7 +19,7 @@ use crate::thresholds::{EVIDENCE_ROWS, NAMING_LEVEL, SITE_LEFT, TIE_BIC};
 pub(crate) use left_out_geometry::{GEOMETRY, explains_as_well};
 pub(crate) use posterior::posterior;
 
-use bench::{Bench, Set};
+use bench::{Bench, Foremost, Set};
 use nalgebra::{DMatrix, DVector, DVectorView};
 use plumb_calibration::effect::{Effect, EffectId, Family, Site, build, kind};
 use plumb_estimation::chi_squared_tail;
@@ -96,8 +96,7 @@ impl Bench<'_> {
     /// What else is at the joint of a suspect, as a share of what that explains: whatever smooth functions of the joint do there if they are the whole flexible part, so that
     /// none of them makes up for another part, and by how much more everything leaves along the joint's motion than across it.
     fn share_left_at(&self, joint: usize, set: &Set, suspect: usize) -> Option<f64> {
-        let at_joint = self.features.joints.iter().enumerate().filter(|(_, at)| **at == Some(joint));
-        let own: Vec<usize> = at_joint.map(|(component, _)| component).collect();
+        let own = self.components_at(joint);
         // With the other components given up the ones at this joint must take all that is there.
         let alone = self.mixed.fit(&self.parameters(&set.members), Some(&self.mixed.ratios_of(&own)))?;
         let smooth = self.mixed.squares_of_components(&alone, &own);
@@ -131,7 +130,8 @@ impl Bench<'_> {
 
     /// What takes the place of `foremost` in sets that are about as likely as its own: whatever is new there and takes nearly as much from what is left, else the
     /// flexible part.
-    fn rivals(&self, foremost: usize, own: &Set, sets: &Sets) -> Rivals {
+    fn rivals(&self, asked: &Foremost<'_>, sets: &Sets) -> Rivals {
+        let (foremost, own) = (asked.member, asked.set);
         let mut rivals = Rivals::default();
         let others = sets.all.iter().take_while(|set| set.criterion < own.criterion + TIE_BIC);
         for set in others.filter(|set| !set.members.contains(&foremost)) {
@@ -148,7 +148,7 @@ impl Bench<'_> {
                 },
                 None => {
                     rivals.smooth = true;
-                    rivals.smooth_apart = rivals.smooth_apart || self.is_as_likely_smooth(foremost, own, set);
+                    rivals.smooth_apart = rivals.smooth_apart || self.is_as_likely_smooth(asked, set);
                 }
             }
         }
@@ -156,21 +156,21 @@ impl Bench<'_> {
     }
 
     /// Whether the rows are about as likely with a set in which the flexible part stands for `foremost`, also without the functions of that effect's own kind at its joint.
-    fn is_as_likely_smooth(&self, foremost: usize, own: &Set, set: &Set) -> bool {
-        let functions = self.own_functions(foremost);
-        if functions.is_empty() {
+    fn is_as_likely_smooth(&self, asked: &Foremost<'_>, set: &Set) -> bool {
+        if asked.own_functions.is_empty() {
             return true;
         }
-        let ratios = Mixed::without_components(&set.fit.ratios, &functions);
+        let ratios = set.fit.ratios_without(&asked.own_functions);
         let without = self.fitted(&set.members, &ratios, LAST_ROUNDS);
-        without.is_some_and(|without| without.criterion < own.criterion + TIE_BIC)
+        without.is_some_and(|without| without.criterion < asked.set.criterion + TIE_BIC)
     }
 
     /// Whether something else is at work at the joint of a set's foremost, and explains more than [`SITE_LEFT`] of what that does: another of the set, or overtones of a wave.
     /// Asked of what bends, and of what functions of its own kind hold for a mechanism without a name alone: a gap where teeth are worn is no play that is the same everywhere.
-    fn company(&self, foremost: usize, set: &Set, bends: bool) -> Option<Doubt> {
+    fn company(&self, asked: &Foremost<'_>, bends: bool) -> Option<Doubt> {
+        let (foremost, set) = (asked.member, asked.set);
         let suspect = self.suspects.get(foremost)?;
-        if !bends && self.own_functions(foremost).is_empty() {
+        if !bends && asked.own_functions.is_empty() {
             return None;
         }
         let most = SITE_LEFT * self.explained(&set.fit, foremost);
@@ -223,7 +223,8 @@ impl Bench<'_> {
     }
 
     /// What is to be said against the foremost of a set.
-    fn doubt(&self, foremost: usize, set: &Set, sets: &Sets, rivals: &Rivals) -> Option<Doubt> {
+    fn doubt(&self, asked: &Foremost<'_>, sets: &Sets, rivals: &Rivals) -> Option<Doubt> {
+        let (foremost, set) = (asked.member, asked.set);
         let (Some(fitted_candidate), Some(suspect)) =
             (self.fitted_candidate(foremost), self.suspects.get(foremost))
         else {
@@ -240,19 +241,19 @@ impl Bench<'_> {
             return Some(Doubt::Unlisted(site));
         }
         let predictions =
-            sets.without(foremost, set).and_then(|without| Predictions::of(self, foremost, without, set));
+            sets.without(foremost, set).and_then(|without| Predictions::of(self, asked, without));
         let gain = predictions.as_ref().map_or(0.0, |predictions| predictions.gain);
         let beside = predictions.as_ref().map_or(0.0, |predictions| predictions.gain_beside);
         // What a smooth function explains as well in rows that were seen is none if it predicts unseen ones much worse: there it knows nothing, and the effect does.
-        let is_smooth = |smooth: bool| smooth && !rules::beats_smooth(gain);
-        if is_smooth(rivals.smooth_apart) {
+        let beats_smooth = rules::beats_smooth(gain);
+        if rivals.smooth_apart && !beats_smooth {
             return Some(Doubt::Smooth);
         }
         // One that can imitate anything at its joint, or that does no better than functions of its own kind, may be no more than the greater part of something else there.
-        let no_better = !self.own_functions(foremost).is_empty()
-            && (is_smooth(rivals.smooth) || !rules::predicts(beside));
+        let no_better =
+            !asked.own_functions.is_empty() && (rivals.smooth && !beats_smooth || !rules::predicts(beside));
         let bends = imitates(&suspect.id) || no_better;
-        if let Some(company) = self.company(foremost, set, bends) {
+        if let Some(company) = self.company(asked, bends) {
             return Some(company);
         }
         let joint = suspect.id.joint().filter(|_| is_of_a_joint(&suspect.id));
@@ -292,8 +293,9 @@ impl Bench<'_> {
     /// What is found among the sets; nothing where no effect of the library is plausible.
     fn judged(&self, sets: &Sets) -> Option<Mechanism> {
         let (foremost, set) = self.asked(sets)?;
-        let rivals = self.rivals(foremost, set, sets);
-        let doubt = self.doubt(foremost, set, sets, &rivals);
+        let asked = self.in_set(foremost, set);
+        let rivals = self.rivals(&asked, sets);
+        let doubt = self.doubt(&asked, sets, &rivals);
         let close = std::iter::once(&foremost).chain(&rivals.listed);
         let close = close.filter_map(|one| self.place_in_stage(*one)).collect();
         let inclusion = sets.inclusion(self.suspects.len());

@@ -1,8 +1,8 @@
 //! How rows that are left out are predicted with an effect beside the flexible part, and by that part alone; and how its size differs from block to block.
 
-use super::bench::{Bench, Set};
+use super::bench::{Bench, Foremost, Set};
 use crate::cross_validation::{joint_blocks, pose_groups, region_blocks, session_blocks};
-use crate::explainable::{Mixed, MixedFit};
+use crate::explainable::MixedFit;
 use crate::predictive_gain::Gain;
 use plumb_estimation::{huber_corner, median};
 
@@ -12,7 +12,7 @@ pub(super) struct Predictions {
     pub(super) gain: f64,
     /// The same where the flexible part keeps the variances it has beside the suspect, and so cannot take its place.
     pub(super) gain_beside: f64,
-    /// The same without what the flexible part has of the suspect's own kind at its joint ([`Bench::own_functions`]).
+    /// The same without what the flexible part has of the suspect's own kind at its joint ([`Foremost::own_functions`]).
     pub(super) gain_apart: f64,
     /// Its values without the flexible part.
     pub(super) plain: Vec<f64>,
@@ -23,7 +23,8 @@ pub(super) struct Predictions {
 
 impl Predictions {
     /// Of a suspect of `set`; `without` is the same set without it. Nothing where what is left without a block does not determine what is fitted.
-    pub(super) fn of(bench: &Bench<'_>, suspect: usize, without: &Set, set: &Set) -> Option<Self> {
+    pub(super) fn of(bench: &Bench<'_>, asked: &Foremost<'_>, without: &Set) -> Option<Self> {
+        let (suspect, set) = (asked.member, asked.set);
         let table = bench.stage.fitted.machine.table;
         // An infinite ratio gives a component up: nothing flexible is left.
         let stiff = vec![f64::INFINITY; bench.nothing.ratios.len()];
@@ -33,8 +34,7 @@ impl Predictions {
         let mut ways = vec![region_blocks(table, &bench.rows)];
         ways.extend(joint.map(|joint| joint_blocks(table, &bench.rows, joint)));
         ways.extend(session_blocks(table, &bench.rows));
-        let own = bench.own_functions(suspect);
-        let compared = comparisons(without, set, &own);
+        let compared = comparisons(without, asked);
         let mut predictions = Self {
             gain: f64::INFINITY,
             gain_beside: f64::INFINITY,
@@ -72,7 +72,7 @@ impl Predictions {
                 *least = least.min(bench.gain_over(falls));
             }
         }
-        if own.is_empty() {
+        if asked.own_functions.is_empty() {
             predictions.gain_apart = predictions.gain_beside;
         }
         Some(predictions)
@@ -81,11 +81,12 @@ impl Predictions {
 
 /// What is compared: a fit without the suspect, and one with it where that is not the set's own. Without functions of the suspect's own kind there is nothing to leave out:
 /// the third comparison is the second.
-fn comparisons(without: &Set, set: &Set, own: &[usize]) -> Vec<(MixedFit, Option<MixedFit>)> {
-    let mut all = vec![(without.fit.clone(), None), (without.fit.at_ratios(set.fit.ratios.clone()), None)];
+fn comparisons(without: &Set, asked: &Foremost<'_>) -> Vec<(MixedFit, Option<MixedFit>)> {
+    let (own, with) = (&asked.own_functions, &asked.set.fit);
+    let mut all = vec![(without.fit.clone(), None), (without.fit.at_ratios(with.ratios.clone()), None)];
     if !own.is_empty() {
-        let ratios = Mixed::without_components(&set.fit.ratios, own);
-        all.push((without.fit.at_ratios(ratios.clone()), Some(set.fit.at_ratios(ratios))));
+        let ratios = with.ratios_without(own);
+        all.push((without.fit.at_ratios(ratios.clone()), Some(with.at_ratios(ratios))));
     }
     all
 }

@@ -40,9 +40,13 @@ fn of_two_effects_in_dirt_the_larger_is_named_first() {
     assert_eq!((named.effect.place.as_str(), named.effect.n), ("elbow", Some(12.0)), "{diagnosis:#?}");
 }
 
+/// The side from which a pose is approached: either, with no order in it.
+fn side(q: [f64; 2]) -> f64 {
+    if (1e5 * (q[0] + 0.7 * q[1])).sin() > 0.0 { 1.0 } else { -1.0 }
+}
+
 /// The arm among dirt, approached from either side at random: so much of play (rad) at the elbow, as a function of its coordinate.
 fn with_play(seed: u64, play: impl Fn(f64) -> f64) -> Laboratory {
-    let side = |q: [f64; 2]| if (1e5 * (q[0] + 0.7 * q[1])).sin() > 0.0 { 1.0 } else { -1.0 };
     let lab = two_links(150, "joint_zero(*)", 0.05, seed, |q| [dirt(q), -0.5 * side(q) * play(q[1])]);
     with_table(&lab, |table| {
         let sides = (0..150).flat_map(|row| [0, side([table.q_of(row)[0], table.q_of(row)[1]]) as i8]);
@@ -216,7 +220,7 @@ fn with_wave_in<T>(
 
 /// What is said of other things at the joint of that wave.
 fn company_of_the_wave(beside: &[&str], off: impl Fn([f64; 2]) -> [f64; 2]) -> Option<Doubt> {
-    with_wave_in(beside, off, |bench, set| bench.company(0, set, true))
+    with_wave_in(beside, off, |bench, set| bench.company(&bench.in_set(0, set), true))
 }
 
 #[test]
