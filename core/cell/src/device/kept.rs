@@ -92,6 +92,8 @@ mod tests {
         assert_eq!(lines, ["hello"]);
         kept.shut_down(false);
         assert!(kept.world_socket().is_some(), "anyone who keeps the devices ends them");
+        shared.lock().unwrap().shut_down(false);
+        assert_eq!(kept.world_socket(), None);
         let (_place, devices) = devices_without_world();
         let kept = KeptDevices::new(&Arc::new(Mutex::new(devices)));
         assert_eq!((kept.world_socket(), kept.clock_ns().is_some()), (None, true));
