@@ -186,9 +186,42 @@ impl Laboratory {
         options: FitOptions,
         progress: &Progress,
     ) -> Result<Fitted<'a>, LaboratoryError> {
+        self.fit_beside_holding(more, near, (moved, &[]), options, progress)
+    }
+
+    /// The same to compare the last effect with none, and with others in its place: what the earlier fit held stays held, as numbers are counted for it
+    /// ([`Fitted::parameters_with`]). Let go with one candidate and not with another, weakly determined numbers would be a difference that is no effect's, and a
+    /// descent along such a valley takes a hundred steps. An event makes known what does not differ while nothing was re-set: with it nothing is held.
+    pub(crate) fn fit_to_compare<'a>(
+        &'a self,
+        more: &[AddedEffect],
+        near: &Fitted<'_>,
+        moved: &[f64],
+        options: FitOptions,
+        progress: &Progress,
+    ) -> Result<Fitted<'a>, LaboratoryError> {
+        let is_event = more.last().and_then(|last| kind(&last.id.name)).is_some_and(|kind| kind.is_event);
+        let holding = if is_event { &[] } else { near.fit.held.as_slice() };
+        self.fit_beside_holding(more, near, (moved, holding), options, progress)
+    }
+
+    fn fit_beside_holding<'a>(
+        &'a self,
+        more: &[AddedEffect],
+        near: &Fitted<'_>,
+        (moved, holding): (&[f64], &[usize]),
+        options: FitOptions,
+        progress: &Progress,
+    ) -> Result<Fitted<'a>, LaboratoryError> {
         let machine = self.machine(more)?;
-        let start = start_toward(&machine, near, moved, (&near.fit.rows, &near.fit.weights));
-        let fit = machine.refit(&start, &near.fit.rows, &near.fit.weights, options, progress)?;
+        let (rows, weights) = (near.fit.rows.as_slice(), near.fit.weights.as_slice());
+        let moved: Vec<f64> = moved
+            .iter()
+            .enumerate()
+            .map(|(number, moved)| if holding.contains(&number) { 0.0 } else { *moved })
+            .collect();
+        let start = start_toward(&machine, near, &moved, (rows, weights));
+        let fit = machine.refit_holding(&start, (rows, weights), holding, options, progress)?;
         Ok(Fitted { machine, fit })
     }
 
@@ -268,6 +301,25 @@ mod tests {
         assert_eq!((before.fit.rank(), refit.fit.rank()), (2, 4));
         assert_eq!(before.parameters_in(&refit, &added("joint_gain", 1).id, 1), 3.0);
         assert_eq!(before.parameters_in(&refit, &added("joint_step", 1).id, 1), 4.0);
+    }
+
+    #[test]
+    fn to_compare_an_effect_what_the_fit_without_it_held_stays_held_and_for_an_event_nothing() {
+        let lab = two_links(40, "joint_zero(*)", 0.05, 31, |_| [0.002, 0.0]);
+        let mut near = lab.fit_with(&[], None, &Progress::unwatched()).unwrap();
+        // As if the rows hardly determined the shoulder's zero.
+        near.fit.held = vec![0];
+        near.fit.state.effects[0] = vec![0.0];
+        let options = FitOptions { robust: false, ..lab.options().fit };
+        let zero_beside = |name: &str, inner: Option<f64>| {
+            let id = EffectId { inner, ..EffectId::at(name, Site::Joint(1)) };
+            let more = [AddedEffect { id, values: vec![0.0] }];
+            let with =
+                lab.fit_to_compare(&more, &near, &[0.01, 0.0], options, &Progress::unwatched()).unwrap();
+            with.fit.state.effects[0][0]
+        };
+        assert_eq!(zero_beside("joint_gain", None), 0.0);
+        assert!((zero_beside("joint_step", Some(20.0)) - 0.002).abs() < 5e-4);
     }
 
     #[test]

@@ -242,7 +242,7 @@ impl Laboratory {
                 values: fitted_candidate.values.clone(),
             });
             let refit =
-                self.fit_beside(&more, &stage.fitted, &fitted_candidate.score.beside, options, progress)?;
+                self.fit_to_compare(&more, &stage.fitted, &fitted_candidate.score.beside, options, progress)?;
             let gains = judge.gains(&refit, &fitted_candidate.id);
             Ok::<_, LaboratoryError>((refit, gains))
         });

@@ -82,7 +82,23 @@ impl ResidualModel<'_> {
         options: FitOptions,
         progress: &Progress,
     ) -> Result<Fit, FitError> {
-        outcome::refit(self, start, rows, weights.to_vec(), options, progress)
+        self.refit_holding(start, (rows, weights), &[], options, progress)
+    }
+
+    /// The same with some free parameters, by their places, held where they start. For comparing models that differ by an effect: numbers that the rows hardly determine, free in the one and
+    /// held in the other, are a difference that is no effect's.
+    ///
+    /// # Errors
+    /// As of a whole fit.
+    pub fn refit_holding(
+        &self,
+        start: &State,
+        (rows, weights): (&[usize], &[f64]),
+        holding: &[usize],
+        options: FitOptions,
+        progress: &Progress,
+    ) -> Result<Fit, FitError> {
+        outcome::refit(self, start, (rows, weights.to_vec()), holding, options, progress)
     }
 
     /// A robust fit by one step from where it is expected to end, with the weights settled on the tangent there

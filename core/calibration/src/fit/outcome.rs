@@ -47,6 +47,8 @@ pub struct Fit {
     pub scale: f64,
     /// Freedoms that were held.
     pub gauges: Vec<Gauge>,
+    /// Free parameters, by their places, that did not move to the end: what the rows do not determine, or hardly.
+    pub held: Vec<usize>,
     /// Covariance of the free parameters, internal units; zero for held ones.
     pub covariance: DMatrix<f64>,
     /// Whether it arrived.
@@ -126,7 +128,7 @@ pub(super) fn fit(
     check(machine, &rows)?;
     let start = align(machine, start, &rows, progress)?;
     let ones = vec![1.0; machine.observations.rows()];
-    fit_from(machine, (&start, CAREFUL), &rows, ones, options, progress)
+    fit_from(machine, (&start, CAREFUL), (&rows, ones), &[], options, progress)
 }
 
 /// Where a fit begins.
@@ -153,16 +155,16 @@ impl Start {
     }
 }
 
-/// Fits again from a near place.
+/// Fits again from a near place; the parameters in `holding` do not move.
 pub(super) fn refit(
     machine: &ResidualModel<'_>,
     start: &State,
-    rows: &[usize],
-    weights: Vec<f64>,
+    rows_and_weights: (&[usize], Vec<f64>),
+    holding: &[usize],
     options: FitOptions,
     progress: &Progress,
 ) -> Result<Fit, FitError> {
-    fit_from(machine, (start, CLOSE), rows, weights, options, progress)
+    fit_from(machine, (start, CLOSE), rows_and_weights, holding, options, progress)
 }
 
 /// Fits from a place with this damping of the first step. Where the rows hardly determine a number of the geometry, or it leaves the range that a machine can have, the ranges count as weak prior
@@ -170,13 +172,13 @@ pub(super) fn refit(
 fn fit_from(
     machine: &ResidualModel<'_>,
     (start, damping): (&State, f64),
-    rows: &[usize],
-    weights: Vec<f64>,
+    (rows, weights): (&[usize], Vec<f64>),
+    holding: &[usize],
     options: FitOptions,
     progress: &Progress,
 ) -> Result<Fit, FitError> {
     let again = |from: &Start, weights: Vec<f64>, prior: Option<&Prior>| {
-        descend_robustly(machine, from, (rows, weights), (options, prior), progress)
+        descend_robustly(machine, from, (rows, weights), (options, prior, holding), progress)
     };
     let mut start = Start::at(machine, (start.clone(), damping), (rows, &weights));
     let factor = start.factor();
@@ -239,7 +241,8 @@ pub(super) fn one_step(
         return Ok(None);
     }
     let descent = Descent { state, normal, steps: 1, converged: true };
-    finish(machine, descent, rows.to_vec(), weights, 1).map(Some)
+    let fit = finish(machine, descent, rows.to_vec(), weights, 1)?;
+    Ok(Some(Fit { held: factor.dependent, ..fit }))
 }
 
 /// Share of a number's effect on the rows (squared) that the numbers before it must leave for it to move from the first step on: a thousandth of its length. Of axes that are
@@ -285,7 +288,7 @@ fn descend_robustly(
     machine: &ResidualModel<'_>,
     start: &Start,
     (rows, weights): (&[usize], Vec<f64>),
-    (options, prior): (FitOptions, Option<&Prior>),
+    (options, prior, holding): (FitOptions, Option<&Prior>, &[usize]),
     progress: &Progress,
 ) -> Result<Fit, FitError> {
     // What cannot be distinguished from the rest stays where it is from the first step on. Let go, it would drift, and where it drifts
@@ -300,9 +303,10 @@ fn descend_robustly(
         let table = machine.table.source.clone();
         return Err(FitError::TooFewRows { table, equations: first.equations, parameters });
     }
-    let spared = prior.map_or(&[] as &[usize], |prior| &prior.spared);
+    let mut spared = prior.map_or_else(Vec::new, |prior| prior.spared.clone());
+    spared.extend(holding);
     // Nor does what hardly can be distinguished move until that is seen to help: offsets along axes that are nearly parallel would go far for next to nothing.
-    let mut held = dependent(&first, HARDLY_DISTINCT, spared);
+    let mut held = dependent(&first, HARDLY_DISTINCT, &spared);
     let first = (start.state.clone(), first);
     let settings = Settings { steps: options.steps, damping: start.damping };
     let mut descent =
@@ -311,7 +315,7 @@ fn descend_robustly(
     for _ in 1..ROUNDS {
         // Numbers that look alike at the start (offsets along axes that should be parallel) may matter at the end.
         let normal = &descent.normal;
-        let fewer = dependent(normal, INDISTINCT, &kept(machine, &held, spared));
+        let fewer = dependent(normal, INDISTINCT, &kept(machine, &held, &spared));
         let gain = normal.gradient.dot(&full_step(normal, &fewer));
         let released = held.iter().filter(|number| !fewer.contains(number)).count();
         let variance = normal.squares / normal.equations.max(1) as f64;
@@ -331,7 +335,7 @@ fn descend_robustly(
         robust.weigh(machine, rows, (options, prior), (&held, parameters), progress)?;
     }
     let Weighed { descent, weights, steps, doubts } = robust;
-    Ok(Fit { doubts, ..finish(machine, descent, rows.to_vec(), weights, steps)? })
+    Ok(Fit { doubts, held, ..finish(machine, descent, rows.to_vec(), weights, steps)? })
 }
 
 /// A descent with the weights of its rows.
@@ -468,6 +472,7 @@ fn finish(
         rows,
         scale,
         gauges,
+        held: Vec::new(),
         covariance,
         convergence: Convergence { steps, reached, promised, arrived },
         variance,

@@ -237,8 +237,8 @@ fn numbers_that_the_rows_hardly_determine_stay_in_their_ranges_and_are_reported(
 }
 
 /// A planar arm whose elbow's axis is tilted by a third of a milliradian against the shoulder's, and sits `offset` mm farther along it: next to nothing distinguishes that from an offset
-/// of the shoulder. The offsets of shoulder and elbow that a fit finds, mm.
-fn nearly_parallel(offset: f64, seed: u64) -> (f64, f64) {
+/// of the shoulder.
+fn nearly_parallel(offset: f64, seed: u64) -> Table {
     let tilt: f64 = 0.02_f64.to_radians();
     let mut random = Random::seeded(seed);
     let mut text = "q1_deg,q2_deg,p1_x_mm,p1_y_mm,p1_z_mm\n".to_owned();
@@ -256,29 +256,53 @@ fn nearly_parallel(offset: f64, seed: u64) -> (f64, f64) {
         let read = point.map(|value| (value + 0.002 * random.normal()).to_string());
         text.push_str(&format!("{one},{two},{}\n", read.join(",")));
     }
-    let table = Table::parse("parallel.csv", &text).unwrap();
+    Table::parse("parallel.csv", &text).unwrap()
+}
+
+/// The offsets of shoulder and elbow, mm, that a fit finds which does not move those in `holding`, and those it held to the end.
+fn offsets(table: &Table, holding: &[FreeParameter]) -> ((f64, f64), Vec<FreeParameter>) {
     let arm = PLANAR.replace("name: shoulder, a_mm: 400", "name: shoulder, a_mm: 400, alpha_deg: 0.02");
     let model = Model::parse("planar.yaml", &arm).unwrap();
-    let observations = Observations::new(&model, &table).unwrap();
-    let effects: Vec<AddedEffect> = ["link_offset(shoulder)", "link_offset(elbow)"]
-        .iter()
-        .map(|text| AddedEffect { id: parse(text, &model).unwrap(), values: Vec::new() })
-        .collect();
-    let machine = ResidualModel::new(&model, &table, &observations, &effects).unwrap();
-    let fit = machine
-        .fit(&machine.start(), &vec![true; table.len()], FitOptions::default(), &Progress::default())
-        .unwrap();
-    (fit.state.effects[0][0], fit.state.effects[1][0])
+    let observations = Observations::new(&model, table).unwrap();
+    let added = |text: &str| AddedEffect { id: parse(text, &model).unwrap(), values: Vec::new() };
+    let effects = ["link_offset(shoulder)", "link_offset(elbow)"].map(added);
+    let machine = ResidualModel::new(&model, table, &observations, &effects).unwrap();
+    let free = machine.free_parameters();
+    let holding: Vec<usize> = (0..free.len()).filter(|number| holding.contains(&free[*number])).collect();
+    let (rows, ones): (Vec<usize>, Vec<f64>) = ((0..table.len()).collect(), vec![1.0; table.len()]);
+    let (start, options) = (machine.start(), FitOptions::default());
+    let fit = match holding.is_empty() {
+        true => machine.fit(&start, &vec![true; table.len()], options, &Progress::default()),
+        false => machine.refit_holding(&start, (&rows, &ones), &holding, options, &Progress::default()),
+    }
+    .unwrap();
+    let held = fit.held.iter().map(|number| free[*number]).collect();
+    ((fit.state.effects[0][0], fit.state.effects[1][0]), held)
 }
 
 #[test]
 fn offsets_along_nearly_parallel_axes_stay_until_they_help() {
     // The elbow's offset is known to 1.3 mm: what noise promises moves nothing, 15 mm are found.
-    let held = (0..10).filter(|seed| nearly_parallel(0.0, *seed).1 == 0.0).count();
-    assert!(held >= 7, "held in {held} of 10");
+    let of_elbow = FreeParameter::Effect(1, 0);
+    let found: Vec<_> = (0..10).map(|seed| offsets(&nearly_parallel(0.0, seed), &[])).collect();
+    let stayed = found.iter().filter(|((_, elbow), _)| *elbow == 0.0).count();
+    assert!(stayed >= 7, "held in {stayed} of 10");
+    assert!(found.iter().all(|((_, elbow), held)| held.contains(&of_elbow) == (*elbow == 0.0)), "{found:?}");
     for seed in 0..10 {
-        let (shoulder, elbow) = nearly_parallel(15.0, seed);
+        let ((shoulder, elbow), held) = offsets(&nearly_parallel(15.0, seed), &[]);
         assert!((elbow - 15.0).abs() < 5.2 && (shoulder + elbow - 15.0).abs() < 0.005, "{shoulder} {elbow}");
+        assert!(!held.contains(&of_elbow));
+    }
+}
+
+#[test]
+fn what_a_refit_is_to_hold_stays_though_the_rows_show_it() {
+    let [of_shoulder, of_elbow] = [0, 1].map(|effect| FreeParameter::Effect(effect, 0));
+    for seed in 0..3 {
+        let table = nearly_parallel(15.0, seed);
+        let ((shoulder, elbow), held) = offsets(&table, &[of_elbow]);
+        assert!(elbow == 0.0 && (shoulder - 15.0).abs() < 0.005, "{shoulder} {elbow}");
+        assert!(held.contains(&of_elbow) && !held.contains(&of_shoulder));
     }
 }
 

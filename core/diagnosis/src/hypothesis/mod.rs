@@ -219,7 +219,7 @@ impl Laboratory {
             values: fitted_candidate.values.clone(),
         };
         let plain = FitOptions { robust: false, ..self.options().fit };
-        let with = self.fit_beside(&[added], fitted, &fitted_candidate.score.beside, plain, progress)?;
+        let with = self.fit_to_compare(&[added], fitted, &fitted_candidate.score.beside, plain, progress)?;
         Ok((rms(fitted), rms(&with)))
     }
 

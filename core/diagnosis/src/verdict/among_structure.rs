@@ -210,6 +210,10 @@ impl<'a> Finding<'a> {
         if let Some(better) = better {
             return Rejection::WorseThan(model.label(&better.id));
         }
+        // What is said against the foremost of those that were weighed is said of no other.
+        if self.is_less_likely_beside_smooth(fitted_candidate) {
+            return Rejection::LessLikelyBesideSmooth;
+        }
         match self.mechanism.as_ref().and_then(|mechanism| mechanism.doubt.clone()) {
             Some(Doubt::Smooth) => Rejection::SmoothExplains,
             Some(Doubt::Unlisted(site)) => Rejection::UnlistedAt(model.site_name(site)),
@@ -217,7 +221,6 @@ impl<'a> Finding<'a> {
             Some(Doubt::NotPredicted) => Rejection::SmoothPredicts,
             Some(Doubt::Size) => Rejection::OtherSize,
             Some(Doubt::NotPassed) => Rejection::NotSignificantBesideSmooth,
-            None if self.is_less_likely_beside_smooth(fitted_candidate) => Rejection::LessLikelyBesideSmooth,
             None => self.against_the_name(fitted_candidate.id.site),
         }
     }
@@ -307,7 +310,10 @@ mod tests {
             let not_passed = rejected(finding, vec![best], Some(Doubt::NotPassed));
             assert_eq!(not_passed, Rejection::NotSignificantBesideSmooth);
             assert_eq!(rejected(finding, vec![best], Some(Doubt::Smooth)), Rejection::SmoothExplains);
-            assert_eq!(rejected(finding, vec![best + 1], None), Rejection::LessLikelyBesideSmooth);
+            for doubt in [None, Some(Doubt::NotPassed)] {
+                let of_another = rejected(finding, vec![best + 1], doubt);
+                assert_eq!(of_another, Rejection::LessLikelyBesideSmooth);
+            }
             assert_eq!(rejected(finding, vec![best], None), Rejection::MoreThanNoiseLeft);
         });
     }
