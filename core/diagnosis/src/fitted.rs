@@ -213,7 +213,7 @@ impl Laboratory {
         options: FitOptions,
         progress: &Progress,
     ) -> Result<Fitted<'a>, LaboratoryError> {
-        let machine = self.machine(more)?;
+        let machine = self.machine(more)?.after(&near.machine);
         let (rows, weights) = (near.fit.rows.as_slice(), near.fit.weights.as_slice());
         let moved: Vec<f64> = moved
             .iter()
@@ -235,7 +235,7 @@ impl Laboratory {
         options: FitOptions,
         progress: &Progress,
     ) -> Result<Fitted<'a>, LaboratoryError> {
-        let machine = self.machine(more)?;
+        let machine = self.machine(more)?.after(&near.machine);
         // Nothing is known of how far the rest moves beside them: the values alone may miss by more than nothing does.
         let start = start_toward(&machine, near, &[], (rows, weights));
         let fit = machine.refit(&start, rows, weights, options, progress)?;
@@ -253,6 +253,7 @@ impl Laboratory {
     ) -> Result<Fitted<'a>, LaboratoryError> {
         let mut machine = self.machine(more)?;
         machine.admit(probe.id.clone(), Arc::clone(&probe.effect), score.values.clone());
+        let machine = machine.after(&near.machine);
         let (rows, ones) = (self.measured_rows(), vec![1.0; self.table().len()]);
         let start = start_toward(&machine, near, &score.beside, (&rows, &ones));
         let fit = machine.refit_by_one_step(&start, &rows, &ones, self.options().fit, progress)?;

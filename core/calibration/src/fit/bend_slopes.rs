@@ -3,7 +3,7 @@
 //! What an effect of gravity bends is linear in its parameters. So what is kept holds at any values of them; only where the arm hangs otherwise than it did then is it worked out
 //! again.
 
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use nalgebra::{DMatrix, Vector3};
 use plumb_kinematics::Deviation;
@@ -11,10 +11,10 @@ use plumb_kinematics::Deviation;
 use super::response::{Alone, CARRIED, DH_PARAMETERS};
 use crate::effect::{Contribution, Dof};
 
-/// Changes of a configuration within which slopes are kept, rad and mm. A slope is off by about a thousandth of itself a thousandth of a radian away (or a tenth of a millimetre, of a link of
+/// Changes of a configuration within which slopes are kept, rad and mm. A slope is off by about a hundredth of itself a hundredth of a radian away (or a millimetre, of a link of
 /// 100 mm), and what it is a part of, the response to a bend, is itself a thousandth of a derivative.
-const KEPT_TURN: f64 = 1e-3;
-const KEPT_SHIFT: f64 = 0.1;
+const KEPT_TURN: f64 = 1e-2;
+const KEPT_SHIFT: f64 = 1.0;
 
 /// Numbers kept for one machine at most, 32 MB: of a larger table slopes are worked out anew each time.
 const MOST_KEPT: usize = 4_000_000;
@@ -141,12 +141,37 @@ impl Slopes {
 #[derive(Debug, Default)]
 pub(super) struct KeptSlopes {
     rows: Vec<Mutex<Option<Slopes>>>,
+    /// Those of an earlier fit in which the same bends.
+    earlier: Option<Arc<Self>>,
 }
 
 impl KeptSlopes {
     /// Room for so many rows, none known yet.
     pub(super) fn for_rows(rows: usize) -> Self {
-        Self { rows: (0..rows).map(|_| Mutex::new(None)).collect() }
+        Self { rows: (0..rows).map(|_| Mutex::new(None)).collect(), earlier: None }
+    }
+
+    /// The same where an earlier fit of the same rows, in which the same bends, has left some.
+    pub(super) fn after(earlier: &Arc<Self>) -> Self {
+        Self { earlier: Some(Arc::clone(earlier)), ..Self::for_rows(earlier.rows.len()) }
+    }
+
+    /// What some slopes of earlier fits that hold in this configuration say; nothing where there are none.
+    pub(super) fn earlier<T>(
+        &self,
+        row: usize,
+        (down, deviations): (&Vector3<f64>, &[Deviation]),
+        say: impl Fn(&Slopes) -> T,
+    ) -> Option<T> {
+        let mut earlier = self.earlier.as_ref();
+        while let Some(kept) = earlier {
+            let slopes = kept.of_row(row)?;
+            if let Some(slopes) = slopes.as_ref().filter(|slopes| slopes.hold_at(down, deviations)) {
+                return Some(say(slopes));
+            }
+            earlier = kept.earlier.as_ref();
+        }
+        None
     }
 
     /// Those of a row, for as long as they are looked at.
@@ -236,6 +261,28 @@ mod tests {
         assert_eq!(alone.carried.sum(), 150.0);
         let without = slopes.alone(&[vec![7.0], vec![0.0, 0.0]], NUMBERS);
         assert_eq!((without.driven.len(), without.joints.nrows(), without.carried.sum()), (0, 0, 0.0));
+    }
+
+    #[test]
+    fn slopes_of_earlier_fits_are_used_where_they_hold_the_nearest_first() {
+        let at = |theta: f64| Slopes {
+            down: -Vector3::z(),
+            deviations: vec![Deviation { theta, ..Deviation::default() }],
+            bends: Vec::new(),
+            by_source: DMatrix::zeros(0, 0),
+        };
+        let first = Arc::new(KeptSlopes::for_rows(2));
+        *first.of_row(0).unwrap() = Some(at(0.0));
+        let second = Arc::new(KeptSlopes::after(&first));
+        *second.of_row(0).unwrap() = Some(at(0.1));
+        let third = KeptSlopes::after(&second);
+        let found = |row: usize, theta: f64| {
+            let wanted = at(theta);
+            third.earlier(row, (&wanted.down, &wanted.deviations), |slopes| slopes.deviations[0].theta)
+        };
+        assert_eq!([found(0, 0.1), found(0, 0.0), found(0, 0.2)], [Some(0.1), Some(0.0), None]);
+        assert_eq!([found(1, 0.0), found(7, 0.0)], [None, None], "of these rows none are known");
+        assert!(first.earlier(0, (&-Vector3::z(), &[]), |_| ()).is_none(), "it has no earlier ones");
     }
 
     #[test]

@@ -44,6 +44,12 @@ impl ResidualModel<'_> {
         if let Some(slopes) = kept.as_ref().filter(|slopes| slopes.hold_at(&down, &pose.changes.deviations)) {
             return slopes.alone(&state.effects, numbers);
         }
+        let here = (&down, pose.changes.deviations.as_slice());
+        if let Some(alone) =
+            self.kept_slopes.earlier(row, here, |slopes| slopes.alone(&state.effects, numbers))
+        {
+            return alone;
+        }
         let slopes = self.slopes(state, row, pose, contributions);
         let alone = slopes.alone(&state.effects, numbers);
         *kept = self.kept_slopes.have_room_for(&slopes).then_some(slopes);

@@ -21,6 +21,9 @@ const RANGE_SIGMAS: f64 = 2.0;
 /// A number this many times beyond its range is not shown: it means nothing but that the fit ran away.
 const BEYOND_SHOWING: f64 = 10.0;
 
+/// Share of a fit's own variance by which that differs at most with which plausible ranges were weighed in it: how wide a range is nobody knows to that, and weighing anew is a descent of its own.
+const SAME_VARIANCE: f64 = 0.1;
+
 /// Numbers that a message names at most.
 const NAMED: usize = 3;
 
@@ -195,6 +198,12 @@ pub(super) struct Prior {
 }
 
 impl Prior {
+    /// Whether a fit of this scatter (declared sigmas) would weigh the ranges alike.
+    pub(super) fn is_weighed_as_by(&self, scale: f64) -> bool {
+        let variance = scale * scale;
+        (self.variance - variance).abs() <= SAME_VARIANCE * variance
+    }
+
     /// Adds the ranges to normal equations.
     pub(super) fn add(&self, machine: &ResidualModel<'_>, state: &State, normal: &mut NormalEquations) {
         for (index, free_parameter) in machine.free_parameters().iter().enumerate() {

@@ -189,9 +189,12 @@ fn fit_from(
     if !far.is_empty() {
         // From far off the scatter is no measure: they are asked again where a bounded fit arrives.
         let bounded = again(&start, weights.clone(), Some(&prior))?;
-        prior.variance = bounded.scale * bounded.scale;
-        start = Start::at(machine, (bounded.state, CLOSE), (rows, &weights));
+        start = Start::at(machine, (bounded.state.clone(), CLOSE), (rows, &weights));
         far = undetermined(machine, &start.factor(), bounded.scale);
+        if !far.is_empty() && prior.is_weighed_as_by(bounded.scale) {
+            return Ok(with_range_doubts(machine, &far, bounded));
+        }
+        prior.variance = bounded.scale * bounded.scale;
     }
     if far.is_empty() {
         let free = again(&start, weights.clone(), None)?;
@@ -203,12 +206,18 @@ fn fit_from(
         prior.variance = prior.variance.min(free.scale * free.scale);
     }
     let mut fit = again(&start, weights, Some(&prior))?;
-    prior.variance = fit.scale * fit.scale;
-    start = Start::at(machine, (fit.state, CLOSE), (rows, &fit.weights));
-    fit = again(&start, fit.weights, Some(&prior))?;
-    let doubts = range_doubts(machine, &far, &fit.state);
-    fit.doubts.extend(doubts);
-    Ok(fit)
+    if !prior.is_weighed_as_by(fit.scale) {
+        prior.variance = fit.scale * fit.scale;
+        start = Start::at(machine, (fit.state, CLOSE), (rows, &fit.weights));
+        fit = again(&start, fit.weights, Some(&prior))?;
+    }
+    Ok(with_range_doubts(machine, &far, fit))
+}
+
+/// A fit, with what is to be said of numbers that were found far out.
+fn with_range_doubts(machine: &ResidualModel<'_>, far: &[(usize, f64)], mut fit: Fit) -> Fit {
+    fit.doubts.extend(range_doubts(machine, far, &fit.state));
+    fit
 }
 
 /// Damping of a single robust step, relative to the scales of the numbers (Marquardt 1963). Along what the rows determine by less than a three-hundredth (its root) of what they

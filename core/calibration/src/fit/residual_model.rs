@@ -53,7 +53,7 @@ pub struct ResidualModel<'a> {
     /// What the model's residual map does in each row; empty without one.
     pub(super) mapped: Vec<Option<MapEffect>>,
     /// How what gravity bends changes with the configuration, as far as it was worked out.
-    pub(super) kept_slopes: KeptSlopes,
+    pub(super) kept_slopes: Arc<KeptSlopes>,
 }
 
 /// Residuals and derivatives of a few rows. `jacobian` is free parameters by equations; both are divided by each equation's
@@ -89,7 +89,7 @@ impl<'a> ResidualModel<'a> {
                 (0..table.len()).map(|row| epochs.of_row(table, row)).collect()
             }),
             mapped: mapped_rows(model, table),
-            kept_slopes: KeptSlopes::for_rows(table.len()),
+            kept_slopes: Arc::new(KeptSlopes::for_rows(table.len())),
         };
         for added in effects {
             let effect = effect::build(&added.id, model.model)?;
@@ -108,7 +108,22 @@ impl<'a> ResidualModel<'a> {
         self.parts.push(Part::new(id, effect));
         self.start_values.push(values);
         self.free_parameters = self.all_free_parameters();
-        self.kept_slopes = KeptSlopes::for_rows(self.table.len());
+        self.kept_slopes = Arc::new(KeptSlopes::for_rows(self.table.len()));
+    }
+
+    /// Uses what an earlier fit worked out of how gravity bends the arm, where that is of the same model and table, and the same bends in both.
+    pub fn after(mut self, earlier: &ResidualModel<'_>) -> Self {
+        let is_same = std::ptr::eq(self.model, earlier.model) && std::ptr::eq(self.table, earlier.table);
+        let bending = |machine: &ResidualModel<'_>| -> Vec<(usize, EffectId)> {
+            let parts = machine.parts.iter().enumerate();
+            let bending = parts.filter(|(_, part)| part.looks_at == LooksAt::Gravity);
+            bending.map(|(index, part)| (index, part.id.clone())).collect()
+        };
+        let own = bending(&self);
+        if is_same && !own.is_empty() && own == bending(earlier) {
+            self.kept_slopes = Arc::new(KeptSlopes::after(&earlier.kept_slopes));
+        }
+        self
     }
 
     fn all_free_parameters(&self) -> Vec<FreeParameter> {

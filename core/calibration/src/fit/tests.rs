@@ -307,6 +307,15 @@ fn what_a_refit_is_to_hold_stays_though_the_rows_show_it() {
 }
 
 #[test]
+fn ranges_are_weighed_anew_only_where_the_scatter_is_another() {
+    let prior = super::doubt::Prior { variance: 4.0, spared: Vec::new() };
+    for (scale, same) in [(2.0, true), (1.93, true), (2.08, true), (1.8, false), (2.2, false), (0.0, false)] {
+        assert_eq!(prior.is_weighed_as_by(scale), same, "{scale}");
+    }
+    assert!(super::doubt::Prior { variance: 0.0, ..prior }.is_weighed_as_by(0.0), "without any scatter");
+}
+
+#[test]
 fn a_sound_fit_knows_nothing_of_ranges() {
     let fit = fitted(&measured(20, 0.05, 9), "", &BOTH).unwrap();
     assert!(fit.doubts.is_empty(), "{:?}", fit.doubts);

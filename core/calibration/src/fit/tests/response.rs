@@ -124,14 +124,49 @@ fn slopes_are_kept_near_by_and_worked_out_anew_where_the_arm_hangs_otherwise() {
         let [kept, fresh] = [begun, machine()].map(|machine| machine.block(state, &rows, &[], &[]).jacobian);
         ((&kept - &fresh).amax() / fresh.amax(), (&fresh - start).amax() / fresh.amax())
     };
-    // Half a milliradian and a twentieth of a millimetre: the derivatives themselves move by more than the slopes matter.
-    let (kept, moved_by) = off(&moved(&machine(), 0.0005, 0.0005));
+    // Five milliradians and half a millimetre: the derivatives themselves move by more than the slopes matter.
+    let (kept, moved_by) = off(&moved(&machine(), 0.005, 0.005));
     // Of a bend of a tenth of a radian; of one of a machine it is a hundredth of that.
-    assert!(kept > 0.0 && kept < 1e-4 && moved_by > 10.0 * kept, "{kept} of {moved_by}");
+    assert!(kept > 0.0 && kept < 1e-3 && moved_by > 10.0 * kept, "{kept} of {moved_by}");
     // Farther away, in any one of what counts, they are the same to the last digit.
-    for far in [moved(&machine(), 0.002, 0.0), moved(&machine(), 0.0, 0.3)] {
+    for far in [moved(&machine(), 0.02, 0.0), moved(&machine(), 0.0, 0.3)] {
         assert_eq!(off(&far).0, 0.0);
     }
+}
+
+#[test]
+fn a_later_fit_uses_the_slopes_of_an_earlier_one_in_which_the_same_bends() {
+    let table = Table::parse("made.csv", TURNED).unwrap();
+    let model = Model::parse("arm.yaml", HEAVY).unwrap();
+    let observations = Observations::new(&model, &table).unwrap();
+    let with = |model, texts: &[(&str, f64)]| {
+        let added = texts
+            .iter()
+            .map(|(text, value)| AddedEffect { id: parse(text, model).unwrap(), values: vec![*value] });
+        ResidualModel::new(model, &table, &observations, &added.collect::<Vec<_>>()).unwrap()
+    };
+    let (zero, bend, gain) =
+        (("joint_zero(j2)", 0.0), ("joint_compliance(j2)", 0.003), ("joint_gain(j4)", 0.0));
+    let earlier = with(&model, &[zero, bend]);
+    earlier.block(&earlier.start(), &[0, 1], &[], &[]);
+    let of_zero = |machine: &ResidualModel<'_>, by: f64| {
+        let block = machine.block(&moved(machine, by, 0.0), &[0, 1], &[], &[]);
+        let number = machine.free_parameters().iter().position(|one| *one == FreeParameter::Effect(0, 0));
+        block.jacobian.row(number.unwrap()).into_owned()
+    };
+    let kept = of_zero(&earlier, 0.005);
+    assert_eq!(of_zero(&with(&model, &[zero, bend, gain]).after(&earlier), 0.005), kept);
+    // Where the earlier ones do not hold, where something else bends, and in another model they are worked out.
+    let fresh = of_zero(&with(&model, &[zero, bend]), 0.005);
+    assert!(
+        fresh != kept
+            && of_zero(&with(&model, &[zero, bend]).after(&earlier), 0.02)
+                == of_zero(&with(&model, &[zero, bend]), 0.02)
+    );
+    let two = [zero, bend, ("joint_compliance(j3)", 0.0)];
+    assert_eq!(of_zero(&with(&model, &two).after(&earlier), 0.005), of_zero(&with(&model, &two), 0.005));
+    let other = model.clone();
+    assert_eq!(of_zero(&with(&other, &[zero, bend]).after(&earlier), 0.005), fresh);
 }
 
 #[test]
