@@ -210,7 +210,7 @@ impl Laboratory {
             let added =
                 fitted_candidate.map(|one| AddedEffect { id: one.id.clone(), values: one.values.clone() });
             let more: Vec<AddedEffect> = stage.taken.iter().cloned().chain(added).collect();
-            self.fit_with(&more, Some(robust), progress)
+            self.fit_to_compare(&more, robust, &[], self.options().fit, progress)
         });
         for (index, with) in asked.into_iter().zip(fits) {
             let (with, Some(fitted_candidate)) = (with?, stage.fitted_candidates.get_mut(index)) else {
@@ -440,6 +440,31 @@ mod tests {
         assert!((of(1).values[0] - 0.01).abs() < 4.0 * of(1).covariance[(0, 0)].sqrt());
         assert_eq!((of(1).left.1, of(0).left.1), (57.0, 190.0));
         assert!(of(1).row_residuals.is_empty(), "only events are compared row by row");
+    }
+
+    #[test]
+    fn numbers_that_are_let_go_beside_a_candidate_are_no_gain_of_it_with_every_row_in() {
+        let lab = crate::testing::two_links(20, "joint_zero(*)", 0.05, 31, |_| [0.0; 2]);
+        let none = Candidates { listed: Vec::new(), unlisted: Vec::new() };
+        let watch = Progress::unwatched();
+        let (mut stage, mut robust) = lab.scored_stage(Vec::new(), None, &none, &watch).unwrap();
+        stage.fitted.fit.rows.pop();
+        stage.fitted_candidates =
+            vec![FittedCandidate { values: vec![0.0], ..fitted_candidate("joint_gain", 1, 0.0) }];
+        // The shoulder's zero is off, and the robust fit held it: what it would explain is not the gain's.
+        let (rows, ones) = (robust.fit.rows.clone(), vec![1.0; 20]);
+        robust.fit.state.effects[0] = vec![0.01];
+        let options = lab.options().fit;
+        robust.fit =
+            robust.machine.refit_holding(&robust.fit.state, (&rows, &ones), &[0], options, &watch).unwrap();
+        let outvoted = |robust: &Fitted<'_>, stage: &mut Stage<'_>| {
+            stage.fitted_candidates[0].outvoted = false;
+            lab.ask_all_rows(stage, robust, &watch).unwrap();
+            stage.fitted_candidates[0].outvoted
+        };
+        assert!(outvoted(&robust, &mut stage));
+        robust.fit.held.clear();
+        assert!(!outvoted(&robust, &mut stage), "the zero goes back beside it");
     }
 
     #[test]

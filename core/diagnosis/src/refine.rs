@@ -171,8 +171,8 @@ impl Laboratory {
         progress.check()?;
         let mut more = stage.taken.clone();
         more.push(AddedEffect { id: id.clone(), values });
-        let (fit, options) = (&stage.fitted.fit, FitOptions { robust: false, ..self.options().fit });
-        let refit = self.fit_near(&more, &stage.fitted, (&fit.rows, &fit.weights), options, progress)?;
+        let options = FitOptions { robust: false, ..self.options().fit };
+        let refit = self.fit_to_compare(&more, &stage.fitted, &[], options, progress)?;
         let values = refit.fit.state.effects.last().cloned().unwrap_or_default();
         // All that are tried are of the likeliest candidate.
         let freedom = stage.fitted_candidates.first().map_or(values.len(), |first| first.score.freedom);
@@ -250,6 +250,25 @@ mod tests {
             crate::candidates::Candidates { listed: crate::candidates::probes(lab), unlisted: Vec::new() };
         let mut stage = lab.stage(Vec::new(), None, &candidates, &Progress::unwatched()).unwrap();
         stage.fitted_candidates.swap_remove(0)
+    }
+
+    #[test]
+    fn what_is_searched_for_is_compared_with_the_numbers_held_that_the_stage_holds() {
+        let lab = dated(60, |_| 0.0);
+        let none = crate::candidates::Candidates { listed: Vec::new(), unlisted: Vec::new() };
+        let mut stage = lab.stage(Vec::new(), None, &none, &Progress::unwatched()).unwrap();
+        // The shoulder's zero is a tenth of a degree off.
+        stage.fitted.fit.state.effects[0][0] += 0.1_f64.to_radians();
+        let id = with_inner(
+            &plumb_calibration::effect::parse("joint_harmonic(elbow, 3)", lab.model()).unwrap(),
+            1.0,
+        );
+        let mut squares = |held: &[usize]| {
+            stage.fitted.fit.held = held.to_vec();
+            lab.tried(&stage, &id, vec![0.0; 2], &Progress::unwatched()).unwrap().squares
+        };
+        let (free, held) = (squares(&[]), squares(&[0]));
+        assert!(held > 10.0 * free, "{held} {free}");
     }
 
     #[test]
