@@ -1,5 +1,7 @@
 //! Normal equations of a machine over rows of its table.
 
+use std::collections::BTreeSet;
+
 use nalgebra::DVector;
 use plumb_estimation::{NormalEquations, over_chunks};
 
@@ -33,7 +35,7 @@ impl ResidualModel<'_> {
             },
             |sum| total.add(&sum),
         );
-        self.known_besides_rows(state, &mut total);
+        self.known_besides_rows(state, rows, &mut total);
         total
     }
 
@@ -110,7 +112,7 @@ impl ResidualModel<'_> {
             |(sum, _, _)| total += sum,
         );
         let mut constraints = NormalEquations::zeros(self.free_parameters.len());
-        self.known_besides_rows(state, &mut constraints);
+        self.known_besides_rows(state, rows, &mut constraints);
         // What is known between places counts like any measurement.
         total + constraints.squares
     }
@@ -159,9 +161,9 @@ impl ResidualModel<'_> {
         rows.iter().filter_map(|row| self.table.touch.of_row.get(*row).copied().flatten()).collect()
     }
 
-    /// Adds what is known besides the rows: distances between touched places, and what the model file knows beforehand of values.
-    pub fn known_besides_rows(&self, state: &State, total: &mut NormalEquations) {
-        self.place_distances(state, total);
+    /// Adds what is known besides the rows that are fitted: distances between places that these touched, and what the model file knows beforehand of values.
+    pub fn known_besides_rows(&self, state: &State, rows: &[usize], total: &mut NormalEquations) {
+        self.place_distances(state, rows, total);
         for (index, free_parameter) in self.free_parameters.iter().enumerate() {
             let Some((value, sd)) = self.known_beforehand(state, free_parameter) else { continue };
             // An observation of zero.
@@ -180,9 +182,16 @@ impl ResidualModel<'_> {
         Some((state.effects.get(part)?.get(which).copied()?, sd))
     }
 
-    /// Known distances between touched places.
-    fn place_distances(&self, state: &State, total: &mut NormalEquations) {
+    /// Known distances between touched places. How far a place is from one that no fitted row touched says nothing: that one may be anywhere.
+    fn place_distances(&self, state: &State, rows: &[usize], total: &mut NormalEquations) {
+        if self.observations.place_distances.is_empty() {
+            return;
+        }
+        let touched: BTreeSet<usize> = self.touched(rows).into_iter().map(|place| place as usize).collect();
         for known in &self.observations.place_distances {
+            if !touched.contains(&known.first) || !touched.contains(&known.second) {
+                continue;
+            }
             let (Some(first), Some(second)) = (state.places.get(known.first), state.places.get(known.second))
             else {
                 continue;

@@ -50,7 +50,7 @@ impl<'t> Tangent<'t> {
         }
         let block = machine.block(state, rows, &[], &[]);
         let mut known = NormalEquations::zeros(free_parameters);
-        machine.known_besides_rows(state, &mut known);
+        machine.known_besides_rows(state, rows, &mut known);
         if let Some(prior) = prior {
             prior.add(machine, state, &mut known);
         }

@@ -69,7 +69,7 @@ impl<'m> LeftOutPredictions<'m> {
         let table = machine.table;
         let derivatives = Derivatives::at(machine, state, rows, weights);
         let mut total = derivatives.normal(rows);
-        machine.known_besides_rows(state, &mut total);
+        machine.known_besides_rows(state, rows, &mut total);
         progress.check()?;
         // Once for all blocks: what all rows cannot determine no part of them can.
         let rank = RankRevealingCholesky::new(&total.matrix).rank();

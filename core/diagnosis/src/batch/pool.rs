@@ -87,7 +87,7 @@ impl Pool {
         let regions = cells.len() / FOLDS;
         let mut total = sum(first, normals.iter());
         // What is known of the fitted numbers besides the rows stays known whichever rows are left out.
-        fitted.machine.known_besides_rows(&fitted.fit.state, &mut total);
+        fitted.machine.known_besides_rows(&fitted.fit.state, &fitted.fit.rows, &mut total);
         Ok(Self {
             ranges,
             free_parameters,

@@ -230,7 +230,7 @@ impl Builder<'_> {
 /// together to nothing.
 pub(super) fn knowledge(machine: &ResidualModel<'_>, fit: &Fit, columns: usize) -> Products {
     let mut known = NormalEquations::zeros(machine.free_parameters().len());
-    machine.known_besides_rows(&fit.state, &mut known);
+    machine.known_besides_rows(&fit.state, &fit.rows, &mut known);
     // The fitted columns are whitened by the fit's own factor R; what is known of them is then R^-T K R^-1.
     let half = fit.factor.whiten(&known.matrix);
     let own = fit.factor.whiten(&half.transpose());

@@ -219,7 +219,7 @@ fn known_distances_between_places_are_equations_of_their_own() {
         let mut state = machine.start();
         state.places = vec![Vector3::new(3.0, 0.0, 4.0), Vector3::zeros()];
         let mut total = NormalEquations::zeros(machine.free_parameters().len());
-        machine.known_besides_rows(&state, &mut total);
+        machine.known_besides_rows(&state, &[0, 1], &mut total);
         // They are 5 mm apart and 6 mm is known to a tenth of the noise of touching, 0.05 mm: 1 mm is 20 sigmas.
         assert!(near(total.squares, 400.0) && total.equations == 1);
         let away = [0.6, 0.0, 0.8, -0.6, 0.0, -0.8].map(|part| part / 0.05);
@@ -229,12 +229,18 @@ fn known_distances_between_places_are_equations_of_their_own() {
         }
         state.places = vec![Vector3::zeros(); 2];
         let mut at_one = NormalEquations::zeros(machine.free_parameters().len());
-        machine.known_besides_rows(&state, &mut at_one);
+        machine.known_besides_rows(&state, &[0, 1], &mut at_one);
         assert!(
             at_one.matrix.iter().all(|entry| entry.is_finite()),
             "places upon each other have some direction"
         );
         assert!(near(at_one.squares, 120.0 * 120.0));
+        // Of the rows that are fitted none touched b, or none any place.
+        for rows in [[0_usize, 2].as_slice(), &[]] {
+            let mut alone = NormalEquations::zeros(machine.free_parameters().len());
+            machine.known_besides_rows(&state, rows, &mut alone);
+            assert_eq!((alone.squares, alone.equations, alone.matrix.norm()), (0.0, 0, 0.0));
+        }
     });
 }
 
@@ -249,7 +255,7 @@ fn what_is_known_of_a_value_beforehand_is_an_observation_of_zero() {
     let machine = ResidualModel::new(&parsed, &table, &observations, &parsed.effects).unwrap();
     let state = machine.start();
     let mut known = NormalEquations::zeros(1);
-    machine.known_besides_rows(&state, &mut known);
+    machine.known_besides_rows(&state, &[0, 1], &mut known);
     // The gain is five of its standard deviations from zero.
     assert!(near(known.squares, 25.0) && known.equations == 1);
     assert!(near(known.matrix[(0, 0)], 250_000.0) && near(known.gradient[0], -2500.0));
