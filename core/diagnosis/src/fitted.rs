@@ -186,7 +186,8 @@ impl Laboratory {
         options: FitOptions,
         progress: &Progress,
     ) -> Result<Fitted<'a>, LaboratoryError> {
-        self.fit_beside_holding(more, near, (moved, &[]), options, progress)
+        let rows = (near.fit.rows.as_slice(), near.fit.weights.as_slice());
+        self.fit_toward(more, near, (moved, &[]), rows, options, progress)
     }
 
     /// The same to compare the last effect with none, and with others in its place: what the earlier fit held stays held, as numbers are counted for it
@@ -202,24 +203,24 @@ impl Laboratory {
     ) -> Result<Fitted<'a>, LaboratoryError> {
         let is_event = more.last().and_then(|last| kind(&last.id.name)).is_some_and(|kind| kind.is_event);
         let holding = if is_event { &[] } else { near.fit.held.as_slice() };
-        self.fit_beside_holding(more, near, (moved, holding), options, progress)
+        let rows = (near.fit.rows.as_slice(), near.fit.weights.as_slice());
+        self.fit_toward(more, near, (moved, holding), rows, options, progress)
     }
 
-    fn fit_beside_holding<'a>(
+    /// Fits the model with more effects than an earlier fit has to some rows, from where that fit's numbers moved so far are, those in `holding` excepted, which stay.
+    fn fit_toward<'a>(
         &'a self,
         more: &[AddedEffect],
         near: &Fitted<'_>,
         (moved, holding): (&[f64], &[usize]),
+        (rows, weights): (&[usize], &[f64]),
         options: FitOptions,
         progress: &Progress,
     ) -> Result<Fitted<'a>, LaboratoryError> {
         let machine = self.machine(more)?.after(&near.machine);
-        let (rows, weights) = (near.fit.rows.as_slice(), near.fit.weights.as_slice());
-        let moved: Vec<f64> = moved
-            .iter()
-            .enumerate()
-            .map(|(number, moved)| if holding.contains(&number) { 0.0 } else { *moved })
-            .collect();
+        let moved = moved.iter().enumerate();
+        let moved: Vec<f64> =
+            moved.map(|(number, by)| if holding.contains(&number) { 0.0 } else { *by }).collect();
         let start = start_toward(&machine, near, &moved, (rows, weights));
         let fit = machine.refit_holding(&start, (rows, weights), holding, options, progress)?;
         Ok(Fitted { machine, fit })
@@ -231,15 +232,12 @@ impl Laboratory {
         &'a self,
         more: &[AddedEffect],
         near: &Fitted<'_>,
-        (rows, weights): (&[usize], &[f64]),
+        rows_and_weights: (&[usize], &[f64]),
         options: FitOptions,
         progress: &Progress,
     ) -> Result<Fitted<'a>, LaboratoryError> {
-        let machine = self.machine(more)?.after(&near.machine);
         // Nothing is known of how far the rest moves beside them: the values alone may miss by more than nothing does.
-        let start = start_toward(&machine, near, &[], (rows, weights));
-        let fit = machine.refit(&start, rows, weights, options, progress)?;
-        Ok(Fitted { machine, fit })
+        self.fit_toward(more, near, (&[], &[]), rows_and_weights, options, progress)
     }
 
     /// Fits the model with `more` effects and a probe, robustly, to all rows that are not held out, by one step from where its score expects the fit: which rows
