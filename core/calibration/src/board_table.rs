@@ -2,10 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use csv::{Reader, ReaderBuilder, StringRecord};
+use csv::{ReaderBuilder, StringRecord};
 use thiserror::Error;
 
 use crate::board_picture::{BoardCorners, BoardPictureError, BoardPose, CameraNumbers, Corner};
+use crate::table::with_line_feeds;
 
 /// Why a table of corners and a table of poses do not make one.
 #[derive(Debug, Error)]
@@ -90,17 +91,15 @@ const OF_CORNERS: &str =
 type Seen = BTreeMap<(String, Option<String>), Vec<Corner>>;
 const OF_POSES: &str = "it says which picture was taken in each row, by its name in the table of corners";
 
-impl<'t> NamedText<'t> {
-    fn reader(&self) -> Reader<&'t [u8]> {
-        ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(self.text.as_bytes())
-    }
-
+impl NamedText<'_> {
     fn malformed(&self, error: &csv::Error) -> BoardTableError {
         BoardTableError::Malformed { file: self.name.to_owned(), reason: error.to_string() }
     }
 
     pub(crate) fn rows(&self) -> Result<(StringRecord, Vec<StringRecord>), BoardTableError> {
-        let mut reader = self.reader();
+        let text = with_line_feeds(self.text);
+        let mut reader =
+            ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text.as_bytes());
         let header = reader.headers().map_err(|error| self.malformed(&error))?.clone();
         let rows = reader.records().collect::<Result<Vec<_>, _>>().map_err(|error| self.malformed(&error))?;
         Ok((header, rows))
@@ -304,8 +303,11 @@ mod tests {
             ),
             ("q1_deg,picture\n10,a\n", "picture,corner,u_px,v_px\na,0,3,4\n", "picture `a`: 1 corners"),
         ] {
-            let said = made(poses, corners).unwrap_err().to_string();
-            assert!(said.contains(part), "{part}: {said}");
+            for end in ["\n", "\r\n"] {
+                let said =
+                    made(&poses.replace('\n', end), &corners.replace('\n', end)).unwrap_err().to_string();
+                assert!(said.contains(part), "{end:?}: {part}: {said}");
+            }
         }
     }
 }

@@ -23,6 +23,7 @@ pub use orientation::{Body, OrientationColumns, OrientationForm, UNIT_TOLERANCE,
 pub use profile::ProfileColumns;
 pub use row_column::RowColumn;
 pub use stretch::Stretch;
+pub use text::with_line_feeds;
 pub use write::table_text;
 
 #[cfg(test)]

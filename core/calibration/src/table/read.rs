@@ -14,7 +14,7 @@ use super::number::{self, DecimalMark};
 use super::orientation::{self, Body, TurnPart};
 use super::profile::ProfileColumns;
 use super::scalar::ScalarColumn;
-use super::text::decoded;
+use super::text::{decoded, with_line_feeds};
 
 /// A line that begins with this is no row: it says something about the file.
 const COMMENT: char = '#';
@@ -66,8 +66,8 @@ impl Table {
     /// # Errors
     /// See [`TableError`].
     pub fn parse_named(source: &str, text: &str, naming: &Naming) -> Result<Self, TableError> {
-        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-        within_limits(source, text)?;
+        let text = with_line_feeds(text.strip_prefix('\u{feff}').unwrap_or(text));
+        within_limits(source, &text)?;
         let comments: Vec<&str> = text.lines().take_while(|line| line.starts_with(COMMENT)).collect();
         let header = text.lines().nth(comments.len()).unwrap_or("");
         // The mark that the header has most of; a comma where it has none of them.

@@ -54,6 +54,16 @@ fn separators_decimal_commas_line_ends_and_a_byte_order_mark_are_understood() {
 }
 
 #[test]
+fn rows_are_counted_from_the_header_whatever_ends_a_line() {
+    for end in ["\n", "\r\n"] {
+        let rows = |third: &str| ["# run 3", "q1_deg,p1_x_mm", "1,2", third, "5,6", ""].join(end);
+        assert_eq!(read(&rows("3,4")).lines, [3, 4, 5], "{end:?}");
+        let wrong = Table::parse("t.csv", &rows("3,word")).unwrap_err().to_string();
+        assert!(wrong.contains("line 4, column 2"), "{end:?}: {wrong}");
+    }
+}
+
+#[test]
 fn utf_16_is_read_in_either_order() {
     let text = "q1_deg,wer\n1,Zo\u{eb}\n";
     let little: Vec<u8> =

@@ -1,5 +1,16 @@
 //! The bytes of a table's file as text.
 
+use std::borrow::Cow;
+
+/// The text of a table whose lines end as on Windows, with line feeds alone: the `csv` crate ends a row at the carriage return, and counts the line of the next
+/// one before the line feed.
+pub fn with_line_feeds(text: &str) -> Cow<'_, str> {
+    match text.contains("\r\n") {
+        true => text.replace("\r\n", "\n").into(),
+        false => text.into(),
+    }
+}
+
 /// The text of a file: UTF-8, or UTF-16 with its mark in front, as some spreadsheets write it.
 pub(super) fn decoded(bytes: Vec<u8>) -> String {
     let units = |read: fn([u8; 2]) -> u16| -> String {

@@ -4,6 +4,7 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use plumb_calibration::table::with_line_feeds;
 use plumb_document::{FileKind, read_text};
 
 /// One picture: where the arm was commanded to be.
@@ -196,6 +197,7 @@ struct Columns<'a> {
 
 impl<'a> Columns<'a> {
     fn read(path: &'a Path, text: &str) -> Result<Self, ScansError> {
+        let text = with_line_feeds(text);
         let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text.as_bytes());
         let headers = reader.headers().map_err(|error| unreadable(path, &error))?;
         let names = headers.iter().map(str::to_owned).collect();
@@ -266,7 +268,10 @@ mod tests {
             refusal(POSES, &format!("{header}3,1,1,1,x\n")),
             "a.stripes.csv:2: row 3 is none of the 2 of a.poses.csv"
         );
-        assert!(refusal(POSES, &format!("{header}1,left,1,1,x\n")).contains(":2: `u_px` is `left`"));
+        let left = format!("{header}1,left,1,1,x\n");
+        for stripes in [left.replace('\n', "\r\n"), left] {
+            assert!(refusal(POSES, &stripes).contains(":2: `u_px` is `left`"), "{stripes:?}");
+        }
         assert!(refusal(POSES, &format!("{header}1,1,1,0,x\n")).contains("`sigma_px` is 0"));
         assert!(refusal(POSES, "row,u_px\n1,1\n").contains("no `v_px`"));
         assert!(refusal("x\n1\n", header).contains("no `q1_deg`"));
