@@ -215,11 +215,14 @@ impl Running {
 
     /// Reads on to the first event that fits.
     pub(crate) fn until(&mut self, fits: impl Fn(&Value) -> bool) -> Value {
+        let mut last = Value::Null;
         loop {
-            let event = self.event().unwrap_or_else(|| panic!("the run ended first: {}", self.message()));
+            let event =
+                self.event().unwrap_or_else(|| panic!("the run ended first: {last} {}", self.message()));
             if fits(&event) {
                 return event;
             }
+            last = event;
         }
     }
 

@@ -163,6 +163,15 @@ fn the_plug_can_be_pulled_and_put_back() {
     let mut host = Host { port: File::options().read(true).write(true).open(&link).unwrap() };
     host.say("@READ\r");
     assert_eq!(host.hear(16, PATIENCE), "1\\r5,0,0,0,0,0,0\\r");
+    // In mid-move: nothing is answered, and the arm moves on to the end.
+    emulator.inject(Event::UnplugAfter(3));
+    host.say("@STEP 220,5,0,0,0,0,0\r");
+    wait_for(&emulator, false);
+    emulator.inject(Event::Plug);
+    wait_for(&emulator, true);
+    let mut host = Host { port: File::options().read(true).write(true).open(&link).unwrap() };
+    host.say("@READ\r");
+    assert_eq!(host.hear(17, PATIENCE), "1\\r10,0,0,0,0,0,0\\r");
     emulator.stop().unwrap();
     assert!(std::fs::symlink_metadata(&link).is_err(), "the link stays behind");
 }

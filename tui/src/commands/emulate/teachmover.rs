@@ -11,7 +11,7 @@ use crate::failure::CommandResult;
 /// The controller of a Microbot TeachMover on a pseudo-terminal. Prints the path of the port and works until it is asked to end.
 ///
 /// What happens to the arm is typed on standard input, a line each: `key stop` (or another key of the pendant), `stop-after 5` (STOP when the next
-/// move has made 5 half-steps), `input 3 on`, `between 12.5` (something 12.5 mm wide between the fingers), `drive base -100` (under
+/// move has made 5 half-steps), `unplug-after 5`, `input 3 on`, `between 12.5` (something 12.5 mm wide between the fingers), `drive base -100` (under
 /// hand control), `read off` (it does not know @READ any more), `fault drop to-arm 3`, `faults 0.01`, `unplug`, `plug`, `status`, `quit`.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {

@@ -51,6 +51,23 @@ enum Activity {
     Teaching,
 }
 
+/// What happens in the midst of a motion.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Midway {
+    /// The operator presses STOP.
+    Stop,
+    /// The plug is pulled; the controller moves on.
+    Unplug,
+}
+
+/// The first part of a motion that was cut in two.
+struct FirstPart {
+    ends_with: Midway,
+    /// Half-steps of each motor that are left after it.
+    rest: [i32; 6],
+    speed: u8,
+}
+
 /// The controller.
 pub(super) struct Controller {
     motors: Box<dyn Motors>,
@@ -63,10 +80,12 @@ pub(super) struct Controller {
     activity: Activity,
     /// Whether the motors turn.
     turning: bool,
-    /// STOP will be pressed after so many half-steps of the next motion.
-    stop_after: Option<u32>,
-    /// STOP will be pressed at the end of the motion under way, which was cut for it.
-    stop_at_end: bool,
+    /// What will happen after so many half-steps of the next motion.
+    midway: Option<(Midway, u32)>,
+    /// The first part of a motion is under way, at whose end something happens.
+    first_part: Option<FirstPart>,
+    /// Whether the plug is to be pulled now.
+    pull: bool,
     reply: Vec<u8>,
     last_half_step: Option<u64>,
     turned_ns: u64,
@@ -90,8 +109,9 @@ impl Controller {
             reply_delay: 0,
             activity: Activity::Idle,
             turning: false,
-            stop_after: None,
-            stop_at_end: false,
+            midway: None,
+            first_part: None,
+            pull: false,
             reply: Vec::new(),
             last_half_step: None,
             turned_ns: 0,
@@ -140,6 +160,7 @@ impl Controller {
     /// STOP was pressed.
     fn break_off(&mut self, now: u64) -> Result<(), MotorsError> {
         self.key = Key::STOP.0;
+        self.first_part = None;
         if self.turning {
             let at = self.motors.halt(now)?;
             self.settle(at);
@@ -153,9 +174,14 @@ impl Controller {
         Ok(())
     }
 
-    /// Has STOP pressed when the next motion has come so far.
-    pub(super) fn stop_after(&mut self, half_steps: u32) {
-        self.stop_after = Some(half_steps);
+    /// Has this happen when the next motion has come so far.
+    pub(super) fn midway(&mut self, what: Midway, half_steps: u32) {
+        self.midway = Some((what, half_steps));
+    }
+
+    /// Whether the plug is to be pulled now; true once for each time.
+    pub(super) fn take_pull(&mut self) -> bool {
+        std::mem::take(&mut self.pull)
     }
 
     /// The operator drives a motor by hand; nothing happens unless they have the arm and it is at rest.
@@ -311,11 +337,13 @@ impl Controller {
     fn turn(&mut self, mut half_steps: [i32; 6], speed: u8, now: u64) -> Result<(), MotorsError> {
         let most = half_steps.iter().map(|count| count.unsigned_abs()).fold(0, u32::max);
         if most > 0
-            && let Some(stop) = self.stop_after.take()
+            && let Some((what, after)) = self.midway.take()
         {
-            self.stop_at_end = true;
-            let part = f64::from(stop.min(most)) / f64::from(most);
-            half_steps = half_steps.map(|count| (f64::from(count) * part).round() as i32);
+            let part = f64::from(after.min(most)) / f64::from(most);
+            let first = half_steps.map(|count| (f64::from(count) * part).round() as i32);
+            let rest = std::array::from_fn(|motor| half_steps[motor] - first[motor]);
+            self.first_part = Some(FirstPart { ends_with: what, rest, speed });
+            half_steps = first;
         }
         self.began = (now, self.motors.position(now));
         self.motors.start(half_steps, rate(speed), now)?;
@@ -335,9 +363,17 @@ impl Controller {
 
     /// What follows once the motors are at rest.
     fn go_on(&mut self, now: u64) -> Result<(), MotorsError> {
-        if std::mem::take(&mut self.stop_at_end) {
-            self.motors.press(Key::STOP)?;
-            return self.break_off(now);
+        if let Some(part) = self.first_part.take() {
+            match part.ends_with {
+                Midway::Stop => {
+                    self.motors.press(Key::STOP)?;
+                    return self.break_off(now);
+                }
+                Midway::Unplug => {
+                    self.pull = true;
+                    return self.turn(part.rest, part.speed, now);
+                }
+            }
         }
         match &mut self.activity {
             Activity::Idle | Activity::Teaching => Ok(()),

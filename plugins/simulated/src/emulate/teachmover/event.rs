@@ -34,6 +34,8 @@ pub enum Event {
     Press(Key),
     /// The operator will press STOP when the next move has made this many half-steps.
     StopAfter(u32),
+    /// The plug will be pulled when the next move has made this many half-steps; the arm moves on.
+    UnplugAfter(u32),
     /// The operator drives a motor (0 to 5) by hand; only under hand control.
     Drive {
         /// Which motor.
@@ -67,7 +69,7 @@ pub enum Event {
 pub enum EventError {
     /// Not one of the words there are.
     #[error(
-        "`{0}` is nothing that can happen to the arm; write one of: key NAME, stop-after N, drive MOTOR N, input BIT on|off, between MM, read on|off, fault KIND WAY N, faults PROBABILITY, unplug, plug"
+        "`{0}` is nothing that can happen to the arm; write one of: key NAME, stop-after N, unplug-after N, drive MOTOR N, input BIT on|off, between MM, read on|off, fault KIND WAY N, faults PROBABILITY, unplug, plug"
     )]
     Unknown(String),
     /// What follows the word is wrong.
@@ -97,6 +99,10 @@ impl FromStr for Event {
             ["stop-after", count] => {
                 let right = "give a number of half-steps, such as `stop-after 5`";
                 count.parse().map(Event::StopAfter).map_err(|_| wrong(right))
+            }
+            ["unplug-after", count] => {
+                let right = "give a number of half-steps, such as `unplug-after 5`";
+                count.parse().map(Event::UnplugAfter).map_err(|_| wrong(right))
             }
             ["drive", motor, half_steps] => drive(motor, half_steps)
                 .ok_or_else(|| wrong("write `drive MOTOR HALF-STEPS`, such as `drive base -100`; motors: base, shoulder, elbow, right, left, gripper")),
@@ -150,6 +156,7 @@ mod tests {
             ("key STOP", Event::Press(Key::STOP)),
             ("key 14", Event::Press(Key(14))),
             (" stop-after 5 ", Event::StopAfter(5)),
+            ("unplug-after 5", Event::UnplugAfter(5)),
             ("drive elbow -70", Event::Drive { motor: 2, half_steps: -70 }),
             ("input 3 on", Event::Line { bit: 3, level: true }),
             ("between 12.5", Event::Between(12.5)),
@@ -173,6 +180,10 @@ mod tests {
         assert_eq!(
             says("input 7 on"),
             "`input 7 on`: write `input BIT on` or `input BIT off`, BIT from 0 to 6"
+        );
+        assert_eq!(
+            says("unplug-after soon"),
+            "`unplug-after soon`: give a number of half-steps, such as `unplug-after 5`"
         );
         assert_eq!(
             says("key 15"),

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use super::controller::{Controller, Registers};
+use super::controller::{Controller, Midway, Registers};
 use super::event::Event;
 use super::motors::Motors;
 use crate::emulate::emulator::{Controls, EmulatorError};
@@ -60,7 +60,8 @@ impl Controls for Service {
         let now = line.now();
         match event {
             Event::Press(key) => self.controller.press(key, now)?,
-            Event::StopAfter(half_steps) => self.controller.stop_after(half_steps),
+            Event::StopAfter(half_steps) => self.controller.midway(Midway::Stop, half_steps),
+            Event::UnplugAfter(half_steps) => self.controller.midway(Midway::Unplug, half_steps),
             Event::Drive { motor, half_steps } => self.controller.drive(motor, half_steps, now)?,
             Event::Line { bit, level } => {
                 self.controller.motors().set_input(bit, level);
@@ -108,8 +109,11 @@ impl Controls for Service {
 }
 
 impl Service {
-    /// Puts what the controller says on the line.
+    /// Puts what the controller says on the line, unless its plug was pulled before it said it.
     fn speak(&mut self, now: u64, line: &mut Line) {
+        if self.controller.take_pull() {
+            line.unplug();
+        }
         let (bytes, pause) = self.controller.take_reply();
         for byte in bytes {
             line.say(byte, pause, now);
