@@ -77,6 +77,15 @@ pub(crate) struct Stage<'a> {
     pub(crate) fitted_candidates: Vec<FittedCandidate>,
 }
 
+/// How often a joint may have jumped.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Jumps {
+    /// Once. Beside other structure that nothing explains two jumps do what an outlying stretch of rows asks for.
+    Once,
+    /// Perhaps at another moment than the known one as well: asked where a jump is the question.
+    AtOtherMoments,
+}
+
 impl Laboratory {
     /// Fits the model with `taken` in and weighs every other candidate against the rest; the likeliest are refitted.
     pub(crate) fn stage<'a>(
@@ -86,7 +95,19 @@ impl Laboratory {
         candidates: &Candidates,
         progress: &Progress,
     ) -> Result<Stage<'a>, LaboratoryError> {
-        let (mut stage, robust) = self.scored_stage(taken, near, candidates, progress)?;
+        self.stage_asking(candidates, Jumps::Once, taken, near, progress)
+    }
+
+    /// The same; of a joint that jumped also other moments are asked where `jumps` says so.
+    pub(crate) fn stage_asking<'a>(
+        &'a self,
+        candidates: &Candidates,
+        jumps: Jumps,
+        taken: Vec<AddedEffect>,
+        near: Option<&Fitted<'_>>,
+        progress: &Progress,
+    ) -> Result<Stage<'a>, LaboratoryError> {
+        let (mut stage, robust) = self.scored_stage(candidates, jumps, taken, near, progress)?;
         self.refit_handful(&mut stage, progress)?;
         self.ask_all_rows(&mut stage, &robust, progress)?;
         self.refine(&mut stage, progress)?;
@@ -96,23 +117,20 @@ impl Laboratory {
     /// The same as the scores have it, and the robust fit to all rows.
     fn scored_stage<'a>(
         &'a self,
+        candidates: &Candidates,
+        jumps: Jumps,
         taken: Vec<AddedEffect>,
         near: Option<&Fitted<'_>>,
-        candidates: &Candidates,
         progress: &Progress,
     ) -> Result<(Stage<'a>, Fitted<'a>), LaboratoryError> {
         let probes = &candidates.listed;
         let robust = self.fit_with(&taken, near, progress)?;
         // Plain least squares on rows that are kept: weights that change with the effects would make sums of squares incomparable.
-        let kept = self.inlying_rows(&robust, &taken, candidates, progress)?;
+        let kept = self.inlying_rows(&robust, &taken, (candidates, jumps), progress)?;
         let ones = vec![1.0; self.table().len()];
         let plain = FitOptions { robust: false, ..self.options().fit };
         let fitted = self.fit_near(&taken, &robust, (&kept, &ones), plain, progress)?;
-        let scores = score(&fitted.machine, &fitted.fit, probes);
-        let mut open = best_variants(probes, scores);
-        open.retain(|(index, _)| {
-            probes.get(*index).is_some_and(|probe| !taken.iter().any(|known| known.id.same_as(&probe.id)))
-        });
+        let open = self.open_variants(&fitted, &taken, probes, jumps);
         let p_values: Vec<f64> = open.iter().map(|(_, score)| score.p).collect();
         let weights: Vec<f64> = open.iter().map(|(index, _)| probes[*index].weight).collect();
         let adjusted = holm(&p_values, &weights);
@@ -151,24 +169,40 @@ impl Laboratory {
         Ok((Stage { taken, fitted, bic: own, fitted_candidates }, robust))
     }
 
+    /// The best variant of every family that is not in already, by its score beside what is fitted.
+    fn open_variants(
+        &self,
+        fitted: &Fitted<'_>,
+        taken: &[AddedEffect],
+        probes: &[Probe],
+        jumps: Jumps,
+    ) -> Vec<(usize, Score)> {
+        let mut scores = score(&fitted.machine, &fitted.fit, probes);
+        let is_in = self.which_are_in(taken, jumps, probes.iter().map(|probe| &probe.id));
+        for (score, _) in scores.iter_mut().zip(&is_in).filter(|(_, is_in)| **is_in) {
+            // No better than any other variant of its family.
+            score.gain = f64::NEG_INFINITY;
+        }
+        let mut open = best_variants(probes, scores);
+        open.retain(|(index, _)| is_in.get(*index) == Some(&false));
+        open
+    }
+
     /// Rows that are not outliers even when the effect that explains most is in, whether it has a name or not: outliers are
     /// judged jointly with what may explain them, never before.
     fn inlying_rows(
         &self,
         robust: &Fitted<'_>,
         taken: &[AddedEffect],
-        candidates: &Candidates,
+        (candidates, jumps): (&Candidates, Jumps),
         progress: &Progress,
     ) -> Result<Vec<usize>, LaboratoryError> {
         let mut asked: Vec<(&Probe, Score)> = Vec::new();
         for probes in [&candidates.listed, &candidates.unlisted] {
-            let scores = best_variants(probes, score(&robust.machine, &robust.fit, probes));
+            let scores = self.open_variants(robust, taken, probes, jumps);
             let scores = scores.into_iter().filter_map(|(index, score)| Some((probes.get(index)?, score)));
             let mut best: Vec<(&Probe, Score)> = scores.collect();
-            best.retain(|(probe, score)| {
-                let is_open = !taken.iter().any(|known| known.id.same_as(&probe.id));
-                is_open && score.p < OUTLIER_JUDGE_LEVEL
-            });
+            best.retain(|(_, score)| score.p < OUTLIER_JUDGE_LEVEL);
             best.sort_by(|left, right| left.1.p.total_cmp(&right.1.p));
             asked.extend(best.into_iter().take(OUTLIER_JUDGES));
         }
@@ -359,7 +393,7 @@ impl Laboratory {
         match taken.len() < MOST_EFFECTS {
             true => self.stage(taken, Some(&near.fitted), candidates, progress),
             // Only what it leaves is asked of it.
-            false => Ok(self.scored_stage(taken, Some(&near.fitted), candidates, progress)?.0),
+            false => Ok(self.scored_stage(candidates, Jumps::Once, taken, Some(&near.fitted), progress)?.0),
         }
     }
 }
@@ -447,7 +481,7 @@ mod tests {
         let lab = crate::testing::two_links(20, "joint_zero(*)", 0.05, 31, |_| [0.0; 2]);
         let none = Candidates { listed: Vec::new(), unlisted: Vec::new() };
         let watch = Progress::unwatched();
-        let (mut stage, mut robust) = lab.scored_stage(Vec::new(), None, &none, &watch).unwrap();
+        let (mut stage, mut robust) = lab.scored_stage(&none, Jumps::Once, Vec::new(), None, &watch).unwrap();
         stage.fitted.fit.rows.pop();
         stage.fitted_candidates =
             vec![FittedCandidate { values: vec![0.0], ..fitted_candidate("joint_gain", 1, 0.0) }];

@@ -15,7 +15,7 @@ use crate::thresholds::{RIVAL_ERRORS, RIVAL_LEAVES};
 use plumb_calibration::effect::{EffectId, Family, Site, acts_by_epoch, kind};
 
 /// Something that happened at some row.
-fn is_event(id: &EffectId) -> bool {
+pub(super) fn is_event(id: &EffectId) -> bool {
     kind(&id.name).is_some_and(|kind| kind.is_event)
 }
 
