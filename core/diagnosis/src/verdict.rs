@@ -113,7 +113,7 @@ impl Laboratory {
             dirty,
             rows,
         };
-        finding.weighed(base, candidates, floor, progress)
+        finding.weighed(self, base, candidates, floor, progress)
     }
 
     /// The candidates that come close to the likeliest, and those of which two of one kind do so together.

@@ -26,7 +26,7 @@ fn is_of_instrument(id: &EffectId) -> bool {
 }
 
 /// The fitted candidates close to the best, with those beside them that explain a jump as well; nothing is added where the best is
-/// no event.
+/// no event. Of two events of one joint the first stands for both: that its zero is another since one jump is that it may be another since each.
 pub(crate) fn with_rivals(stage: &Stage<'_>, mut close: Vec<usize>) -> Vec<usize> {
     let fitted_candidates = &stage.fitted_candidates;
     let best =
@@ -41,6 +41,7 @@ pub(crate) fn with_rivals(stage: &Stage<'_>, mut close: Vec<usize>) -> Vec<usize
             close.push(*index);
         }
     }
+    keep_one_of_a_joint(fitted_candidates, &mut close);
     // Of several that cannot be distinguished the instrument may always be one: a re-set instrument and a re-set joint look alike from where few rows are.
     let mut candidates = close.iter().filter_map(|index| fitted_candidates.get(*index));
     let has_instrument = candidates.any(|one| is_of_instrument(&one.id));
@@ -50,6 +51,18 @@ pub(crate) fn with_rivals(stage: &Stage<'_>, mut close: Vec<usize>) -> Vec<usize
     }
     close.sort_unstable();
     close
+}
+
+/// Of several events of one joint keeps the first.
+fn keep_one_of_a_joint(fitted_candidates: &[FittedCandidate], close: &mut Vec<usize>) {
+    let mut joints: Vec<usize> = Vec::new();
+    close.retain(|index| {
+        let event = fitted_candidates.get(*index).filter(|one| is_event(&one.id));
+        let Some(joint) = event.and_then(|one| one.id.joint()) else { return true };
+        let is_first = !joints.contains(&joint);
+        joints.push(joint);
+        is_first
+    });
 }
 
 /// Whether the rows cannot distinguish one event from a better one. What has more numbers fits better by them alone: each pays as in Schwarz's criterion, as Vuong (1989) proposes.
@@ -234,7 +247,8 @@ mod tests {
             mad,
             with("joint_gain", Site::Joint(1), &rows),
         ];
-        assert_eq!(with_rivals(&stage, vec![0, 1]), [0, 1, 2, 3], "one of several may be the instrument");
+        assert_eq!(with_rivals(&stage, vec![0, 1]), [0, 1, 2], "one of several may be the instrument");
+        assert_eq!(with_rivals(&stage, vec![3, 1]), [0, 2, 3], "two events of one joint are one explanation");
         assert_eq!(with_rivals(&stage, vec![0, 3]), [0, 2, 3], "a known one is no second");
         assert_eq!(with_rivals(&stage, vec![0, 2]), [0, 2, 3], "the instrument is among them");
         assert_eq!(with_rivals(&stage, vec![5, 0]), [5, 0], "the best is no event");

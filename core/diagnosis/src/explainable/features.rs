@@ -302,6 +302,13 @@ impl Features {
         self
     }
 
+    /// Adds so much to what is left of each equation.
+    pub(crate) fn add_to_residuals(&mut self, more: &DVector<f64>) {
+        let last = self.design.ncols() - 1;
+        let mut residuals = self.design.column_mut(last);
+        residuals += more;
+    }
+
     /// Of these rows of a fitted model.
     pub(crate) fn of(machine: &ResidualModel<'_>, fit: &Fit, rows: &[usize]) -> Self {
         let known = Known::of(machine, rows);

@@ -6,6 +6,7 @@
 
 mod bench;
 mod left_out_geometry;
+mod linearization;
 mod posterior;
 mod predictions;
 mod rules;
@@ -13,10 +14,12 @@ mod sets;
 mod suspects;
 
 use crate::explainable::{Features, Mixed, chosen_rows};
+use crate::fitted::Fitted;
 use crate::forward_selection::{FittedCandidate, Stage};
 use crate::score_test::Probe;
 use crate::thresholds::{EVIDENCE_ROWS, NAMING_LEVEL, SITE_LEFT, TIE_BIC};
 pub(crate) use left_out_geometry::{GEOMETRY, explains_as_well};
+pub(crate) use linearization::Linearization;
 pub(crate) use posterior::posterior;
 
 use bench::{Bench, Foremost, Set};
@@ -52,6 +55,8 @@ pub(crate) struct Mechanism {
     pub(crate) doubt: Option<Doubt>,
     /// Posterior probability of each fitted candidate that was asked.
     pub(crate) probabilities: Vec<(usize, f64)>,
+    /// Criterion of the set in which the foremost was asked: twice the negative logarithm of its marginal likelihood.
+    criterion: f64,
     /// Values of the foremost and their covariance, as they are beside the flexible part.
     values: (DVector<f64>, DMatrix<f64>),
 }
@@ -61,7 +66,7 @@ impl Mechanism {
     /// One made by hand: these are close, and this speaks against the foremost.
     pub(crate) fn made(close: Vec<usize>, doubt: Option<Doubt>) -> Self {
         let values = (DVector::zeros(1), DMatrix::zeros(1, 1));
-        Self { close, doubt, probabilities: Vec::new(), values }
+        Self { close, doubt, probabilities: Vec::new(), criterion: 0.0, values }
     }
 }
 
@@ -303,7 +308,8 @@ impl Bench<'_> {
         let probabilities =
             probabilities.filter_map(|(one, likely)| Some((self.place_in_stage(one)?, *likely)));
         let probabilities = probabilities.collect();
-        Some(Mechanism { close, doubt, probabilities, values: self.values(set, foremost) })
+        let (criterion, values) = (set.criterion, self.values(set, foremost));
+        Some(Mechanism { close, doubt, probabilities, criterion, values })
     }
 }
 
@@ -341,11 +347,16 @@ impl Mechanism {
     }
 
     /// Asks the fitted candidates of a stage; nothing where too few rows are left over to ask, or none of them is plausible.
-    pub(crate) fn of(stage: &Stage<'_>, unlisted: &[Probe]) -> Option<Self> {
-        let (machine, fit) = (&stage.fitted.machine, &stage.fitted.fit);
+    pub(crate) fn of(stage: &Stage<'_>, about: &Linearization<'_>, unlisted: &[Probe]) -> Option<Self> {
+        let Fitted { machine, fit } = about.fitted(stage);
         let rows = chosen_rows(machine, fit, EVIDENCE_ROWS);
-        let features = Features::of(machine, fit, &rows);
-        let Asked { suspects, overtones, columns } = suspects(stage, unlisted, &rows);
+        let mut features = Features::of(machine, fit, &rows);
+        let Asked { suspects, overtones, columns } = suspects(stage, about, unlisted, &rows);
+        for suspect in &suspects {
+            if let Some(values) = about.values_in(&suspect.id) {
+                features.add_to_residuals(&(columns.select_columns(&suspect.parameters) * values));
+            }
+        }
         // A flexible part that could follow every reading would hide what a mechanism leaves at its joint.
         if features.design.ncols() >= columns.nrows() {
             return None;

@@ -2,7 +2,9 @@
 
 use nalgebra::DMatrix;
 
+use super::Linearization;
 use crate::candidates::best_variants;
+use crate::fitted::Fitted;
 use crate::forward_selection::{FittedCandidate, Stage};
 use crate::score_test::{Probe, score};
 use crate::thresholds::{EVIDENCE_SUSPECTS, EVIDENCE_UNLISTED};
@@ -41,7 +43,12 @@ pub(super) struct Asked {
 }
 
 /// The suspects of a stage, and their columns.
-pub(super) fn suspects(stage: &Stage<'_>, unlisted: &[Probe], rows: &[usize]) -> Asked {
+pub(super) fn suspects(
+    stage: &Stage<'_>,
+    about: &Linearization<'_>,
+    unlisted: &[Probe],
+    rows: &[usize],
+) -> Asked {
     let (machine, fit) = (&stage.fitted.machine, &stage.fitted.fit);
     let listed = stage.fitted_candidates.iter().enumerate().take(EVIDENCE_SUSPECTS);
     let built =
@@ -61,7 +68,7 @@ pub(super) fn suspects(stage: &Stage<'_>, unlisted: &[Probe], rows: &[usize]) ->
     for (index, fitted_candidate, effect) in &built {
         let parameters: Vec<usize> = (next..next + effect.parameters().len()).collect();
         next += parameters.len();
-        let (cost, gain) = (fitted_candidate.search_cost, fitted_candidate.score.gain);
+        let (cost, gain) = (fitted_candidate.search_cost, gain_of(stage, fitted_candidate));
         let (id, who) = (fitted_candidate.id.clone(), Who::Listed(*index));
         suspects.push(Suspect { id, who, parameters, cost, gain });
         effects.push(effect.as_ref());
@@ -83,10 +90,19 @@ pub(super) fn suspects(stage: &Stage<'_>, unlisted: &[Probe], rows: &[usize]) ->
         next += count;
         effects.extend(effects_of.iter().map(AsRef::as_ref));
     }
+    let Fitted { machine, fit } = about.fitted(stage);
     let free_parameters = machine.free_parameters().len();
     let block = machine.block(&fit.state, rows, &fit.weights, &effects);
     let columns = block.jacobian.rows(free_parameters, block.jacobian.nrows() - free_parameters).transpose();
     Asked { suspects, overtones, columns }
+}
+
+/// By how much the sum of squares falls with a fitted candidate in: what its score promises, where it was not refitted.
+pub(super) fn gain_of(stage: &Stage<'_>, fitted_candidate: &FittedCandidate) -> f64 {
+    match fitted_candidate.refitted {
+        true => stage.fitted.fit.normal.squares - fitted_candidate.left.0,
+        false => fitted_candidate.score.gain,
+    }
 }
 
 /// The likeliest waves, and the second and third overtone of each.

@@ -209,7 +209,7 @@ fn with_wave_in<T>(
     let rows = fit.rows.clone();
     let mut features = Features::plain(machine, fit, &rows);
     features.carriers = Features::of(machine, fit, &rows).carriers;
-    let Asked { suspects, overtones, columns } = suspects(&stage, &[], &rows);
+    let Asked { suspects, overtones, columns } = suspects(&stage, &Linearization::Stage, &[], &rows);
     let mixed = Mixed::new(&features, &columns).unwrap();
     let (nothing, equations) = (mixed.fit(&[], None).unwrap(), columns.nrows() as f64);
     let bench = Bench { stage: &stage, suspects, overtones, rows, features, mixed, nothing, equations };

@@ -5,7 +5,7 @@ use super::evidence::Against;
 use crate::candidates::Candidates;
 use crate::epochs::with_rivals;
 use crate::forward_selection::{FittedCandidate, Stage};
-use crate::laboratory::{LaboratoryError, points_in};
+use crate::laboratory::{Laboratory, LaboratoryError, points_in};
 use crate::mechanism_test::{Doubt, GEOMETRY, Mechanism, explains_as_well, posterior};
 use crate::noise_floor::{Floor, typical_sigma};
 use crate::note::Note;
@@ -16,18 +16,11 @@ use crate::thresholds::NAMING_LEVEL;
 use plumb_calibration::effect::{self, EffectId, Site};
 use plumb_estimation::Progress;
 
-/// What remains of a stage beside a flexible part; asked only where chance would hardly make any of its fitted candidates, for it costs as much as the whole search.
-fn mechanism_of(stage: &Stage<'_>, unlisted: &[Probe]) -> Option<Mechanism> {
-    match stage.fitted_candidates.iter().any(FittedCandidate::is_plausible) {
-        true => Mechanism::of(stage, unlisted),
-        false => None,
-    }
-}
-
 impl<'a> Finding<'a> {
     /// Asks for a mechanism where more than noise may be left and nothing is named, or something while nobody knows the noise.
     pub(super) fn weighed(
         mut self,
+        lab: &Laboratory,
         mut base: Option<Stage<'a>>,
         candidates: &Candidates,
         floor: &Floor,
@@ -36,7 +29,8 @@ impl<'a> Finding<'a> {
         let in_the_dark = self.verdict == Verdict::Named && floor.scale.is_none();
         if self.dirty && (self.verdict.is_unnamed() || in_the_dark) {
             progress.report(0.8, "weighing it beside what nothing explains")?;
-            self = self.among_structure(&mut base, &candidates.unlisted, floor);
+            let ask = |stage: &Stage<'_>| lab.mechanism_of(stage, &candidates.unlisted, progress);
+            self = self.among_structure(&mut base, ask, floor)?;
         }
         if matches!(self.verdict, Verdict::Named | Verdict::Tied | Verdict::Located) {
             progress.report(0.85, "asking the geometry that is not free")?;
@@ -63,18 +57,26 @@ impl<'a> Finding<'a> {
 
     /// Asks whether an effect is identified although more is left: first with nothing taken in, then beside what was. Where none is, the place of the foremost is
     /// reported if that much is known, else any other verdict remains as it is, and a name only if it is the foremost then too and nothing is to be said against it.
-    fn among_structure(mut self, base: &mut Option<Stage<'a>>, unlisted: &[Probe], floor: &Floor) -> Self {
+    fn among_structure(
+        mut self,
+        base: &mut Option<Stage<'a>>,
+        ask: impl Fn(&Stage<'_>) -> Result<Option<Mechanism>, LaboratoryError>,
+        floor: &Floor,
+    ) -> Result<Self, LaboratoryError> {
         let named = self.verdict == Verdict::Named;
-        let asked_base = base.as_ref().filter(|_| !named).and_then(|base| mechanism_of(base, unlisted));
+        let asked_base = match base.as_ref().filter(|_| !named) {
+            Some(base) => ask(base)?,
+            None => None,
+        };
         if let Some(mechanism) = asked_base.filter(Mechanism::is_reported)
             && let Some(base) = base.take()
         {
             self.stage = base;
             // Asked of the stage without them, the finding says nothing of what was taken in besides.
             self.besides.clear();
-            return self.settled_by(mechanism, floor);
+            return Ok(self.settled_by(mechanism, floor));
         }
-        match mechanism_of(&self.stage, unlisted) {
+        Ok(match ask(&self.stage)? {
             Some(mechanism) if mechanism.is_reported() && !named => self.settled_by(mechanism, floor),
             mechanism => {
                 let doubted = mechanism.as_ref().is_some_and(|mechanism| {
@@ -87,7 +89,7 @@ impl<'a> Finding<'a> {
                 }
                 Self { mechanism, ..self }
             }
-        }
+        })
     }
 
     /// The verdict is that of the weighing beside a flexible part.
@@ -95,7 +97,7 @@ impl<'a> Finding<'a> {
         mechanism.take_values(&mut self.stage.fitted_candidates);
         // Explanations by epoch are compared row by row besides: what the flexible part leaves of one may be what another lacks.
         let rivals = with_rivals(&self.stage, mechanism.close.clone());
-        self.close.clone_from(&mechanism.close);
+        self.close = mechanism.close.iter().copied().filter(|index| rivals.contains(index)).collect();
         self.close.extend(rivals.into_iter().filter(|index| !mechanism.close.contains(index)));
         let sites: Vec<_> = self.close.iter().filter_map(|index| Some(self.at(*index)?.id.site)).collect();
         let one_place = sites.first().filter(|first| sites.iter().all(|site| site == *first));
@@ -204,8 +206,10 @@ impl<'a> Finding<'a> {
         let model = self.stage.fitted.machine.model;
         let best = self.best().filter(|_| !is_best);
         let better = best.or_else(|| {
+            // What was weighed beside a flexible part is judged by that, whatever fits better without it.
+            let judged = self.mechanism.is_some();
             let first = self.stage.fitted_candidates.iter().find(|one| one.is_plausible());
-            first.filter(|first| first.id != fitted_candidate.id)
+            first.filter(|first| !judged && first.id != fitted_candidate.id)
         });
         if let Some(better) = better {
             return Rejection::WorseThan(model.label(&better.id));
@@ -247,7 +251,6 @@ impl<'a> Finding<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::laboratory::Laboratory;
     use crate::testing::{fitted_candidate, gain, two_links_with};
     use crate::{candidates, unlisted};
 
@@ -315,6 +318,13 @@ mod tests {
                 assert_eq!(of_another, Rejection::LessLikelyBesideSmooth);
             }
             assert_eq!(rejected(finding, vec![best], None), Rejection::MoreThanNoiseLeft);
+            // Another that fits better without the smooth function is not in its way.
+            finding.close = vec![
+                finding.stage.fitted_candidates.iter().rposition(FittedCandidate::is_plausible).unwrap(),
+            ];
+            let last = finding.close[0];
+            assert!(last > best, "others are plausible");
+            assert_eq!(rejected(finding, vec![last], Some(Doubt::Smooth)), Rejection::SmoothExplains);
         });
     }
 

@@ -571,8 +571,9 @@ fn a_name_that_wrong_lengths_explain_as_well_is_taken_back_and_the_geometry_is_t
         let mut finding = finding_of_stage(stage);
         finding.verdict = verdict;
         let candidates = crate::candidates::Candidates { listed, unlisted: Vec::new() };
-        let finding =
-            finding.weighed(None, &candidates, &FLOOR, &plumb_estimation::Progress::unwatched()).unwrap();
+        let finding = finding
+            .weighed(&lab, None, &candidates, &FLOOR, &plumb_estimation::Progress::unwatched())
+            .unwrap();
         (finding.verdict, finding.free_first.is_some())
     };
     assert_eq!(asked(0.5, Verdict::Named, 1e-9), (Verdict::Tied, true));
