@@ -23,7 +23,7 @@ pub(crate) enum Linearization<'a> {
     /// The stage with its likeliest effect in.
     With {
         /// The fit, its factor without that effect's own numbers.
-        fitted: Fitted<'a>,
+        fitted: Box<Fitted<'a>>,
         id: EffectId,
         values: DVector<f64>,
     },
@@ -145,7 +145,7 @@ impl Laboratory {
         // them takes up, in kilometres, what the effect does.
         let known = own.chain(stage.fitted.fit.factor.dependent.iter().copied());
         let factor = factor_without(&fit.normal.matrix, known);
-        let fitted = Fitted { machine, fit: Fit { factor, ..fit } };
+        let fitted = Box::new(Fitted { machine, fit: Fit { factor, ..fit } });
         Ok(Linearization::With { fitted, id: best.id.clone(), values })
     }
 }
