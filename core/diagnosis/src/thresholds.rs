@@ -355,7 +355,7 @@ pub(crate) const BATCH_LEFT: f64 = 1e-3;
 
 // Epochs
 
-/// Of rows between two jumps, and before the first and after the last, at least (rows). Why: fewer are outliers.
+/// Of rows between two jumps, and before the first and after the last, at least; events nearer to each other explain one jump (rows). Why: fewer are outliers.
 pub(crate) const JUMP_ROWS: usize = 8;
 
 /// A jump must be less likely by chance, after Bonferroni for all rows and numbers tried (probability). Why: the contract allows
