@@ -7,6 +7,7 @@
 mod bench;
 mod left_out_geometry;
 mod linearization;
+mod own_fits;
 mod posterior;
 mod predictions;
 mod rules;
@@ -19,10 +20,10 @@ use crate::forward_selection::{FittedCandidate, Stage};
 use crate::score_test::Probe;
 use crate::thresholds::{EVIDENCE_ROWS, NAMING_LEVEL, SITE_LEFT, TIE_BIC};
 pub(crate) use left_out_geometry::{GEOMETRY, explains_as_well};
-pub(crate) use linearization::Linearization;
 pub(crate) use posterior::posterior;
 
 use bench::{Bench, Foremost, Set};
+use linearization::Linearization;
 use nalgebra::{DMatrix, DVector, DVectorView};
 use plumb_calibration::effect::{Effect, EffectId, Family, Site, build, kind};
 use plumb_estimation::chi_squared_tail;

@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use super::Linearization;
+use super::linearization::Linearization;
 use crate::candidates::best_variants;
 use crate::fitted::Fitted;
 use crate::forward_selection::{FittedCandidate, Stage};
