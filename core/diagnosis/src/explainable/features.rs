@@ -385,6 +385,19 @@ mod tests {
         assert!(own.iter().all(|value| (value - 1.0).abs() < 1e-12), "{own}");
     }
 
+    #[test]
+    fn what_is_added_to_the_residuals_is_added_to_them_alone() {
+        let lab = crate::testing::two_links(8, "joint_zero(*)", 0.05, 4, |_| [0.0; 2]);
+        let fitted = lab.fit_with(&[], None, &plumb_estimation::Progress::unwatched()).unwrap();
+        let plain = Features::plain(&fitted.machine, &fitted.fit, &fitted.fit.rows);
+        let (mut features, last) = (plain, 2);
+        let before = features.design.clone();
+        features.add_to_residuals(&DVector::from_element(24, 0.5));
+        let added = &features.design - &before;
+        assert!(added.column(last).iter().all(|one| (one - 0.5).abs() < 1e-12));
+        assert_eq!(added.columns(0, last).amax(), 0.0);
+    }
+
     /// What is known of a table with so many poses of two joints.
     fn known(poses: usize) -> Known {
         let lab = crate::testing::two_links(poses, "", 0.05, 4, |_| [0.0; 2]);

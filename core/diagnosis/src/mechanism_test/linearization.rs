@@ -97,4 +97,27 @@ mod tests {
         assert_eq!((factor.independent.as_slice(), factor.dependent.as_slice()), (&[0, 2][..], &[1][..]));
         assert!((factor.inverse()[(0, 0)] - 0.25).abs() < 1e-12);
     }
+
+    #[test]
+    fn numbers_of_the_effect_and_those_that_the_rows_did_not_determine_without_it_are_known() {
+        let lab = crate::testing::two_links(60, "joint_zero(*)", 0.05, 31, |q| [0.0, 0.01 * q[1]]);
+        let watch = Progress::unwatched();
+        let listed = crate::candidates::probes(&lab);
+        let candidates = crate::candidates::Candidates { listed, unlisted: Vec::new() };
+        let mut stage = lab.stage(Vec::new(), None, &candidates, &watch).unwrap();
+        let known = |stage: &Stage<'_>| match lab.linearized(stage, 0, &watch).unwrap() {
+            Linearization::With { fitted, values, .. } => {
+                assert!((values[0] - 0.01).abs() < 1e-3, "{values}");
+                fitted.fit.factor.dependent.clone()
+            }
+            Linearization::Stage => panic!("the gain was refitted"),
+        };
+        // Two zeros, then the gain.
+        assert_eq!(known(&stage), [2]);
+        // As if the rows hardly determined the shoulder's zero without the gain.
+        stage.fitted.fit.factor = factor_without(&stage.fitted.fit.normal.matrix, std::iter::once(0));
+        assert_eq!(known(&stage), [0, 2]);
+        stage.fitted_candidates[0].refitted = false;
+        assert!(matches!(lab.linearized(&stage, 0, &watch).unwrap(), Linearization::Stage));
+    }
 }
