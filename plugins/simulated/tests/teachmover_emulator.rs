@@ -153,23 +153,24 @@ fn the_plug_can_be_pulled_and_put_back() {
         }
         assert_eq!(link.exists(), there);
     };
+    let plugged_in = |emulator: &mut Emulator| {
+        emulator.inject(Event::Plug);
+        wait_for(emulator, true);
+        Host { port: File::options().read(true).write(true).open(&link).unwrap() }
+    };
     assert!(link.exists());
     let mut host = Host::on(&emulator);
     assert_eq!(host.hear(2, PATIENCE), "1\\r");
     emulator.inject(Event::Unplug);
     wait_for(&emulator, false);
-    emulator.inject(Event::Plug);
-    wait_for(&emulator, true);
-    let mut host = Host { port: File::options().read(true).write(true).open(&link).unwrap() };
+    let mut host = plugged_in(&mut emulator);
     host.say("@READ\r");
     assert_eq!(host.hear(16, PATIENCE), "1\\r5,0,0,0,0,0,0\\r");
     // In mid-move: nothing is answered, and the arm moves on to the end.
     emulator.inject(Event::UnplugAfter(3));
     host.say("@STEP 220,5,0,0,0,0,0\r");
     wait_for(&emulator, false);
-    emulator.inject(Event::Plug);
-    wait_for(&emulator, true);
-    let mut host = Host { port: File::options().read(true).write(true).open(&link).unwrap() };
+    let mut host = plugged_in(&mut emulator);
     host.say("@READ\r");
     assert_eq!(host.hear(17, PATIENCE), "1\\r10,0,0,0,0,0,0\\r");
     emulator.stop().unwrap();
