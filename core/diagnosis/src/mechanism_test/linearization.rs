@@ -7,6 +7,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::fitted::Fitted;
 use crate::forward_selection::{FittedCandidate, Stage};
 use crate::laboratory::{Laboratory, LaboratoryError};
+use crate::thresholds::EVIDENCE_SUSPECTS;
 use plumb_calibration::arm_model::AddedEffect;
 use plumb_calibration::effect::{EffectId, kind};
 use plumb_calibration::fit::{Fit, FitOptions};
@@ -67,7 +68,9 @@ impl Laboratory {
         candidate: usize,
         progress: &Progress,
     ) -> Result<Linearization<'a>, LaboratoryError> {
-        let best = stage.fitted_candidates.get(candidate).filter(|best| may_be_in(best));
+        // What is not among the suspects has no column to add to what is left.
+        let mut suspects = stage.fitted_candidates.iter().take(EVIDENCE_SUSPECTS);
+        let best = suspects.nth(candidate).filter(|best| may_be_in(best));
         let Some(best) = best else { return Ok(Linearization::Stage) };
         let options = FitOptions { robust: false, ..self.options().fit };
         let mut more = stage.taken.clone();
@@ -117,7 +120,15 @@ mod tests {
         // As if the rows hardly determined the shoulder's zero without the gain.
         stage.fitted.fit.factor = factor_without(&stage.fitted.fit.normal.matrix, std::iter::once(0));
         assert_eq!(known(&stage), [0, 2]);
+        let is_stage = |stage: &Stage<'_>, one: usize| {
+            matches!(lab.linearized(stage, one, &watch).unwrap(), Linearization::Stage)
+        };
+        let gain = || crate::testing::fitted_candidate("joint_gain", 1, 0.0);
+        stage.fitted_candidates = (0..=EVIDENCE_SUSPECTS).map(|_| gain()).collect();
+        stage.fitted_candidates.iter_mut().for_each(|one| one.refitted = true);
+        assert!(!is_stage(&stage, EVIDENCE_SUSPECTS - 1));
+        assert!(is_stage(&stage, EVIDENCE_SUSPECTS), "it is no suspect");
         stage.fitted_candidates[0].refitted = false;
-        assert!(matches!(lab.linearized(&stage, 0, &watch).unwrap(), Linearization::Stage));
+        assert!(is_stage(&stage, 0));
     }
 }
