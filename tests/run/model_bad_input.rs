@@ -194,6 +194,33 @@ fn distances_that_cannot_meet_name_both_lines() {
 }
 
 #[test]
+fn a_known_distance_to_a_place_that_no_row_touches_is_said_to_be_unused() {
+    let place = tempfile::tempdir().unwrap();
+    let touched = rows(20).into_iter().enumerate().map(|(row, mut cells)| {
+        cells.push(["pin_left", "pin_right", ""][row % 3].to_owned());
+        cells
+    });
+    let touched: Vec<Vec<String>> = touched.collect();
+    fs::write(place.path().join("poses.csv"), text(&format!("{HEADER},touch"), &touched)).unwrap();
+    let model = |distance: &str| {
+        let touch = format!("{ARM}touch: {{p: p1, distances: [{distance}]}}\n");
+        fs::write(place.path().join("arm.yaml"), touch).unwrap();
+        let (code, said) = said(place.path(), COMPARE);
+        assert_eq!(code, Some(0), "{said}");
+        said
+    };
+    let misspelt = model("{between: [pin_left, pin_rihgt], mm: 120}");
+    for part in [
+        "note: the known distance of 120 mm between `pin_left` and `pin_rihgt` is not used",
+        "no row touches `pin_rihgt`; did you mean `pin_right`?",
+    ] {
+        assert!(misspelt.contains(part), "`{part}` is missing in: {misspelt}");
+    }
+    let right = model("{between: [pin_left, pin_right], mm: 120}");
+    assert!(!right.contains("is not used"), "{right}");
+}
+
+#[test]
 fn model_files_that_cannot_be_meant_are_refused_with_their_place() {
     let zeros = ["a_mm: 300", "a_mm: 250", "d_mm: 100", "alpha_deg: 90"];
     let point = zeros.iter().fold(ARM.to_owned(), |text, key| {

@@ -35,5 +35,5 @@ pub use kind::{Equation, Measurand, MeasurementKind, Prediction, RowContext, Sen
 pub use library::kinds;
 pub(crate) use noise::NoiseGroup;
 pub use noise::{NoiseSource, ReadingNoise};
-pub use observations::Observations;
+pub use observations::{Observations, unused_distances};
 pub use row::RowReader;

@@ -9,7 +9,8 @@ use super::row::RowReader;
 use super::unit::unit_of;
 use crate::arm_model::{Model, TouchDistance};
 use crate::reading_unit::ReadingUnit;
-use crate::table::{Table, suggestion};
+use crate::suggestion;
+use crate::table::{self, Table};
 
 /// A known distance between two touched places.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -61,7 +62,8 @@ impl Observations {
         }
         if equations.is_empty() {
             let covariates = table.covariates.iter().map(|covariate| covariate.name.as_str());
-            let hint = suggestion(covariates).map(|option| format!("\n  {option}")).unwrap_or_default();
+            let hint =
+                table::suggestion(covariates).map(|option| format!("\n  {option}")).unwrap_or_default();
             return Err(ObservationsError::Nothing {
                 table: table.source.clone(),
                 columns: known_columns(),
@@ -165,6 +167,25 @@ fn place_distances(model: &Model, table: &Table) -> Result<Vec<PlaceDistance>, O
     let Some(touch) = &model.touch else { return Ok(Vec::new()) };
     let known = touch.distances.iter().filter_map(|distance| place_distance(model, table, distance));
     known.collect()
+}
+
+/// Known distances that are left out of a fit, one sentence each, with the places whose names come nearest: the table touches
+/// places, but not both their ends. A misspelt place looks just like one that was not touched.
+pub fn unused_distances(model: &Model, table: &Table) -> Vec<String> {
+    let names = &table.touch.names;
+    let distances = model.touch.as_ref().map_or(&[][..], |touch| &touch.distances);
+    let mut unused = Vec::new();
+    for TouchDistance { between, length } in distances {
+        let missing = between.iter().find(|place| !names.contains(place));
+        if let Some(place) = missing.filter(|_| !names.is_empty()) {
+            let [one, other] = between;
+            let hint = suggestion::suggestion(place, names.iter().map(String::as_str));
+            unused.push(format!(
+                "the known distance of {length} mm between `{one}` and `{other}` is not used: no row touches `{place}`{hint}"
+            ));
+        }
+    }
+    unused
 }
 
 /// One known distance; nothing where the table does not touch both its ends.

@@ -46,7 +46,7 @@ use plumb_calibration::effect::{
 };
 use plumb_calibration::file::ModelFileError;
 use plumb_calibration::fit::{Fit, FitError, FitOptions, ResidualModel, estimate_noise};
-use plumb_calibration::measurement::{Observations, ObservationsError, ReadingNoise};
+use plumb_calibration::measurement::{Observations, ObservationsError, ReadingNoise, unused_distances};
 use plumb_calibration::table::{Body, Table, TableError};
 use plumb_estimation::{Cancelled, Progress};
 
@@ -208,7 +208,8 @@ impl Laboratory {
         hold_unseen_base(&mut model, &table);
         let observations = Observations::new(&model, &table)?;
         profile_units::check(&model, &table)?;
-        for odd in plausible::check(&model, &table)? {
+        let unused = unused_distances(&model, &table);
+        for odd in plausible::check(&model, &table)?.into_iter().chain(unused) {
             if !table.warnings.contains(&odd) {
                 table.warnings.push(odd);
             }

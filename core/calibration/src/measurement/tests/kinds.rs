@@ -2,7 +2,7 @@
 
 use crate::arm_model::Model;
 use crate::fit::ResidualModel;
-use crate::measurement::{Measurand, NoiseSource, Observations, ReadingUnit, kinds};
+use crate::measurement::{Measurand, NoiseSource, Observations, ReadingUnit, kinds, unused_distances};
 use crate::table::Table;
 
 /// Two links in the plane, 400 and 300 mm, x ahead and y to the left.
@@ -169,6 +169,32 @@ fn what_a_fit_showed_of_an_undeclared_noise_weighs_the_readings_and_the_declared
     let known = observations.place_distances[0];
     assert_eq!((known.first, known.second, known.length), (0, 1, 5.0));
     assert!((known.sigma - 0.05).abs() < 1e-12);
+}
+
+#[test]
+fn a_known_distance_is_unused_where_rows_touch_places_but_not_both_its_ends() {
+    let distance = |one: &str, other: &str| crate::arm_model::TouchDistance {
+        between: [one.to_owned(), other.to_owned()],
+        length: 5.0,
+    };
+    let mut model = Model::parse("m.yaml", FLAT).unwrap();
+    let distances = vec![distance("left", "right"), distance("left", "rihgt"), distance("lfet", "far")];
+    model.touch = Some(crate::arm_model::Touch { target: "p1".to_owned(), distances });
+    let table = |rows: &str| Table::parse("t.csv", &format!("q1_deg,q2_deg,p1_x_mm,touch\n{rows}")).unwrap();
+    assert_eq!(
+        unused_distances(&model, &table("0,0,1,left\n0,1,,right\n")),
+        [
+            "the known distance of 5 mm between `left` and `rihgt` is not used: no row touches `rihgt`; did you mean `right`?",
+            "the known distance of 5 mm between `lfet` and `far` is not used: no row touches `lfet`; did you mean `left`?",
+        ]
+    );
+    assert_eq!(
+        unused_distances(&model, &table("0,0,1,\n")),
+        [""; 0],
+        "nothing was touched, nothing is missed"
+    );
+    model.touch = None;
+    assert_eq!(unused_distances(&model, &table("0,0,1,left\n")), [""; 0]);
 }
 
 #[test]
