@@ -88,7 +88,9 @@ class Robot:
     def deactivate(self): pass
     def read_inputs(self): raise Unsupported("this device cannot read its input lines")
     def write_outputs(self, levels): raise Unsupported("this device cannot set output lines")
+    def jog(self, on): raise Unsupported("this device cannot be jogged from a pendant")       # as read_joints, with key= and finished=
     def set_zero(self, joints): raise Unsupported("this device cannot set its zero")
+    def read_motors(self): raise Unsupported("this device cannot read its motors")            # {"temperature": [..], "load": [..], "voltage": [..]}
     def close(self): pass
 class Sensor:
     """A sensor. model, quantities and read must be there. read gives {name: value or (value, standard uncertainty)}, or None."""
@@ -110,13 +112,13 @@ def end_of(motion, joints):
 
 def _answer(host, device, name, arguments):
     """The answer to a call. A reading is dated before it is taken, a move after it has ended."""
-    time_ns = host.now_ns() if name.startswith("read") else 0
+    time_ns = host.now_ns() if name.startswith("read") or name == "jog" else 0
     answer = getattr(device, name)(*arguments)
     if name == "read" and answer is not None and not {"quantities", "edges"} & set(answer):
         pairs = {key: value if isinstance(value, (tuple, list)) else (value, 0) for key, value in answer.items()}
         quantities = [{"name": key, "value": float(value), "standard_uncertainty": float(u)} for key, (value, u) in pairs.items()]
         return {"time_ns": time_ns, "quantities": quantities}
-    if name in ("read_joints", "move_joints", "read_inputs"):
+    if name in ("read_joints", "move_joints", "read_inputs", "jog", "read_motors"):
         answer = answer if isinstance(answer, dict) else {"joints": [float(joint) for joint in answer]}
         answer = {"time_ns": time_ns or host.now_ns(), **answer}
     if name == "move_joints":                     # anyone who listens to its streams learns that the move has ended

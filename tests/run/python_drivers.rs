@@ -180,6 +180,68 @@ fn an_exception_is_the_error_of_its_call_with_its_kind() {
     }
 }
 
+/// A driver whose arm an operator drives with its pendant, and whose motors report themselves.
+const WITH_PENDANT: [(&str, &str); 2] = [
+    ("\"interruptible\": True", "\"jog\": True, \"interruptible\": True"),
+    (
+        "    def read_joints(self):",
+        "    def jog(self, on):\n        self.joints = [0.0, 12.0]\n        return self.joints\n\n    \
+             def read_motors(self):\n        return {\"temperature\": [31.5, None], \"temperature_uncertainty\": 0.5}\n\n    \
+             def read_joints(self):",
+    ),
+];
+
+/// Driven by the pendant to where the next step wants it, and its motors read.
+const BY_PENDANT: &str = "procedure: extra
+steps:
+  - {id: motors, do: {motors: {robot: arm}}, on_error: abort}
+  - {id: warm, do: {check: {that: motors.hottest_c > 31, otherwise: Too cold}}, on_error: abort}
+  - {id: place, title: By hand, do: {prompt: {text: There, jog_to: {robot: arm}}}}
+  - {id: there, do: {check: {that: abs(arm.joints.slide_mm - 12) < 0.001, otherwise: Somewhere else}}, on_error: abort}
+";
+
+#[test]
+fn a_pendant_and_motors_of_a_driver_in_python_have_their_part_in_a_run() {
+    let Some(lab) = cell(&WITH_PENDANT) else { return };
+    lab.write("pyarm/procedure.yaml", BY_PENDANT);
+    let mut running = lab.start(&["run", "cell-py.yaml", "extra", "--attended", "--pace", "fast"]);
+    running.until(|event| event["event"] == "prompt_asked" && event["prompt"]["step"] == "place");
+    let answered = lab.plumb(&["answer", "done"]);
+    assert_eq!(answered.code(), 0, "{}", answered.all());
+    let (last, _) = running.end();
+    assert_eq!(last["outcome"], "passed", "{last}");
+    let shown = lab.plumb(&["show", "1"]);
+    assert!(shown.out().contains("waist_temperature") && shown.out().contains("31.5"), "{}", shown.out());
+    assert!(!shown.out().contains("slide_temperature"), "its motor does not report it: {}", shown.out());
+}
+
+const MOTORS: &str = "procedure: extra\nsteps: [{id: motors, do: {motors: {robot: arm}}}]\n";
+
+#[test]
+fn motors_that_a_driver_in_python_misspells_or_lacks_end_the_step_with_what_to_do() {
+    for (reports, expected) in [
+        ("{\"temprature\": [31.5, 30]}", "unknown field `temprature`, expected one of"),
+        ("{\"temperature\": [31.5]}", "`temperature` has 1 numbers for 2 joints; give one for each"),
+        (
+            "{\"temperature\": [31.5, 30], \"temperature_uncertainty\": 0}",
+            "`temperature_uncertainty` is 0; give more than 0, or leave it out where it is not known",
+        ),
+    ] {
+        let answer =
+            format!("    def read_motors(self):\n        return {reports}\n\n    def read_joints(self):");
+        let Some(lab) = cell(&[("    def read_joints(self):", answer.as_str())]) else { return };
+        lab.write("pyarm/procedure.yaml", MOTORS);
+        let run = lab.plumb(&["run", "cell-py.yaml", "--headless"]);
+        assert_eq!(run.code(), 2, "{reports}: {}", run.all());
+        assert!(run.all().contains(expected), "{reports}: {}", run.all());
+    }
+    let Some(lab) = cell(&[]) else { return };
+    lab.write("pyarm/procedure.yaml", MOTORS);
+    let run = lab.plumb(&["run", "cell-py.yaml", "--headless"]);
+    assert_eq!(run.code(), 2, "{}", run.all());
+    assert!(run.all().contains("name a robot whose plugin has `read_motors`"), "{}", run.all());
+}
+
 #[test]
 fn a_driver_that_cannot_start_says_why() {
     let Some(lab) = cell(&[("import math", "import math\nimport no_such_module")]) else { return };

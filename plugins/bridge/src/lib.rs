@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 
+mod answers;
 mod driver;
 mod line;
 mod reader;
@@ -7,8 +8,8 @@ mod reader;
 use std::path::PathBuf;
 
 use plumb_plugin::{
-    DigitalInputs, Host, JointState, JointVector, Manifest, Motion, PluginError, Reading, Robot,
-    RobotCapabilities, RobotDescription, Sensor, SensorDescription, Value, message,
+    DigitalInputs, Host, JogState, JointState, JointVector, Manifest, Motion, MotorState, PluginError,
+    Reading, Robot, RobotCapabilities, RobotDescription, Sensor, SensorDescription, Value,
 };
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
@@ -57,20 +58,21 @@ fn understood<T: DeserializeOwned>(call: &str, answer: Value) -> Result<T, Plugi
 }
 
 impl Bridge {
-    /// Asks the driver for what fills a message.
-    fn filled(&mut self, call: &str, arguments: Value, layout: &str) -> Result<Value, PluginError> {
+    /// Asks the driver, and makes what the host expects of its answer.
+    fn asked<T>(
+        &mut self,
+        call: &str,
+        arguments: Value,
+        made: impl FnOnce(Value) -> Result<T, String>,
+    ) -> Result<T, PluginError> {
         let answer = self.driver.call(call, arguments)?;
-        // Through the message's bytes, so that fields left out are zero and unknown ones are refused.
-        let layout = message::Layout::known(layout);
-        let bytes = message::from_json(layout.as_ref(), &answer).map_err(|why| {
+        made(answer).map_err(|why| {
             PluginError::Failed(format!("what the driver answered to '{call}' cannot be used: {why}"))
-        })?;
-        Ok(message::to_json(layout.as_ref(), &bytes))
+        })
     }
 
     fn state(&mut self, call: &str, arguments: Value) -> Result<JointState, PluginError> {
-        let state = self.filled(call, arguments, "joint-state/1")?;
-        understood(call, state)
+        self.asked(call, arguments, |answer| answers::joint_state(&answer))
     }
 
     fn done(&mut self, call: &str, arguments: Value) -> Result<(), PluginError> {
@@ -115,7 +117,8 @@ impl Robot for Bridge {
     }
 
     fn read_inputs(&mut self) -> Result<DigitalInputs, PluginError> {
-        let inputs = self.filled("read_inputs", json!([]), "digital-inputs/1")?;
+        let inputs =
+            self.asked("read_inputs", json!([]), |answer| answers::message_of(&answer, "digital-inputs/1"))?;
         understood("read_inputs", inputs)
     }
 
@@ -123,8 +126,17 @@ impl Robot for Bridge {
         self.done("write_outputs", json!([levels]))
     }
 
+    fn jog(&mut self, on: bool) -> Result<JogState, PluginError> {
+        self.asked("jog", json!([on]), answers::jog_state)
+    }
+
     fn set_zero(&mut self, joints: &JointVector) -> Result<(), PluginError> {
         self.done("set_zero", json!([joints]))
+    }
+
+    fn read_motors(&mut self) -> Result<MotorState, PluginError> {
+        let joints = Robot::describe(self).joints.len();
+        self.asked("read_motors", json!([]), |answer| answers::motor_state(answer, joints))
     }
 }
 
