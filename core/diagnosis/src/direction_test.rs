@@ -650,6 +650,13 @@ mod tests {
                 && (found[1] - 3.0).abs() < 1e-12
                 && (found[35] - 3.0).abs() < 1e-12
         );
+        // Of 36 equations a fit takes twelve, all the tracker's, and each instrument bears a third of that.
+        let columns =
+            DMatrix::from_fn(12, 36, |parameter, equation| f64::from(u8::from(equation == 3 * parameter)));
+        let fitted = rows(&residuals).without(&columns, 0..0);
+        let fitted = Projected { rows: Rows { columns, ..fitted.rows }, ..fitted };
+        let found = scatter(&fitted, &kept, &DVector::from_element(12, 1.0), &instruments).unwrap();
+        assert!((found[1] - 3.0 * 1.5_f64.sqrt()).abs() < 1e-9, "{}", found[1]);
         assert!(scatter(&all, &kept, &DVector::zeros(0), &["tracker"; 36]).is_none());
         // Seven readings say nothing of their instrument: the scatter of all is taken.
         let few: Vec<bool> = (0..12).map(|row| row < 7).collect();

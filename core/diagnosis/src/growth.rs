@@ -371,6 +371,14 @@ mod tests {
         assert!(grown.steps.iter().all(|step| step.claim == Claim::Mechanism));
         assert_eq!(grown.model.effects.len(), 2);
         assert_eq!(grown.mechanisms_alone, None, "no correction was added");
+        // The size a step shows is that of the model it made: the first wave's, with nothing else in yet.
+        let first = grown.steps[0].model.as_ref().unwrap();
+        let amplitude = first.effects[0].values[0].hypot(first.effects[0].values[1]).to_degrees();
+        assert!(
+            (grown.steps[0].added.size - amplitude).abs() < 1e-9,
+            "{:?} {amplitude}",
+            grown.steps[0].added
+        );
         // Noise of three coordinates is left.
         let left = grown.steps[1].rms_mm.fit;
         assert!(

@@ -219,7 +219,7 @@ impl Bench<'_> {
         let [beside, alone] = [&predictions.values, &predictions.plain_values].map(|values| {
             predictions::jackknife(values.iter().map(|values| effect.size(values, covariance).value))
         });
-        let error = (flexible.error.powi(2) + beside.powi(2) + alone.powi(2)).sqrt();
+        let error = flexible.error.hypot(beside).hypot(alone);
         let possible =
             effect.parameters().iter().zip(values.iter()).enumerate().all(|(index, (one, value))| {
                 let reach = 2.0 * covariance[(index, index)].max(0.0).sqrt();

@@ -157,3 +157,32 @@ impl Sets {
         found
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mechanism_test::tests::{wave, with_wave_in};
+
+    #[test]
+    fn an_exchange_finds_what_growing_from_the_wrong_effect_does_not_reach() {
+        // A wave and a gain are at work; known is the set of two that are not, as if they had been taken first.
+        let off = |q: [f64; 2]| [0.004 * q[0], wave(q[1])];
+        let beside = ["joint_gain(shoulder)", "joint_harmonic(elbow, 5)", "joint_harmonic(shoulder, 7)"];
+        with_wave_in(&beside, off, |bench, _| {
+            let mut search = Search { bench, known: BTreeMap::new() };
+            let place = |text: &str| {
+                let label = |one: usize| bench.stage.fitted.machine.model.label(&bench.suspects[one].id);
+                (0..bench.suspects.len()).find(|one| label(*one) == text).unwrap()
+            };
+            let mut wrong = vec![place("joint_harmonic(elbow, 5)"), place("joint_harmonic(shoulder, 7)")];
+            wrong.sort_unstable();
+            search.weigh(BTreeMap::from([(wrong.clone(), bench.nothing.ratios.clone())]));
+            assert!(search.exchange(), "one of the two is better exchanged");
+            assert!(search.exchange(), "and the other");
+            let best = search.ranked(|_| true)[0].members.clone();
+            let right = [place("joint_harmonic(elbow, 12)"), place("joint_gain(shoulder)")];
+            assert!(right.iter().all(|one| best.contains(one)), "{best:?} for {right:?}");
+            assert!(!search.exchange(), "nothing is better than what is at work");
+        });
+    }
+}

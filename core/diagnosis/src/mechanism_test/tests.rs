@@ -14,7 +14,7 @@ fn dirt(q: [f64; 2]) -> f64 {
 /// Amplitude of a wave of twelve periods a turn at the elbow, rad.
 const WAVE: f64 = 0.0015;
 
-fn wave(q: f64) -> f64 {
+pub(super) fn wave(q: f64) -> f64 {
     WAVE * (12.0 * q).sin()
 }
 
@@ -189,7 +189,7 @@ fn effects_pay_for_being_chosen_from_the_second_on() {
 }
 
 /// What is asked of the wave of twelve periods at the elbow, beside effects that are in as well, of an arm whose joints are off so.
-fn with_wave_in<T>(
+pub(super) fn with_wave_in<T>(
     beside: &[&str],
     off: impl Fn([f64; 2]) -> [f64; 2],
     ask: impl Fn(&Bench<'_>, &Set) -> T,

@@ -192,3 +192,34 @@ fn the_smaller_cluster_has_one_member_in_six() {
 fn a_pattern_says_which_members_are_taken_to_be_of_the_upper_place() {
     assert_eq!(shifted(&line(&[5.0, 5.0, -2.0]), 0b101, 1.5), [3.5, 6.5, -3.5]);
 }
+
+/// Returns to two poses, so many to each, of one reading; and what a motion moves it by.
+fn returns_to(sizes: [usize; 2], motion: f64) -> (Replicates, Vec<DVector<f64>>) {
+    let members: Vec<(usize, usize)> =
+        (0..sizes[0] + sizes[1]).map(|member| (member, usize::from(member >= sizes[0]))).collect();
+    let count = members.len();
+    let residuals = (0..count).map(|member| DVector::from_element(1, member as f64));
+    let returns = Replicates {
+        residuals: residuals.collect(),
+        columns: vec![nalgebra::DMatrix::zeros(1, 0); count],
+        motions: Vec::new(),
+        loose: Vec::new(),
+        candidates: Vec::new(),
+        groups: 2,
+        members,
+    };
+    (returns, vec![DVector::from_element(1, motion); count])
+}
+
+#[test]
+fn returns_that_do_not_move_or_are_alone_say_nothing_of_two_positions() {
+    let lines = |sizes: [usize; 2], motion: f64| {
+        let (returns, path) = returns_to(sizes, motion);
+        let kept = vec![1.0; path.len()];
+        Lines::along(&returns, &returns.residuals, &kept, &path, None).map(|all| all.lines.len())
+    };
+    assert_eq!(lines([3, 3], 2.0), Some(2));
+    assert_eq!(lines([6, 1], 2.0), Some(1), "one return has nothing to be compared with");
+    assert_eq!(lines([5, 1], 2.0), None, "five returns are too few");
+    assert_eq!(lines([4, 4], 0.0), None, "what does not move the reading has no place along it");
+}

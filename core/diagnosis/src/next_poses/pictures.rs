@@ -53,8 +53,10 @@ fn nearest<'r>(table: &Table, q: &[f64], rows: impl Iterator<Item = &'r usize>) 
 
 /// The board that a camera on the hand would see from a pose to come, by its number among the table's names: that of the nearest picture that was taken.
 pub(super) fn board(lab: &Laboratory, q: &[f64]) -> Option<u32> {
-    let known = lab.table();
-    let rows = lab.measured_rows();
+    nearest_board(lab.table(), &lab.measured_rows(), q)
+}
+
+fn nearest_board(known: &Table, rows: &[usize], q: &[f64]) -> Option<u32> {
     let nearest = nearest(known, q, rows.iter().filter(|row| known.sees_a_board_in(**row)))?;
     known.board_seen.of_row.get(*nearest).copied().flatten()
 }
@@ -91,6 +93,16 @@ mod tests {
         assert_eq!(to([25.0, 20.0], &[0, 1]), Some(1));
         assert_eq!(to([0.0; 2], &[3, 0]), Some(3));
         assert_eq!(to([0.0; 2], &[]), None);
+    }
+
+    #[test]
+    fn a_pose_to_come_sees_the_board_of_the_nearest_picture() {
+        let table = "q1_deg,q2_deg,board_x_mm,board_y_mm,board_z_mm,board\n0,0,1,2,300,floor\n10,40,1,2,300,wall\n12,40,,,,floor\n";
+        let table = Table::parse("t.csv", table).unwrap();
+        let seen = |q: [f64; 2], rows: &[usize]| nearest_board(&table, rows, &q.map(f64::to_radians));
+        assert_eq!(seen([1.0, 3.0], &[0, 1, 2]), Some(0));
+        assert_eq!(seen([12.0, 40.0], &[0, 1, 2]), Some(1), "in the third row no board is seen");
+        assert_eq!((seen([12.0, 40.0], &[0, 2]), seen([0.0, 0.0], &[2])), (Some(0), None));
     }
 
     /// How far poses are drawn beside those of a table, rad: the spread of a joint.

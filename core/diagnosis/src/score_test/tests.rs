@@ -169,3 +169,21 @@ fn what_the_fitted_numbers_take_of_a_candidate_is_a_share_from_nought_to_one() {
     let nothing = DMatrix::zeros(2, 2);
     assert_eq!(absorbed(&nothing, &nothing, &units(&nothing)), 1.0, "what does nothing is absorbed whole");
 }
+
+#[test]
+fn fitted_parameters_step_back_as_far_as_the_candidate_takes_over() {
+    // The elbow's zero is free and its wave is not in: the step of both at once is that of the fit with both in.
+    let watch = plumb_estimation::Progress::unwatched();
+    let off = |q: [f64; 2]| [0.0, 1e-6 + 2e-6 * q[1].sin() + 1e-6 * q[1].cos()];
+    let lab = crate::testing::two_links(60, "joint_zero(elbow)", 1e-6, 5, off);
+    let fitted = lab.fit_with(&[], None, &watch).unwrap();
+    let mut wave = crate::candidates::probes(&lab);
+    wave.retain(|probe| lab.model().label(&probe.id) == "joint_harmonic(elbow, 1)");
+    let scores = score(&fitted.machine, &fitted.fit, &wave);
+    let added = plumb_calibration::arm_model::AddedEffect { id: wave[0].id.clone(), values: vec![0.0; 2] };
+    let both = lab.fit_with(&[added], None, &watch).unwrap();
+    let zero = |state: &plumb_calibration::fit::State| state.effects[0][0];
+    let moved = zero(&both.fit.state) - zero(&fitted.fit.state);
+    assert!(moved.abs() > 1e-7, "the wave takes part of the zero: {moved}");
+    assert!((scores[0].beside[0] / moved - 1.0).abs() < 0.05, "{} for {moved}", scores[0].beside[0]);
+}

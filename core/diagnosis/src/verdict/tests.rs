@@ -591,3 +591,37 @@ fn directions_speak_of_what_turns_a_joint_and_not_of_links_or_of_what_is_no_effe
     let at = |name: &str| is_of_a_joint(&EffectId::at(name, Site::Joint(1)));
     assert!(at("joint_gain") && at("joint_backlash") && !at("link_length") && !at("no_effect"));
 }
+
+#[test]
+fn each_candidate_has_its_own_probability() {
+    let (first, second) = (fitted_candidate("joint_gain", 1, 0.0), fitted_candidate("joint_zero", 0, 2.0));
+    let (known, listed) = finding_of(vec![first, second], |finding| {
+        let known = finding.probabilities();
+        let listed = finding.candidates(2, &FLOOR);
+        (known, listed.iter().map(|candidate| candidate.probability).collect::<Vec<_>>())
+    });
+    let of = |index: usize| known.iter().find(|(one, _)| *one == index).map(|(_, likely)| *likely);
+    assert_eq!(listed, [of(0), of(1)]);
+    // A difference of 2 in the criterion is a factor of e between them.
+    let ratio = listed[0].unwrap() / listed[1].unwrap();
+    assert!((ratio - 1.0_f64.exp()).abs() < 1e-9, "{ratio}");
+}
+
+#[test]
+fn something_without_a_name_is_a_rival_where_it_does_clearly_better_and_is_no_chance_find() {
+    // The shoulder jumps five times a turn, as no effect of the library does.
+    let rival = |size: f64, best: f64| {
+        let teeth = |q: [f64; 2]| [size * (5.0 * q[0] / std::f64::consts::TAU).fract(), 0.0];
+        let lab = crate::testing::two_links(150, "joint_zero(*)", 0.05, 17, teeth);
+        let unlisted = crate::unlisted::probes(&lab);
+        let none = crate::candidates::Candidates { listed: Vec::new(), unlisted: Vec::new() };
+        let watch = plumb_estimation::Progress::unwatched();
+        let mut stage = lab.stage(Vec::new(), None, &none, &watch).unwrap();
+        stage.fitted_candidates =
+            vec![FittedCandidate { bic: best, ..fitted_candidate("joint_gain", 0, 0.0) }];
+        unlisted_against(&stage, &unlisted)
+    };
+    assert_eq!(rival(0.004, f64::INFINITY), Some(Site::Joint(0)));
+    assert_eq!(rival(0.004, f64::NEG_INFINITY), None, "a candidate does better");
+    assert_eq!(rival(0.0, f64::INFINITY), None, "there is nothing but noise");
+}
