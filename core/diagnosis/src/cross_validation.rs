@@ -3,11 +3,11 @@
 use nalgebra::DMatrix;
 
 use crate::laboratory::{ErrorSummary, point_squares};
-use crate::split::Poses;
+use crate::split::{Holdout, Poses};
 use crate::thresholds::{SURFACE_UNKNOWN, VALIDATION_BLOCKS};
 use plumb_calibration::fit::{Distances, Fit, FreeParameter, ResidualModel, State};
 use plumb_calibration::table::Table;
-use plumb_estimation::{NormalEquations, RankRevealingCholesky};
+use plumb_estimation::{NormalEquations, Random, RankRevealingCholesky};
 
 /// Damping of the step to a fit without some rows, relative to the diagonal.
 const DAMPING: f64 = 1e-6;
@@ -75,6 +75,28 @@ pub(crate) fn session_blocks(table: &Table, rows: &[usize]) -> Option<Vec<Vec<us
     }
     blocks.retain(|block| !block.is_empty());
     (blocks.len() > 1).then_some(blocks)
+}
+
+/// The fitted rows, cut in the way in which rows are held out, so that what is left out in turn foretells what the held-out rows will show: poses drawn at random, stretches of
+/// the order of time, sessions, or regions.
+pub(crate) fn holdout_blocks(table: &Table, rows: &[usize], holdout: Holdout) -> Vec<Vec<usize>> {
+    let order = match holdout {
+        Holdout::Regions | Holdout::None => return region_blocks(table, rows),
+        Holdout::Session => {
+            return session_blocks(table, rows).unwrap_or_else(|| region_blocks(table, rows));
+        }
+        Holdout::Random { seed, .. } => {
+            let mut groups = pose_groups(table, rows);
+            Random::seeded(seed).shuffle(&mut groups);
+            groups
+        }
+        Holdout::Time { .. } => {
+            let fitted: std::collections::HashSet<usize> = rows.iter().copied().collect();
+            table.order().into_iter().filter(|row| fitted.contains(row)).map(|row| vec![row]).collect()
+        }
+    };
+    let share = order.len().div_ceil(VALIDATION_BLOCKS).max(1);
+    order.chunks(share).map(<[Vec<usize>]>::concat).collect()
 }
 
 /// Fitted rows in groups that share a pose.

@@ -268,7 +268,11 @@ impl Laboratory {
             return Ok(());
         };
         // What is asked of the fit without an effect is the same for all: worked out once.
-        let judge = Judge::of(&stage.fitted, asked.iter().map(|fitted_candidate| &fitted_candidate.id));
+        let judge = Judge::of(
+            &stage.fitted,
+            self.options().holdout,
+            asked.iter().map(|fitted_candidate| &fitted_candidate.id),
+        );
         let refits = for_each(asked, |fitted_candidate| {
             let mut more = stage.taken.clone();
             more.push(AddedEffect {
@@ -321,7 +325,7 @@ impl Laboratory {
         let asked: Vec<usize> = (0..stage.fitted_candidates.len())
             .filter(|index| stage.fitted_candidates.get(*index).is_some_and(|one| one.refitted))
             .collect();
-        let judge = Judge::of(&base.fitted, std::iter::empty());
+        let judge = Judge::of(&base.fitted, self.options().holdout, std::iter::empty());
         let rows = (base.fitted.fit.rows.as_slice(), base.fitted.fit.weights.as_slice());
         let options = FitOptions { robust: false, ..self.options().fit };
         let promises = for_each(&asked, |index| {

@@ -103,7 +103,7 @@ pub struct Candidate {
     /// Posterior probability among all that were weighed, mechanisms without a name and none at all; nothing where it was not weighed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub probability: Option<f64>,
-    /// Fall of the root mean square error of a point in regions left out in turn if this effect alone is added and everything is fitted anew, in the diagnosis' `unit`; negative if it
+    /// Fall of the root mean square error of a point in rows left out in turn, in the way in which rows are held out, if this effect alone is added and everything is fitted anew, in the diagnosis' `unit`; negative if it
     /// grows; nothing where it was not fitted.
     pub cv_gain: Option<f64>,
     /// That error with the effect added.

@@ -1,9 +1,10 @@
 //! Whether an effect predicts rows it has not seen: the gain of blocked cross-validation, with its standard error.
 
 use crate::cross_validation::{
-    Derivatives, LeftOut, joint_blocks, pose_groups, region_blocks, session_blocks,
+    Derivatives, LeftOut, holdout_blocks, joint_blocks, pose_groups, region_blocks, session_blocks,
 };
 use crate::fitted::Fitted;
+use crate::split::Holdout;
 use crate::thresholds::GAIN_ERRORS;
 use plumb_calibration::arm_model::Epochs;
 use plumb_calibration::effect::EffectId;
@@ -18,7 +19,7 @@ pub(crate) struct Gain {
     pub(crate) error: f64,
 }
 
-/// Root mean square errors of the points of rows that are left out by regions, mm.
+/// Root mean square errors of the points of rows that are left out in turn, in the way in which rows are held out, mm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Promise {
     /// Predicted without the effect.
@@ -64,9 +65,11 @@ impl Gain {
 }
 
 /// How one fit predicts rows that are left out, for every way of leaving blocks out that applies to effects: regions, ranges of
-/// joints, sessions. Each way is worked out once.
+/// joints, sessions. Each way is worked out once. What is promised goes by the way in which rows are held out.
 pub(crate) struct Judge {
     regions: Way,
+    /// The way in which rows are held out; nothing where that is regions.
+    promised: Option<Way>,
     joints: Vec<Way>,
     sessions: Option<Way>,
     poses: Vec<Vec<usize>>,
@@ -78,16 +81,30 @@ struct Way {
     rows: Option<Vec<Option<LeftOut>>>,
 }
 
+impl Way {
+    fn promise(&self, derivatives: &Derivatives<'_>, after: &Fitted<'_>) -> Option<Promise> {
+        Promise::of(self.rows.as_ref()?, &derivatives.left_out(&after.fit, &self.blocks)?)
+    }
+}
+
 impl Judge {
     /// Looks at what is fitted before any of the effects in `ids` is in.
-    pub(crate) fn of<'i>(before: &Fitted<'_>, ids: impl Iterator<Item = &'i EffectId>) -> Self {
+    pub(crate) fn of<'i>(
+        before: &Fitted<'_>,
+        holdout: Holdout,
+        ids: impl Iterator<Item = &'i EffectId>,
+    ) -> Self {
         let (machine, fit) = (&before.machine, &before.fit);
         let (table, rows) = (machine.table, &fit.rows);
         let derivatives = Derivatives::of(machine, fit);
         let mut asked: Vec<usize> = ids.filter_map(EffectId::joint).collect();
         asked.sort_unstable();
         asked.dedup();
-        let mut ways = vec![region_blocks(table, rows)];
+        let by_regions = region_blocks(table, rows);
+        let promised = holdout_blocks(table, rows, holdout);
+        let has_own_way = promised != by_regions;
+        let mut ways = vec![by_regions];
+        ways.extend(has_own_way.then_some(promised));
         ways.extend((0..machine.model.chain.len()).map(|joint| match asked.contains(&joint) {
             true => joint_blocks(table, rows, joint),
             false => Vec::new(),
@@ -99,18 +116,23 @@ impl Judge {
         let left_out = for_each(&ways, |blocks| derivatives.left_out(fit, blocks));
         let mut ways = ways.into_iter().zip(left_out).map(|(blocks, rows)| Way { blocks, rows });
         let regions = ways.next().unwrap_or_else(|| Way { blocks: Vec::new(), rows: None });
+        let promised = if has_own_way { ways.next() } else { None };
         let joints = ways.by_ref().take(machine.model.chain.len()).collect();
         let (sessions, poses) = (ways.next(), pose_groups(table, rows));
-        Self { regions, joints, sessions, poses }
+        Self { regions, promised, joints, sessions, poses }
     }
 
-    /// How much better `after` predicts left-out blocks, for every way that applies to the effect, and what it leaves where regions are left out.
+    /// How much better `after` predicts left-out blocks, for every way that applies to the effect, and what adding it promises.
     pub(crate) fn gains(&self, after: &Fitted<'_>, id: &EffectId) -> (Vec<Gain>, Option<Promise>) {
         let derivatives = Derivatives::of(&after.machine, &after.fit);
         let joint = id.joint().and_then(|joint| self.joints.get(joint));
         let regions = derivatives.left_out(&after.fit, &self.regions.blocks);
-        let promise =
-            self.regions.rows.as_ref().zip(regions.as_ref()).and_then(|(old, new)| Promise::of(old, new));
+        let promise = match &self.promised {
+            Some(way) => way.promise(&derivatives, after),
+            None => {
+                self.regions.rows.as_ref().zip(regions.as_ref()).and_then(|(old, new)| Promise::of(old, new))
+            }
+        };
         let by_regions = regions.and_then(|new| self.gain(&self.regions, &new));
         let others = [joint, self.sessions.as_ref()].into_iter().flatten();
         let by_others =
@@ -121,7 +143,7 @@ impl Judge {
     /// What adding an effect promises, without the other ways of leaving rows out.
     pub(crate) fn promise(&self, after: &Fitted<'_>) -> Option<Promise> {
         let derivatives = Derivatives::of(&after.machine, &after.fit);
-        Promise::of(self.regions.rows.as_ref()?, &derivatives.left_out(&after.fit, &self.regions.blocks)?)
+        self.promised.as_ref().unwrap_or(&self.regions).promise(&derivatives, after)
     }
 
     fn gain(&self, way: &Way, new: &[Option<LeftOut>]) -> Option<Gain> {

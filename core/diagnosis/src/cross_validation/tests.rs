@@ -122,3 +122,38 @@ fn a_fit_without_some_rows_is_solved_from_what_the_others_add_a_little_damped() 
     assert!((without.step[0] * 3.0 * (1.0 + DAMPING) - 6.0).abs() < 1e-12, "{:?}", without.step);
     assert!(Without::of(&all, 2, &own).is_none(), "two equations for two numbers leave nothing over");
 }
+
+#[test]
+fn rows_are_cut_as_they_are_held_out_each_once_and_returns_together() {
+    let lab = crate::testing::returned(20, 3);
+    let lab = crate::testing::with_table(&lab, |table| {
+        table.session.names = ["mon", "tue", "wed"].map(str::to_owned).to_vec();
+        table.session.of_row = (0..60).map(|row| Some(row / 20)).collect();
+    });
+    let rows: Vec<usize> = (0..60).filter(|row| *row != 7).collect();
+    let blocks = |holdout: Holdout| holdout_blocks(lab.table(), &rows, holdout);
+    let random = blocks(Holdout::Random { share: 0.3, seed: 2 });
+    for blocks in [&random, &blocks(Holdout::Time { share: 0.2 }), &blocks(Holdout::Session)] {
+        let mut all = blocks.concat();
+        all.sort_unstable();
+        assert_eq!(all, rows);
+    }
+    assert_eq!(random.len(), VALIDATION_BLOCKS);
+    for row in 0..60 {
+        let of = |row: usize| random.iter().position(|block| block.contains(&row));
+        assert!(
+            of(row) == of(row - row % 3) || row == 7,
+            "row {row} is a return to the pose of {}",
+            row - row % 3
+        );
+    }
+    assert!(random.iter().any(|block| block.windows(2).any(|pair| pair[1] < pair[0])), "drawn at random");
+    let stretches = blocks(Holdout::Time { share: 0.2 });
+    assert!(stretches.iter().all(|block| block.windows(2).all(|pair| pair[0] < pair[1])));
+    assert!(stretches.windows(2).all(|pair| pair[0].last() < pair[1].first()), "one after the other");
+    assert_eq!(blocks(Holdout::Session).len(), 3);
+    assert_eq!(blocks(Holdout::Regions), region_blocks(lab.table(), &rows));
+    let alone = crate::testing::returned(20, 3);
+    let unknown = holdout_blocks(alone.table(), &rows, Holdout::Session);
+    assert_eq!(unknown, region_blocks(alone.table(), &rows), "there are no sessions");
+}

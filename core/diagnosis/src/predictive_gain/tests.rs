@@ -1,6 +1,7 @@
 //! The gain of an effect on rows it has not seen: of one that is there, and of one that only fits.
 
 use super::*;
+use crate::laboratory::Laboratory;
 use crate::testing::two_links;
 use plumb_calibration::arm_model::AddedEffect;
 use plumb_calibration::effect::Site;
@@ -32,7 +33,7 @@ fn waves(amplitude: f64, seed: u64) -> (f64, Vec<Gain>) {
     let more = [AddedEffect { id: id.clone(), values: vec![0.0; count] }];
     let after = lab.fit_with(&more, Some(&before), &Progress::unwatched()).unwrap();
     let fall = before.fit.normal.squares - after.fit.normal.squares;
-    (fall, Judge::of(&before, std::iter::once(&id)).gains(&after, &id).0)
+    (fall, Judge::of(&before, Holdout::Regions, std::iter::once(&id)).gains(&after, &id).0)
 }
 
 #[test]
@@ -83,10 +84,51 @@ fn what_an_effect_promises_is_the_same_whichever_way_it_is_asked() {
     let before = lab.fit_with(&[], None, &Progress::unwatched()).unwrap();
     let more = [AddedEffect { id: id.clone(), values: vec![0.0] }];
     let after = lab.fit_with(&more, Some(&before), &Progress::unwatched()).unwrap();
-    let promise = Judge::of(&before, std::iter::empty()).promise(&after).unwrap();
-    assert_eq!(Judge::of(&before, std::iter::once(&id)).gains(&after, &id).1, Some(promise));
+    let promise = Judge::of(&before, Holdout::Regions, std::iter::empty()).promise(&after).unwrap();
+    assert_eq!(
+        Judge::of(&before, Holdout::Regions, std::iter::once(&id)).gains(&after, &id).1,
+        Some(promise)
+    );
     // Three coordinates of 0.05 mm are left.
     assert!((0.06..0.13).contains(&promise.after_mm) && promise.before_mm > 1.0, "{promise:?}");
+}
+
+#[test]
+fn what_an_effect_promises_is_foretold_as_the_held_out_rows_are_chosen() {
+    // The elbow's wave is not known where a region is left out, and between poses it is.
+    let lab = two_links(80, "joint_zero(*), geometry(*)", 0.05, 6, |q| [0.0, 0.01 * (2.0 * q[1]).sin()]);
+    let id = EffectId { order: Some(2.0), ..EffectId::at("joint_harmonic", Site::Joint(1)) };
+    let before = lab.fit_with(&[], None, &Progress::unwatched()).unwrap();
+    let more = [AddedEffect { id: id.clone(), values: vec![0.0; 2] }];
+    let after = lab.fit_with(&more, Some(&before), &Progress::unwatched()).unwrap();
+    let promised = |holdout: Holdout| {
+        let promise = Judge::of(&before, holdout, std::iter::empty()).promise(&after).unwrap();
+        let asked = Judge::of(&before, holdout, std::iter::once(&id)).gains(&after, &id);
+        assert_eq!(asked.1, Some(promise), "{holdout}: as it is judged");
+        assert_eq!(asked.0.len(), 2, "{holdout}: and judged by regions and ranges of the joint all the same");
+        promise.before_mm
+    };
+    let [regions, none, random, time] = [
+        Holdout::Regions,
+        Holdout::None,
+        Holdout::Random { share: 0.3, seed: 4 },
+        Holdout::Time { share: 0.3 },
+    ]
+    .map(promised);
+    assert_eq!(regions, none);
+    // Points are drawn at random, so that stretches of the order are random parts, too.
+    assert!(regions > 1.05 * random && (random / time - 1.0).abs() < 0.2, "{regions} {random} {time}");
+    // What held-out rows show of the same model.
+    let held_out = Laboratory::new(
+        lab.model().clone(),
+        lab.table().clone(),
+        crate::laboratory::Options {
+            holdout: Holdout::Random { share: 0.3, seed: 4 },
+            ..lab.options().clone()
+        },
+    );
+    let shown = held_out.unwrap().compare(&Progress::unwatched()).unwrap().rms_mm.check.unwrap();
+    assert!((random / shown - 1.0).abs() < 0.2, "{random} promised of {shown}");
 }
 
 #[test]
@@ -96,9 +138,13 @@ fn rows_are_left_out_by_days_unless_each_has_numbers_of_its_own_and_by_ranges_of
         table.session.names = vec!["monday".to_owned(), "tuesday".to_owned()];
         table.session.of_row = (0..24).map(|row| Some(row / 12)).collect();
     });
-    let judge = |lab: &crate::laboratory::Laboratory| {
+    let judge = |lab: &Laboratory| {
         let before = lab.fit_with(&[], None, &Progress::unwatched()).unwrap();
-        let judge = Judge::of(&before, std::iter::once(&EffectId::at("joint_gain", Site::Joint(1))));
+        let judge = Judge::of(
+            &before,
+            Holdout::Regions,
+            std::iter::once(&EffectId::at("joint_gain", Site::Joint(1))),
+        );
         let blocks: Vec<usize> = judge.joints.iter().map(|way| way.blocks.len()).collect();
         (judge.sessions.map(|days| days.blocks), blocks)
     };

@@ -64,7 +64,7 @@ fn lines(model: &ModelState, card: &Card, theme: &Theme, width: usize) -> Vec<Li
     }
     if let Some(gain) = card.gain_mm {
         let word = if gain < 0.0 { "worse" } else { "better" };
-        say(&format!("Cross-validation: {:.4} {unit} {word}.", gain.abs()), theme.text);
+        say(&format!("Rows left out: {:.4} {unit} {word}.", gain.abs()), theme.text);
     }
     if let Some(leaves) = card.leaves_mm {
         say(&format!("Adding it leaves {leaves:.4} {unit} there."), theme.text);
