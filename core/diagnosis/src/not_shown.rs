@@ -216,6 +216,29 @@ mod tests {
         assert!((error - 3.0 * widest / 2.0_f64.sqrt()).abs() < 1e-12 && (share - 0.5).abs() < 1e-12);
         assert!((values[0].abs() - widest / 2.0_f64.sqrt()).abs() < 1e-12);
         assert!(greatest(&one(1.0), &one(0.0), gain.as_ref()).is_none(), "it does not move the tip");
+        let endless = Endless([plumb_calibration::effect::Parameter::new(
+            "a",
+            plumb_calibration::effect::Unit::RATIO,
+            (f64::NEG_INFINITY, f64::INFINITY),
+        )]);
+        assert!(greatest(&one(1.0), &one(9.0), &endless).is_none(), "no machine bounds it");
+    }
+
+    /// Of any size.
+    #[derive(Debug)]
+    struct Endless([plumb_calibration::effect::Parameter; 1]);
+
+    impl Effect for Endless {
+        fn parameters(&self) -> &[plumb_calibration::effect::Parameter] {
+            &self.0
+        }
+
+        fn contribute(
+            &self,
+            _: &plumb_calibration::effect::Situation<'_>,
+            _: &mut Vec<plumb_calibration::effect::Contribution>,
+        ) {
+        }
     }
 
     #[test]

@@ -163,3 +163,18 @@ fn the_search_for_an_effect_costs_what_its_place_and_its_kind_of_search_cost() {
     assert_eq!((cost("warm_up"), cost("drift")), (0.0, 0.0), "of one without a name, and of no candidate");
     assert_eq!(candidates.search_cost(&EffectId::at("joint_gain", Site::Joint(1)), 24.0), 0.0, "elsewhere");
 }
+
+#[test]
+fn each_definition_of_the_model_file_is_a_family_of_its_own() {
+    let definition = |name: &str| {
+        format!(
+            "  - {{name: {name}, adds: {{joint: elbow, deg: \"a*sin(7*q1)\"}}, parameters: {{a: {{unit: deg, range: [-1, 1]}}}}}}\n"
+        )
+    };
+    let lines = format!("free: []\ndefine:\n{}{}", definition("tooth"), definition("claw"));
+    let lab = crate::testing::two_links_with(&lines, 20, 0.1, 1, |_| [0.0; 2]);
+    let probes = probes(&lab);
+    let own: Vec<usize> = probes.iter().rev().take(2).map(|probe| probe.family).collect();
+    let library = probes.iter().rev().skip(2).map(|probe| probe.family).max().unwrap();
+    assert_eq!(own, [library + 2, library + 1], "the definitions come last");
+}

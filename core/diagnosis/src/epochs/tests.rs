@@ -358,6 +358,21 @@ fn epochs_go_by_time_where_it_is_logged_and_by_rows_where_it_is_not() {
 }
 
 #[test]
+fn epochs_are_the_sessions_where_each_jump_lies_between_two_and_there_alone() {
+    let lab = crate::testing::with_table(&laboratory(60, false, 8, |_| Wrong::default()), |table| {
+        table.session.names = ["mon", "tue"].map(str::to_owned).to_vec();
+        table.session.of_row = (0..60).map(|row| Some(u32::from(row >= 30))).collect();
+    });
+    let named = |starts: &[usize]| {
+        let fitted = lab.fit_with(&[], None, &Progress::unwatched()).unwrap();
+        lab.named_epochs(&Columns::of(&lab, &fitted, &Progress::unwatched()).unwrap().rows, starts).0
+    };
+    assert_eq!(named(&[30]), Epochs::Sessions(vec!["mon".to_owned(), "tue".to_owned()]));
+    assert_eq!(named(&[20]), Epochs::Rows(vec![21]));
+    assert_eq!(named(&[20, 30]), Epochs::Rows(vec![21, 31]));
+}
+
+#[test]
 fn an_event_begins_an_epoch_beside_those_that_are_known() {
     let at = |lab: &Laboratory, moment: f64| {
         let event = EffectId { inner: Some(moment), ..EffectId::at("joint_step", Site::Joint(1)) };

@@ -331,3 +331,17 @@ fn bumps_are_a_fourteenth_and_a_seventh_of_the_range_wide_about() {
     assert!((widths[0] - 0.07).abs() < 1e-3 && (widths[widths.len() - 1] - 0.15).abs() < 1e-3, "{widths:?}");
     assert_eq!(widths.len(), 2);
 }
+
+#[test]
+fn a_lean_of_the_base_has_numbers_of_its_own_about_either_axis() {
+    let count = |site: FormSite, shape: Shape| {
+        let form = Form { site, factor: forms::Factor::One, shape };
+        (form.parameters().len(), form.parameters()[0].range.1)
+    };
+    let angle = Angle::of(0);
+    let joint = |slides: bool| FormSite::Joint { joint: 1, slides };
+    let (one, two) = (Shape::Half(angle, 0.5), Shape::Wave(angle, 2));
+    assert_eq!([one, two].map(|shape| count(joint(false), shape).0), [1, 2]);
+    assert_eq!([one, two].map(|shape| count(FormSite::Base, shape).0), [2, 4]);
+    assert!(count(joint(true), one).1 > 0.0 && count(FormSite::Base, one).1 > 0.0);
+}

@@ -238,8 +238,7 @@ impl Bench<'_> {
         };
         let values = self.values(set, foremost);
         let (wald, rank) = wald(&values);
-        // Bonferroni over the families it was chosen from; a search that costs 2 ln k in the criterion has tried k values.
-        let chance = chi_squared_tail(wald, rank) * self.families() * (0.5 * suspect.cost).exp();
+        let chance = rules::chance_among(chi_squared_tail(wald, rank), self.families(), suspect.cost);
         if fitted_candidate.outvoted || chance >= NAMING_LEVEL {
             return Some(Doubt::NotPassed);
         }

@@ -29,9 +29,22 @@ pub(super) fn is_steady(flexible: f64, plain: f64, error: f64) -> bool {
     (flexible - plain).abs() <= (SIZE_ERRORS * error).max(SIZE_SHARE * flexible.abs())
 }
 
+/// The probability by chance of what was chosen from so many families (Bonferroni), of one value each or of as many as its search tried: one that costs 2 ln k in the criterion has
+/// tried k.
+pub(super) fn chance_among(alone: f64, families: f64, search_cost: f64) -> f64 {
+    alone * families * (0.5 * search_cost).exp()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_choice_among_many_is_as_much_more_probable_by_chance() {
+        let ten_values = 2.0 * 10.0_f64.ln();
+        assert!((chance_among(1e-6, 4.0, 0.0) - 4e-6).abs() < 1e-18);
+        assert!((chance_among(1e-6, 4.0, ten_values) - 4e-5).abs() < 1e-17);
+    }
 
     #[test]
     fn a_rival_takes_half_of_what_the_foremost_does() {

@@ -213,3 +213,17 @@ fn coordinates_count_as_beyond_their_limits_from_a_thousandth_of_the_range_on() 
         "{noted}"
     );
 }
+
+#[test]
+fn rows_of_other_sessions_are_looked_at_unless_each_has_a_base_of_its_own() {
+    let table =
+        "q1_deg,q2_deg,p1_x_mm,p1_y_mm,p1_z_mm,session\n0,0,1,2,3,mon\n0,1,4,5,6,tue\n0,2,7,8,9,mon\n";
+    let table = Table::parse("table.csv", table).unwrap();
+    let mut model = Model::parse("model.yaml", ARM).unwrap();
+    let positions = &table.positions[0].xyz;
+    let lines =
+        |model: &Model| samples(model, &table, positions).iter().map(|one| one.line).collect::<Vec<_>>();
+    assert_eq!(lines(&model), [2, 3, 4]);
+    model.base.per_session = true;
+    assert_eq!(lines(&model), [2, 4]);
+}
