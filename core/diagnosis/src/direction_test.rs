@@ -628,6 +628,16 @@ mod tests {
         assert_eq!(projected.rows.residuals.as_slice(), [0.0, 1.0, 2.0, 0.0, 2.0, 0.5]);
         let (squares, freedom) = left_of(&projected, &[true, true], &DVector::zeros(0));
         assert!((squares - 9.25).abs() < 1e-12 && freedom == 4.0);
+        // Of a second direction that differs from the first by less than a millionth of its length nothing is left.
+        let second = |aside: f64| {
+            let both = DMatrix::from_row_slice(
+                2,
+                6,
+                &[1e3, 0.0, 0.0, 1e3, 0.0, 0.0, 1e3, aside, 0.0, 1e3, aside, 0.0],
+            );
+            rows.without(&both, 0..2).equations
+        };
+        assert_eq!((second(0.9e-3), second(1.1e-3)), (vec![2.0; 2], vec![1.0; 2]));
         let (squares, freedom) = left_of(&projected, &[true, false], &DVector::zeros(0));
         assert!(
             (squares - 5.0).abs() < 1e-12 && freedom == 2.0,

@@ -459,6 +459,7 @@ mod tests {
         growing.found = with(vec![nothing, wave]);
         assert!(growing.add_correction(&watch).unwrap());
         assert_eq!((growing.opened, growing.steps.len()), (2, 1), "two looks at the locked rows");
+        assert_eq!(count_of_corrections(growing.steps.iter()), 1);
         let (step, model) = (&growing.steps[0], growing.laboratory.model());
         assert_eq!((step.claim, &step.may_be), (Claim::Correction, &may_be));
         assert_eq!(model.corrections, [Correction { id, may_be }]);

@@ -400,6 +400,15 @@ mod tests {
     }
 
     #[test]
+    fn values_that_no_machine_has_are_implausible_and_so_is_a_candidate_that_is_not_there() {
+        let model = Drawn::new().model();
+        let plausible =
+            |index: usize, value: f64| model.is_plausible(index, &DVector::from_element(1, value));
+        assert!(plausible(0, 0.001) && !plausible(0, 0.9), "a gain of nine tenths");
+        assert!(plausible(2, 1e-4) && !plausible(3, 1e-4));
+    }
+
+    #[test]
     fn every_set_has_the_squares_and_values_of_a_regression_on_it() {
         let drawn = Drawn::new();
         let model = drawn.model();

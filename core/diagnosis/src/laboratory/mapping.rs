@@ -153,6 +153,9 @@ mod tests {
         lab.model.measured_region = Some(region);
         assert!(beyond > 3 && lab.rows_outside() == beyond, "{beyond}");
         assert!(lab.map_note().is_none(), "a region is no map");
+        lab.model.residual_map = Some(ResidualMap { not_understood: 0.4, ..ResidualMap::default() });
+        let note = lab.map_note().unwrap();
+        assert_eq!((note.rows_inside, note.rows, note.not_understood), (30 - beyond, 30, 0.4));
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use plumb_kinematics::{Deviation, LinkFrames, inverse};
 
-use super::{Adjustment, Scans, StripePixel, StripeScene, Surface, View, adjust};
+use super::{AdjustError, Adjustment, Scans, StripePixel, StripeScene, Surface, View, adjust};
 use plumb_calibration::arm_model::AddedEffect;
 use plumb_calibration::arm_model::{Model, RigNumber, StripeRig};
 use plumb_calibration::effect;
@@ -152,6 +152,28 @@ fn errors_of_rig_and_joints_are_found_from_surfaces_alone() {
         assert!((found.value - expected).abs() < near, "{found:?}, not {expected}");
     }
     assert!((found.rig.point(130.0, 120.0).unwrap() - truth.point(130.0, 120.0).unwrap()).norm() < 0.1);
+}
+
+#[test]
+fn fewer_than_three_points_a_number_are_refused_with_how_many_there_are() {
+    let model = puma();
+    let views = views(&model);
+    let all = seen(&model, &rig(), &[], &views);
+    let scan_of_view = vec![0; views.len()];
+    let with = |count: usize| {
+        // Some of all views.
+        let pixels = all.iter().step_by(all.len() / count).take(count).cloned().collect();
+        let (views, scan_of_view) = (views.clone(), scan_of_view.clone());
+        let scans = Scans { views, scan_of_view, pixels, names: vec!["scan".to_owned()] };
+        let scene = StripeScene { model: &model, rig: &rig(), surfaces: &surfaces(), scans: &scans };
+        adjust(scene, &[], &Progress::unwatched()).map(|_| ())
+    };
+    for count in [20, 60, 90] {
+        let Err(AdjustError::TooFew { near, all, unknowns }) = with(count) else { panic!("{count} points") };
+        assert!(all == count && near <= all && 2 * near > all && near < 3 * unknowns, "{near} of {all}");
+        assert!(unknowns > 30, "zeros and the rig: {unknowns}");
+    }
+    assert!(!matches!(with(120), Err(AdjustError::TooFew { .. })), "enough for 32 numbers");
 }
 
 #[test]
