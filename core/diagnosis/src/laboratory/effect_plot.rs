@@ -473,6 +473,15 @@ mod tests {
     }
 
     #[test]
+    fn what_was_reset_is_drawn_with_the_moment_that_the_rows_show() {
+        let laboratory = crate::testing::by_wire(120, 0.05, 8, |row| if row < 60 { 0.0 } else { 0.5 });
+        let plot = plot_of(&laboratory, "reading_reset(distance)");
+        assert!(!plot.added && plot.points.len() > 100, "{} points", plot.points.len());
+        let [about_zero, about_curve] = plot.rms_mm;
+        assert!(about_zero > 0.3 && about_curve < 0.08, "{about_zero} {about_curve}");
+    }
+
+    #[test]
     fn what_one_parameter_drives_keeps_its_proportions_or_does_not() {
         let dof = |joint: usize| Dof::Joint(joint, plumb_kinematics::DhParameter::Theta);
         let contribution = |joint: usize, rate: f64| Contribution { parameter: 0, dof: dof(joint), rate };

@@ -47,7 +47,7 @@ fn built(ids: impl IntoIterator<Item = EffectId>, model: &Model) -> Vec<(EffectI
 }
 
 /// Moments between which a jump may be dated: those of the replicates themselves.
-fn clocks(machine: &ResidualModel<'_>, groups: &[Vec<usize>]) -> Vec<f64> {
+pub(super) fn clocks(machine: &ResidualModel<'_>, groups: &[Vec<usize>]) -> Vec<f64> {
     let mut clocks: Vec<f64> = groups.iter().flatten().filter_map(|row| machine.clock(*row)).collect();
     clocks.sort_by(f64::total_cmp);
     clocks.dedup();

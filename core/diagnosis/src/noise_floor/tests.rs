@@ -368,3 +368,13 @@ fn of_two_gaps_one_is_taken_out_and_a_condition_beside_it() {
     assert_eq!(with([SIDE_OF_APPROACH, SIDE_OF_APPROACH, "drift"]), [0, 2]);
     assert_eq!(with([SIDE_OF_APPROACH, "warm_up", "drift"]), [0, 1, 2], "the clearest first");
 }
+
+#[test]
+fn a_jump_is_dated_between_moments_of_the_replicates_each_once_and_in_order() {
+    let lab = crate::testing::returned(4, 3);
+    let machine = lab.machine(&[]).unwrap();
+    let clock = |row: usize| machine.clock(row).unwrap();
+    assert!(clock(1) < clock(2) && clock(2) < clock(9));
+    let groups = [vec![9, 2], vec![1, 2]];
+    assert_eq!(super::replicates::clocks(&machine, &groups), [clock(1), clock(2), clock(9)]);
+}
