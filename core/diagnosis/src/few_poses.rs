@@ -182,6 +182,27 @@ mod tests {
     }
 
     #[test]
+    fn a_condition_that_passes_is_reported_where_it_is_alone_and_what_does_not_depend_on_one_is_not() {
+        use crate::found::CorrectionCandidate;
+        use crate::testing::{place, sides_in_turn, two_links, with_table};
+        let lab = with_table(&two_links(60, "joint_zero(*)", 0.05, 4, |_| [0.0; 2]), |table| {
+            table.approach = Some(sides_in_turn(60));
+        });
+        let reported = |text: &str, may_be: usize| {
+            let id = effect::parse(text, lab.model()).unwrap();
+            let effect = AddedEffect { id, values: vec![0.0] };
+            let may_be = (0..may_be).map(|one| format!("{one}")).collect();
+            let candidate = CorrectionCandidate { effect, place: place(text, "shoulder"), may_be };
+            let found = Found { corrections: vec![candidate], ..Found::default() };
+            lab.condition(found, &Progress::unwatched()).unwrap().map(|(_, named)| named.effect.effect)
+        };
+        // Itself, and what is not listed.
+        assert_eq!(reported("joint_backlash(shoulder)", 2), Some("joint_backlash".to_owned()));
+        assert_eq!(reported("joint_backlash(shoulder)", 3), None, "another does as well");
+        assert_eq!(reported("joint_gain(shoulder)", 2), None, "a gain depends on the pose alone");
+    }
+
+    #[test]
     fn half_of_the_squares_may_lie_between_poses() {
         // Means 1 and -1 of two poses, each with two returns a unit to either side: 4 between, 4 within.
         let at = |x: f64| Vector3::new(x, 0.0, 0.0);

@@ -260,6 +260,13 @@ mod tests {
         assert!(!hidden.is_empty(), "of twelve poses something stays hidden");
         let sizes: Vec<f64> = hidden.iter().filter_map(|one| one.up_to_mm).collect();
         assert!(sizes.iter().all(|size| *size > 0.05 * 3.0_f64.sqrt()), "{sizes:?}");
+        // How far off the tip may be is said of what the plausible range does not bound alone.
+        let faint = lab.faint(&fitted, &floor).unwrap();
+        assert_eq!(faint.len(), hidden.len());
+        for (one, shown) in faint.iter().zip(&hidden) {
+            assert_eq!(shown.up_to_mm, (!one.any_size).then_some(one.error_mm), "{}", shown.label);
+        }
+        assert!(faint.iter().any(|one| !one.any_size));
         assert!(
             hidden.iter().all(|one| !one.effect.effect.starts_with("joint_zero") && !one.to_see.is_empty())
         );

@@ -242,6 +242,22 @@ noise: {height_mm: 0.1}
     }
 
     #[test]
+    fn the_middle_of_a_ball_and_a_point_are_three_numbers_with_their_values() {
+        let lab = touched(3);
+        let fitted = lab.fit_with(&[], None, &plumb_estimation::Progress::unwatched()).unwrap();
+        let errors = Errors { machine: &fitted.machine, fit: &fitted.fit, index: 0 };
+        let at = Vector3::new(3.0, -4.0, 5.5);
+        let ball = SurfaceShape::Sphere { centre: at, radius: 12.0, free_radius: false };
+        for (shape, called) in [(ball, "ball"), (SurfaceShape::Point { point: at }, "point")] {
+            let found = surface("it", &shape, &errors);
+            let numbers: Vec<(&str, Option<f64>)> =
+                found.numbers.iter().map(|number| (number.name, number.value)).collect();
+            assert_eq!(numbers, [("x", Some(3.0)), ("y", Some(-4.0)), ("z", Some(5.5))]);
+            assert_eq!((found.shape, found.xyz_mm), (called, Some([3.0, -4.0, 5.5])));
+        }
+    }
+
+    #[test]
     fn the_angle_between_fitted_planes_scatters_as_its_standard_error_says() {
         let [table, wall] = normals();
         let truth = table.angle(&wall).to_degrees();
