@@ -88,7 +88,7 @@ class Robot:
     def deactivate(self): pass
     def read_inputs(self): raise Unsupported("this device cannot read its input lines")
     def write_outputs(self, levels): raise Unsupported("this device cannot set output lines")
-    def jog(self, on): raise Unsupported("this device cannot be jogged from a pendant")       # as read_joints, with key= and finished=
+    def jog(self, on): raise Unsupported("this device cannot be jogged from a pendant")       # as read_joints, or {"joints": [..], "key": 3, "finished": 1}
     def set_zero(self, joints): raise Unsupported("this device cannot set its zero")
     def read_motors(self): raise Unsupported("this device cannot read its motors")            # {"temperature": [..], "load": [..], "voltage": [..]}
     def close(self): pass
