@@ -7,7 +7,7 @@ mod error;
 mod evidence;
 mod formulas;
 mod forward_bic;
-mod halves;
+pub(crate) mod halves;
 mod lab;
 mod lasso;
 pub(crate) mod probabilities;

@@ -2,6 +2,8 @@
 //! in its set, or names something else. Hidden is what can act: what a fit of the geometry does not absorb, at a size that a machine may have, and of which the table logs what it
 //! goes by (no warming where no time is logged).
 
+mod halves;
+
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::io::{self, Write as _};
@@ -19,6 +21,8 @@ use plumb_estimation::{Progress, Random};
 use plumb_report::{diagnosis_sentence, rejection_in_words};
 use plumb_simulated::physics::campaign::catalogue::Choice;
 use plumb_simulated::physics::imperfection::Imperfection;
+
+use halves::Replication;
 
 /// Model files and tables that are looked for in the folder; those that are not there are left out, and said.
 const SETS: [(&str, &str); 6] = [
@@ -81,9 +85,19 @@ pub(crate) struct Arguments {
     /// probabilities leaves it out. Takes twice as long.
     #[arg(long)]
     apart: bool,
+    /// In place of the rows of an injection ask each half of them, cut at random, by order and by the first joint: is what one half names confirmed by the other, with the same size?
+    #[arg(long, conflicts_with_all = ["apart", "each"])]
+    halves: bool,
     /// Report of every injection what was hidden, and what the lab said.
     #[arg(long)]
     each: bool,
+}
+
+impl Arguments {
+    /// How the lab works.
+    fn options(&self) -> Options {
+        Options { free: Some(self.free.clone()), ..Options::default() }
+    }
 }
 
 /// Why a study ends.
@@ -143,6 +157,9 @@ impl Counts {
 
 /// Runs the study; each effect of each set is reported as soon as it is done.
 pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, StudyError> {
+    if arguments.halves {
+        return replicate(arguments);
+    }
     say(
         "| set | effect | injected | named right | or as the same in these rows | in set | listed | named wrong | cannot show |\n|---|---|---|---|---|---|---|---|---|\n",
     )?;
@@ -175,6 +192,40 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, StudyError> {
     if let Some(reliability) = Reliability::of(&forecasts) {
         say(&reliability.table("\nprobabilities of the candidates"))?;
     }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Asks the halves of every injection.
+fn replicate(arguments: &Arguments) -> Result<ExitCode, StudyError> {
+    say(halves::HEAD)?;
+    let mut total = Replication::default();
+    for (model, table) in sets(arguments)? {
+        let name = table.trim_end_matches(".csv").to_owned();
+        let set = Set { model: arguments.data.join(&model), table: arguments.data.join(&table) };
+        if let Err(error) = set.open(arguments, arguments.seed) {
+            say(&format!("| {name} | left out: {error} | | | | | | |\n"))?;
+            continue;
+        }
+        let model = Model::read(&set.model).map_err(LaboratoryError::from).map_err(InjectionError::from)?;
+        let mut own = Replication::default();
+        for effect in hidden_effects(arguments) {
+            let mut draw_seed = first_draw(arguments.seed, effect);
+            for _ in 0..arguments.count {
+                let measured = set.open(arguments, draw_seed)?;
+                let Some(hidden) = drawn(&measured, effect, &mut draw_seed, arguments.times)? else {
+                    continue;
+                };
+                let place = hidden.mechanism.place(measured.arm());
+                let name = (hidden.mechanism.name(), place.as_str());
+                let text = table_text(&measured.with(&hidden)?);
+                own.ask((&model, &arguments.options()), &text, name, draw_seed)
+                    .map_err(InjectionError::from)?;
+            }
+        }
+        say(&own.lines(&name))?;
+        total.take(&own);
+    }
+    say(&total.lines("all"))?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -215,8 +266,7 @@ impl Set {
         let model = Model::read(&self.model).map_err(LaboratoryError::from)?;
         let table = Table::read(&self.table).map_err(LaboratoryError::from)?;
         let table = thinned(&table, rows_drawn(table.len(), arguments.rows), draw_seed)?;
-        let options = Options { free: Some(arguments.free.clone()), ..Options::default() };
-        Measurements::new(model, table, options, &Progress::unwatched())
+        Measurements::new(model, table, arguments.options(), &Progress::unwatched())
     }
 }
 

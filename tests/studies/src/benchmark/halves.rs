@@ -18,7 +18,7 @@ use crate::interval::Share;
 /// A way of cutting a table in two.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub(super) enum Cut {
+pub(crate) enum Cut {
     /// Poses at random; returns to one pose stay together.
     #[serde(rename = "lot")]
     AtRandom,
@@ -29,9 +29,9 @@ pub(super) enum Cut {
 }
 
 impl Cut {
-    const ALL: [Self; 3] = [Self::AtRandom, Self::Order, Self::Region];
+    pub(crate) const ALL: [Self; 3] = [Self::AtRandom, Self::Order, Self::Region];
 
-    fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Self::AtRandom => "poses at random",
             Self::Order => "earlier and later rows",
@@ -98,7 +98,7 @@ impl Row {
 }
 
 /// The two halves of a table's text; its columns of joints are those named `qN_deg` (or `_rad`, `_mm`).
-fn halves(table: &str, cut: Cut, seed: u64) -> [String; 2] {
+pub(crate) fn halves(table: &str, cut: Cut, seed: u64) -> [String; 2] {
     let mut lines = table.lines();
     let header = lines.next().unwrap_or_default();
     let rows: Vec<&str> = lines.filter(|line| !line.trim().is_empty()).collect();
