@@ -242,6 +242,16 @@ mod tests {
     }
 
     #[test]
+    fn effects_of_the_arm_move_the_tip_and_those_of_its_sensor_do_not() {
+        assert!(moves_the_tip(&EffectId::at("joint_gain", Site::Joint(1))));
+        assert!(moves_the_tip(&EffectId::at("an_own_definition", Site::Joint(1))));
+        let sensors = effect::kinds().iter().filter(|kind| kind.family == Family::Sensor);
+        let of_sensor: Vec<bool> =
+            sensors.map(|kind| moves_the_tip(&EffectId::at(kind.name, Site::Base))).collect();
+        assert!(!of_sensor.is_empty() && !of_sensor.contains(&true), "{of_sensor:?}");
+    }
+
+    #[test]
     fn without_a_floor_nothing_is_said_and_a_weightless_arm_is_given_a_mass_to_ask_with() {
         let lab = two_links(20, "joint_zero(*)", 0.05, 2, |_| [0.0; 2]);
         let fitted = lab.fit_with(&[], None, &plumb_estimation::Progress::unwatched()).unwrap();

@@ -262,6 +262,19 @@ mod tests {
     }
 
     #[test]
+    fn what_stays_in_the_model_is_said_to_move_where_an_effect_comes_in_and_where_it_goes() {
+        // The mean of a cosine over the elbow's range is no zero, and the elbow's zero takes it up.
+        let lab = two_links(80, "joint_zero(*)", 0.05, 31, |q| [0.0, 0.01 * q[1].cos()]);
+        let progress = Progress::unwatched();
+        let added = lab.add("joint_harmonic(elbow, 1)", &progress).unwrap();
+        let grown = Laboratory::new(added.model, lab.table().clone(), lab.options().clone()).unwrap();
+        let removed = grown.remove("joint_harmonic(elbow, 1)", &progress).unwrap();
+        for moved in [&added.moved, &removed.moved] {
+            assert!(moved.iter().any(|one| one.starts_with("joint_zero(elbow): ")), "{moved:?}");
+        }
+    }
+
+    #[test]
     fn a_candidate_is_previewed_as_it_would_be_added_and_the_model_stays() {
         let lab = two_links(40, "joint_zero(*)", 0.05, 31, |q| [0.0, 0.01 * q[1]]);
         let progress = Progress::unwatched();

@@ -256,6 +256,14 @@ fn covariate_axis(covariate: &Covariate) -> String {
 #[cfg(test)]
 mod tests {
     #[test]
+    fn points_vary_where_one_is_elsewhere_than_the_first() {
+        let varies = |across: [f64; 3]| super::varies(&across.map(|x| (x, 0.0, 0)));
+        assert!(varies([5.0, 5.0, 5.1]) && varies([5.0, -5.0, 5.0]));
+        assert!(!varies([5.0; 3]) && !varies([-5.0; 3]) && !varies([5.0, 5.0 + 1e-10, 5.0]));
+        assert!(!super::varies(&[]));
+    }
+
+    #[test]
     fn the_arm_is_drawn_in_the_row_whose_point_is_nearest_the_middle() {
         let lab = crate::testing::two_links(9, "", 0.0, 3, |_| [0.0; 2]);
         let drawn = lab.compare(&plumb_estimation::Progress::unwatched()).unwrap().arm_points_mm;

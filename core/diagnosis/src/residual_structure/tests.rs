@@ -202,3 +202,17 @@ fn a_wave_alone_explains_all_squares_and_has_its_amplitude() {
     }
     assert_eq!(wave(1, &[0.7; 3], &[1.0, 2.0, 3.0]), None, "sine and cosine do not differ over one angle");
 }
+
+#[test]
+fn only_what_is_known_everywhere_and_varies_is_a_covariate() {
+    let one = |values: &[f64]| sheet(values.to_vec(), Vec::new(), false).covariates.remove(0);
+    let kept = varying(vec![
+        one(&[5.0, 5.0, 5.0]),
+        one(&[5.0, 5.0, 5.1]),
+        one(&[5.0, f64::NAN, 6.0]),
+        one(&[-3.0, -3.0, -3.0 + 1e-10]),
+        one(&[]),
+    ]);
+    assert_eq!(kept.len(), 1);
+    assert_eq!(kept[0].values, [5.0, 5.0, 5.1]);
+}
