@@ -94,7 +94,10 @@ fn fill(vector: &mut JointVector, reported: &[Option<f64>], joints: usize) -> Re
         ));
     }
     for (joint, value) in reported.iter().enumerate() {
-        vector.set(joint, value.unwrap_or(f64::NAN));
+        // What is null stays as it was: not reported.
+        if let Some(value) = value {
+            vector.set(joint, *value);
+        }
     }
     Ok(())
 }

@@ -30,6 +30,16 @@ impl Share {
         Self { count, trials, low, high }
     }
 
+    /// Per cent, with its interval; a dash when there were no trials.
+    pub(crate) fn percent(&self) -> String {
+        match self.trials {
+            0 => "-".to_owned(),
+            _ => {
+                format!("{:.1} [{:.1}, {:.1}]", 100.0 * self.value(), 100.0 * self.low, 100.0 * self.high)
+            }
+        }
+    }
+
     /// The share itself, 0 to 1; not a number when there were no trials.
     pub(crate) fn value(&self) -> f64 {
         self.count as f64 / self.trials as f64
@@ -57,6 +67,7 @@ mod tests {
         let of = |count: usize, trials: usize| Share::of((0..trials).map(|index| index < count));
         let share = of(81, 263);
         assert!((share.low - 0.2553).abs() < 5e-5 && (share.high - 0.3662).abs() < 5e-5, "{share:?}");
+        assert_eq!((share.percent().as_str(), of(0, 0).percent().as_str()), ("30.8 [25.5, 36.6]", "-"));
         let none = of(0, 20);
         assert!(none.low == 0.0 && (none.high - 0.1611).abs() < 5e-5, "{none:?}");
     }

@@ -77,9 +77,7 @@ pub(super) fn heading() -> String {
 
 /// A cell's line.
 pub(super) fn line(row: &Row) -> String {
-    let percent = |share: &Share| {
-        format!("{:.1} [{:.1}, {:.1}]", 100.0 * share.value(), 100.0 * share.low, 100.0 * share.high)
-    };
+    let percent = Share::percent;
     format!(
         "{:<52} {:>20} {:>20} {:>20} {:>20}\n",
         format!("{} ({})", row.title, row.offered.trials),

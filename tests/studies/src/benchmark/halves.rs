@@ -161,8 +161,12 @@ fn rows(steady: bool, compared: &[&Vec<Agreement>]) -> Vec<Row> {
 
 /// Whether something hidden happens once or goes by time: then earlier and later rows may each show another part of it, or only one of them any.
 fn goes_by_time(case: &Case) -> bool {
-    let mut kinds = case.truth.hidden.iter().filter_map(|hidden| kind(&hidden.effect));
-    kinds.any(|kind| kind.is_event || kind.depends_on_time)
+    case.truth.hidden.iter().any(|hidden| changes_with_time(&hidden.effect))
+}
+
+/// Whether an effect happens once or goes by time.
+pub(crate) fn changes_with_time(effect: &str) -> bool {
+    kind(effect).is_some_and(|kind| kind.is_event || kind.depends_on_time)
 }
 
 /// Cuts every trial of a cell in two.
@@ -200,15 +204,11 @@ pub(super) fn heading() -> String {
 
 /// Lines of the table.
 pub(super) fn lines(title: &str, rows: &[Row]) -> String {
-    let percent = |share: &Share| match share.trials {
-        0 => "-".to_owned(),
-        _ => format!("{:.1} [{:.1}, {:.1}]", 100.0 * share.value(), 100.0 * share.low, 100.0 * share.high),
-    };
     let line = |row: &Row| {
         let said = format!("{} of {}", row.replicated.trials, row.tables);
         let without = if row.steady { ", nothing that goes by time" } else { "" };
         let name = format!("{}{without}", row.cut.name());
-        let (same, other) = (percent(&row.replicated), percent(&row.contrary));
+        let (same, other) = (row.replicated.percent(), row.contrary.percent());
         format!("  {name:<58} {said:>12} {same:>24} {other:>22}\n")
     };
     format!("{title}\n{}", rows.iter().map(line).collect::<String>())

@@ -119,12 +119,7 @@ pub(super) fn heading() -> String {
 
 /// An analyst's line of the table: percent, and the 95 % interval.
 pub(super) fn line(row: &Row) -> String {
-    let cell = |name: &str| match row.shares.get(name) {
-        Some(share) if share.trials > 0 => {
-            format!("{:.1} [{:.1}, {:.1}]", 100.0 * share.value(), 100.0 * share.low, 100.0 * share.high)
-        }
-        _ => "-".to_owned(),
-    };
+    let cell = |name: &str| row.shares.get(name).map_or_else(|| "-".to_owned(), Share::percent);
     let columns: String = COLUMNS.iter().map(|(_, name)| format!("{:>20}", cell(name))).collect();
     format!("  {:<12}{columns}{:>10.3}\n", row.analyst.name(), row.seconds_a_trial)
 }

@@ -167,12 +167,8 @@ pub(super) fn heading() -> String {
 
 /// A cell's lines of the table: percent, and the 95 % interval.
 pub(super) fn lines(row: &Row) -> String {
-    let share = |share: Share| match share.trials {
-        0 => "-".to_owned(),
-        _ => format!("{:.1} [{:.1}, {:.1}]", 100.0 * share.value(), 100.0 * share.low, 100.0 * share.high),
-    };
     let line = |title: &str, way: &Settled| {
-        format!("  {title:<26}{:>20}{:>20}\n", share(way.settled), share(way.falsely_named))
+        format!("  {title:<26}{:>20}{:>20}\n", way.settled.percent(), way.falsely_named.percent())
     };
     format!(
         "{} ({} ties in {} trials)\n{}{}{}",

@@ -5,13 +5,12 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use plumb_calibration::arm_model::Model;
-use plumb_calibration::effect::kind;
 use plumb_calibration::table::Table;
 use plumb_diagnosis::Verdict;
 use plumb_diagnosis::laboratory::{Laboratory, LaboratoryError, Options};
 use plumb_estimation::Progress;
 
-use crate::benchmark::halves::{Cut, halves};
+use crate::benchmark::halves::{Cut, changes_with_time, halves};
 use crate::interval::Share;
 
 /// Standard errors of their difference by which two sizes of one thing differ at most: 99.7 % of normal errors do.
@@ -30,7 +29,7 @@ struct Named {
 #[derive(Debug, Default)]
 pub(super) struct Replication {
     named: BTreeMap<&'static str, Vec<Named>>,
-    /// Halves that were asked, and those that are too small to be fitted.
+    /// Halves that were asked, and those that cannot be fitted: they have too few rows, as a rule.
     asked: BTreeMap<&'static str, [usize; 2]>,
 }
 
@@ -38,7 +37,7 @@ impl Replication {
     /// Cuts a table each way and asks both halves. What happens once, or goes by time, is not cut by the order of the rows: it may be in one half alone.
     ///
     /// # Errors
-    /// A half cannot be diagnosed for another reason than that it is too small.
+    /// A half that can be fitted cannot be diagnosed.
     pub(super) fn ask(
         &mut self,
         (model, options): (&Model, &Options),
@@ -46,7 +45,7 @@ impl Replication {
         hidden: (&str, &str),
         seed: u64,
     ) -> Result<(), LaboratoryError> {
-        let happens_once = kind(hidden.0).is_some_and(|kind| kind.is_event || kind.depends_on_time);
+        let happens_once = changes_with_time(hidden.0);
         for cut in Cut::ALL.into_iter().filter(|cut| *cut != Cut::Order || !happens_once) {
             let parts = halves(text, cut, seed).map(|part| opened(model, options, &part));
             for (own, other) in [(0, 1), (1, 0)] {
@@ -85,7 +84,7 @@ impl Replication {
                 Share::of(named.iter().map(|one| one.is_confirmed)),
                 Share::of(named.iter().filter(|one| one.is_right).map(|one| one.is_confirmed)),
             ]
-            .map(percent);
+            .map(|share| share.percent());
             // Writing to a text cannot fail.
             let _ = writeln!(
                 text,
@@ -98,16 +97,9 @@ impl Replication {
 }
 
 /// The head of the table.
-pub(super) const HEAD: &str = "| set | cut | halves | too small | a name | the one hidden | confirmed by the other half, % | of those hidden, % |\n|---|---|---|---|---|---|---|---|\n";
+pub(super) const HEAD: &str = "| set | cut | halves | cannot be fitted | a name | the one hidden | confirmed by the other half, % | of those hidden, % |\n|---|---|---|---|---|---|---|---|\n";
 
-fn percent(share: Share) -> String {
-    match share.trials {
-        0 => "-".to_owned(),
-        _ => format!("{:.1} [{:.1}, {:.1}]", 100.0 * share.value(), 100.0 * share.low, 100.0 * share.high),
-    }
-}
-
-/// A half as a laboratory; nothing where its rows are too few to be fitted.
+/// A half as a laboratory; nothing where it cannot be fitted.
 fn opened(model: &Model, options: &Options, text: &str) -> Option<Laboratory> {
     let table = Table::parse("half", text).ok()?;
     let laboratory = Laboratory::new(model.clone(), table, options.clone()).ok()?;
