@@ -19,6 +19,14 @@ pub(crate) fn step_count(depths: &[u32]) -> usize {
     step_numbers(depths).iter().flatten().count()
 }
 
+/// The same in words: `1 step`, `7 steps`.
+pub(crate) fn steps_in_words(depths: &[u32]) -> String {
+    match step_count(depths) {
+        1 => "1 step".to_owned(),
+        several => format!("{several} steps"),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -28,6 +36,8 @@ mod tests {
         let depths = [0, 0, 1, 1, 0, 1, 2, 0];
         let numbers = step_numbers(&depths);
         assert_eq!(numbers, [Some(1), None, Some(2), Some(3), None, None, Some(4), Some(5)]);
+        assert_eq!(steps_in_words(&depths), "5 steps");
+        assert_eq!((steps_in_words(&[0]), steps_in_words(&[])), ("1 step".to_owned(), "0 steps".to_owned()));
         assert_eq!(step_count(&depths), 5);
         assert_eq!(step_count(&[]), 0);
         assert_eq!(step_numbers(&[0, 1]), [None, Some(1)], "the last step holds nothing");

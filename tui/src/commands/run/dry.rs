@@ -10,7 +10,7 @@ use super::Arguments;
 use super::headless::duration;
 use super::prepare::{Refused, Wanted, wanted};
 use crate::say::say;
-use crate::step_numbers::{step_count, step_numbers};
+use crate::step_numbers::{step_count, step_numbers, steps_in_words};
 
 /// Prints what the run would do. The exit code is 4 when it could not start without somebody there.
 pub(super) fn plan(arguments: &Arguments) -> Result<ExitCode, Refused> {
@@ -63,8 +63,8 @@ fn print(plan: &DryRun) -> io::Result<()> {
     let asks = plan.steps.iter().filter(|step| step.asks).count();
     let depths: Vec<u32> = plan.steps.iter().map(|step| step.depth).collect();
     say!(
-        "{} steps, {asks} of which ask; {}, prompts left out; nothing was started",
-        step_count(&depths),
+        "{}, {asks} of which ask; {}, prompts left out; nothing was started",
+        steps_in_words(&depths),
         match plan.least_s {
             Some(least) => format!(
                 "about {} to {}, by how soon a repetition ends ({})",

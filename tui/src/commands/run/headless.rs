@@ -10,7 +10,7 @@ use plumb_cell::{change_in_words, corrected_quantity, give_or_take};
 
 use super::json_events::{self, Wanted};
 use crate::commands::answer::{SIMULATE, SIMULATES, ways_to_answer};
-use crate::step_numbers::{step_count, step_numbers};
+use crate::step_numbers::{step_numbers, steps_in_words};
 
 /// Prints what happens until the run has ended.
 ///
@@ -73,8 +73,8 @@ impl Printer {
                 format!("run {run} of {cell}, resumed at {step}: {title}")
             }
             Event::Planned { steps, estimate_s } => {
-                let count = step_count(&depths(steps));
-                format!("{count} steps, about {}, prompts left out", duration(*estimate_s))
+                let count = steps_in_words(&depths(steps));
+                format!("{count}, about {}, prompts left out", duration(*estimate_s))
             }
             Event::StepFinished { step, outcome, message, .. } => self.finished(step, *outcome, message)?,
             Event::PromptAsked { prompt } if self.attended => asked(prompt),

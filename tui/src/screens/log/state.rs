@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 
 use crate::screens::cell::state_word;
 use crate::screens::run::outcome_word;
-use crate::step_numbers::step_count;
+use crate::step_numbers::steps_in_words;
 use plumb_cell::event::{Correction, Event, LogLevel, StampedEvent};
 use plumb_cell::give_or_take;
 
@@ -68,7 +68,7 @@ fn line_of(event: &Event) -> Option<(LogLevel, String, String)> {
         }
         Event::Planned { steps, estimate_s } => {
             let depths: Vec<u32> = steps.iter().map(|step| step.depth).collect();
-            run(format!("{} steps planned, about {estimate_s:.0} s", step_count(&depths)))
+            run(format!("{} planned, about {estimate_s:.0} s", steps_in_words(&depths)))
         }
         Event::StepStarted { step, attempt: 2.. } => run(format!("{step} restarts")),
         Event::StepFinished { step, outcome, message, seconds, .. } => {
