@@ -51,6 +51,7 @@ fn without_findings(verdict: Verdict, floor: Floor, comparison: Comparison) -> D
         floor_ratio: None,
         left_ratio: None,
         next: Vec::new(),
+        next_separation: None,
         outliers: comparison.outliers,
         warnings: comparison.warnings,
         few_poses: None,
@@ -231,7 +232,7 @@ impl Laboratory {
                 covariates: rest.covariates,
             };
         }
-        diagnosis.next = self.poses_for(finding, &diagnosis.floor, progress)?;
+        (diagnosis.next, diagnosis.next_separation) = self.poses_for(finding, &diagnosis.floor, progress)?;
         diagnosis.named = finding.named();
         diagnosis.located = finding.located();
         diagnosis.tied = finding.tied();

@@ -106,27 +106,28 @@ impl Laboratory {
         Ok(NextPoses { next, between: labels, separation, new, asked, instead })
     }
 
-    /// A few poses that distinguish what a finding could not; none if it left no question.
+    /// A few poses that distinguish what a finding could not, none if it left no question; and how far apart its candidates lie over them (standard errors, [`NextPoses::separation`]).
     pub(super) fn poses_for(
         &self,
         finding: &Finding<'_>,
         floor: &Floor,
         progress: &Progress,
-    ) -> Result<Vec<NextPose>, LaboratoryError> {
+    ) -> Result<(Vec<NextPose>, Option<f64>), LaboratoryError> {
         let wanted = Wanted { count: FEW, keep_out: Vec::new(), payloads: Vec::new() };
         if finding.verdict == Verdict::AtFloor {
             let poses = self.poses_for_not_shown(&finding.stage, floor, &wanted, progress)?;
-            return Ok(poses.map_or_else(Vec::new, |poses| poses.next.into_iter().take(FEW).collect()));
+            let next = poses.map_or_else(Vec::new, |poses| poses.next.into_iter().take(FEW).collect());
+            return Ok((next, None));
         }
         // A name has no rival to be distinguished from, and what nothing explains no prediction.
         if finding.close.len() < 2 || !matches!(finding.verdict, Verdict::Tied | Verdict::Located) {
-            return Ok(Vec::new());
+            return Ok((Vec::new(), None));
         }
         let (rivals, noise) = self.rivals_of(finding, floor, progress)?;
         let mut chooser = Chooser::new(self, rivals, noise)?;
         let request = PoseRequest { count: FEW, keep_out: &[], payloads: &[] };
-        let designs = chooser.choose(request, progress)?.designs;
-        Ok(chooser.to_poses(&designs))
+        let choice = chooser.choose(request, progress)?;
+        Ok((chooser.to_poses(&choice.designs), Some(choice.separation())))
     }
 }
 

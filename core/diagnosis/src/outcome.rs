@@ -11,6 +11,7 @@ use crate::laboratory::{Errors, Rms};
 use crate::noise_floor::Floor;
 use crate::note::Note;
 use crate::residual_structure::Description;
+use crate::thresholds::SETTLES;
 use plumb_calibration::measurement::{ReadingNoise, ReadingUnit};
 
 /// Exactly one of eight.
@@ -372,6 +373,10 @@ pub struct Diagnosis {
     pub floor_ratio: Option<f64>,
     /// Poses to measure next.
     pub next: Vec<NextPose>,
+    /// How far apart the predictions of the effects in question lie over these poses, in standard errors, as [`NextPoses::separation`](crate::NextPoses::separation); nothing where
+    /// there is no question, or that was not asked.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub next_separation: Option<f64>,
     /// Lines of the table whose rows lie far outside the others' scatter.
     pub outliers: Vec<u32>,
     /// What the user should know besides.
@@ -386,6 +391,11 @@ pub struct Diagnosis {
 }
 
 impl Diagnosis {
+    /// Whether the poses to measure next would distinguish effects in question; nothing where that was not asked.
+    pub fn next_distinguishes(&self) -> Option<bool> {
+        self.next_separation.map(|separation| separation >= SETTLES)
+    }
+
     /// Why adding an effect should be asked about first: the candidates were judged, and it is neither named, nor tied, nor found besides. By its label, as `add`
     /// takes it; nothing where there is no objection, or nothing was judged.
     pub fn objection(&self, label: &str) -> Option<Objection> {

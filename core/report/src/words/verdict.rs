@@ -120,10 +120,22 @@ fn tie(diagnosis: &Diagnosis) -> String {
         );
     }
     format!(
-        "{} cannot be told apart with these data{}; measure the poses listed.",
+        "{} cannot be told apart with these data{}{}",
         listed(&labels, "and"),
-        diagnosis.alike.first().map_or_else(String::new, |alike| format!(": {}", alike_in_words(alike)))
+        diagnosis.alike.first().map_or_else(String::new, |alike| format!(": {}", alike_in_words(alike))),
+        what_would_tell(diagnosis)
     )
+}
+
+/// How the sentence of a tie ends: with what would distinguish the effects.
+fn what_would_tell(diagnosis: &Diagnosis) -> String {
+    match diagnosis.next_separation {
+        _ if diagnosis.next.is_empty() => ".".to_owned(),
+        Some(separation) if diagnosis.next_distinguishes() == Some(false) => format!(
+            ". The poses listed would not do it either: what the effects predict there differs by {separation:.1} standard errors. `plumb model next` says what would."
+        ),
+        _ => "; measure the poses listed.".to_owned(),
+    }
 }
 
 /// Of the effects of a place those that may be the one in question: what was found besides is at work together with it, and no rival of it.
@@ -231,6 +243,7 @@ fn label_of(diagnosis: &Diagnosis, effect: &EffectPlace) -> String {
 mod tests {
     use super::*;
     use crate::testing::two_links;
+    use plumb_diagnosis::NextPose;
     use plumb_estimation::Progress;
 
     const DECLARED: &str = "free: [joint_zero(*)]\nnoise: {p1_mm: 0.05}";
@@ -342,17 +355,33 @@ mod tests {
             of: None,
             at: None,
         };
+        let pose = NextPose {
+            q_deg: vec![10.0, 80.0],
+            approach: vec![0, 0],
+            payload_kg: 0.0,
+            on: None,
+            predicted: serde_json::Map::new(),
+        };
         let tied = Diagnosis {
             verdict: Verdict::Tied,
             tied: named.chain([other]).collect(),
             same: Vec::new(),
             alike: Vec::new(),
+            next: vec![pose],
+            next_separation: Some(3.1),
             ..diagnosis
         };
         assert_eq!(
             diagnosis_sentence(&tied),
             "joint_gain(elbow) and link_length(shoulder) cannot be told apart with these data; measure the poses listed."
         );
+        let no_better = Diagnosis { next_separation: Some(2.94), ..tied.clone() };
+        assert_eq!(
+            diagnosis_sentence(&no_better),
+            "joint_gain(elbow) and link_length(shoulder) cannot be told apart with these data. The poses listed would not do it either: what the effects predict there differs by 2.9 standard errors. `plumb model next` says what would."
+        );
+        let no_pose = diagnosis_sentence(&Diagnosis { next: Vec::new(), ..tied.clone() });
+        assert!(no_pose.ends_with(" cannot be told apart with these data."), "{no_pose}");
         let one = Alike {
             one: "joint_gain(elbow)".to_owned(),
             other: "link_length(shoulder)".to_owned(),
