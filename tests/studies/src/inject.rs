@@ -203,7 +203,7 @@ fn replicate(arguments: &Arguments) -> Result<ExitCode, StudyError> {
         let name = table.trim_end_matches(".csv").to_owned();
         let set = Set { model: arguments.data.join(&model), table: arguments.data.join(&table) };
         if let Err(error) = set.open(arguments, arguments.seed) {
-            say(&format!("| {name} | left out: {error} | | | | | | |\n"))?;
+            say(&format!("| {name} | left out: {error} | | | | | | | |\n"))?;
             continue;
         }
         let model = Model::read(&set.model).map_err(LaboratoryError::from).map_err(InjectionError::from)?;

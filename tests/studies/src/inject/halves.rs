@@ -17,12 +17,19 @@ use crate::interval::Share;
 const SAME_SIZE: f64 = 3.0;
 
 /// What became of what one half named.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 struct Named {
     /// It is what was hidden.
     is_right: bool,
+    /// By how many standard errors of their difference its size differs in the other half; infinite where that does not determine it.
+    off: f64,
+}
+
+impl Named {
     /// The other half has it with the same size.
-    is_confirmed: bool,
+    fn is_confirmed(&self) -> bool {
+        self.off <= SAME_SIZE
+    }
 }
 
 /// What halves named, cut each way.
@@ -81,14 +88,17 @@ impl Replication {
             let named = self.named.get(cut).map_or(&[][..], Vec::as_slice);
             let right = named.iter().filter(|one| one.is_right).count();
             let [all, of_right] = [
-                Share::of(named.iter().map(|one| one.is_confirmed)),
-                Share::of(named.iter().filter(|one| one.is_right).map(|one| one.is_confirmed)),
+                Share::of(named.iter().map(Named::is_confirmed)),
+                Share::of(named.iter().filter(|one| one.is_right).map(Named::is_confirmed)),
             ]
             .map(|share| share.percent());
+            let mut off: Vec<f64> = named.iter().map(|one| one.off).collect();
+            off.sort_by(f64::total_cmp);
+            let middle = off.get(off.len() / 2).map_or_else(|| "-".to_owned(), |off| format!("{off:.2}"));
             // Writing to a text cannot fail.
             let _ = writeln!(
                 text,
-                "| {title} | {cut} | {asked} | {small} | {} | {right} | {all} | {of_right} |",
+                "| {title} | {cut} | {asked} | {small} | {} | {right} | {all} | {of_right} | {middle} |",
                 named.len()
             );
         }
@@ -97,7 +107,7 @@ impl Replication {
 }
 
 /// The head of the table.
-pub(super) const HEAD: &str = "| set | cut | halves | cannot be fitted | a name | the one hidden | confirmed by the other half, % | of those hidden, % |\n|---|---|---|---|---|---|---|---|\n";
+pub(super) const HEAD: &str = "| set | cut | halves | cannot be fitted | a name | the one hidden | confirmed by the other half, % | of those hidden, % | median difference, standard errors |\n|---|---|---|---|---|---|---|---|---|\n";
 
 /// A half as a laboratory; nothing where it cannot be fitted.
 fn opened(model: &Model, options: &Options, text: &str) -> Option<Laboratory> {
@@ -125,15 +135,14 @@ fn named_by(
         Err(error) if error.is_cancelled() => return Err(error),
         Err(_) => None,
     };
-    let is_confirmed =
-        sizes.is_some_and(|(here, there)| is_same_size((here.size, here.se), (there.size, there.se)));
-    Ok(Some(Named { is_right, is_confirmed }))
+    let off = sizes.map(|(here, there)| difference((here.size, here.se), (there.size, there.se)));
+    Ok(Some(Named { is_right, off: off.unwrap_or(f64::INFINITY) }))
 }
 
-/// Whether two sizes, with their standard errors, are of one thing; without an error nothing is.
-fn is_same_size(one: (f64, f64), other: (f64, f64)) -> bool {
-    let error = one.1.hypot(other.1);
-    error.is_finite() && (one.0 - other.0).abs() <= SAME_SIZE * error
+/// By how many standard errors of their difference two sizes differ; infinite without an error, by which nothing can be confirmed.
+fn difference(one: (f64, f64), other: (f64, f64)) -> f64 {
+    let off = (one.0 - other.0).abs() / one.1.hypot(other.1);
+    if off.is_finite() && one.1.is_finite() && other.1.is_finite() { off } else { f64::INFINITY }
 }
 
 #[cfg(test)]
@@ -142,22 +151,23 @@ mod tests {
 
     #[test]
     fn sizes_are_the_same_within_three_errors_of_their_difference() {
-        assert!(is_same_size((1.0, 0.03), (1.149, 0.04)), "0.149 of 3 times 0.05");
-        assert!(!is_same_size((1.0, 0.03), (1.151, 0.04)));
-        assert!(!is_same_size((1.0, 0.03), (-1.0, 0.04)), "the other way");
-        assert!(
-            !is_same_size((1.0, f64::NAN), (1.0, 0.1)) && !is_same_size((1.0, f64::INFINITY), (9.0, 0.1))
-        );
+        let same = |one, other| Named { is_right: true, off: difference(one, other) }.is_confirmed();
+        assert!(same((1.0, 0.03), (1.149, 0.04)), "0.149 of 3 times 0.05");
+        assert!(!same((1.0, 0.03), (1.151, 0.04)));
+        assert!(!same((1.0, 0.03), (-1.0, 0.04)), "the other way");
+        assert!(!same((1.0, f64::NAN), (1.0, 0.1)) && !same((1.0, f64::INFINITY), (9.0, 0.1)));
+        assert!(!same((1.0, 0.0), (1.0, 0.0)), "without an error nothing is confirmed");
+        assert!((difference((1.0, 0.03), (1.1, 0.04)) - 2.0).abs() < 1e-9);
     }
 
     #[test]
     fn names_are_counted_by_cut_and_sets_are_added_up() {
         let mut one = Replication::default();
-        let named = |is_right, is_confirmed| Named { is_right, is_confirmed };
-        one.named.insert("by order", vec![named(true, true), named(false, true), named(true, false)]);
+        let named = |is_right, off| Named { is_right, off };
+        one.named.insert("by order", vec![named(true, 0.5), named(false, 2.9), named(true, f64::INFINITY)]);
         one.asked.insert("by order", [8, 2]);
         let line = one.lines("a");
-        assert_eq!(line, "| a | by order | 8 | 2 | 3 | 2 | 66.7 [20.8, 93.9] | 50.0 [9.5, 90.5] |\n");
+        assert_eq!(line, "| a | by order | 8 | 2 | 3 | 2 | 66.7 [20.8, 93.9] | 50.0 [9.5, 90.5] | 2.90 |\n");
         let mut all = Replication::default();
         all.take(&one);
         all.take(&one);
@@ -168,7 +178,7 @@ mod tests {
         );
         let mut silent = Replication::default();
         silent.asked.insert("at random", [4, 0]);
-        assert_eq!(silent.lines("b"), "| b | at random | 4 | 0 | 0 | 0 | - | - |\n");
+        assert_eq!(silent.lines("b"), "| b | at random | 4 | 0 | 0 | 0 | - | - | - |\n");
     }
 
     #[test]
@@ -198,7 +208,10 @@ mod tests {
         for cut in Cut::ALL.map(Cut::name) {
             assert_eq!(asked.asked[cut], [2, 0]);
             let named = &asked.named[cut];
-            assert_eq!(*named, [Named { is_right: true, is_confirmed: true }; 2], "{cut}");
+            assert!(
+                named.len() == 2 && named.iter().all(|one| one.is_right && one.is_confirmed()),
+                "{cut}: {named:?}"
+            );
         }
         asked.ask((&model, &options), &table(3), ("joint_gain", "elbow"), 1).unwrap();
         assert!(Cut::ALL.iter().all(|cut| asked.asked[cut.name()] == [4, 2]), "{:?}", asked.asked);
