@@ -41,9 +41,14 @@ fn rows_of(poses: &Poses, list: &[usize], fitted: &[bool]) -> Vec<usize> {
 /// The fitted rows, cut into regions of pose space. A few poses far from all others are in none: without them nothing could foretell
 /// them, and it is they that distinguish candidates which are alike where the others lie.
 pub(crate) fn region_blocks(table: &Table, rows: &[usize]) -> Vec<Vec<usize>> {
+    regions(table, rows, VALIDATION_BLOCKS)
+}
+
+/// The same, cut into so many regions.
+pub(crate) fn regions(table: &Table, rows: &[usize], count: usize) -> Vec<Vec<usize>> {
     let (poses, mut chosen, fitted) = fitted_poses(table, rows);
     poses.drop_lonely(&mut chosen);
-    poses.regions(&chosen, VALIDATION_BLOCKS).iter().map(|region| rows_of(&poses, region, &fitted)).collect()
+    poses.regions(&chosen, count).iter().map(|region| rows_of(&poses, region, &fitted)).collect()
 }
 
 /// The same, cut into ranges of one joint.
@@ -90,13 +95,18 @@ pub(crate) fn holdout_blocks(table: &Table, rows: &[usize], holdout: Holdout) ->
             Random::seeded(seed).shuffle(&mut groups);
             groups
         }
-        Holdout::Time { .. } => {
-            let fitted: std::collections::HashSet<usize> = rows.iter().copied().collect();
-            table.order().into_iter().filter(|row| fitted.contains(row)).map(|row| vec![row]).collect()
-        }
+        Holdout::Time { .. } => return stretches(table, rows, VALIDATION_BLOCKS),
     };
     let share = order.len().div_ceil(VALIDATION_BLOCKS).max(1);
     order.chunks(share).map(<[Vec<usize>]>::concat).collect()
+}
+
+/// The fitted rows, cut into so many stretches of the order in which they were measured.
+pub(crate) fn stretches(table: &Table, rows: &[usize], count: usize) -> Vec<Vec<usize>> {
+    let fitted: std::collections::HashSet<usize> = rows.iter().copied().collect();
+    let order: Vec<usize> = table.order().into_iter().filter(|row| fitted.contains(row)).collect();
+    let share = order.len().div_ceil(count).max(1);
+    order.chunks(share).map(<[usize]>::to_vec).collect()
 }
 
 /// Fitted rows in groups that share a pose.

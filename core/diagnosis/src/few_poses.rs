@@ -158,7 +158,7 @@ impl Laboratory {
             .filter(|effect| effect::kind(&effect.id.name).is_some_and(|kind| kind.depends_on_conditions));
         let Some(effect) = effect else { return Ok(None) };
         let fitted = self.fit_with(std::slice::from_ref(&effect), None, progress)?;
-        let value = self.effect_values(&fitted.machine, &fitted.fit).pop();
+        let value = self.effect_values(&self.standard_errors(&fitted)).pop();
         let place = effect_place(&fitted.machine, &effect.id);
         Ok(value
             .map(|value| (effect, Named { effect: place, size: value.size, unit: value.unit, se: value.se })))

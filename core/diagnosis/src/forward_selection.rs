@@ -3,6 +3,7 @@
 
 use nalgebra::DMatrix;
 
+use crate::block_errors;
 use crate::candidates::{Candidates, best_variants};
 use crate::fitted::Fitted;
 use crate::laboratory::{Laboratory, LaboratoryError};
@@ -31,6 +32,8 @@ pub(crate) struct FittedCandidate {
     pub(crate) values: Vec<f64>,
     /// Covariance of the values.
     pub(crate) covariance: DMatrix<f64>,
+    /// Standard errors of the values as blocks of rows have them (`block_errors.rs`); empty until it is refitted.
+    pub(crate) block_errors: Vec<f64>,
     /// Cross-validated gains; empty if it was not refitted.
     pub(crate) gains: Vec<Gain>,
     /// What adding it alone promises; nothing if it was not refitted.
@@ -155,6 +158,7 @@ impl Laboratory {
                     search_cost,
                     values: score.values.clone(),
                     covariance: score.covariance.clone(),
+                    block_errors: Vec::new(),
                     gains: Vec::new(),
                     promise: None,
                     refitted: false,
@@ -282,10 +286,11 @@ impl Laboratory {
             let refit =
                 self.fit_to_compare(&more, &stage.fitted, &fitted_candidate.score.beside, options, progress)?;
             let gains = judge.gains(&refit, &fitted_candidate.id);
-            Ok::<_, LaboratoryError>((refit, gains))
+            let errors = block_errors::errors(&refit.machine, &refit.fit);
+            Ok::<_, LaboratoryError>((refit, gains, errors))
         });
         for (fitted_candidate, refit) in stage.fitted_candidates.iter_mut().zip(refits) {
-            let (refit, gains) = refit?;
+            let (refit, gains, errors) = refit?;
             let (squares, rank) = (
                 refit.fit.normal.squares,
                 stage.fitted.parameters_in(&refit, &fitted_candidate.id, fitted_candidate.score.freedom),
@@ -307,8 +312,11 @@ impl Laboratory {
             if let Some(values) = refit.fit.state.effects.last() {
                 fitted_candidate.values.clone_from(values);
                 let free_parameters = refit.machine.free_parameters().len();
-                let own: Vec<usize> = (free_parameters - values.len()..free_parameters).collect();
-                fitted_candidate.covariance = refit.fit.covariance.select_rows(&own).select_columns(&own);
+                let own = free_parameters - values.len()..free_parameters;
+                let places: Vec<usize> = own.clone().collect();
+                fitted_candidate.covariance =
+                    refit.fit.covariance.select_rows(&places).select_columns(&places);
+                fitted_candidate.block_errors = errors.get(own).unwrap_or_default().to_vec();
             }
         }
         stage.fitted_candidates.sort_by(|left, right| left.bic.total_cmp(&right.bic));

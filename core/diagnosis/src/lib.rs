@@ -2,6 +2,7 @@
 //! `thresholds.rs` holds every constant that decides. Knows no device.
 
 mod batch;
+mod block_errors;
 mod candidates;
 mod claim;
 mod cross_validation;

@@ -181,6 +181,7 @@ pub(crate) fn fitted_candidate(name: &str, joint: usize, bic: f64) -> FittedCand
         search_cost: 0.0,
         values: vec![1.0],
         covariance: one,
+        block_errors: Vec::new(),
         gains: vec![gain(5.0)],
         promise: None,
         refitted: true,

@@ -151,6 +151,11 @@ pub(crate) const HYPOTHESIS_TWINS: usize = 99;
 /// 2009, section 7.10: five or ten; by regions because neighbours share errors (Roberts et al. 2017).
 pub(crate) const VALIDATION_BLOCKS: usize = 5;
 
+/// Regions of pose space, and stretches of the order of rows, left out in turn for the standard errors that are
+/// reported (blocks). Why: nine degrees of freedom, a standard error known to a quarter; Efron & Tibshirani 1993,
+/// section 11.5.
+pub(crate) const ERROR_BLOCKS: usize = 10;
+
 /// A gain must exceed so many of its own standard errors (standard errors). Why: one-standard-error rule,
 /// Breiman et al. 1984.
 pub(crate) const GAIN_ERRORS: f64 = 1.0;

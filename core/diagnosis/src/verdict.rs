@@ -4,6 +4,7 @@ mod among_structure;
 mod evidence;
 mod need;
 
+use crate::block_errors::at_least;
 use crate::candidates::Candidates;
 use crate::epochs::with_rivals;
 use crate::forward_selection::{FittedCandidate, Stage};
@@ -311,7 +312,12 @@ impl Finding<'_> {
         // A refit frees every number, also those that no plausible size of them could show.
         let size = match fitted_candidate.score.has_unseen {
             true => fitted_candidate.score.size,
-            false => effect.size(&fitted_candidate.values, &fitted_candidate.covariance),
+            // Where nothing but noise is left it is independent.
+            false if !self.dirty => effect.size(&fitted_candidate.values, &fitted_candidate.covariance),
+            false => {
+                let covariance = at_least(&fitted_candidate.covariance, &fitted_candidate.block_errors);
+                effect.size(&fitted_candidate.values, &covariance)
+            }
         };
         size.unless_undetermined(effect.parameters())
     }

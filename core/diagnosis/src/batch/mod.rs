@@ -138,7 +138,7 @@ impl Laboratory {
     ) -> Result<Vec<Step>, LaboratoryError> {
         let picks = chosen.picks.as_slice();
         let rms = self.rms(&after.machine, &after.fit, progress)?;
-        let sized = self.effect_values(&after.machine, &after.fit);
+        let sized = self.effect_values(&self.standard_errors(after));
         let known = sized.len().saturating_sub(picks.len());
         let fall = Fall::gather(before, pool, picks, precisions);
         let mut steps = Vec::new();

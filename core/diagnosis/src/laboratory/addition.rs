@@ -51,7 +51,7 @@ impl Laboratory {
         }
         let before = self.compare(progress)?;
         let fitted = self.fit_with(&[], None, progress)?;
-        let values = self.effect_values(&fitted.machine, &fitted.fit);
+        let values = self.effect_values(&self.standard_errors(&fitted));
         let comparison = self.comparison(&fitted.machine, &fitted.fit, progress)?;
         Ok(Addition {
             model: self.adopted(&fitted),
@@ -78,8 +78,8 @@ impl Laboratory {
         let before = self.fit_with(&[], None, progress)?;
         progress.report(0.3, "fitting with it")?;
         let after = self.fit_with(&more, Some(&before), progress)?;
-        let known = self.effect_values(&before.machine, &before.fit);
-        let mut values = self.effect_values(&after.machine, &after.fit);
+        let known = self.effect_values(&self.standard_errors(&before));
+        let mut values = self.effect_values(&self.standard_errors(&after));
         let added = values.split_off(known.len());
         let model = self.adopted(&after);
         let comparison = self.comparison(&after.machine, &after.fit, progress)?;

@@ -6,6 +6,7 @@ use super::found_surfaces::{FoundSurface, found_surfaces};
 use super::placements::{Placement, orientation_errors, placements};
 use super::point_errors::{ErrorSummary, Errors, noise_of_a_point, point_squares};
 use super::rows::{RowResidual, Series, arm_in_the_middle, row_residuals, series, unit_of_joint};
+use super::standard_errors::StandardErrors;
 use super::{Laboratory, LaboratoryError, MapNote};
 use crate::claim::Claim;
 use crate::cross_validation::blocked_errors;
@@ -274,10 +275,11 @@ impl Laboratory {
         let joints = joint_axes(machine);
         // A point has up to three readings, and its error is the root of their squares' sum.
         let noise_ratio = noise_of_a_point(machine, &fit.rows);
+        let errors = StandardErrors::of(machine, fit, &floor);
         Ok(Comparison {
             orientation_error_deg: self.orientation_errors(machine, fit),
-            placed: placements(machine, fit),
-            surfaces: found_surfaces(machine, fit),
+            placed: placements(&errors),
+            surfaces: found_surfaces(&errors),
             arm: self.model.arm.clone(),
             data: self.table.source.clone(),
             unit: machine.observations.unit(),
@@ -290,7 +292,7 @@ impl Laboratory {
             residual_map: self.map_note(),
             largest_mm: error_mm.fit.max,
             parameters: fit.rank(),
-            effects: self.effect_values(machine, fit),
+            effects: self.effect_values(&errors),
             gauges: fit.gauges.clone(),
             outliers: rows
                 .iter()
@@ -368,7 +370,9 @@ impl Laboratory {
         })
     }
 
-    pub(crate) fn effect_values(&self, machine: &ResidualModel<'_>, fit: &Fit) -> Vec<EffectValue> {
+    /// The effects of a fit with their sizes.
+    pub(crate) fn effect_values(&self, errors: &StandardErrors<'_>) -> Vec<EffectValue> {
+        let StandardErrors { machine, fit, .. } = errors;
         // The machine's parts are what is always fitted, then what was added, in the order of the model file.
         let free = machine.parts.len().saturating_sub(self.model.effects.len());
         let mut all = Vec::with_capacity(machine.parts.len());
@@ -376,7 +380,7 @@ impl Laboratory {
             let own = machine.free_parameters().iter().enumerate();
             let own = own.filter(|(_, free_parameter)| matches!(free_parameter, FreeParameter::Effect(effect, _) if *effect == index));
             let free_parameters: Vec<usize> = own.map(|(free_parameter, _)| free_parameter).collect();
-            let covariance = fit.covariance.select_rows(&free_parameters).select_columns(&free_parameters);
+            let covariance = errors.covariance_of(&free_parameters);
             let values = fit.state.effects.get(index).map_or(&[][..], Vec::as_slice);
             let size = part.effect.size(values, &covariance);
             let size = size.unless_undetermined(part.effect.parameters());

@@ -1,8 +1,10 @@
 //! Where planes, balls, edges and points that were fitted along were found, and how sure that is.
 
 use plumb_calibration::arm_model::SurfaceShape;
-use plumb_calibration::fit::{Fit, FreeParameter, ResidualModel};
+use plumb_calibration::fit::FreeParameter;
 use serde::Serialize;
+
+use super::standard_errors::StandardErrors;
 
 /// One number of a surface.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -66,7 +68,8 @@ fn between(one: &SurfaceShape, other: &SurfaceShape) -> Option<f64> {
 }
 
 /// The angle between two fitted planes, with what the covariance of their tilts makes of it (GUM 5.2.2).
-fn angle(machine: &ResidualModel<'_>, fit: &Fit, (first, second): (usize, usize)) -> Option<FoundAngle> {
+fn angle(errors: &StandardErrors<'_>, (first, second): (usize, usize)) -> Option<FoundAngle> {
+    let StandardErrors { machine, fit, covariance } = errors;
     let (one, other) = (fit.state.surfaces.get(first)?, fit.state.surfaces.get(second)?);
     let at = between(one, other)?;
     let up = nalgebra::Vector3::z();
@@ -75,13 +78,7 @@ fn angle(machine: &ResidualModel<'_>, fit: &Fit, (first, second): (usize, usize)
         shape.shift(which, SMALL_TURN, &up);
         shape
     };
-    let place = |surface: usize, which: usize| {
-        let found = machine
-            .free_parameters()
-            .iter()
-            .position(|known| *known == FreeParameter::Surface(surface, which))?;
-        (!fit.factor.dependent.contains(&found)).then_some(found)
-    };
+    let place = |surface, which| errors.place(FreeParameter::Surface(surface, which));
     let mut slopes = Vec::new();
     for which in TILTS {
         slopes.push((place(first, which), (between(&turned(one, which), other)? - at) / SMALL_TURN));
@@ -92,7 +89,7 @@ fn angle(machine: &ResidualModel<'_>, fit: &Fit, (first, second): (usize, usize)
     let variance = known.map(|slopes| {
         let each = slopes.iter().flat_map(|one| slopes.iter().map(move |other| (one, other)));
         each.map(|((row, by), (column, and))| {
-            by * and * fit.covariance.get((*row, *column)).copied().unwrap_or(0.0)
+            by * and * covariance.get((*row, *column)).copied().unwrap_or(0.0)
         })
         .sum::<f64>()
     });
@@ -104,7 +101,8 @@ fn angle(machine: &ResidualModel<'_>, fit: &Fit, (first, second): (usize, usize)
 }
 
 /// The surfaces of the model that were fitted and that the table reads.
-pub(super) fn found_surfaces(machine: &ResidualModel<'_>, fit: &Fit) -> Vec<FoundSurface> {
+pub(super) fn found_surfaces(errors: &StandardErrors<'_>) -> Vec<FoundSurface> {
+    let StandardErrors { machine, fit, .. } = errors;
     let table = machine.table;
     let each = machine.model.surfaces.iter().zip(&fit.state.surfaces).enumerate();
     let is_read = |name: &String| table.on.names.contains(name) || table.distance_to.names.contains(name);
@@ -113,16 +111,15 @@ pub(super) fn found_surfaces(machine: &ResidualModel<'_>, fit: &Fit) -> Vec<Foun
     found
         .iter()
         .map(|(index, (known, shape))| FoundSurface {
-            angles: later(*index).filter_map(|other| angle(machine, fit, (*index, other))).collect(),
-            ..surface(&known.name, shape, &Errors { machine, fit, index: *index })
+            angles: later(*index).filter_map(|other| angle(errors, (*index, other))).collect(),
+            ..surface(&known.name, shape, &Errors { errors, index: *index })
         })
         .collect()
 }
 
-/// Standard errors of the numbers of one surface, as a fit has them.
+/// Standard errors of the numbers of one surface.
 struct Errors<'a> {
-    machine: &'a ResidualModel<'a>,
-    fit: &'a Fit,
+    errors: &'a StandardErrors<'a>,
     /// Which of the model's surfaces.
     index: usize,
 }
@@ -130,11 +127,7 @@ struct Errors<'a> {
 impl Errors<'_> {
     /// Of one number, mm or rad; nothing where it was held, for the rows cannot determine it.
     fn of(&self, which: usize) -> Option<f64> {
-        let free_parameters = self.machine.free_parameters();
-        let place =
-            free_parameters.iter().position(|known| *known == FreeParameter::Surface(self.index, which))?;
-        let variance = self.fit.covariance.get((place, place))?;
-        (!self.fit.factor.dependent.contains(&place)).then(|| variance.max(0.0).sqrt())
+        self.errors.error_of(FreeParameter::Surface(self.index, which))
     }
 
     fn length(&self, name: &'static str, value: Option<f64>, which: usize) -> FoundNumber {
@@ -245,7 +238,7 @@ noise: {height_mm: 0.1}
     fn the_middle_of_a_ball_and_a_point_are_three_numbers_with_their_values() {
         let lab = touched(3);
         let fitted = lab.fit_with(&[], None, &plumb_estimation::Progress::unwatched()).unwrap();
-        let errors = Errors { machine: &fitted.machine, fit: &fitted.fit, index: 0 };
+        let errors = Errors { errors: &lab.standard_errors(&fitted), index: 0 };
         let at = Vector3::new(3.0, -4.0, 5.5);
         let ball = SurfaceShape::Sphere { centre: at, radius: 12.0, free_radius: false };
         for (shape, called) in [(ball, "ball"), (SurfaceShape::Point { point: at }, "point")] {
@@ -265,7 +258,7 @@ noise: {height_mm: 0.1}
         for seed in 0..40 {
             let lab = touched(seed);
             let fitted = lab.fit_with(&[], None, &plumb_estimation::Progress::unwatched()).unwrap();
-            let found = found_surfaces(&fitted.machine, &fitted.fit);
+            let found = found_surfaces(&StandardErrors::of_the_fit(&fitted.machine, &fitted.fit));
             let names: Vec<&str> = found.iter().map(|one| one.name.as_str()).collect();
             assert_eq!((names, found[1].angles.len()), (vec!["table", "wall"], 0));
             let angle = &found[0].angles[0];
@@ -296,7 +289,11 @@ noise: {height_mm: 0.1}
                     fitted.fit.covariance[(place, place)] = 1e-6;
                 }
             }
-            angle(&fitted.machine, &fitted.fit, (0, 1)).unwrap().se_deg.unwrap().to_radians()
+            angle(&StandardErrors::of_the_fit(&fitted.machine, &fitted.fit), (0, 1))
+                .unwrap()
+                .se_deg
+                .unwrap()
+                .to_radians()
         };
         // A normal that turns by a milliradian about two axes changes its angle to another by the part toward that one.
         for one in [error(&[0]), error(&[1])] {

@@ -15,6 +15,7 @@ mod preview;
 mod profile_units;
 mod regressor;
 mod rows;
+mod standard_errors;
 
 pub(crate) use addition::moved;
 pub use addition::{Addition, without};
@@ -31,6 +32,7 @@ pub(crate) use point_errors::{point_squares, points_in};
 pub use preview::Preview;
 pub use regressor::PlotAxis;
 pub use rows::{RowResidual, Series};
+pub(crate) use standard_errors::StandardErrors;
 
 use std::path::Path;
 use std::sync::OnceLock;

@@ -1,12 +1,13 @@
 //! Where bodies, cameras, the board and the base were found, and how sure that is.
 
 use nalgebra::{Rotation3, Vector3};
-use plumb_calibration::fit::{Fit, FreeParameter, ResidualModel};
+use plumb_calibration::fit::{FreeParameter, ResidualModel};
 use plumb_calibration::measurement::{Measurand, ReadingUnit};
 use plumb_calibration::table::quaternion;
 use serde::Serialize;
 
 use super::point_errors::ErrorSummary;
+use super::standard_errors::StandardErrors;
 
 /// Where something sits, and how sure that is.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -27,20 +28,7 @@ pub struct Placement {
     pub se_deg: [Option<f64>; 3],
 }
 
-/// What the standard errors are read from.
-struct Errors<'f, 'm> {
-    machine: &'f ResidualModel<'m>,
-    fit: &'f Fit,
-}
-
-impl Errors<'_, '_> {
-    /// One standard error of a number, internal unit.
-    fn of(&self, free_parameter: FreeParameter) -> Option<f64> {
-        let index = self.machine.free_parameters().iter().position(|known| *known == free_parameter)?;
-        let variance = self.fit.covariance.get((index, index))?;
-        (!self.fit.factor.dependent.contains(&index)).then(|| variance.max(0.0).sqrt())
-    }
-
+impl StandardErrors<'_> {
     fn placement(
         &self,
         (name, frame): (&str, &'static str),
@@ -52,23 +40,23 @@ impl Errors<'_, '_> {
             name: name.to_owned(),
             frame,
             xyz_mm: xyz.into(),
-            se_mm: [0, 1, 2].map(|axis| self.of(shift(axis))),
+            se_mm: [0, 1, 2].map(|axis| self.error_of(shift(axis))),
             rpy_deg: [roll, pitch, yaw].map(f64::to_degrees),
             quaternion: quaternion(&turn),
-            se_deg: [0, 1, 2].map(|axis| self.of(turned(axis)).map(f64::to_degrees)),
+            se_deg: [0, 1, 2].map(|axis| self.error_of(turned(axis)).map(f64::to_degrees)),
         }
     }
 }
 
 /// Where the bodies whose orientation was measured, the camera or the laser line sensor, and the board are, and the base where it is free; nothing of a table without orientations.
-pub(super) fn placements(machine: &ResidualModel<'_>, fit: &Fit) -> Vec<Placement> {
+pub(super) fn placements(errors: &StandardErrors<'_>) -> Vec<Placement> {
+    let StandardErrors { machine, fit, .. } = errors;
     let (model, state) = (machine.model, &fit.state);
     let bodies = machine.seen_bodies();
     let line_sensor = model.profile_sensor.filter(|_| !machine.table.profiles.is_empty());
     if bodies.is_empty() && !machine.table.sees_a_board() && line_sensor.is_none() {
         return Vec::new();
     }
-    let errors = Errors { machine, fit };
     // A pose is reported only of what an orientation, a board or profiles were read of: of a bare point the turn is not known.
     let mut seen: Vec<usize> = bodies.iter().map(|body| body.target(machine)).collect();
     let boards = machine.boards_named();
@@ -164,7 +152,7 @@ mod tests {
     fn a_body_is_placed_with_errors_that_fall_with_the_root_of_the_rows() {
         let lab = tracked(36, false);
         let fitted = lab.fit_with(&[], None, &plumb_estimation::Progress::unwatched()).unwrap();
-        let found = placements(&fitted.machine, &fitted.fit);
+        let found = placements(&StandardErrors::of_the_fit(&fitted.machine, &fitted.fit));
         assert_eq!(found.len(), 1, "the base is held");
         let body = &found[0];
         assert_eq!((body.name.as_str(), body.frame), ("p1", "flange"));
@@ -193,7 +181,7 @@ mod tests {
         );
         let lab = crate::testing::two_links(6, "", 0.05, 31, |_| [0.0; 2]);
         let plain = lab.fit_with(&[], None, &plumb_estimation::Progress::unwatched()).unwrap();
-        assert!(placements(&plain.machine, &plain.fit).is_empty(), "of a bare point the turn is not known");
+        assert!(placements(&lab.standard_errors(&plain)).is_empty(), "of a bare point the turn is not known");
         assert_eq!(orientation_errors(&plain.machine, &plain.fit.residuals, &[0, 1]), None);
     }
 
@@ -202,7 +190,7 @@ mod tests {
         // On a planar arm the body's height and the base's are one number.
         let lab = tracked(36, true);
         let fitted = lab.fit_with(&[], None, &plumb_estimation::Progress::unwatched()).unwrap();
-        let found = placements(&fitted.machine, &fitted.fit);
+        let found = placements(&StandardErrors::of_the_fit(&fitted.machine, &fitted.fit));
         assert_eq!(found.iter().map(|one| one.name.as_str()).collect::<Vec<_>>(), ["p1", "base"]);
         let known = |axis: usize| found.iter().filter(|one| one.se_mm[axis].is_some()).count();
         assert_eq!([known(0), known(1), known(2)], [2, 2, 1], "{found:?}");

@@ -43,8 +43,8 @@ impl Laboratory {
         let before = self.fit_with(&[], None, progress)?;
         progress.report(0.5, "fitting with it")?;
         let after = self.fit_with(&more, Some(&before), progress)?;
-        let known = self.effect_values(&before.machine, &before.fit);
-        let mut values = self.effect_values(&after.machine, &after.fit);
+        let known = self.effect_values(&self.standard_errors(&before));
+        let mut values = self.effect_values(&self.standard_errors(&after));
         // What was fitted before comes first in both.
         let effects = values.split_off(known.len());
         let rows = row_residuals(&after.machine, &after.fit, &self.split().check);

@@ -14,6 +14,7 @@ mod rules;
 mod sets;
 mod suspects;
 
+use crate::block_errors::jackknife;
 use crate::explainable::{Features, Mixed, chosen_rows};
 use crate::fitted::Fitted;
 use crate::forward_selection::{FittedCandidate, Stage};
@@ -27,7 +28,7 @@ use linearization::Linearization;
 use nalgebra::{DMatrix, DVector, DVectorView};
 use plumb_calibration::effect::{Effect, EffectId, Family, Site, build, kind};
 use plumb_estimation::chi_squared_tail;
-use predictions::Predictions;
+use predictions::{Predictions, errors_by_blocks};
 use sets::{LAST_ROUNDS, Sets};
 use suspects::{Asked, Who, suspects};
 
@@ -60,6 +61,8 @@ pub(crate) struct Mechanism {
     criterion: f64,
     /// Values of the foremost and their covariance, as they are beside the flexible part.
     values: (DVector<f64>, DMatrix<f64>),
+    /// Their standard errors as blocks of rows have them; empty where nothing is reported, or too little is left without a block.
+    block_errors: Vec<f64>,
 }
 
 #[cfg(test)]
@@ -67,7 +70,7 @@ impl Mechanism {
     /// One made by hand: these are close, and this speaks against the foremost.
     pub(crate) fn made(close: Vec<usize>, doubt: Option<Doubt>) -> Self {
         let values = (DVector::zeros(1), DMatrix::zeros(1, 1));
-        Self { close, doubt, probabilities: Vec::new(), criterion: 0.0, values }
+        Self { close, doubt, probabilities: Vec::new(), criterion: 0.0, values, block_errors: Vec::new() }
     }
 }
 
@@ -216,9 +219,8 @@ impl Bench<'_> {
         let flexible = effect.size(values.as_slice(), covariance);
         let plain = effect.size(&predictions.plain, covariance).value;
         // What is left is no independent noise: blocks of rows say how far a size moves, where the fit's own error is too small.
-        let [beside, alone] = [&predictions.values, &predictions.plain_values].map(|values| {
-            predictions::jackknife(values.iter().map(|values| effect.size(values, covariance).value))
-        });
+        let [beside, alone] = [&predictions.values, &predictions.plain_values]
+            .map(|values| jackknife(values.iter().map(|values| effect.size(values, covariance).value)));
         let error = flexible.error.hypot(beside).hypot(alone);
         let possible =
             effect.parameters().iter().zip(values.iter()).enumerate().all(|(index, (one, value))| {
@@ -309,7 +311,12 @@ impl Bench<'_> {
             probabilities.filter_map(|(one, likely)| Some((self.place_in_stage(one)?, *likely)));
         let probabilities = probabilities.collect();
         let (criterion, values) = (set.criterion, self.values(set, foremost));
-        Some(Mechanism { close, doubt, probabilities, criterion, values })
+        let mut mechanism =
+            Mechanism { close, doubt, probabilities, criterion, values, block_errors: Vec::new() };
+        if mechanism.is_reported() {
+            mechanism.block_errors = errors_by_blocks(self, &asked).unwrap_or_default();
+        }
+        Some(mechanism)
     }
 }
 
@@ -375,6 +382,7 @@ impl Mechanism {
         {
             fitted_candidate.values = self.values.0.as_slice().to_vec();
             fitted_candidate.covariance = self.values.1.clone();
+            fitted_candidate.block_errors.clone_from(&self.block_errors);
         }
     }
 }

@@ -1,6 +1,7 @@
 //! How rows that are left out are predicted with an effect beside the flexible part, and by that part alone; and how its size differs from block to block.
 
 use super::bench::{Bench, Foremost, Set};
+use crate::block_errors;
 use crate::cross_validation::{joint_blocks, pose_groups, region_blocks, session_blocks};
 use crate::explainable::MixedFit;
 use crate::predictive_gain::Gain;
@@ -91,6 +92,23 @@ fn comparisons(without: &Set, asked: &Foremost<'_>) -> Vec<(MixedFit, Option<Mix
     all
 }
 
+/// Standard errors of the values of the effect that is asked, beside the flexible part, as blocks of rows have them; nothing where what is left without a block does not
+/// determine what is fitted.
+pub(super) fn errors_by_blocks(bench: &Bench<'_>, asked: &Foremost<'_>) -> Option<Vec<f64>> {
+    let (suspect, set) = (asked.member, asked.set);
+    let mut errors = vec![0.0; bench.parameters(&[suspect]).len()];
+    for blocks in block_errors::ways(bench.stage.fitted.machine.table, &bench.rows) {
+        let equations = blocks.iter().map(|block| bench.equations_of(block)).collect();
+        let mut without = Vec::new();
+        for left_out in bench.mixed.leave_out(equations)? {
+            let (_, values) = bench.mixed.predict(&set.fit, &left_out)?;
+            without.push(bench.part(set, suspect, &values).to_vec());
+        }
+        block_errors::raise(&mut errors, &without);
+    }
+    Some(errors)
+}
+
 impl Bench<'_> {
     /// By how many standard errors losses fall, over poses; from the fall at every equation.
     fn gain_over(&self, falls: &[f64]) -> f64 {
@@ -126,17 +144,6 @@ fn robust_scale(residuals: &[f64]) -> f64 {
     if sigma.is_nan() { 1.0 } else { sigma.max(f64::MIN_POSITIVE) }
 }
 
-/// The jackknife's standard error of a number, from its values without each of some blocks (Efron & Tibshirani 1993, section 11.5).
-pub(super) fn jackknife(values: impl Iterator<Item = f64>) -> f64 {
-    let values: Vec<f64> = values.collect();
-    let count = values.len() as f64;
-    if count < 2.0 {
-        return 0.0;
-    }
-    let mean = values.iter().sum::<f64>() / count;
-    ((count - 1.0) / count * values.iter().map(|one| (one - mean).powi(2)).sum::<f64>()).sqrt()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -160,15 +167,5 @@ mod tests {
         residuals.extend([1e6; 4]);
         assert!((robust_scale(&residuals) / sound - 1.0).abs() < 0.1);
         assert_eq!(robust_scale(&[]), 1.0);
-    }
-
-    #[test]
-    fn the_jackknife_of_a_mean_is_its_standard_error_and_one_value_has_none() {
-        // Means of 1, 2, 6 with each left out: 4, 3.5, 1.5. Their standard error is that of the mean, sqrt(7 / 3).
-        let left_out = [4.0, 3.5, 1.5];
-        assert!((jackknife(left_out.into_iter()) - (7.0_f64 / 3.0).sqrt()).abs() < 1e-12);
-        // Of two: sqrt(1 / 2 (1 + 1)).
-        assert!((jackknife([1.0, 3.0].into_iter()) - 1.0).abs() < 1e-12);
-        assert_eq!((jackknife([5.0].into_iter()), jackknife(std::iter::empty())), (0.0, 0.0));
     }
 }

@@ -105,13 +105,6 @@ fn probabilities_follow_marginal_likelihoods() {
 }
 
 #[test]
-fn the_jackknife_of_means_is_their_standard_error() {
-    // Means of 1, 2, 3, 4 without each of them; the standard error of the mean is 0.6455.
-    let without = [3.0, 8.0 / 3.0, 7.0 / 3.0, 2.0];
-    assert!((predictions::jackknife(without.into_iter()) - 0.645_497).abs() < 1e-6);
-}
-
-#[test]
 fn what_a_row_leaves_is_parted_along_its_motion_and_across_it_for_each_direction() {
     let parts = |way: &[f64], own: &[f64]| {
         let [way, own] = [way, own].map(DVector::from_row_slice);

@@ -13,7 +13,8 @@ use super::assign::{Member, assigned, floor_mm, noise_mm, rms_mm, stretches};
 use super::prepare::{free_effects, prepared};
 use super::surface::Surface;
 use super::table::Scans;
-use crate::laboratory::{Laboratory, LaboratoryError, Options};
+use crate::laboratory::{Laboratory, LaboratoryError, Options, StandardErrors};
+use crate::noise_floor::Floor;
 
 /// An arm with a light stripe, what is under it, and scans of that.
 #[derive(Debug, Clone, Copy)]
@@ -262,7 +263,7 @@ fn to_adjusted(
 ) -> Result<Adjustment, AdjustError> {
     let observations = Observations::new(&model, &table)?;
     let machine = ResidualModel::new(&model, &table, &observations, &effects)?;
-    let found = found(&machine, fit);
+    let found = found(&StandardErrors::of(&machine, fit, &Floor::among(&machine, None)));
     let not_observable = fit.gauges.iter().map(|gauge| match gauge.same_as.is_empty() {
         true => format!("{} not estimated: it changes nothing that was seen", gauge.held),
         false => format!("{} not estimated: same effect as {}", gauge.held, gauge.same_as.join(", ")),
@@ -297,12 +298,13 @@ fn to_adjusted(
 }
 
 /// Every number of the effects that were fitted, in shown units.
-fn found(machine: &ResidualModel<'_>, fit: &Fit) -> Vec<Found> {
+fn found(errors: &StandardErrors<'_>) -> Vec<Found> {
+    let StandardErrors { machine, fit, covariance } = errors;
     let numbers = machine.free_parameters().iter().enumerate().filter_map(|(place, free_parameter)| {
         let FreeParameter::Effect(part, which) = *free_parameter else { return None };
         let parameter = machine.parts.get(part)?.effect.parameters().get(which)?.clone();
         let value = *fit.state.effects.get(part)?.get(which)?;
-        let variance = fit.covariance.get((place, place)).copied().unwrap_or(0.0);
+        let variance = covariance.get((place, place)).copied().unwrap_or(0.0);
         Some(Found {
             name: machine.parameter_name(*free_parameter),
             unit: if parameter.unit.name == "1" { "" } else { parameter.unit.name },
@@ -354,7 +356,7 @@ mod tests {
         let mut fitted = lab.fit_with(&[], None, &Progress::unwatched()).unwrap();
         fitted.fit.state.effects[1][0] = 0.01;
         fitted.fit.covariance[(1, 1)] = 4e-6;
-        let found = found(&fitted.machine, &fitted.fit);
+        let found = found(&StandardErrors::of_the_fit(&fitted.machine, &fitted.fit));
         assert_eq!((found.len(), found[1].unit), (2, "deg"));
         assert!((found[1].value - 0.01_f64.to_degrees()).abs() < 1e-12);
         assert!((found[1].sigma - 0.002_f64.to_degrees()).abs() < 1e-12, "{}", found[1].sigma);
