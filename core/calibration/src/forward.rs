@@ -4,7 +4,7 @@ use nalgebra::{IsometryMatrix3, Rotation3, Translation3, Vector3};
 use plumb_kinematics::{Deviation, DhParameter, LinkFrames, Motion, Weights};
 
 use crate::arm_model::{MapEffect, Model};
-use crate::effect::{self, Contribution, Dof, Effect, EffectNameError, LooksAt, Situation};
+use crate::effect::{self, Contribution, Dof, Effect, EffectNameError, LooksAt, Sample};
 
 /// A model with everything that has been added to it, ready to be asked.
 #[derive(Debug)]
@@ -96,11 +96,11 @@ fn done(
         let dh_parameter = if joint.motion == Motion::Slides { DhParameter::D } else { DhParameter::Theta };
         deviation.add(dh_parameter, joint.sign * amount);
     }
-    in_pose(model, q, approach, link_frames, |situation| {
+    in_pose(model, q, approach, link_frames, |sample| {
         let mut contributions = Vec::new();
         for (effect, values) in effects {
             contributions.clear();
-            effect.contribute(situation, &mut contributions);
+            effect.contribute(sample, &mut contributions);
             for contribution in &contributions {
                 let amount = contribution.rate * values.get(contribution.parameter).copied().unwrap_or(0.0);
                 match contribution.dof {
@@ -127,7 +127,7 @@ pub(crate) fn constant_contributions(model: &Model, effect: &dyn Effect) -> Vec<
     let q = vec![0.0; model.chain.len()];
     let link_frames = LinkFrames::of(&model.chain, &q, &[]);
     let mut contributions = Vec::new();
-    in_pose(model, &q, &[], &link_frames, |situation| effect.contribute(situation, &mut contributions));
+    in_pose(model, &q, &[], &link_frames, |sample| effect.contribute(sample, &mut contributions));
     contributions
 }
 
@@ -135,9 +135,9 @@ pub(crate) fn constant_contributions(model: &Model, effect: &dyn Effect) -> Vec<
 pub fn rates(model: &Model, effect: &dyn Effect, q: &[f64], approach: &[i8]) -> Vec<f64> {
     let mut rates = vec![0.0; effect.parameters().len()];
     let link_frames = LinkFrames::of(&model.chain, q, &[]);
-    in_pose(model, q, approach, &link_frames, |situation| {
+    in_pose(model, q, approach, &link_frames, |sample| {
         let mut contributions = Vec::new();
-        effect.contribute(situation, &mut contributions);
+        effect.contribute(sample, &mut contributions);
         for contribution in &contributions {
             if let Some(rate) = rates.get_mut(contribution.parameter) {
                 *rate += contribution.rate;
@@ -153,13 +153,13 @@ fn in_pose(
     q: &[f64],
     approach: &[i8],
     link_frames: &LinkFrames,
-    mut ask: impl FnMut(&Situation<'_>),
+    mut ask: impl FnMut(&Sample<'_>),
 ) {
     let weights =
         Weights { masses: &model.masses, payload: 0.0, down: model.down(&model.base.pose.rotation) };
     let mut moments = Vec::new();
     weights.moments(link_frames, &mut moments);
-    ask(&Situation {
+    ask(&Sample {
         chain: &model.chain,
         q,
         // A cell asks of single poses: of time, warmth and the move before nothing is known.

@@ -15,7 +15,7 @@ use crate::thresholds::{
     DIRECTION_FREEDOM, DIRECTION_LEVEL, DIRECTION_ROWS, INLIER_QUANTILE, LACK_OF_FIT_LEVEL, OUTLIER_COST,
     SITE_LIKELIHOOD,
 };
-use plumb_calibration::effect::{Contribution, Dof, Effect, LooksAt, Parameter, Site, Situation, Unit};
+use plumb_calibration::effect::{Contribution, Dof, Effect, LooksAt, Parameter, Sample, Site, Unit};
 use plumb_estimation::{NormalEquations, RankRevealingCholesky, for_each};
 use plumb_estimation::{chi_squared_quantile, f_tail, median};
 
@@ -80,11 +80,11 @@ impl Effect for Loose {
         &self.parameters
     }
 
-    fn contribute(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>) {
+    fn contribute(&self, sample: &Sample<'_>, contributions: &mut Vec<Contribution>) {
         match self.site {
-            Site::Joint(joint) => contributions.push(situation.contribute_to_joint(joint, 0, 1.0)),
+            Site::Joint(joint) => contributions.push(sample.contribute_to_joint(joint, 0, 1.0)),
             _ => {
-                let (first, second) = plumb_calibration::arm_model::square_to(&situation.weights.down);
+                let (first, second) = plumb_calibration::arm_model::square_to(&sample.weights.down);
                 contributions.extend([first, second].into_iter().enumerate().map(|(parameter, turn)| {
                     let (shift, about) = (Vector3::zeros(), Vector3::zeros());
                     Contribution { parameter, dof: Dof::Twist { after: 0, shift, turn, about }, rate: 1.0 }

@@ -235,7 +235,7 @@ mod tests {
 
         fn contribute(
             &self,
-            _: &plumb_calibration::effect::Situation<'_>,
+            _: &plumb_calibration::effect::Sample<'_>,
             _: &mut Vec<plumb_calibration::effect::Contribution>,
         ) {
         }

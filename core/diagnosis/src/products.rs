@@ -9,7 +9,7 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
-use plumb_calibration::effect::{Contribution, Effect, Parameter, Situation, Unit};
+use plumb_calibration::effect::{Contribution, Effect, Parameter, Sample, Unit};
 use plumb_calibration::fit::{Fit, ResidualModel};
 use plumb_estimation::over_chunks;
 
@@ -55,8 +55,8 @@ impl Effect for Way {
         &self.parameters
     }
 
-    fn contribute(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>) {
-        contributions.push(Contribution { rate: 1.0, ..situation.contribute_to_joint(self.joint, 0, 1.0) });
+    fn contribute(&self, sample: &Sample<'_>, contributions: &mut Vec<Contribution>) {
+        contributions.push(Contribution { rate: 1.0, ..sample.contribute_to_joint(self.joint, 0, 1.0) });
     }
 }
 
@@ -270,8 +270,8 @@ free: [joint_zero(turn)]
             self.0.parameters()
         }
 
-        fn contribute(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>) {
-            self.0.contribute(situation, contributions);
+        fn contribute(&self, sample: &Sample<'_>, contributions: &mut Vec<Contribution>) {
+            self.0.contribute(sample, contributions);
         }
     }
 

@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 use super::score_test::Probe;
 use crate::laboratory::Laboratory;
 use plumb_calibration::effect::{
-    Contribution, Dof, Effect, EffectId, LooksAt, Parameter, Search, Site, Situation, Unit,
+    Contribution, Dof, Effect, EffectId, LooksAt, Parameter, Sample, Search, Site, Unit,
 };
 
 /// What a mechanism without a name does.
@@ -48,29 +48,31 @@ impl Effect for Unlisted {
         &self.parameters
     }
 
-    fn contribute(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>) {
-        let q = situation.coordinate(self.joint);
-        let side = situation.side(self.joint);
+    fn contribute(&self, sample: &Sample<'_>, contributions: &mut Vec<Contribution>) {
+        let q = sample.coordinate(self.joint);
+        let side = sample.side(self.joint);
         match self.shape {
             Shape::PlayByAngle => {
                 let waves = [q.cos(), q.sin(), (2.0 * q).cos(), (2.0 * q).sin()];
                 let terms = waves.into_iter().enumerate();
-                contributions.extend(terms.map(|(parameter, wave)| {
-                    situation.contribute_to_joint(self.joint, parameter, side * wave)
-                }));
+                contributions.extend(
+                    terms.map(|(parameter, wave)| {
+                        sample.contribute_to_joint(self.joint, parameter, side * wave)
+                    }),
+                );
             }
             Shape::PlayByLoad => {
-                let moment = situation.moment(self.joint);
-                contributions.push(situation.contribute_to_joint(self.joint, 0, side * moment));
-                contributions.push(situation.contribute_to_joint(self.joint, 1, side * moment.abs()));
+                let moment = sample.moment(self.joint);
+                contributions.push(sample.contribute_to_joint(self.joint, 0, side * moment));
+                contributions.push(sample.contribute_to_joint(self.joint, 1, side * moment.abs()));
             }
             Shape::Hinge { other, at } => {
-                let sum = q + other.map_or(0.0, |other| situation.coordinate(other));
-                contributions.push(situation.contribute_to_joint(self.joint, 0, (sum - at).max(0.0)));
-                contributions.push(situation.contribute_to_joint(self.joint, 1, (sum + at).min(0.0)));
+                let sum = q + other.map_or(0.0, |other| sample.coordinate(other));
+                contributions.push(sample.contribute_to_joint(self.joint, 0, (sum - at).max(0.0)));
+                contributions.push(sample.contribute_to_joint(self.joint, 1, (sum + at).min(0.0)));
             }
             Shape::RockingBase { limit } => {
-                let tipping = situation.weights.overturning(situation.link_frames);
+                let tipping = sample.weights.overturning(sample.link_frames);
                 for (parameter, (moment, axis)) in
                     [(tipping.x, 0), (tipping.x, 1), (tipping.y, 0), (tipping.y, 1)].into_iter().enumerate()
                 {
@@ -187,7 +189,7 @@ mod tests {
         let chain = &lab.model().chain;
         let q = [0.3 * sense, 0.5 * sense];
         let link_frames = plumb_kinematics::LinkFrames::of(chain, &q, &[]);
-        let situation = Situation {
+        let sample = Sample {
             chain,
             q: &q,
             previous: None,
@@ -205,7 +207,7 @@ mod tests {
             trigger: None,
         };
         let mut contributions = Vec::new();
-        Unlisted::new(1, shape).contribute(&situation, &mut contributions);
+        Unlisted::new(1, shape).contribute(&sample, &mut contributions);
         assert!(
             contributions.iter().enumerate().all(|(place, contribution)| contribution.parameter == place)
         );

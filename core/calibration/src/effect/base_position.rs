@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
 use super::tool_offset::length_of;
-use super::{Contribution, Dof, Effect, EffectId, Parameter, Site, Situation, Size, Unit};
+use super::{Contribution, Dof, Effect, EffectId, Parameter, Sample, Site, Size, Unit};
 
 #[derive(Debug)]
 struct BasePosition {
@@ -16,7 +16,7 @@ impl Effect for BasePosition {
         &self.parameters
     }
 
-    fn contribute(&self, _: &Situation<'_>, contributions: &mut Vec<Contribution>) {
+    fn contribute(&self, _: &Sample<'_>, contributions: &mut Vec<Contribution>) {
         contributions.extend((0..3).map(|axis| Contribution {
             parameter: axis,
             dof: Dof::BaseShift(axis),

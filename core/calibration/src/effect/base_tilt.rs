@@ -5,7 +5,7 @@ use plumb_kinematics::{LinkFrames, Motion};
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
 use super::tool_offset::length_of;
-use super::{Contribution, Dof, Effect, EffectId, Parameter, Site, Situation, Size, Unit};
+use super::{Contribution, Dof, Effect, EffectId, Parameter, Sample, Site, Size, Unit};
 use crate::arm_model::Model;
 
 #[derive(Debug)]
@@ -20,7 +20,7 @@ impl Effect for BaseTilt {
         &self.parameters
     }
 
-    fn contribute(&self, _: &Situation<'_>, contributions: &mut Vec<Contribution>) {
+    fn contribute(&self, _: &Sample<'_>, contributions: &mut Vec<Contribution>) {
         for (parameter, axis) in self.axes.iter().enumerate() {
             contributions.extend(axis.iter().enumerate().map(|(part, rate)| Contribution {
                 parameter,

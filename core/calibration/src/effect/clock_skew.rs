@@ -2,7 +2,7 @@
 
 use super::kind::{Kind, Setting};
 use super::rig_numbers::{kind, needs_rig};
-use super::{Contribution, Effect, EffectId, Parameter, Site, Situation, Unit};
+use super::{Contribution, Effect, EffectId, Parameter, Sample, Site, Unit};
 
 #[derive(Debug)]
 struct ClockSkew {
@@ -14,10 +14,10 @@ impl Effect for ClockSkew {
         &self.parameters
     }
 
-    fn contribute(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>) {
+    fn contribute(&self, sample: &Sample<'_>, contributions: &mut Vec<Contribution>) {
         // Late by one time for all joints: each was read where it was that much earlier.
-        let speeds = situation.speed.iter().enumerate();
-        contributions.extend(speeds.map(|(joint, speed)| situation.contribute_to_joint(joint, 0, *speed)));
+        let speeds = sample.speed.iter().enumerate();
+        contributions.extend(speeds.map(|(joint, speed)| sample.contribute_to_joint(joint, 0, *speed)));
     }
 }
 

@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
 use super::tool_offset::length_of;
-use super::{Contribution, Dof, Effect, EffectId, Parameter, Site, Situation, Size, Unit};
+use super::{Contribution, Dof, Effect, EffectId, Parameter, Sample, Site, Size, Unit};
 
 #[derive(Debug)]
 struct Drift {
@@ -16,9 +16,9 @@ impl Effect for Drift {
         &self.parameters
     }
 
-    fn contribute(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>) {
+    fn contribute(&self, sample: &Sample<'_>, contributions: &mut Vec<Contribution>) {
         // Rates in the hours that people read; a steady creep, for nobody knows its law.
-        let hours = if situation.time.is_finite() { situation.time / 3600.0 } else { 0.0 };
+        let hours = if sample.time.is_finite() { sample.time / 3600.0 } else { 0.0 };
         contributions.extend((0..3).map(|axis| Contribution {
             parameter: axis,
             dof: Dof::BaseShift(axis),

@@ -3,7 +3,7 @@
 use nalgebra::DMatrix;
 
 use super::kind::{Family, Setting};
-use super::{Contribution, Dof, Effect, EffectNameError, Parameter, Situation, Size, Unit, standard_error};
+use super::{Contribution, Dof, Effect, EffectNameError, Parameter, Sample, Size, Unit, standard_error};
 
 /// A number that changes from epoch to epoch.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -67,8 +67,8 @@ impl Effect for EpochSteps {
     }
 
     /// What moves in a row: nothing in the first epoch.
-    fn contribute(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>) {
-        let Some(before) = situation.epoch.checked_sub(1) else { return };
+    fn contribute(&self, sample: &Sample<'_>, contributions: &mut Vec<Contribution>) {
+        let Some(before) = sample.epoch.checked_sub(1) else { return };
         let first = before * self.steps.len();
         // An epoch that the model does not know.
         if first + self.steps.len() > self.parameters.len() {

@@ -6,7 +6,7 @@
 use nalgebra::{DMatrix, Vector3};
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
-use super::{Contribution, Effect, LooksAt, Parameter, Situation, Size, Unit, standard_error};
+use super::{Contribution, Effect, LooksAt, Parameter, Sample, Size, Unit, standard_error};
 
 /// Links looked at, from the joint on: those beyond are short and light, and their moments are nearly those of the last of these.
 const LINKS: usize = 3;
@@ -26,17 +26,17 @@ impl Effect for GravityFlexure {
         &self.parameters
     }
 
-    fn contribute(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>) {
-        let joints = &situation.link_frames.joints;
+    fn contribute(&self, sample: &Sample<'_>, contributions: &mut Vec<Contribution>) {
+        let joints = &sample.link_frames.joints;
         // All in the base's frame: only the angle between the axis and what is down counts.
         let Some(axis) = joints.get(self.joint).map(|joint| joint.axis) else { return };
         // axis . (arm x down) = arm . (down x axis)
-        let lever: Vector3<f64> = situation.weights.down.cross(&axis);
+        let lever: Vector3<f64> = sample.weights.down.cross(&axis);
         for link in 0..self.links {
             let Some(frame) = joints.get(self.joint + link) else { return };
             for part in 0..3 {
                 let along = frame.end.rotation.matrix().column(part).into_owned();
-                contributions.push(situation.turn_joint(self.joint, 3 * link + part, along.dot(&lever)));
+                contributions.push(sample.turn_joint(self.joint, 3 * link + part, along.dot(&lever)));
             }
         }
     }

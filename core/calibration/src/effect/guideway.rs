@@ -9,7 +9,7 @@
 use nalgebra::Vector3;
 
 use super::kind::{CandidateContext, Setting};
-use super::{Contribution, Dof, Effect, EffectId, EffectNameError, LooksAt, Parameter, Situation, Unit};
+use super::{Contribution, Dof, Effect, EffectId, EffectNameError, LooksAt, Parameter, Sample, Unit};
 
 /// About which line a carriage turns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -64,16 +64,16 @@ impl Effect for Guideway {
         &self.parameters
     }
 
-    fn contribute(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>) {
+    fn contribute(&self, sample: &Sample<'_>, contributions: &mut Vec<Contribution>) {
         let (Some(frame), Some(row)) =
-            (situation.link_frames.joints.get(self.joint), situation.chain.joints.get(self.joint))
+            (sample.link_frames.joints.get(self.joint), sample.chain.joints.get(self.joint))
         else {
             return;
         };
         // The way in which the coordinate grows, base frame.
         let travel = frame.axis * row.sign;
-        let q = situation.coordinate(self.joint);
-        let (pitch, yaw) = across(&travel, &-situation.weights.down);
+        let q = sample.coordinate(self.joint);
+        let (pitch, yaw) = across(&travel, &-sample.weights.down);
         let (about, bow) = match self.turn {
             Turn::Roll => (travel, 0.0),
             Turn::Pitch => (pitch, 1.0),

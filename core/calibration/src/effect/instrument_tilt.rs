@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, Vector3};
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
 use super::tool_offset::length_of;
-use super::{Contribution, Dof, Effect, EffectId, LooksAt, Parameter, Site, Situation, Size, Unit};
+use super::{Contribution, Dof, Effect, EffectId, LooksAt, Parameter, Sample, Site, Size, Unit};
 use crate::arm_model::MeasuredFrom;
 
 #[derive(Debug)]
@@ -17,10 +17,10 @@ impl Effect for InstrumentTilt {
         &self.parameters
     }
 
-    fn contribute(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>) {
+    fn contribute(&self, sample: &Sample<'_>, contributions: &mut Vec<Contribution>) {
         for (parameter, axis) in [Vector3::x(), Vector3::y()].into_iter().enumerate() {
             // A small turn about the instrument's own origin, from where it reads.
-            let moved = axis.cross(&situation.point);
+            let moved = axis.cross(&sample.point);
             contributions.extend((0..3).map(|part| Contribution {
                 parameter,
                 dof: Dof::Reading(part),

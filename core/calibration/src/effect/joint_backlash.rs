@@ -1,7 +1,7 @@
 //! A joint lags behind its motor by half its play, towards where it came from.
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
-use super::{Contribution, Effect, Parameter, Situation, Unit};
+use super::{Contribution, Effect, Parameter, Sample, Unit};
 
 #[derive(Debug)]
 struct JointBacklash {
@@ -14,14 +14,10 @@ impl Effect for JointBacklash {
         &self.parameters
     }
 
-    fn contribute(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>) {
+    fn contribute(&self, sample: &Sample<'_>, contributions: &mut Vec<Contribution>) {
         // The motor drives the flank it came on: coming from below the joint stays half the play behind, from above half ahead
         // (Nordin and Gutman 2002, Controlling mechanical systems with backlash).
-        contributions.push(situation.contribute_to_joint(
-            self.joint,
-            0,
-            -0.5 * situation.side_or_way(self.joint),
-        ));
+        contributions.push(sample.contribute_to_joint(self.joint, 0, -0.5 * sample.side_or_way(self.joint)));
     }
 
     fn changes_coordinate(&self) -> Option<usize> {

@@ -4,7 +4,7 @@ use plumb_kinematics::Chain;
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
 use super::link_torsion::links_along;
-use super::{Contribution, Effect, LooksAt, Parameter, Situation, Unit};
+use super::{Contribution, Effect, LooksAt, Parameter, Sample, Unit};
 
 #[derive(Debug)]
 struct JointCompliance {
@@ -17,9 +17,9 @@ impl Effect for JointCompliance {
         &self.parameters
     }
 
-    fn contribute(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>) {
+    fn contribute(&self, sample: &Sample<'_>, contributions: &mut Vec<Contribution>) {
         // The moment is about the axis, and so is the deflection: the sense of the coordinate does not enter.
-        contributions.push(situation.turn_joint(self.joint, 0, situation.moment(self.joint)));
+        contributions.push(sample.turn_joint(self.joint, 0, sample.moment(self.joint)));
     }
 
     fn twin(&self, chain: &Chain) -> Option<String> {

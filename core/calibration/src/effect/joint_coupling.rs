@@ -1,7 +1,7 @@
 //! Turning one joint drags another: a drive that runs through it, a belt around it.
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
-use super::{Contribution, Effect, EffectId, EffectNameError, Parameter, Situation, Unit};
+use super::{Contribution, Effect, EffectId, EffectNameError, Parameter, Sample, Unit};
 
 #[derive(Debug)]
 struct JointCoupling {
@@ -15,9 +15,9 @@ impl Effect for JointCoupling {
         &self.parameters
     }
 
-    fn contribute(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>) {
+    fn contribute(&self, sample: &Sample<'_>, contributions: &mut Vec<Contribution>) {
         // A belt or a cable that runs over the driving joint's axis winds by its turn (Craig 2005: actuator space and joint space).
-        contributions.push(situation.contribute_to_joint(self.joint, 0, situation.coordinate(self.driver)));
+        contributions.push(sample.contribute_to_joint(self.joint, 0, sample.coordinate(self.driver)));
     }
 
     fn changes_coordinate(&self) -> Option<usize> {

@@ -1,7 +1,7 @@
 //! A joint turns a little more or less than commanded: a wrong gear ratio, a slipping drive, a stretched scale.
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
-use super::{Contribution, Effect, Parameter, Situation, Unit};
+use super::{Contribution, Effect, Parameter, Sample, Unit};
 
 #[derive(Debug)]
 struct JointGain {
@@ -14,9 +14,9 @@ impl Effect for JointGain {
         &self.parameters
     }
 
-    fn contribute(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>) {
+    fn contribute(&self, sample: &Sample<'_>, contributions: &mut Vec<Contribution>) {
         // Of the commanded coordinate, counted from its zero: a gain about another place is a gain and a zero.
-        contributions.push(situation.contribute_to_joint(self.joint, 0, situation.coordinate(self.joint)));
+        contributions.push(sample.contribute_to_joint(self.joint, 0, sample.coordinate(self.joint)));
     }
 
     fn changes_coordinate(&self) -> Option<usize> {

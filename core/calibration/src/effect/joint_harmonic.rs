@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
 use super::{
-    Contribution, Effect, EffectId, EffectNameError, Parameter, Site, Situation, Size, Unit, amplitude,
+    Contribution, Effect, EffectId, EffectNameError, Parameter, Sample, Site, Size, Unit, amplitude,
 };
 
 /// The highest number of periods a turn that is looked for, besides the gear ratios.
@@ -28,11 +28,11 @@ impl Effect for JointHarmonic {
         &self.parameters
     }
 
-    fn contribute(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>) {
+    fn contribute(&self, sample: &Sample<'_>, contributions: &mut Vec<Contribution>) {
         // Sine and cosine in place of amplitude and phase: both are linear, and no start is needed.
-        let (sine, cosine) = wave(self.order * situation.coordinate(self.joint));
-        contributions.push(situation.contribute_to_joint(self.joint, 0, sine));
-        contributions.push(situation.contribute_to_joint(self.joint, 1, cosine));
+        let (sine, cosine) = wave(self.order * sample.coordinate(self.joint));
+        contributions.push(sample.contribute_to_joint(self.joint, 0, sine));
+        contributions.push(sample.contribute_to_joint(self.joint, 1, cosine));
     }
 
     fn changes_coordinate(&self) -> Option<usize> {

@@ -1,7 +1,7 @@
 //! A joint creeps into place: it stops short by a share of its last move.
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
-use super::{Contribution, Effect, Parameter, Situation, Unit};
+use super::{Contribution, Effect, Parameter, Sample, Unit};
 
 #[derive(Debug)]
 struct JointSettling {
@@ -14,9 +14,9 @@ impl Effect for JointSettling {
         &self.parameters
     }
 
-    fn contribute(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>) {
+    fn contribute(&self, sample: &Sample<'_>, contributions: &mut Vec<Contribution>) {
         // What has not settled is a share of the way that it still had to go: an exponential approach, read at one time after each move.
-        contributions.push(situation.contribute_to_joint(self.joint, 0, -situation.last_move(self.joint)));
+        contributions.push(sample.contribute_to_joint(self.joint, 0, -sample.last_move(self.joint)));
     }
 
     fn changes_coordinate(&self) -> Option<usize> {

@@ -1,7 +1,7 @@
 //! A joint jumps at some moment and stays off: lost steps, a slipped coupling, a knock.
 
 use super::kind::{CandidateContext, DrivenBy, Family, Kind, Places, Search, Setting};
-use super::{Contribution, Effect, EffectId, EffectNameError, Parameter, Situation, Unit};
+use super::{Contribution, Effect, EffectId, EffectNameError, Parameter, Sample, Unit};
 use crate::arm_model::Epochs;
 
 /// Moments that are tried at most.
@@ -21,10 +21,10 @@ impl Effect for JointStep {
         &self.parameters
     }
 
-    fn contribute(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>) {
+    fn contribute(&self, sample: &Sample<'_>, contributions: &mut Vec<Contribution>) {
         // From the moment on, that moment included: it is the time of the first row that is off.
-        let after = if situation.clock >= self.at { 1.0 } else { 0.0 };
-        contributions.push(situation.contribute_to_joint(self.joint, 0, after));
+        let after = if sample.clock >= self.at { 1.0 } else { 0.0 };
+        contributions.push(sample.contribute_to_joint(self.joint, 0, after));
     }
 
     fn changes_coordinate(&self) -> Option<usize> {

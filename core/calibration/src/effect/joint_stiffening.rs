@@ -1,7 +1,7 @@
 //! A joint that gives easily at first and stiffens under load: the soft wind-up of harmonic drives, belts and cables.
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
-use super::{Contribution, Effect, EffectId, EffectNameError, LooksAt, Parameter, Situation, Unit};
+use super::{Contribution, Effect, EffectId, EffectNameError, LooksAt, Parameter, Sample, Unit};
 
 /// Knees that are tried, as shares of the greatest moment in the table. A higher knee would be no other than a plain
 /// compliance.
@@ -30,10 +30,10 @@ impl Effect for JointStiffening {
         &self.parameters
     }
 
-    fn contribute(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>) {
+    fn contribute(&self, sample: &Sample<'_>, contributions: &mut Vec<Contribution>) {
         // The knee is the moment from which the cubic part is as large as the linear one.
-        let share = situation.moment(self.joint) / self.knee;
-        contributions.push(situation.turn_joint(self.joint, 0, self.knee * wound(share)));
+        let share = sample.moment(self.joint) / self.knee;
+        contributions.push(sample.turn_joint(self.joint, 0, self.knee * wound(share)));
     }
 
     fn looks_at(&self) -> LooksAt {

@@ -1,7 +1,7 @@
 //! A joint's zero is not where its encoder says.
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
-use super::{Contribution, Effect, Parameter, Situation, Unit};
+use super::{Contribution, Effect, Parameter, Sample, Unit};
 
 #[derive(Debug)]
 struct JointZero {
@@ -14,9 +14,9 @@ impl Effect for JointZero {
         &self.parameters
     }
 
-    fn contribute(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>) {
+    fn contribute(&self, sample: &Sample<'_>, contributions: &mut Vec<Contribution>) {
         // In the coordinate's own sense: a row that counts the other way turns the other way.
-        contributions.push(situation.contribute_to_joint(self.joint, 0, 1.0));
+        contributions.push(sample.contribute_to_joint(self.joint, 0, 1.0));
     }
 }
 

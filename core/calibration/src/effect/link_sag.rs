@@ -1,7 +1,7 @@
 //! A link bends under its load, as a beam clamped at its joint.
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
-use super::{Contribution, Dof, Effect, LooksAt, Parameter, Situation, Unit};
+use super::{Contribution, Dof, Effect, LooksAt, Parameter, Sample, Unit};
 
 #[derive(Debug)]
 struct LinkSag {
@@ -14,8 +14,8 @@ impl Effect for LinkSag {
         &self.parameters
     }
 
-    fn contribute(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>) {
-        if let Some(sag) = situation.weights.sag(situation.link_frames, self.joint) {
+    fn contribute(&self, sample: &Sample<'_>, contributions: &mut Vec<Contribution>) {
+        if let Some(sag) = sample.weights.sag(sample.link_frames, self.joint) {
             // Euler and Bernoulli's beam, clamped at its joint: shift and slope of its end go to everything beyond (Timoshenko 1955, Strength of Materials I).
             let dof = Dof::Twist { after: self.joint, shift: sag.shift, turn: sag.turn, about: sag.end };
             contributions.push(Contribution { parameter: 0, dof, rate: 1.0 });

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use plumb_kinematics::{Chain, LinkFrames, Motion, Weights};
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
-use super::{Contribution, Dof, Effect, LooksAt, Parameter, Situation, Unit};
+use super::{Contribution, Dof, Effect, LooksAt, Parameter, Sample, Unit};
 
 /// Sine of the angle below which a link lies along an axis: as for parallel axes, what is left of it is an error of the arm.
 const ALONG: f64 = 0.05;
@@ -20,8 +20,8 @@ impl Effect for LinkTorsion {
         &self.parameters
     }
 
-    fn contribute(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>) {
-        let (weights, link_frames) = (&situation.weights, situation.link_frames);
+    fn contribute(&self, sample: &Sample<'_>, contributions: &mut Vec<Contribution>) {
+        let (weights, link_frames) = (&sample.weights, sample.link_frames);
         let Some((start, end)) = weights.link(link_frames, self.joint) else { return };
         let Some(along) = (end - start).try_normalize(1e-6) else { return };
         let length = (end - start).norm() * 1e-3;

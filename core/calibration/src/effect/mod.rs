@@ -52,12 +52,12 @@ mod reading_warming;
 mod reflectance;
 mod rig_numbers;
 mod row_error;
+mod sample;
 mod sampling;
 mod scale;
 mod screw_wave;
 mod sensor_tilt;
 mod sites;
-mod situation;
 mod stripe_bow;
 mod stripe_plane;
 mod summary;
@@ -76,7 +76,7 @@ pub use kind::{CandidateContext, DrivenBy, Family, Kind, Places, SKETCH_COLUMNS,
 pub use library::{build, expand, kind, kinds, parse};
 pub use pose_error::POSE_ERROR;
 pub use positions::{not_at_these_positions, waves_not_shown};
-pub use situation::{Situation, Trigger};
+pub use sample::{Sample, Trigger};
 pub use summary::DatasetSummary;
 
 use nalgebra::{DMatrix, Vector3};
@@ -260,7 +260,7 @@ pub trait Effect: std::fmt::Debug + Send + Sync {
     fn parameters(&self) -> &[Parameter];
 
     /// Appends what moves in this row per unit of each parameter.
-    fn contribute(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>);
+    fn contribute(&self, sample: &Sample<'_>, contributions: &mut Vec<Contribution>);
 
     /// The joint whose coordinate it changes, where that is all it does: such effects of one joint differ by their rates alone.
     fn changes_coordinate(&self) -> Option<usize> {

@@ -1,7 +1,7 @@
 //! Each of a few poses has an error of its own, whatever its reason. It is never a candidate and never kept: it is beside what is asked about conditions where poses are
 //! few and were measured often, so that what goes with the pose alone is not held against them.
 
-use super::{Contribution, Dof, Effect, Parameter, Situation, Unit};
+use super::{Contribution, Dof, Effect, Parameter, Sample, Unit};
 use crate::arm_model::Model;
 
 /// How it is called inside.
@@ -31,12 +31,12 @@ impl Effect for PoseError {
         &self.parameters
     }
 
-    fn contribute(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>) {
+    fn contribute(&self, sample: &Sample<'_>, contributions: &mut Vec<Contribution>) {
         // Returns to one pose differ by the scatter of what was read: the nearest pose is the one that was meant.
         let apart = self
             .poses
             .iter()
-            .map(|pose| pose.iter().zip(situation.q).map(|(pose, q)| (pose - q).powi(2)).sum::<f64>());
+            .map(|pose| pose.iter().zip(sample.q).map(|(pose, q)| (pose - q).powi(2)).sum::<f64>());
         let nearest = apart.enumerate().min_by(|one, other| one.1.total_cmp(&other.1));
         let Some((pose, _)) = nearest else { return };
         // A shift of the whole: what else is wrong in one pose cannot be distinguished from it there.

@@ -3,9 +3,7 @@
 use nalgebra::DMatrix;
 
 use super::kind::{CandidateContext, DrivenBy, Family, Kind, Places, Search, Setting};
-use super::{
-    Contribution, Effect, EffectId, EffectNameError, Parameter, Situation, Size, Unit, standard_error,
-};
+use super::{Contribution, Effect, EffectId, EffectNameError, Parameter, Sample, Size, Unit, standard_error};
 
 /// Most pieces: those between the 256 lines that a compensation table of LinuxCNC has at most.
 const MOST_PIECES: f64 = 255.0;
@@ -43,10 +41,10 @@ impl Effect for PositioningError {
         &self.parameters
     }
 
-    fn contribute(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>) {
-        let knots = self.knots(situation.coordinate(self.joint));
+    fn contribute(&self, sample: &Sample<'_>, contributions: &mut Vec<Contribution>) {
+        let knots = self.knots(sample.coordinate(self.joint));
         contributions.extend(knots.into_iter().filter_map(|(knot, share)| {
-            Some(situation.contribute_to_joint(self.joint, knot.checked_sub(1)?, share))
+            Some(sample.contribute_to_joint(self.joint, knot.checked_sub(1)?, share))
         }));
     }
 

@@ -1,7 +1,7 @@
 //! The zero of a reading shifts with temperature.
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
-use super::{Channel, Contribution, Dof, Effect, EffectId, Parameter, Site, Situation, Unit};
+use super::{Channel, Contribution, Dof, Effect, EffectId, Parameter, Sample, Site, Unit};
 
 /// Greatest plausible shift a kelvin. Data sheets of draw wires and of optical triangulation give a hundredth of a percent of the range, of poor ones a
 /// tenth: 1 mm is that of a wire of a metre, mm/K. Of levels and theodolites it is thousandths of a degree: 0.1 deg is far beyond, rad/K.
@@ -25,8 +25,8 @@ impl Effect for ReadingWarming {
         &self.parameters
     }
 
-    fn contribute(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>) {
-        let warmer = situation.warmer_than_reference();
+    fn contribute(&self, sample: &Sample<'_>, contributions: &mut Vec<Contribution>) {
+        let warmer = sample.warmer_than_reference();
         contributions.push(Contribution { parameter: 0, dof: Dof::ReadingZero(self.channel), rate: warmer });
     }
 }

@@ -2,7 +2,7 @@
 
 use super::EffectNameError;
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
-use super::{Contribution, Dof, Effect, EffectId, LooksAt, Parameter, Site, Situation, Unit};
+use super::{Contribution, Dof, Effect, EffectId, LooksAt, Parameter, Sample, Site, Unit};
 use crate::arm_model::SurfaceShape;
 use crate::arm_model::{Model, Sensor};
 
@@ -22,9 +22,9 @@ impl Effect for Reflectance {
         LooksAt::Point
     }
 
-    fn contribute(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>) {
+    fn contribute(&self, sample: &Sample<'_>, contributions: &mut Vec<Contribution>) {
         // To first order: where light falls by `k` of itself a mm, a surface that sends back a share more is seen as much further away.
-        if situation.trigger.is_some_and(|trigger| trigger.surface == self.surface) {
+        if sample.trigger.is_some_and(|trigger| trigger.surface == self.surface) {
             contributions.push(Contribution {
                 parameter: 0,
                 dof: Dof::Trigger,

@@ -5,8 +5,7 @@ use nalgebra::DMatrix;
 use super::kind::{CandidateContext, DrivenBy, Family, Kind, Places, Search, Setting, Sketch};
 use super::tool_offset::length_of;
 use super::{
-    Contribution, Dof, Effect, EffectId, EffectNameError, Parameter, Site, Situation, Size, Unit,
-    standard_error,
+    Contribution, Dof, Effect, EffectId, EffectNameError, Parameter, Sample, Site, Size, Unit, standard_error,
 };
 use crate::arm_model::RigNumber;
 
@@ -25,7 +24,7 @@ impl Effect for RigNumbers {
         &self.parameters
     }
 
-    fn contribute(&self, _: &Situation<'_>, contributions: &mut Vec<Contribution>) {
+    fn contribute(&self, _: &Sample<'_>, contributions: &mut Vec<Contribution>) {
         let numbers = self.numbers.iter().enumerate();
         contributions.extend(numbers.map(|(parameter, number)| Contribution {
             parameter,

@@ -3,7 +3,7 @@
 use plumb_kinematics::DhParameter;
 
 use super::kind::Setting;
-use super::{Contribution, Dof, Effect, EffectNameError, Parameter, Situation};
+use super::{Contribution, Dof, Effect, EffectNameError, Parameter, Sample};
 
 /// A constant error of one number of a joint's row.
 #[derive(Debug)]
@@ -31,7 +31,7 @@ impl Effect for RowError {
         &self.parameters
     }
 
-    fn contribute(&self, _: &Situation<'_>, contributions: &mut Vec<Contribution>) {
+    fn contribute(&self, _: &Sample<'_>, contributions: &mut Vec<Contribution>) {
         // One of the five numbers of a row moves as itself, in mm or rad.
         contributions.push(Contribution { parameter: 0, dof: self.dof, rate: 1.0 });
     }

@@ -1,9 +1,7 @@
 //! The instrument's unit of length is off along one of its axes.
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
-use super::{
-    Contribution, Dof, Effect, EffectId, EffectNameError, LooksAt, Parameter, Site, Situation, Unit,
-};
+use super::{Contribution, Dof, Effect, EffectId, EffectNameError, LooksAt, Parameter, Sample, Site, Unit};
 
 #[derive(Debug)]
 struct Scale {
@@ -16,9 +14,9 @@ impl Effect for Scale {
         &self.parameters
     }
 
-    fn contribute(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>) {
+    fn contribute(&self, sample: &Sample<'_>, contributions: &mut Vec<Contribution>) {
         // From the instrument's own origin, which a scale leaves where it is.
-        let coordinate = situation.point.get(self.axis).copied().unwrap_or(0.0);
+        let coordinate = sample.point.get(self.axis).copied().unwrap_or(0.0);
         contributions.push(Contribution { parameter: 0, dof: Dof::Reading(self.axis), rate: coordinate });
     }
 

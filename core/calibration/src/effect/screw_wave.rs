@@ -7,7 +7,7 @@ use nalgebra::DMatrix;
 use super::kind::{CandidateContext, DrivenBy, Family, Kind, Places, Search, Setting};
 use super::sampling::{Sampling, sampling};
 use super::{
-    Contribution, Effect, EffectId, EffectNameError, Parameter, Site, Situation, Size, Unit, amplitude,
+    Contribution, Effect, EffectId, EffectNameError, Parameter, Sample, Site, Size, Unit, amplitude,
 };
 use crate::arm_model::Model;
 
@@ -30,11 +30,11 @@ impl Effect for ScrewWave {
         &self.parameters
     }
 
-    fn contribute(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>) {
+    fn contribute(&self, sample: &Sample<'_>, contributions: &mut Vec<Contribution>) {
         // Counted from the coordinate's zero, wherever the screw is there: the phase is found.
-        let (sine, cosine) = (self.rate * situation.coordinate(self.joint)).sin_cos();
-        contributions.push(situation.contribute_to_joint(self.joint, 0, sine));
-        contributions.push(situation.contribute_to_joint(self.joint, 1, cosine));
+        let (sine, cosine) = (self.rate * sample.coordinate(self.joint)).sin_cos();
+        contributions.push(sample.contribute_to_joint(self.joint, 0, sine));
+        contributions.push(sample.contribute_to_joint(self.joint, 1, cosine));
     }
 
     fn changes_coordinate(&self) -> Option<usize> {

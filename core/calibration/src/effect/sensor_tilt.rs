@@ -1,7 +1,7 @@
 //! The arm's own sensor sits askew in the hand: it looks aside, the further the higher it is.
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
-use super::{Contribution, Dof, Effect, EffectId, LooksAt, Parameter, Site, Situation, Unit};
+use super::{Contribution, Dof, Effect, EffectId, LooksAt, Parameter, Sample, Site, Unit};
 
 #[derive(Debug)]
 struct SensorTilt {
@@ -17,10 +17,10 @@ impl Effect for SensorTilt {
         LooksAt::Point
     }
 
-    fn contribute(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>) {
-        let Some(trigger) = situation.trigger else { return };
+    fn contribute(&self, sample: &Sample<'_>, contributions: &mut Vec<Contribution>) {
+        let Some(trigger) = sample.trigger else { return };
         // A look that leans by a small angle meets what is `distance` ahead so much aside, along the hand's own x and y.
-        for (parameter, direction) in situation.hand.column_iter().take(2).enumerate() {
+        for (parameter, direction) in sample.hand.column_iter().take(2).enumerate() {
             contributions.extend(direction.iter().enumerate().map(|(axis, part)| Contribution {
                 parameter,
                 dof: Dof::Reading(axis),

@@ -3,8 +3,8 @@
 use plumb_kinematics::{LinkFrames, Weights};
 
 use super::identity::Channel;
+use super::sample::way;
 use super::sampling::distinct;
-use super::situation::way;
 use crate::arm_model::{Model, SurfaceShape};
 use crate::table::Table;
 use crate::table::scalar::HEIGHT;

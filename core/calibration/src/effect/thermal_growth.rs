@@ -3,7 +3,7 @@
 use plumb_kinematics::DhParameter;
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
-use super::{Contribution, Dof, Effect, Parameter, Situation, Unit};
+use super::{Contribution, Dof, Effect, Parameter, Sample, Unit};
 
 #[derive(Debug)]
 struct ThermalGrowth {
@@ -18,8 +18,8 @@ impl Effect for ThermalGrowth {
         &self.parameters
     }
 
-    fn contribute(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>) {
-        let warmer = situation.warmer_than_reference();
+    fn contribute(&self, sample: &Sample<'_>, contributions: &mut Vec<Contribution>) {
+        let warmer = sample.warmer_than_reference();
         // Lengths grow as they are long, and angles stay: dl = l alpha dT.
         let sizes = [(DhParameter::A, self.length), (DhParameter::D, self.offset)];
         contributions.extend(sizes.map(|(dh_parameter, size)| Contribution {

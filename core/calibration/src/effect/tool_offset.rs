@@ -1,7 +1,7 @@
 //! The measured point sits elsewhere on the flange than the model says.
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
-use super::{Contribution, Dof, Effect, EffectId, Parameter, Site, Situation, Size, Unit, standard_error};
+use super::{Contribution, Dof, Effect, EffectId, Parameter, Sample, Site, Size, Unit, standard_error};
 use nalgebra::DMatrix;
 
 #[derive(Debug)]
@@ -15,7 +15,7 @@ impl Effect for ToolOffset {
         &self.parameters
     }
 
-    fn contribute(&self, _: &Situation<'_>, contributions: &mut Vec<Contribution>) {
+    fn contribute(&self, _: &Sample<'_>, contributions: &mut Vec<Contribution>) {
         contributions.extend((0..3).map(|axis| Contribution {
             parameter: axis,
             dof: Dof::Target(self.target, axis),

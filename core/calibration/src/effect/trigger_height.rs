@@ -1,7 +1,7 @@
 //! The arm's own sensor triggers higher or lower over a surface than the model says.
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
-use super::{Contribution, Dof, Effect, EffectId, Parameter, Site, Situation, Unit};
+use super::{Contribution, Dof, Effect, EffectId, Parameter, Sample, Site, Unit};
 
 #[derive(Debug)]
 struct TriggerHeight {
@@ -13,7 +13,7 @@ impl Effect for TriggerHeight {
         &self.parameters
     }
 
-    fn contribute(&self, _: &Situation<'_>, contributions: &mut Vec<Contribution>) {
+    fn contribute(&self, _: &Sample<'_>, contributions: &mut Vec<Contribution>) {
         // One height over every surface, at every edge none: there the spot counts.
         contributions.push(Contribution { parameter: 0, dof: Dof::Trigger, rate: 1.0 });
     }

@@ -1,7 +1,7 @@
 //! The arm's own sensor lets go at another light than the model says.
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
-use super::{Contribution, Dof, Effect, EffectId, LooksAt, Parameter, Site, Situation, Unit};
+use super::{Contribution, Dof, Effect, EffectId, LooksAt, Parameter, Sample, Site, Unit};
 use crate::arm_model::Sensor;
 
 #[derive(Debug)]
@@ -22,9 +22,9 @@ impl Effect for TriggerHysteresis {
         LooksAt::Point
     }
 
-    fn contribute(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>) {
+    fn contribute(&self, sample: &Sample<'_>, contributions: &mut Vec<Contribution>) {
         // Coming on it fires at its level, whatever it holds afterwards.
-        let Some(trigger) = situation.trigger.filter(|trigger| !trigger.came_on) else { return };
+        let Some(trigger) = sample.trigger.filter(|trigger| !trigger.came_on) else { return };
         // Both are found by halving: a closed form of their slopes would have to follow every change of the sensor's law.
         let [less, more] = [-SMALL, SMALL].map(|by| {
             let hysteresis = self.sensor.hysteresis + by;

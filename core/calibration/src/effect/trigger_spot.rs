@@ -1,7 +1,7 @@
 //! The arm's own sensor sees a spot, not a point: at an edge it switches before its middle is there.
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
-use super::{Contribution, Dof, Effect, EffectId, LooksAt, Parameter, Site, Situation, Unit};
+use super::{Contribution, Dof, Effect, EffectId, LooksAt, Parameter, Sample, Site, Unit};
 use crate::arm_model::Sensor;
 
 #[derive(Debug)]
@@ -19,9 +19,9 @@ impl Effect for TriggerSpot {
         LooksAt::Point
     }
 
-    fn contribute(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>) {
+    fn contribute(&self, sample: &Sample<'_>, contributions: &mut Vec<Contribution>) {
         // Over something flat the whole spot sees the same.
-        let Some(trigger) = situation.trigger.filter(|trigger| trigger.edge) else { return };
+        let Some(trigger) = sample.trigger.filter(|trigger| trigger.edge) else { return };
         let early = self.sensor.early(trigger.came_on, trigger.distance, self.sensor.hysteresis);
         // A spot that is wider by a mm has a radius that is larger by half of one.
         contributions.push(Contribution { parameter: 0, dof: Dof::Edge, rate: trigger.light * 0.5 * early });

@@ -3,7 +3,7 @@
 use plumb_kinematics::DhParameter;
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
-use super::{Contribution, Dof, Effect, EffectId, EffectNameError, Parameter, Quantity, Situation, Unit};
+use super::{Contribution, Dof, Effect, EffectId, EffectNameError, Parameter, Quantity, Sample, Unit};
 
 /// Time constants that are tried, as shares of the time the table spans.
 const CONSTANTS: [f64; 8] = [0.04, 0.08, 0.15, 0.25, 0.4, 0.7, 1.2, 2.5];
@@ -21,12 +21,12 @@ impl Effect for WarmUp {
         &self.parameters
     }
 
-    fn contribute(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>) {
-        let time = if situation.time.is_finite() { situation.time } else { 0.0 };
+    fn contribute(&self, sample: &Sample<'_>, contributions: &mut Vec<Contribution>) {
+        let time = if sample.time.is_finite() { sample.time } else { 0.0 };
         // One heat store that loses heat to the room in proportion to what it has (Newton's law of cooling).
         let rate = 1.0 - (-time / self.time_constant).exp();
         let dh_parameter = match self.of {
-            Quantity::Zero => return contributions.push(situation.contribute_to_joint(self.joint, 0, rate)),
+            Quantity::Zero => return contributions.push(sample.contribute_to_joint(self.joint, 0, rate)),
             Quantity::Length => DhParameter::A,
             Quantity::Offset => DhParameter::D,
         };

@@ -6,7 +6,7 @@ use super::arm_pose::{ArmPose, Changes};
 use super::residual_model::ResidualModel;
 use super::scratch::Scratch;
 use super::state::State;
-use crate::effect::{Contribution, LooksAt, Situation};
+use crate::effect::{Contribution, LooksAt, Sample};
 
 /// Rounds in which a bending arm comes to balance at most. What bends under its own weight changes the moments that bend it by a share that is of the order of the deflection itself
 /// (1e-3 rad), so that three rounds leave 1e-9 of it; what would need more than this many has no balance that a machine could have.
@@ -25,11 +25,11 @@ impl ResidualModel<'_> {
         }
         // Of these effects none asks for the frames.
         let idle = LinkFrames::default();
-        let situation = self.situation(state, row, &idle, &[], None);
+        let sample = self.sample(state, row, &idle, &[], None);
         for (part, values) in self.parts.iter().zip(&state.effects) {
             if part.looks_at == LooksAt::Conditions {
                 contributions.clear();
-                part.effect.contribute(&situation, contributions);
+                part.effect.contribute(&sample, contributions);
                 pose.changes.add(contributions, values);
             }
         }
@@ -58,26 +58,26 @@ impl ResidualModel<'_> {
             // Each round begins from the stiff arm: what bends is no sum over the rounds.
             changes.deviations.clone_from(&stiff);
             changes.clear_bending();
-            let situation = self.situation(state, row, link_frames, moments, None);
-            self.add_bends(state, &situation, contributions, changes);
+            let sample = self.sample(state, row, link_frames, moments, None);
+            self.add_bends(state, &sample, contributions, changes);
             if changes.bends_as(&before, BALANCED) {
                 return;
             }
         }
     }
 
-    /// Adds what gravity bends in a situation.
+    /// Adds what gravity bends in a sample.
     pub(super) fn add_bends(
         &self,
         state: &State,
-        situation: &Situation<'_>,
+        sample: &Sample<'_>,
         contributions: &mut Vec<Contribution>,
         changes: &mut Changes,
     ) {
         for (part, values) in self.parts.iter().zip(&state.effects) {
             if part.looks_at == LooksAt::Gravity {
                 contributions.clear();
-                part.effect.contribute(situation, contributions);
+                part.effect.contribute(sample, contributions);
                 changes.add(contributions, values);
             }
         }

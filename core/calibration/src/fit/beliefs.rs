@@ -28,7 +28,7 @@ impl ResidualModel<'_> {
             definition.check(self.table, &|row, look| {
                 let pose = self.in_row(&state, row).pose;
                 let (point, _) = pose.point(&state, 0);
-                look(&self.situation(&state, row, &pose.link_frames, &pose.moments, Some(point)));
+                look(&self.sample(&state, row, &pose.link_frames, &pose.moments, Some(point)));
             })?;
         }
         Ok(())
@@ -103,7 +103,7 @@ impl ResidualModel<'_> {
         let (point, _) = pose.point(state, 0);
         let mut contributions = Vec::new();
         effect.contribute(
-            &self.situation(state, row, &pose.link_frames, &pose.moments, Some(point)),
+            &self.sample(state, row, &pose.link_frames, &pose.moments, Some(point)),
             &mut contributions,
         );
         contributions

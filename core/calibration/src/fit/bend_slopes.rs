@@ -29,7 +29,7 @@ pub(super) struct Bend {
     pub(super) target: usize,
 }
 
-/// How fast each bend grows with its parameter, in one situation.
+/// How fast each bend grows with its parameter, in one sample.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Rates {
     pub(super) bends: Vec<Bend>,

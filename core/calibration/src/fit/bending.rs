@@ -9,7 +9,7 @@ use super::residual_model::ResidualModel;
 use super::response::{Alone, DH_PARAMETERS, Response, TURNS};
 use super::scratch::Scratch;
 use super::state::State;
-use crate::effect::{Contribution, LooksAt, Situation};
+use crate::effect::{Contribution, LooksAt, Sample};
 
 /// Changes with which derivatives are taken, rad and mm: their squares are below rounding beside a bend, and they are far above it.
 const SMALL_TURN: f64 = 1e-6;
@@ -65,10 +65,10 @@ impl ResidualModel<'_> {
         contributions: &mut Vec<Contribution>,
     ) -> Slopes {
         let numbers = DH_PARAMETERS.len() * self.model.chain.len();
-        let situation = self.situation(state, row, &pose.link_frames, &pose.moments, None);
-        let weights = situation.weights;
+        let sample = self.sample(state, row, &pose.link_frames, &pose.moments, None);
+        let weights = sample.weights;
         let mut rates = Rates::default();
-        self.work_out_rates(&situation, contributions, &mut rates);
+        self.work_out_rates(&sample, contributions, &mut rates);
         let here = rates.rates.clone();
         let mut by_source = DMatrix::zeros(numbers + 3, here.len());
         let mut set = |source: usize, rates: &Rates, small: f64| {
@@ -98,7 +98,7 @@ impl ResidualModel<'_> {
             if is_weighed {
                 weights.moments(&link_frames, &mut moments);
             }
-            let changed = Situation { link_frames: &link_frames, moments: &moments, ..situation };
+            let changed = Sample { link_frames: &link_frames, moments: &moments, ..sample };
             self.work_out_rates(&changed, contributions, &mut rates);
             set(number, &rates, small);
         }
@@ -108,7 +108,7 @@ impl ResidualModel<'_> {
             let down = self.model.down(&(turn * state.base.rotation));
             let tilted = Weights { down, ..weights };
             tilted.moments(&pose.link_frames, &mut moments);
-            let changed = Situation { weights: tilted, moments: &moments, ..situation };
+            let changed = Sample { weights: tilted, moments: &moments, ..sample };
             self.work_out_rates(&changed, contributions, &mut rates);
             set(numbers + axis, &rates, SMALL_TURN);
         }
@@ -116,19 +116,14 @@ impl ResidualModel<'_> {
         Slopes { down: weights.down, deviations: pose.changes.deviations.clone(), bends, by_source }
     }
 
-    /// Works out the rates at which gravity bends the arm in a situation, in place of what `rates` held.
-    fn work_out_rates(
-        &self,
-        situation: &Situation<'_>,
-        contributions: &mut Vec<Contribution>,
-        rates: &mut Rates,
-    ) {
+    /// Works out the rates at which gravity bends the arm in a sample, in place of what `rates` held.
+    fn work_out_rates(&self, sample: &Sample<'_>, contributions: &mut Vec<Contribution>, rates: &mut Rates) {
         rates.begin();
         let numbers = DH_PARAMETERS.len() * self.model.chain.len();
         for (index, part) in self.parts.iter().enumerate() {
             if part.looks_at == LooksAt::Gravity {
                 contributions.clear();
-                part.effect.contribute(situation, contributions);
+                part.effect.contribute(sample, contributions);
                 rates.add_contributions(index, contributions, numbers);
             }
         }

@@ -321,11 +321,11 @@ impl<'a> ResidualModel<'a> {
         rates: &mut [f64],
     ) {
         let Scratch { pose, contributions, .. } = scratch;
-        let situation = self.situation(state, row, &pose.link_frames, &pose.moments, None);
+        let sample = self.sample(state, row, &pose.link_frames, &pose.moments, None);
         let mut first = 0;
         for effect in driving {
             contributions.clear();
-            effect.contribute(&situation, contributions);
+            effect.contribute(&sample, contributions);
             for contribution in contributions.iter() {
                 if let Some(rate) = rates.get_mut(first + contribution.parameter) {
                     *rate += contribution.rate;

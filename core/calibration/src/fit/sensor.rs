@@ -7,7 +7,7 @@ use super::arm_pose::ArmPose;
 use super::residual_model::ResidualModel;
 use super::state::State;
 use super::view_of_table::ViewOfTable;
-use crate::effect::{Contribution, Dof, LooksAt, Situation, Trigger};
+use crate::effect::{Contribution, Dof, LooksAt, Sample, Trigger};
 use crate::measurement::SensorShift;
 
 /// By how much the sensor is lifted to see how an edge's place depends on its height, mm: small beside a spot of some mm,
@@ -21,14 +21,14 @@ fn cell(column: &Option<Vec<f64>>, row: usize) -> Option<f64> {
 
 impl ResidualModel<'_> {
     /// What effects are given of a row, with its point where that is known.
-    pub(super) fn situation<'s>(
+    pub(super) fn sample<'s>(
         &'s self,
         state: &State,
         row: usize,
         link_frames: &'s LinkFrames,
         moments: &'s [f64],
         point: Option<Vector3<f64>>,
-    ) -> Situation<'s> {
+    ) -> Sample<'s> {
         let joints = self.table.joints;
         let time = cell(&self.table.time, row);
         let approach =
@@ -37,7 +37,7 @@ impl ResidualModel<'_> {
         let hand = point.map_or_else(Matrix3::identity, |_| {
             state.base.rotation.matrix() * link_frames.flange.rotation.matrix()
         });
-        Situation {
+        Sample {
             chain: &self.model.chain,
             q: self.table.q_of(row),
             previous: self.previous.get(row).copied().flatten().map(|before| self.table.q_of(before)),
@@ -133,8 +133,8 @@ impl ResidualModel<'_> {
         pose: &ArmPose,
         contributions: &mut Vec<Contribution>,
     ) -> (f64, f64) {
-        let situation = self.situation(state, row, &pose.link_frames, &pose.moments, Some(point));
-        let (mut above, mut left) = match situation.trigger {
+        let sample = self.sample(state, row, &pose.link_frames, &pose.moments, Some(point));
+        let (mut above, mut left) = match sample.trigger {
             Some(Trigger { edge: true, light, came_on, distance, sensor: Some(sensor), .. }) => {
                 (0.0, light * 0.5 * sensor.spot * sensor.early(came_on, distance, sensor.hysteresis))
             }
@@ -143,7 +143,7 @@ impl ResidualModel<'_> {
             }
             _ => (0.0, 0.0),
         };
-        self.each_change_at_the_point(state, &situation, contributions, |dof, amount| match dof {
+        self.each_change_at_the_point(state, &sample, contributions, |dof, amount| match dof {
             Dof::Trigger => above += amount,
             Dof::Edge => left += amount,
             _ => {}
@@ -165,8 +165,8 @@ impl ResidualModel<'_> {
         if self.parts.iter().all(|part| part.looks_at != LooksAt::Point) {
             return shift;
         }
-        let situation = self.situation(state, row, &pose.link_frames, &pose.moments, Some(point));
-        self.each_change_at_the_point(state, &situation, contributions, |dof, amount| {
+        let sample = self.sample(state, row, &pose.link_frames, &pose.moments, Some(point));
+        self.each_change_at_the_point(state, &sample, contributions, |dof, amount| {
             if let Dof::Reading(axis) = dof
                 && let Some(component) = shift.get_mut(axis)
             {
@@ -180,7 +180,7 @@ impl ResidualModel<'_> {
     fn each_change_at_the_point(
         &self,
         state: &State,
-        situation: &Situation<'_>,
+        sample: &Sample<'_>,
         contributions: &mut Vec<Contribution>,
         mut take: impl FnMut(Dof, f64),
     ) {
@@ -189,7 +189,7 @@ impl ResidualModel<'_> {
                 continue;
             }
             contributions.clear();
-            part.effect.contribute(situation, contributions);
+            part.effect.contribute(sample, contributions);
             for contribution in contributions.iter() {
                 take(
                     contribution.dof,

@@ -13,7 +13,7 @@ use super::response::ResponseTo;
 use super::scratch::{Motion, Scratch, SubjectMotion};
 use super::state::{FreeParameter, State};
 use crate::arm_model::Frame;
-use crate::effect::{Contribution, Dof, Effect, Situation};
+use crate::effect::{Contribution, Dof, Effect, Sample};
 use crate::measurement::{SensorShift, Subject};
 use crate::table::Stretch;
 
@@ -126,13 +126,13 @@ impl SubjectFrames<'_> {
     fn add_effect(
         &self,
         effect: &dyn Effect,
-        situation: &Situation<'_>,
+        sample: &Sample<'_>,
         sensor: Option<Dof>,
         contributions: &mut Vec<Contribution>,
         motion: &mut SubjectMotion,
     ) {
         contributions.clear();
-        effect.contribute(situation, contributions);
+        effect.contribute(sample, contributions);
         let first = motion.extend(effect.parameters().len());
         for contribution in contributions.iter() {
             let index = first + contribution.parameter;
@@ -189,11 +189,11 @@ impl ResidualModel<'_> {
         motion.begin(self.free_parameters.len() + of_probes);
         self.move_by_free_parameters(&frames, motion);
         // With the point: effects of the instrument go by it.
-        let situation = self.situation(state, row, &pose.link_frames, &pose.moments, Some(point));
+        let sample = self.sample(state, row, &pose.link_frames, &pose.moments, Some(point));
         let sensor = self.sensor_dof(row);
         let taking_part = self.parts.iter().map(|part| part.effect.as_ref());
         for effect in taking_part.chain(probes.iter().copied()) {
-            frames.add_effect(effect, &situation, sensor, contributions, motion);
+            frames.add_effect(effect, &sample, sensor, contributions, motion);
         }
         seen.move_by(motion.rig.iter().flatten().map(|(number, _)| *number), stretch, pose);
         (read, shift)

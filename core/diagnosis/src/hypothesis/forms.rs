@@ -1,7 +1,7 @@
 //! Forms that a formula may have: a factor times a function of an angle, at a joint's coordinate or at the base's attitude. Each is worked out here for the search, and
 //! written as a formula of a model file for the user; a test holds the two together.
 
-use plumb_calibration::effect::{Contribution, Dof, Effect, LooksAt, Parameter, Situation, Unit};
+use plumb_calibration::effect::{Contribution, Dof, Effect, LooksAt, Parameter, Sample, Unit};
 
 /// What a formula is added to.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -72,20 +72,20 @@ pub(super) struct Form {
 }
 
 impl Factor {
-    fn value(self, situation: &Situation<'_>) -> f64 {
+    fn value(self, sample: &Sample<'_>) -> f64 {
         match self {
             Self::One => 1.0,
-            Self::Side(joint) => situation.side(joint),
+            Self::Side(joint) => sample.side(joint),
             Self::Move(joint) => {
-                let before = situation.previous.and_then(|previous| previous.get(joint));
-                before.map_or(0.0, |before| situation.coordinate(joint) - before)
+                let before = sample.previous.and_then(|previous| previous.get(joint));
+                before.map_or(0.0, |before| sample.coordinate(joint) - before)
             }
-            Self::Hours => or_zero(situation.time) / 3600.0,
-            Self::Temperature(middle) => or_zero(situation.temperature) - middle,
-            Self::Payload => situation.weights.payload,
-            Self::Moment(joint) => situation.moment(joint),
-            Self::Load(joint) => situation.moment(joint).abs(),
-            Self::Pull(joint) => sign(situation.moment(joint)),
+            Self::Hours => or_zero(sample.time) / 3600.0,
+            Self::Temperature(middle) => or_zero(sample.temperature) - middle,
+            Self::Payload => sample.weights.payload,
+            Self::Moment(joint) => sample.moment(joint),
+            Self::Load(joint) => sample.moment(joint).abs(),
+            Self::Pull(joint) => sign(sample.moment(joint)),
         }
     }
 
@@ -145,9 +145,9 @@ fn less(value: f64) -> String {
 }
 
 impl Shape {
-    fn values(self, situation: &Situation<'_>) -> Vec<f64> {
+    fn values(self, sample: &Sample<'_>) -> Vec<f64> {
         let Some(angle) = self.angle() else { return vec![1.0] };
-        let x = angle.value(|joint| situation.coordinate(joint));
+        let x = angle.value(|joint| sample.coordinate(joint));
         match self {
             Self::One => vec![1.0],
             Self::Linear(_) => vec![x],
@@ -275,16 +275,16 @@ impl Effect for Candidate {
         &self.parameters
     }
 
-    fn contribute(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>) {
-        let factor = self.form.factor.value(situation);
-        let values = self.form.shape.values(situation);
+    fn contribute(&self, sample: &Sample<'_>, contributions: &mut Vec<Contribution>) {
+        let factor = self.form.factor.value(sample);
+        let values = self.form.shape.values(sample);
         // A formula is written in degrees, as people write model files; the arm computes in radians.
         let radians = 1.0_f64.to_radians();
         for (index, value) in values.iter().map(|value| factor * value).enumerate() {
             match self.form.site {
                 FormSite::Joint { joint, slides } => {
                     let rate = if slides { value } else { value * radians };
-                    contributions.push(situation.contribute_to_joint(joint, index, rate));
+                    contributions.push(sample.contribute_to_joint(joint, index, rate));
                 }
                 FormSite::Base => contributions.extend([0, 1].map(|axis| Contribution {
                     parameter: axis * values.len() + index,

@@ -16,7 +16,7 @@ use crate::candidates::{best_variants, probes};
 use crate::fitted::Fitted;
 use crate::score_test::{Probe, Score, score};
 use plumb_calibration::effect::{
-    self, Contribution, Dof, DrivenBy, Effect, EffectId, Parameter, Site, Situation, Unit, acts_by_epoch,
+    self, Contribution, Dof, DrivenBy, Effect, EffectId, Parameter, Sample, Site, Unit, acts_by_epoch,
 };
 use plumb_estimation::Progress;
 
@@ -60,7 +60,7 @@ impl Effect for UnitMotion {
         &self.parameters
     }
 
-    fn contribute(&self, _: &Situation<'_>, contributions: &mut Vec<Contribution>) {
+    fn contribute(&self, _: &Sample<'_>, contributions: &mut Vec<Contribution>) {
         contributions.extend(self.dofs.iter().map(|(dof, rate)| Contribution {
             parameter: 0,
             dof: *dof,

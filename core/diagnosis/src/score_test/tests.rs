@@ -1,7 +1,7 @@
 //! Scores of small linear problems whose answers are known in closed form.
 
 use super::*;
-use plumb_calibration::effect::{Contribution, Parameter, Situation, Unit};
+use plumb_calibration::effect::{Contribution, Parameter, Sample, Unit};
 
 /// An effect with these plausible ranges; what it does to an arm plays no part here.
 #[derive(Debug)]
@@ -12,7 +12,7 @@ impl Effect for Ranged {
         &self.0
     }
 
-    fn contribute(&self, _: &Situation<'_>, _: &mut Vec<Contribution>) {}
+    fn contribute(&self, _: &Sample<'_>, _: &mut Vec<Contribution>) {}
 }
 
 fn probe(ranges: &[(f64, f64)]) -> Probe {

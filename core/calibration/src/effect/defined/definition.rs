@@ -5,7 +5,7 @@ use thiserror::Error;
 
 use super::formula::{Formula, FormulaError};
 use super::variables::Variable;
-use crate::effect::{Contribution, Dof, LooksAt, Parameter, Site, Situation};
+use crate::effect::{Contribution, Dof, LooksAt, Parameter, Sample, Site};
 use crate::file::Place as FilePlace;
 use crate::table::Table;
 
@@ -71,8 +71,8 @@ impl Addend {
         &self.formula.text
     }
 
-    fn values(&self, situation: &Situation<'_>) -> Vec<f64> {
-        self.formula.variables().map(|variable| variable.value(situation)).collect()
+    fn values(&self, sample: &Sample<'_>) -> Vec<f64> {
+        self.formula.variables().map(|variable| variable.value(sample)).collect()
     }
 }
 
@@ -103,8 +103,8 @@ impl PartialEq for Definition {
     }
 }
 
-/// Shows the situation of a row to who asks for it.
-type Situations<'a> = dyn Fn(usize, &mut dyn FnMut(&Situation<'_>)) + 'a;
+/// Shows the sample of a row to who asks for it.
+type Samples<'a> = dyn Fn(usize, &mut dyn FnMut(&Sample<'_>)) + 'a;
 
 /// A formula that gives no number somewhere.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -157,13 +157,13 @@ impl Definition {
         self.addends.iter().flat_map(|addend| addend.formula.variables())
     }
 
-    pub(super) fn contribute(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>) {
+    pub(super) fn contribute(&self, sample: &Sample<'_>, contributions: &mut Vec<Contribution>) {
         for addend in &self.addends {
-            let rates = addend.formula.remembered(&addend.values(situation));
+            let rates = addend.formula.remembered(&addend.values(sample));
             for (parameter, rate) in rates.into_iter().enumerate() {
                 let rate = if rate.is_finite() { rate * addend.scale } else { 0.0 };
                 contributions.push(match addend.place {
-                    Place::Coordinate(joint) => situation.contribute_to_joint(joint, parameter, rate),
+                    Place::Coordinate(joint) => sample.contribute_to_joint(joint, parameter, rate),
                     Place::Row(joint, dh_parameter) => {
                         Contribution { parameter, dof: Dof::Joint(joint, dh_parameter), rate }
                     }
@@ -180,16 +180,12 @@ impl Definition {
     }
 
     /// Works every formula out in every row, so that none fails later.
-    pub(crate) fn check(
-        &self,
-        table: &Table,
-        situations: &Situations<'_>,
-    ) -> Result<(), Box<DefinitionError>> {
+    pub(crate) fn check(&self, table: &Table, samples: &Samples<'_>) -> Result<(), Box<DefinitionError>> {
         let mut found = None;
         for row in 0..table.len() {
-            situations(row, &mut |situation| {
+            samples(row, &mut |sample| {
                 for addend in &self.addends {
-                    let values = addend.values(situation);
+                    let values = addend.values(sample);
                     let rates = addend.formula.rates(&values);
                     let finite = rates.as_ref().is_ok_and(|rates| rates.iter().all(|rate| rate.is_finite()));
                     if !finite && found.is_none() {

@@ -12,7 +12,7 @@ mod tests;
 
 use std::sync::Arc;
 
-use super::{Contribution, Effect, LooksAt, Parameter, Situation};
+use super::{Contribution, Effect, LooksAt, Parameter, Sample};
 
 /// A defined effect at its place.
 #[derive(Debug)]
@@ -31,8 +31,8 @@ impl Effect for Defined {
         &self.definition.parameters
     }
 
-    fn contribute(&self, situation: &Situation<'_>, contributions: &mut Vec<Contribution>) {
-        self.definition.contribute(situation, contributions);
+    fn contribute(&self, sample: &Sample<'_>, contributions: &mut Vec<Contribution>) {
+        self.definition.contribute(sample, contributions);
     }
 
     fn looks_at(&self) -> LooksAt {

@@ -6,7 +6,7 @@ use plumb_kinematics::{DhParameter, LinkFrames, Weights};
 use super::formula::{Formula, FormulaError};
 use super::variables::Variable;
 use crate::arm_model::Model;
-use crate::effect::{Contribution, Dof, LooksAt, Situation, build, parse};
+use crate::effect::{Contribution, Dof, LooksAt, Sample, build, parse};
 use crate::fit::ResidualModel;
 use crate::measurement::Observations;
 use crate::table::Table;
@@ -124,7 +124,7 @@ fn names_are_quantities_of_a_row_up_to_the_number_of_joints() {
 fn a_quantity_that_was_not_logged_is_zero() {
     let model = Model::parse("m.yaml", ARM).unwrap();
     let (q, before, link_frames) = ([0.1, 0.2, 30.0], [0.4, 0.2, 10.0], LinkFrames::default());
-    let bare = Situation {
+    let bare = Sample {
         chain: &model.chain,
         q: &q,
         previous: None,
@@ -141,7 +141,7 @@ fn a_quantity_that_was_not_logged_is_zero() {
         hand: Matrix3::identity(),
         trigger: None,
     };
-    let logged = Situation {
+    let logged = Sample {
         previous: Some(&before),
         approach: &[0, -1, 1],
         time: 60.0,
@@ -187,7 +187,7 @@ fn moved(adds: &str, unit: &str) -> (Vec<Contribution>, LooksAt) {
     let model = defining(adds, unit).unwrap_or_else(|error| panic!("{error}"));
     let q = [-0.1, 0.3, 50.0];
     let link_frames = LinkFrames::of(&model.chain, &q, &[]);
-    let situation = Situation {
+    let sample = Sample {
         chain: &model.chain,
         q: &q,
         previous: None,
@@ -206,7 +206,7 @@ fn moved(adds: &str, unit: &str) -> (Vec<Contribution>, LooksAt) {
     };
     let effect = build(&parse("own", &model).unwrap(), &model).unwrap();
     let mut contributions = Vec::new();
-    effect.contribute(&situation, &mut contributions);
+    effect.contribute(&sample, &mut contributions);
     (contributions, effect.looks_at())
 }
 

@@ -1,6 +1,6 @@
 //! What a formula may speak of.
 
-use crate::effect::{LooksAt, Situation};
+use crate::effect::{LooksAt, Sample};
 
 /// A quantity of a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -64,16 +64,16 @@ impl Variable {
     }
 
     /// Its value in a row; zero where it was not logged.
-    pub(super) fn value(self, situation: &Situation<'_>) -> f64 {
+    pub(super) fn value(self, sample: &Sample<'_>) -> f64 {
         match self {
-            Self::Coordinate(joint) => situation.coordinate(joint),
-            Self::Moment(joint) => situation.moment(joint),
-            Self::Side(joint) => situation.side(joint),
-            Self::Move(joint) => situation.last_move(joint),
-            Self::Time => or_zero(situation.time),
-            Self::Temperature => or_zero(situation.temperature),
-            Self::Payload => situation.weights.payload,
-            Self::Point(axis) => situation.point.get(axis).copied().unwrap_or(0.0),
+            Self::Coordinate(joint) => sample.coordinate(joint),
+            Self::Moment(joint) => sample.moment(joint),
+            Self::Side(joint) => sample.side(joint),
+            Self::Move(joint) => sample.last_move(joint),
+            Self::Time => or_zero(sample.time),
+            Self::Temperature => or_zero(sample.temperature),
+            Self::Payload => sample.weights.payload,
+            Self::Point(axis) => sample.point.get(axis).copied().unwrap_or(0.0),
         }
     }
 }

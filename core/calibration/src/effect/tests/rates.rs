@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 use plumb_kinematics::{DhParameter, LinkFrames, Weights};
 
 use crate::arm_model::{Epochs, Model, RigNumber, Sensor, StripeRig};
-use crate::effect::{Channel, Contribution, Dof, EffectId, Situation, Trigger, build, parse};
+use crate::effect::{Channel, Contribution, Dof, EffectId, Sample, Trigger, build, parse};
 use crate::table::scalar::{DISTANCE, HEIGHT};
 
 /// A column that counts against its axis, an arm of 400 mm and a slide, with everything an effect may need.
@@ -37,10 +37,10 @@ fn model() -> Model {
 }
 
 /// The contributions of an effect where the circumstances are what `set` makes of a row at -0.1 rad, 0.3 rad and 50 mm.
-fn contributions_in(model: &Model, id: &EffectId, set: impl FnOnce(&mut Situation<'_>)) -> Vec<Contribution> {
+fn contributions_in(model: &Model, id: &EffectId, set: impl FnOnce(&mut Sample<'_>)) -> Vec<Contribution> {
     let q = [-0.1, 0.3, 50.0];
     let link_frames = LinkFrames::of(&model.chain, &q, &[]);
-    let mut situation = Situation {
+    let mut sample = Sample {
         chain: &model.chain,
         q: &q,
         previous: None,
@@ -57,19 +57,19 @@ fn contributions_in(model: &Model, id: &EffectId, set: impl FnOnce(&mut Situatio
         hand: Matrix3::identity(),
         trigger: None,
     };
-    set(&mut situation);
+    set(&mut sample);
     let mut contributions = Vec::new();
-    build(id, model).unwrap().contribute(&situation, &mut contributions);
+    build(id, model).unwrap().contribute(&sample, &mut contributions);
     contributions
 }
 
-fn contributions(effect: &str, set: impl FnOnce(&mut Situation<'_>)) -> Vec<Contribution> {
+fn contributions(effect: &str, set: impl FnOnce(&mut Sample<'_>)) -> Vec<Contribution> {
     let model = model();
     contributions_in(&model, &parse(effect, &model).unwrap(), set)
 }
 
 /// The same with what is searched for inside.
-fn searched(effect: &str, inner: f64, set: impl FnOnce(&mut Situation<'_>)) -> Vec<Contribution> {
+fn searched(effect: &str, inner: f64, set: impl FnOnce(&mut Sample<'_>)) -> Vec<Contribution> {
     let model = model();
     let id = EffectId { inner: Some(inner), ..parse(effect, &model).unwrap() };
     contributions_in(&model, &id, set)
@@ -133,7 +133,7 @@ fn gravity_turns_a_row_about_its_axis_whatever_the_coordinates_sense() {
 
 #[test]
 fn play_is_half_of_it_behind_the_side_and_a_move_below_the_scatter_is_none() {
-    let play = |set: fn(&mut Situation<'_>)| contributions("joint_backlash(arm)", set);
+    let play = |set: fn(&mut Sample<'_>)| contributions("joint_backlash(arm)", set);
     assert_same(&play(|row| row.approach = &[0, 1, 0]), &one(ARM_ANGLE, -0.5), "from below");
     assert_same(&play(|row| row.approach = &[0, -1, 0]), &one(ARM_ANGLE, 0.5), "from above");
     assert_same(&play(|row| row.approach = &[1, 0, 1]), &one(ARM_ANGLE, 0.0), "not known of this joint");

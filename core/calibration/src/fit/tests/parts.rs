@@ -413,8 +413,8 @@ fn the_row_before_is_that_in_time_and_time_counts_from_the_first() {
         let state = machine.start();
         let seen = |row: usize| {
             let pose = ArmPose::default();
-            let situation = machine.situation(&state, row, &pose.link_frames, &[], None);
-            (situation.time, situation.clock, situation.last_move(0).to_degrees().round())
+            let sample = machine.sample(&state, row, &pose.link_frames, &[], None);
+            (sample.time, sample.clock, sample.last_move(0).to_degrees().round())
         };
         assert_eq!(seen(0), (20.0, 50.0, -30.0));
         assert_eq!(seen(3), (10.0, 40.0, 20.0));
@@ -425,8 +425,8 @@ fn the_row_before_is_that_in_time_and_time_counts_from_the_first() {
         assert_eq!(machine.previous, [None, Some(0), Some(1)]);
         let state = machine.start();
         let pose = ArmPose::default();
-        let situation = machine.situation(&state, 1, &pose.link_frames, &[], None);
-        assert!(situation.time.is_nan() && situation.temperature.is_nan() && situation.clock == 1.0);
+        let sample = machine.sample(&state, 1, &pose.link_frames, &[], None);
+        assert!(sample.time.is_nan() && sample.temperature.is_nan() && sample.clock == 1.0);
     });
 }
 

@@ -6,9 +6,9 @@ use plumb_kinematics::{Chain, DhParameter, LinkFrames, Motion, Weights};
 use super::{Contribution, Dof};
 use crate::arm_model::Sensor;
 
-/// The circumstances of one row.
+/// One row of measurements as an effect sees it: pose, motion, time and load.
 #[derive(Debug, Clone, Copy)]
-pub struct Situation<'a> {
+pub struct Sample<'a> {
     /// The arm.
     pub chain: &'a Chain,
     /// Commanded coordinates, rad or mm.
@@ -69,7 +69,7 @@ pub(super) fn way(moved: f64) -> f64 {
 /// Temperature at which lengths are what they are said to be, deg C (ISO 1).
 const REFERENCE_TEMPERATURE: f64 = 20.0;
 
-impl Situation<'_> {
+impl Sample<'_> {
     /// How much warmer than 20 deg C (ISO 1) it was, K; 0 where no temperature is logged, for then nothing is known to have grown.
     pub fn warmer_than_reference(&self) -> f64 {
         if self.temperature.is_finite() { self.temperature - REFERENCE_TEMPERATURE } else { 0.0 }
