@@ -257,7 +257,7 @@ mod tests {
         let table = Table::parse("made.csv", &made).unwrap();
         let board = table.board.as_ref().unwrap();
         assert!(board[0][0].abs() < 1e-6 && (board[0][2] - 400.0).abs() < 1e-6, "{made}");
-        assert!(board[1][0].is_nan() && table.orientations[0].turns[1].is_none(), "no corners, no pose");
+        assert!(board[1][0].is_nan() && table.orientations[0].rotations[1].is_none(), "no corners, no pose");
     }
 
     #[test]

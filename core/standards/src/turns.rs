@@ -32,7 +32,7 @@ impl<'t> Turns<'t> {
         target: usize,
         predicted: Option<&Predicted>,
     ) -> Result<Self, TurnsError> {
-        let attained = table.orientations_as(Body::Target(target)).map(|known| known.turns.as_slice());
+        let attained = table.orientations_as(Body::Target(target)).map(|known| known.rotations.as_slice());
         let commanded = match (predicted, attained) {
             (_, None) => None,
             (Some(predicted), _) => Some(predicted.turns.clone()),

@@ -257,16 +257,16 @@ fn variance(sensitivity: &DVector<f64>, covariance: &DMatrix<f64>, belongs: impl
 fn name_of(machine: &ResidualModel<'_>, free_parameter: FreeParameter) -> String {
     let model = machine.model;
     match free_parameter {
-        FreeParameter::BaseShift(_) | FreeParameter::BaseTurn(_) => "place of the base".to_owned(),
+        FreeParameter::BaseShift(_) | FreeParameter::BaseRotation(_) => "place of the base".to_owned(),
         FreeParameter::Target(target, _) => {
             let name = model.targets.get(target).map_or("?", |target| target.name.as_str());
             format!("place of {name} on the flange")
         }
-        FreeParameter::TargetTurn(target, _) => {
+        FreeParameter::TargetRotation(target, _) => {
             let name = model.targets.get(target).map_or("?", |target| target.name.as_str());
             format!("turn of {name} on the flange")
         }
-        FreeParameter::BoardShift(board, _) | FreeParameter::BoardTurn(board, _) => {
+        FreeParameter::BoardShift(board, _) | FreeParameter::BoardRotation(board, _) => {
             match model.board_name(board) {
                 "board" => "place of the board".to_owned(),
                 name => format!("place of the board {name}"),

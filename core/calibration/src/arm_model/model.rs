@@ -25,15 +25,15 @@ pub struct Target {
     /// Whether fits may move it.
     pub free: bool,
     /// From its axes to those of the flange.
-    pub turn: Rotation3<f64>,
+    pub rotation: Rotation3<f64>,
     /// Whether fits may turn it, where its orientation was measured or it is a camera.
-    pub turn_free: bool,
+    pub rotation_free: bool,
 }
 
 impl Target {
     /// A point, turned as the flange is.
     pub fn point(name: &str, xyz: Vector3<f64>, free: bool) -> Self {
-        Self { name: name.to_owned(), xyz, free, turn: Rotation3::identity(), turn_free: free }
+        Self { name: name.to_owned(), xyz, free, rotation: Rotation3::identity(), rotation_free: free }
     }
 }
 

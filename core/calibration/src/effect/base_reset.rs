@@ -31,7 +31,7 @@ pub(super) const KIND: Kind = Kind {
         });
         // An instrument may be put down any way round.
         let turns = ["x_deg", "y_deg", "z_deg"].into_iter().enumerate().map(|(axis, name)| Step {
-            dof: Dof::BaseTurn(axis),
+            dof: Dof::BaseRotation(axis),
             rate: 1.0,
             name,
             unit: Unit::DEG,

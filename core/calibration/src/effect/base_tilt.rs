@@ -24,7 +24,7 @@ impl Effect for BaseTilt {
         for (parameter, axis) in self.axes.iter().enumerate() {
             contributions.extend(axis.iter().enumerate().map(|(part, rate)| Contribution {
                 parameter,
-                dof: Dof::BaseTurn(part),
+                dof: Dof::BaseRotation(part),
                 rate: *rate,
             }));
         }

@@ -94,7 +94,7 @@ pub enum Dof {
     /// Shift of the base along an axis of the measurements' frame, mm.
     BaseShift(usize),
     /// Turn of the base about an axis of the measurements' frame through its own origin, rad.
-    BaseTurn(usize),
+    BaseRotation(usize),
     /// What the instrument reads along one axis of its frame, mm.
     Reading(usize),
     /// What is added to one number that is read, mm or rad.

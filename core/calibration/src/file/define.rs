@@ -207,7 +207,7 @@ fn frame_addends<'r>(adds: &'r RawAdds, wanted: &mut Vec<Wanted<'r>>) {
         let name = axis_name(axis);
         let all = [
             (DefinedPlace::BaseShift(axis), format!("base_{name}_mm"), shifts[axis]),
-            (DefinedPlace::BaseTurn(axis), format!("base_{name}_deg"), turns[axis]),
+            (DefinedPlace::BaseRotation(axis), format!("base_{name}_deg"), turns[axis]),
             (DefinedPlace::Reading(axis), format!("reading_{name}_mm"), readings[axis]),
         ];
         wanted.extend(all.into_iter().filter_map(|(place, key, text)| Some((place, key, text.as_ref()?))));
@@ -221,7 +221,7 @@ fn site_of(place: &DefinedPlace) -> Site {
     match place {
         DefinedPlace::Coordinate(joint) | DefinedPlace::Row(joint, _) => Site::Joint(*joint),
         DefinedPlace::Target(target, _) => Site::Target(*target),
-        DefinedPlace::BaseShift(_) | DefinedPlace::BaseTurn(_) => Site::Base,
+        DefinedPlace::BaseShift(_) | DefinedPlace::BaseRotation(_) => Site::Base,
         DefinedPlace::Reading(_) => Site::Instrument,
         DefinedPlace::TriggerHeight => Site::Sensor,
     }

@@ -27,7 +27,7 @@ pub(super) fn at_tip(mut targets: Vec<Target>, arm: &UrdfArm) -> Vec<Target> {
         targets.push(Target::point("p1", Vector3::zeros(), true));
     }
     for target in &mut targets {
-        target.turn = arm.flange_from_tip.rotation * target.turn;
+        target.rotation = arm.flange_from_tip.rotation * target.rotation;
         target.xyz = (arm.flange_from_tip * nalgebra::Point3::from(target.xyz)).coords;
     }
     targets

@@ -330,8 +330,8 @@ impl Checker<'_> {
                 self.problems.add(name.span, message, help);
             }
             Target {
-                turn: rotation(target.rpy_deg),
-                turn_free: target.free_rpy.unwrap_or(target.free),
+                rotation: rotation(target.rpy_deg),
+                rotation_free: target.free_rpy.unwrap_or(target.free),
                 ..Target::point(&name.value, Vector3::from(target.xyz_mm), target.free)
             }
         });

@@ -91,13 +91,13 @@ fn rpy_deg(rotation: &Rotation3<f64>) -> Vector3<f64> {
 fn target_text(target: &Target) -> String {
     let mut keys = format!("xyz_mm: {}", triple(&target.xyz));
     // Most targets are points.
-    if target.turn != Rotation3::identity() {
-        keys.push_str(&format!(", rpy_deg: {}", triple(&rpy_deg(&target.turn))));
+    if target.rotation != Rotation3::identity() {
+        keys.push_str(&format!(", rpy_deg: {}", triple(&rpy_deg(&target.rotation))));
     }
     keys.push_str(&format!(", free: {}", target.free));
     // What follows `free` is left out, so that a file that did not say it does not begin to.
-    if target.turn_free != target.free {
-        keys.push_str(&format!(", free_rpy: {}", target.turn_free));
+    if target.rotation_free != target.free {
+        keys.push_str(&format!(", free_rpy: {}", target.rotation_free));
     }
     format!("{{{keys}}}")
 }

@@ -184,7 +184,7 @@ pub(crate) fn align(
             let others = machine.free_parameters().iter().enumerate().filter(|(_, free_parameter)| {
                 !matches!(
                     free_parameter,
-                    FreeParameter::BaseShift(_) | FreeParameter::BaseTurn(_) | FreeParameter::Target(..)
+                    FreeParameter::BaseShift(_) | FreeParameter::BaseRotation(_) | FreeParameter::Target(..)
                 )
             });
             let held: Vec<usize> = others.map(|(index, _)| index).collect();

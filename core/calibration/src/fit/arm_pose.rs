@@ -104,7 +104,7 @@ impl Changes {
                 self.target_shifts.get_mut(target).and_then(|shift| shift.get_mut(axis))
             }
             Dof::BaseShift(axis) => self.base_shift.get_mut(axis),
-            Dof::BaseTurn(axis) => self.base_turn.get_mut(axis),
+            Dof::BaseRotation(axis) => self.base_turn.get_mut(axis),
             Dof::Trigger => Some(&mut self.trigger_height),
             Dof::Rig(number) => self.rig.get_mut(number.place()),
             Dof::ReadingZero(channel) => self.readings.get_mut(channel.place()).map(|(zero, _)| zero),

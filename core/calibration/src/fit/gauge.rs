@@ -20,19 +20,19 @@ impl ResidualModel<'_> {
     pub fn parameter_name(&self, free_parameter: FreeParameter) -> String {
         match free_parameter {
             FreeParameter::BaseShift(part) => format!("base {}", axis_name(part)),
-            FreeParameter::BaseTurn(part) => format!("base turn about {}", axis_name(part)),
+            FreeParameter::BaseRotation(part) => format!("base turn about {}", axis_name(part)),
             FreeParameter::Target(target, part) => {
                 let name = self.model.targets.get(target).map_or("target", |target| target.name.as_str());
                 format!("{name} {}", axis_name(part))
             }
-            FreeParameter::TargetTurn(target, part) => {
+            FreeParameter::TargetRotation(target, part) => {
                 let name = self.model.targets.get(target).map_or("target", |target| target.name.as_str());
                 format!("{name} turn about {}", axis_name(part))
             }
             FreeParameter::BoardShift(board, part) => {
                 format!("{} {}", self.model.board_name(board), axis_name(part))
             }
-            FreeParameter::BoardTurn(board, part) => {
+            FreeParameter::BoardRotation(board, part) => {
                 format!("{} turn about {}", self.model.board_name(board), axis_name(part))
             }
             FreeParameter::Place(place, part) => {

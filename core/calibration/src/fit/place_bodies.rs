@@ -95,7 +95,7 @@ impl ResidualModel<'_> {
         match body {
             SeenBody::Target(target) => {
                 let name = self.model.targets.get(target).map(|target| target.name.as_str())?;
-                let turn = self.table.orientations_of(name)?.turns.get(row).copied().flatten()?;
+                let turn = self.table.orientations_of(name)?.rotations.get(row).copied().flatten()?;
                 let columns = self.table.positions.iter().find(|columns| columns.target == name);
                 let place = columns.and_then(|columns| columns.xyz.get(row)).copied().map(Vector3::from);
                 Some(rigid_of(turn, place.unwrap_or(unknown)))
@@ -156,17 +156,17 @@ fn guesses(machine: &ResidualModel<'_>, state: &State, rows: &[usize], body: See
     let poses = machine.seen_poses(state, rows, body);
     let base_free = machine.model.base.free || is_free(machine, body);
     let known_base = base_seen(state, body);
-    let known_turn = state.turns.get(index).copied().unwrap_or(target.turn);
+    let known_turn = state.rotations.get(index).copied().unwrap_or(target.rotation);
     let known_place = state.targets.get(index).copied().unwrap_or(target.xyz);
     // Three guesses, for a file may be right about either: which fits best is seen from the residuals.
     let mut rotations = Vec::new();
-    if target.turn_free {
+    if target.rotation_free {
         rotations.extend(body_rotation(&poses, &known_base.rotation).map(|turn| (known_base.rotation, turn)));
     }
     if base_free {
         rotations.extend(base_rotation(&poses, &known_turn).map(|base| (base, known_turn)));
     }
-    if base_free && target.turn_free {
+    if base_free && target.rotation_free {
         rotations.extend(two_rotations(&poses).map(|found| (found.base, found.body)));
     }
     let mut all: Vec<_> = rotations.into_iter().map(|found| (found, target.free)).collect();
@@ -183,7 +183,7 @@ fn guesses(machine: &ResidualModel<'_>, state: &State, rows: &[usize], body: See
             true => with_base_seen(machine, state, body, seen),
             false => state.clone(),
         };
-        if let Some(entry) = next.turns.get_mut(index) {
+        if let Some(entry) = next.rotations.get_mut(index) {
             *entry = turn;
         }
         if let Some(entry) = next.targets.get_mut(index) {

@@ -55,7 +55,7 @@ fn points_by_surface(
         let named = machine.table.on.name(*row).and_then(|name| machine.model.surface_position(name));
         let (Some(own), Some(turn), Some(place)) = (
             named.and_then(|surface| points.get_mut(surface)),
-            state.turns.get(sensor),
+            state.rotations.get(sensor),
             state.targets.get(sensor),
         ) else {
             continue;
@@ -167,7 +167,7 @@ pub(super) fn place_profiles(
     }
     let ones = vec![1.0; machine.observations.rows()];
     let is_own = |free_parameter: &FreeParameter| match free_parameter {
-        FreeParameter::Target(target, _) | FreeParameter::TargetTurn(target, _) => *target == sensor,
+        FreeParameter::Target(target, _) | FreeParameter::TargetRotation(target, _) => *target == sensor,
         FreeParameter::Surface(..) => true,
         _ => false,
     };
@@ -184,13 +184,13 @@ pub(super) fn place_profiles(
         )?;
         Ok((settled.normal.squares, settled.state))
     };
-    let turns_free = machine.model.targets.get(sensor).is_some_and(|target| target.turn_free);
-    let mut turns: Vec<Rotation3<f64>> = state.turns.get(sensor).copied().into_iter().collect();
+    let turns_free = machine.model.targets.get(sensor).is_some_and(|target| target.rotation_free);
+    let mut turns: Vec<Rotation3<f64>> = state.rotations.get(sensor).copied().into_iter().collect();
     turns.extend(turns_free.then(along_axes).into_iter().flatten());
     let mut tried = Vec::new();
     for turn in turns {
         let mut guess = state.clone();
-        if let Some(entry) = guess.turns.get_mut(sensor) {
+        if let Some(entry) = guess.rotations.get_mut(sensor) {
             *entry = turn;
         }
         put_surfaces(machine, &mut guess, &some, sensor);

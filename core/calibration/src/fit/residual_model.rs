@@ -131,7 +131,7 @@ impl<'a> ResidualModel<'a> {
         if self.model.base.free {
             free_parameters.extend((0..3).map(FreeParameter::BaseShift));
             // About the base's own origin: shift and turn stay apart.
-            free_parameters.extend((0..3).map(FreeParameter::BaseTurn));
+            free_parameters.extend((0..3).map(FreeParameter::BaseRotation));
         }
         for (index, _) in self.model.targets.iter().enumerate().filter(|(_, target)| target.free) {
             free_parameters.extend((0..3).map(|axis| FreeParameter::Target(index, axis)));
@@ -159,13 +159,15 @@ impl<'a> ResidualModel<'a> {
     /// The free turns of bodies and cameras, and the board's free place and turn, where the table measures them.
     fn free_turns(&self) -> Vec<FreeParameter> {
         let mut free_parameters = Vec::new();
-        for (index, target) in self.model.targets.iter().enumerate().filter(|(_, target)| target.turn_free) {
+        for (index, target) in
+            self.model.targets.iter().enumerate().filter(|(_, target)| target.rotation_free)
+        {
             // A camera's turn shows in what it sees of the board, a body's in what is seen of it.
             let is_camera = self.model.boards.iter().any(|board| board.camera == index);
             let is_seen = self.table.orientations_of(&target.name).is_some();
             let is_line_sensor = self.model.profile_sensor == Some(index) && !self.table.profiles.is_empty();
             if is_seen || is_line_sensor || (is_camera && self.table.sees_a_board()) {
-                free_parameters.extend((0..3).map(|axis| FreeParameter::TargetTurn(index, axis)));
+                free_parameters.extend((0..3).map(|axis| FreeParameter::TargetRotation(index, axis)));
             }
         }
         let seen = self.boards_named();
@@ -173,7 +175,7 @@ impl<'a> ResidualModel<'a> {
             self.model.boards.iter().enumerate().filter(|(index, board)| board.free && seen.contains(index))
         {
             free_parameters.extend((0..3).map(|axis| FreeParameter::BoardShift(index, axis)));
-            free_parameters.extend((0..3).map(|axis| FreeParameter::BoardTurn(index, axis)));
+            free_parameters.extend((0..3).map(|axis| FreeParameter::BoardRotation(index, axis)));
         }
         free_parameters
     }

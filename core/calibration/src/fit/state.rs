@@ -10,16 +10,16 @@ use crate::arm_model::SurfaceShape;
 pub enum FreeParameter {
     /// Shift of the base along an axis of the measurements' frame, mm.
     BaseShift(usize),
-    /// Turn of the base about an axis of the measurements' frame, rad.
-    BaseTurn(usize),
+    /// Rotation of the base about an axis of the measurements' frame, rad.
+    BaseRotation(usize),
     /// A target's coordinate (target, axis), mm.
     Target(usize, usize),
-    /// Turn of a target about an axis of the flange (target, axis), rad.
-    TargetTurn(usize, usize),
+    /// Rotation of a target about an axis of the flange (target, axis), rad.
+    TargetRotation(usize, usize),
     /// Shift of a board along an axis of the measurements' frame (board, axis), mm.
     BoardShift(usize, usize),
-    /// Turn of a board about an axis of the measurements' frame (board, axis), rad.
-    BoardTurn(usize, usize),
+    /// Rotation of a board about an axis of the measurements' frame (board, axis), rad.
+    BoardRotation(usize, usize),
     /// A touched place's coordinate (place, axis), mm.
     Place(usize, usize),
     /// A free number of a surface (surface, which).
@@ -36,7 +36,7 @@ pub struct State {
     /// Targets in the flange's frame, mm.
     pub targets: Vec<Vector3<f64>>,
     /// From the targets' axes to those of the flange.
-    pub turns: Vec<Rotation3<f64>>,
+    pub rotations: Vec<Rotation3<f64>>,
     /// The boards in the measurements' frame, mm.
     pub boards: Vec<IsometryMatrix3<f64>>,
     /// Touched places in the measurements' frame, mm.
@@ -53,7 +53,7 @@ impl State {
         Self {
             base: model.base.pose,
             targets: model.targets.iter().map(|target| target.xyz).collect(),
-            turns: model.targets.iter().map(|target| target.turn).collect(),
+            rotations: model.targets.iter().map(|target| target.rotation).collect(),
             boards: model.boards.iter().map(|board| board.pose).collect(),
             places: vec![Vector3::zeros(); places],
             surfaces: model.surfaces.iter().map(|surface| surface.shape.clone()).collect(),
@@ -66,7 +66,7 @@ impl State {
         let mut next = self.clone();
         // The three numbers of a turn make one rotation vector: applied one after the other they would depend on their order.
         let mut turns = Turns {
-            targets: vec![Vector3::zeros(); next.turns.len()],
+            targets: vec![Vector3::zeros(); next.rotations.len()],
             boards: vec![Vector3::zeros(); next.boards.len()],
             ..Turns::default()
         };
@@ -85,7 +85,7 @@ impl State {
             *board = turned(board, *turn);
         }
         // From the left: about the axes of the flange.
-        for (known, turn) in next.turns.iter_mut().zip(turns.targets) {
+        for (known, turn) in next.rotations.iter_mut().zip(turns.targets) {
             *known = Rotation3::new(turn) * *known;
         }
         next
@@ -95,13 +95,13 @@ impl State {
     fn part<'p>(&'p mut self, free_parameter: FreeParameter, turns: &'p mut Turns) -> Option<&'p mut f64> {
         match free_parameter {
             FreeParameter::BaseShift(axis) => self.base.translation.vector.get_mut(axis),
-            FreeParameter::BaseTurn(axis) => turns.base.get_mut(axis),
+            FreeParameter::BaseRotation(axis) => turns.base.get_mut(axis),
             FreeParameter::Target(target, axis) => self.targets.get_mut(target)?.get_mut(axis),
-            FreeParameter::TargetTurn(target, axis) => turns.targets.get_mut(target)?.get_mut(axis),
+            FreeParameter::TargetRotation(target, axis) => turns.targets.get_mut(target)?.get_mut(axis),
             FreeParameter::BoardShift(board, axis) => {
                 self.boards.get_mut(board)?.translation.vector.get_mut(axis)
             }
-            FreeParameter::BoardTurn(board, axis) => turns.boards.get_mut(board)?.get_mut(axis),
+            FreeParameter::BoardRotation(board, axis) => turns.boards.get_mut(board)?.get_mut(axis),
             FreeParameter::Place(place, axis) => self.places.get_mut(place)?.get_mut(axis),
             FreeParameter::Surface(..) => None,
             FreeParameter::Effect(effect, parameter) => self.effects.get_mut(effect)?.get_mut(parameter),
@@ -113,7 +113,7 @@ impl State {
         let vectors = self.targets.iter().chain(&self.places).flat_map(|vector| vector.iter());
         vectors.chain(self.effects.iter().flatten()).all(|value| value.is_finite())
             && [&self.base].into_iter().chain(&self.boards).all(is_finite)
-            && self.turns.iter().all(|turn| turn.matrix().iter().all(|value| value.is_finite()))
+            && self.rotations.iter().all(|turn| turn.matrix().iter().all(|value| value.is_finite()))
     }
 }
 

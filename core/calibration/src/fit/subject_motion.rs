@@ -68,7 +68,7 @@ impl SubjectFrames<'_> {
             // What a light stripe or a camera on the hand sees no instrument reads.
             Dof::Reading(_) if matches!(self.subject, Subject::Stretch(_) | Subject::Camera(_)) => STILL,
             Dof::BaseShift(axis) | Dof::Reading(axis) => (Vector3::ith(axis.min(2), 1.0), Vector3::zeros()),
-            Dof::BaseTurn(axis) => {
+            Dof::BaseRotation(axis) => {
                 self.with_base_turned_about(pose.turn_by_vector.column(axis.min(2)).into())
             }
             Dof::Target(..)
@@ -204,7 +204,7 @@ impl ResidualModel<'_> {
         for free_parameter in &self.free_parameters {
             let dof = match *free_parameter {
                 FreeParameter::BaseShift(axis) => Dof::BaseShift(axis),
-                FreeParameter::BaseTurn(axis) => {
+                FreeParameter::BaseRotation(axis) => {
                     // What effects turn the base by comes on top of where it is believed to be.
                     let about = frames.pose.base_turned.column(axis.min(2)).into();
                     let index = motion.extend(1);
@@ -214,7 +214,7 @@ impl ResidualModel<'_> {
                     continue;
                 }
                 FreeParameter::Target(target, axis) => Dof::Target(target, axis),
-                FreeParameter::TargetTurn(target, axis) => {
+                FreeParameter::TargetRotation(target, axis) => {
                     let index = motion.extend(1);
                     motion.add(index, frames.with_target_turned(target, axis), 1.0);
                     continue;
@@ -223,7 +223,7 @@ impl ResidualModel<'_> {
                 FreeParameter::Place(..)
                 | FreeParameter::Surface(..)
                 | FreeParameter::BoardShift(..)
-                | FreeParameter::BoardTurn(..) => {
+                | FreeParameter::BoardRotation(..) => {
                     motion.extend(1);
                     continue;
                 }

@@ -87,7 +87,7 @@ impl MeasurementKind for BoardTurn {
     ) {
         let Some((_, by_board)) = off(context, what.index()) else { return };
         for (axis, part) in by_board.row(what.axis()).iter().enumerate() {
-            set(FreeParameter::BoardTurn(what.index(), axis), *part);
+            set(FreeParameter::BoardRotation(what.index(), axis), *part);
         }
     }
 }

@@ -272,7 +272,7 @@ impl RowContext<'_> {
 
     /// Axes of a target in the frame of the measurements.
     pub fn body(&self, target: usize) -> Rotation3<f64> {
-        let turn = self.state.turns.get(target).copied().unwrap_or_else(Rotation3::identity);
+        let turn = self.state.rotations.get(target).copied().unwrap_or_else(Rotation3::identity);
         self.pose.hand() * turn
     }
 

@@ -292,7 +292,7 @@ impl Table {
 
     /// The orientation of a body in a row, from its axes to those of the instrument that measured it.
     pub fn turn_of(&self, body: Body, row: usize) -> Option<Rotation3<f64>> {
-        self.orientations_as(body)?.turns.get(row).copied().flatten()
+        self.orientations_as(body)?.rotations.get(row).copied().flatten()
     }
 
     /// The orientations of a body, if the table has them.

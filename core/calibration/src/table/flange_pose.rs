@@ -43,7 +43,7 @@ pub(super) fn end_row(table: &mut Table, row: usize) -> Result<(), String> {
     let Some(columns) = table.orientations.iter().find(|columns| columns.body == Body::Flange) else {
         return Ok(());
     };
-    let turn = columns.turns.get(row).copied().flatten();
+    let turn = columns.rotations.get(row).copied().flatten();
     let turn = turn.ok_or("empty; every row needs the orientation of its flange")?;
     let own = table.q.get_mut(row * COORDINATES + PLACES.len()..(row + 1) * COORDINATES);
     for (coordinate, angle) in own.into_iter().flatten().zip(angles(&turn)) {

@@ -76,7 +76,7 @@ pub struct OrientationColumns {
     /// How they are written.
     pub form: OrientationForm,
     /// Per row: the turn from the body's axes to those of the instrument that measured it; nothing where it was not measured.
-    pub turns: Vec<Option<Rotation3<f64>>>,
+    pub rotations: Vec<Option<Rotation3<f64>>>,
     /// Whether the rows are poses to come: what will be measured is what is believed.
     pub to_come: bool,
     /// The numbers of the row that is being read.
@@ -86,7 +86,7 @@ pub struct OrientationColumns {
 impl OrientationColumns {
     /// Without rows.
     pub fn new(body: Body, form: OrientationForm) -> Self {
-        Self { body, form, turns: Vec::new(), to_come: false, cells: [f64::NAN; 4] }
+        Self { body, form, rotations: Vec::new(), to_come: false, cells: [f64::NAN; 4] }
     }
 
     /// The same columns without rows.
@@ -96,12 +96,12 @@ impl OrientationColumns {
 
     /// What was measured in a row, where that would be `believed` of a pose to come.
     pub(crate) fn measured(&self, row: usize, believed: &Rotation3<f64>) -> Option<Rotation3<f64>> {
-        if self.to_come { Some(*believed) } else { self.turns.get(row).copied().flatten() }
+        if self.to_come { Some(*believed) } else { self.rotations.get(row).copied().flatten() }
     }
 
     /// Whether a row has it.
     pub(crate) fn is_in(&self, row: usize) -> bool {
-        self.to_come || self.turns.get(row).is_some_and(Option::is_some)
+        self.to_come || self.rotations.get(row).is_some_and(Option::is_some)
     }
 
     /// Notes one number of the row that is being read.
@@ -126,7 +126,7 @@ impl OrientationColumns {
                 numbers.len()
             ));
         }
-        self.turns.push(match known {
+        self.rotations.push(match known {
             0 => None,
             _ => Some(turn(self.form, cells)?),
         });
@@ -232,7 +232,7 @@ mod tests {
         let quaternion = read("q1_deg,p1_qw,p1_qx,p1_qy,p1_qz\n1,0.7071068,0,0,0.7071068\n");
         let vector = read("q1_deg,p1_rx_deg,p1_ry_deg,p1_rz_deg\n1,0,0,90\n");
         let radians = read("q1_deg,rvec_x_rad,rvec_y_rad,rvec_z_rad\n1,0,0,1.5707963\n");
-        let turns = [&quaternion, &vector, &radians].map(|table| table.orientations[0].turns[0].unwrap());
+        let turns = [&quaternion, &vector, &radians].map(|table| table.orientations[0].rotations[0].unwrap());
         for turn in turns {
             let x = turn * nalgebra::Vector3::x();
             assert!((x - nalgebra::Vector3::y()).norm() < 1e-6, "{x}");
@@ -245,13 +245,13 @@ mod tests {
         let text = "q1_deg,p1_x_mm,p1_qw,p1_qx,p1_qy,p1_qz,board_x_mm,board_y_mm,board_z_mm,board_rx_rad,board_ry_rad,board_rz_rad\n\
                     1,5,0.5,-0.5,0.5,0.5,1,2,300,0.1,-0.2,3\n2,6,,,,,,,,,,\n";
         let table = read(text);
-        assert!(table.orientations.iter().all(|columns| columns.turns[1].is_none()));
+        assert!(table.orientations.iter().all(|columns| columns.rotations[1].is_none()));
         assert_eq!(table.board.as_ref().unwrap()[0], [1.0, 2.0, 300.0]);
         let again = read(&super::super::table_text(&table));
         for (one, other) in table.orientations.iter().zip(&again.orientations) {
-            let (one, other) = (one.turns[0].unwrap(), other.turns[0].unwrap());
+            let (one, other) = (one.rotations[0].unwrap(), other.rotations[0].unwrap());
             assert!(one.angle_to(&other) < 1e-7);
-            assert!(again.orientations[0].turns[1].is_none());
+            assert!(again.orientations[0].rotations[1].is_none());
         }
         assert_eq!(again.board.unwrap()[0], [1.0, 2.0, 300.0]);
     }

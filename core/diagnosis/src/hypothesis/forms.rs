@@ -288,7 +288,7 @@ impl Effect for Candidate {
                 }
                 FormSite::Base => contributions.extend([0, 1].map(|axis| Contribution {
                     parameter: axis * values.len() + index,
-                    dof: Dof::BaseTurn(axis),
+                    dof: Dof::BaseRotation(axis),
                     rate: value * radians,
                 })),
             }

@@ -307,7 +307,7 @@ fn definition(name: &str, form: &Form, model: &Model) -> Option<Definition> {
     let addends = form.formulas().into_iter().enumerate().map(|(index, (key, formula))| {
         let place = match form.site {
             FormSite::Joint { joint, .. } => DefinedPlace::Coordinate(joint),
-            FormSite::Base => DefinedPlace::BaseTurn(index),
+            FormSite::Base => DefinedPlace::BaseRotation(index),
         };
         Addend::new(place, key, &formula, &names, model.chain.len(), Place::default()).ok()
     });

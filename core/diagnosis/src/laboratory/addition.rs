@@ -126,8 +126,10 @@ impl Laboratory {
         let state = &fitted.fit.state;
         let mut model = self.model().clone();
         model.base.pose = state.base;
-        for (target, (xyz, turn)) in model.targets.iter_mut().zip(state.targets.iter().zip(&state.turns)) {
-            *target = Target { xyz: *xyz, turn: *turn, ..target.clone() };
+        for (target, (xyz, rotation)) in
+            model.targets.iter_mut().zip(state.targets.iter().zip(&state.rotations))
+        {
+            *target = Target { xyz: *xyz, rotation: *rotation, ..target.clone() };
         }
         for (board, pose) in model.boards.iter_mut().zip(&state.boards) {
             board.pose = *pose;

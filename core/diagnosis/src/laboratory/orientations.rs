@@ -291,7 +291,7 @@ fn held_otherwise(
     let model = machine.model;
     let index = body.target(machine);
     let target = model.targets.get(index)?;
-    let turn = state.turns.get(index)?;
+    let turn = state.rotations.get(index)?;
     let (base, base_free) = match body {
         SeenBody::Target(_) => (state.base.rotation, model.base.free),
         SeenBody::Board(board) => {
@@ -300,7 +300,7 @@ fn held_otherwise(
             (seen.inverse() * state.base.rotation, board_is_free || model.base.free)
         }
     };
-    let held = match (base_free, target.turn_free) {
+    let held = match (base_free, target.rotation_free) {
         (true, true) => return None,
         (true, false) => TwoRotations { base: base_rotation(poses, turn)?, body: *turn },
         (false, true) => TwoRotations { base, body: body_rotation(poses, &base)? },
@@ -312,7 +312,7 @@ fn held_otherwise(
     }
     let found = two_rotations(poses)?;
     let mut would = Vec::new();
-    if !target.turn_free {
+    if !target.rotation_free {
         would.push(format!("`rpy_deg: {}` of {}", rpy(&found.body), target.name));
     }
     if !base_free {
@@ -368,7 +368,7 @@ fn one_axis(machine: &ResidualModel<'_>, poses: &[SeenPose], body: SeenBody) -> 
         }
         SeenBody::Target(_) => ("the base".to_owned(), model.base.free),
     };
-    if !other_is_free || !(target.free || target.turn_free) || poses.is_empty() {
+    if !other_is_free || !(target.free || target.rotation_free) || poses.is_empty() {
         return None;
     }
     let name = &target.name;

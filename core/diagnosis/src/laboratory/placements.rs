@@ -65,10 +65,10 @@ pub(super) fn placements(errors: &StandardErrors<'_>) -> Vec<Placement> {
     let mut found = Vec::new();
     for (index, target) in model.targets.iter().enumerate().filter(|(index, _)| seen.contains(index)) {
         let xyz = state.targets.get(index).copied().unwrap_or(target.xyz);
-        let turn = state.turns.get(index).copied().unwrap_or(target.turn);
+        let turn = state.rotations.get(index).copied().unwrap_or(target.rotation);
         let free_parameters = (
             move |axis| FreeParameter::Target(index, axis),
-            move |axis| FreeParameter::TargetTurn(index, axis),
+            move |axis| FreeParameter::TargetRotation(index, axis),
         );
         found.push(errors.placement((&target.name, "flange"), (xyz, turn), free_parameters));
     }
@@ -76,7 +76,7 @@ pub(super) fn placements(errors: &StandardErrors<'_>) -> Vec<Placement> {
         let place = (board.translation.vector, board.rotation);
         let free_parameters = (
             move |axis| FreeParameter::BoardShift(index, axis),
-            move |axis| FreeParameter::BoardTurn(index, axis),
+            move |axis| FreeParameter::BoardRotation(index, axis),
         );
         found.push(errors.placement((model.board_name(index), "measurements"), place, free_parameters));
     }
@@ -85,7 +85,7 @@ pub(super) fn placements(errors: &StandardErrors<'_>) -> Vec<Placement> {
         found.push(errors.placement(
             ("base", "measurements"),
             place,
-            (FreeParameter::BaseShift, FreeParameter::BaseTurn),
+            (FreeParameter::BaseShift, FreeParameter::BaseRotation),
         ));
     }
     found

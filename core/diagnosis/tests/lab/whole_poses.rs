@@ -361,7 +361,7 @@ fn hand_eye_is_found_from_no_start_with_its_uncertainty_and_written_back() {
     let accepted = lab.accept(&Progress::unwatched()).unwrap();
     let again = Model::parse("again.yaml", &model_text(&accepted.model)).unwrap();
     assert!((again.targets[0].xyz - camera().translation.vector).norm() < 0.5, "{:?}", again.targets[0]);
-    assert!(again.targets[0].turn.angle_to(&camera().rotation.to_rotation_matrix()) < 0.002);
+    assert!(again.targets[0].rotation.angle_to(&camera().rotation.to_rotation_matrix()) < 0.002);
     let placed = again.boards.into_iter().next().unwrap();
     assert!((placed.pose.translation.vector - board().translation.vector).norm() < 0.5, "{placed:?}");
     assert!(!again.base.free, "nobody saw the base");

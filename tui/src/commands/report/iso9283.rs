@@ -107,10 +107,10 @@ fn with_turn_on_flange(
     let number =
         table.positions.iter().find(|columns| columns.target == target).map(|columns| columns.number);
     let read = number.and_then(|number| table.orientations_as(Body::Target(number)));
-    let (Some(_), Some(read)) = (known.filter(|known| known.turn_free), read) else { return turns };
+    let (Some(_), Some(read)) = (known.filter(|known| known.rotation_free), read) else { return turns };
     let each = turns
         .iter()
-        .zip(&read.turns)
+        .zip(&read.rotations)
         .filter_map(|(turn, read)| Some((turn.inverse() * (*read)?).into_inner()));
     let svd = each.sum::<Matrix3<f64>>().svd(true, true);
     let (Some(u), Some(v_t)) = (svd.u, svd.v_t) else { return turns };

@@ -301,7 +301,7 @@ impl Measurements {
                 .sum();
             let turn = Rotation3::new(turn / (2.0 * LEVER));
             for columns in &mut table.orientations {
-                if let Some(Some(measured)) = columns.turns.get_mut(*row) {
+                if let Some(Some(measured)) = columns.rotations.get_mut(*row) {
                     *measured = turn * *measured;
                 }
             }
@@ -368,8 +368,8 @@ impl Measurements {
             let turn =
                 self.fitted.target_position(&columns.body.name()).and_then(|at| self.fitted.targets.get(at));
             let Some(target) = turn else { continue };
-            for (measured, hand) in columns.turns.iter_mut().zip(&self.hands) {
-                *measured = measured.map(|_| hand * target.turn);
+            for (measured, hand) in columns.rotations.iter_mut().zip(&self.hands) {
+                *measured = measured.map(|_| hand * target.rotation);
             }
         }
         self.add_turns(&mut table, hidden)?;

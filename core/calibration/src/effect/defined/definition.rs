@@ -21,7 +21,7 @@ pub enum Place {
     /// Shift of the base along an axis, mm.
     BaseShift(usize),
     /// Turn of the base about an axis, rad.
-    BaseTurn(usize),
+    BaseRotation(usize),
     /// What the instrument reads along an axis, mm.
     Reading(usize),
     /// The distance over a surface at which the arm's own sensor triggers, mm.
@@ -171,7 +171,9 @@ impl Definition {
                         Contribution { parameter, dof: Dof::Target(target, axis), rate }
                     }
                     Place::BaseShift(axis) => Contribution { parameter, dof: Dof::BaseShift(axis), rate },
-                    Place::BaseTurn(axis) => Contribution { parameter, dof: Dof::BaseTurn(axis), rate },
+                    Place::BaseRotation(axis) => {
+                        Contribution { parameter, dof: Dof::BaseRotation(axis), rate }
+                    }
                     Place::Reading(axis) => Contribution { parameter, dof: Dof::Reading(axis), rate },
                     Place::TriggerHeight => Contribution { parameter, dof: Dof::Trigger, rate },
                 });

@@ -222,7 +222,7 @@ fn what_is_added_moves_the_number_it_is_added_to_in_inner_units() {
         ("skew: arm, deg: \"a*2\"", "deg", Dof::Joint(1, DhParameter::Beta), 2.0 * degree),
         ("target: p2, y_mm: \"a*q3\"", "mm", Dof::Target(1, 1), 50.0),
         ("base_z_mm: \"a*2\"", "mm", Dof::BaseShift(2), 2.0),
-        ("base_x_deg: \"a*2\"", "deg", Dof::BaseTurn(0), 2.0 * degree),
+        ("base_x_deg: \"a*2\"", "deg", Dof::BaseRotation(0), 2.0 * degree),
         ("reading_x_mm: \"a*x\"", "mm", Dof::Reading(0), 100.0),
         ("trigger_height_mm: \"a*3\"", "mm", Dof::Trigger, 3.0),
     ] {

@@ -246,13 +246,17 @@ fn targets_that_turn_apart_from_where_they_are_and_bodies_are_kept() {
     );
     let model = Model::parse("m.yaml", &text).unwrap();
     assert_eq!(
-        [0, 1].map(|target| (model.targets[target].free, model.targets[target].turn_free)),
+        [0, 1].map(|target| (model.targets[target].free, model.targets[target].rotation_free)),
         [(true, false), (false, false)]
     );
-    assert!((model.targets[0].turn * Vector3::x() - Vector3::y()).norm() < 1e-12);
+    assert!((model.targets[0].rotation * Vector3::x() - Vector3::y()).norm() < 1e-12);
     let again = Model::parse("again.yaml", &model_text(&model)).unwrap();
-    assert!((again.targets[0].free, again.targets[0].turn_free) == (true, false), "{:?}", again.targets[0]);
-    assert!(again.targets[0].turn.angle_to(&model.targets[0].turn) < 1e-9);
+    assert!(
+        (again.targets[0].free, again.targets[0].rotation_free) == (true, false),
+        "{:?}",
+        again.targets[0]
+    );
+    assert!(again.targets[0].rotation.angle_to(&model.targets[0].rotation) < 1e-9);
 }
 
 #[test]

@@ -105,11 +105,11 @@ board: {seen_by: p1}
     let start = State::nominal(&model, 1, vec![vec![0.5, 0.25]]);
     let free_parameters = [
         FreeParameter::BaseShift(0),
-        FreeParameter::BaseTurn(2),
+        FreeParameter::BaseRotation(2),
         FreeParameter::Target(0, 1),
-        FreeParameter::TargetTurn(0, 0),
+        FreeParameter::TargetRotation(0, 0),
         FreeParameter::BoardShift(0, 2),
-        FreeParameter::BoardTurn(0, 1),
+        FreeParameter::BoardRotation(0, 1),
         FreeParameter::Place(0, 2),
         FreeParameter::Surface(0, 1),
         FreeParameter::Effect(0, 1),
@@ -121,7 +121,7 @@ board: {seen_by: p1}
     assert!(apart(&next.base.rotation, &(about(0.1 * Vector3::z()) * start.base.rotation)) < 1e-12);
     assert_eq!(next.targets[0], Vector3::new(4.0, 25.0, 6.0));
     // A target turns about the flange's axes: on the left of how it sits there.
-    assert!(apart(&next.turns[0], &(about(0.2 * Vector3::x()) * start.turns[0])) < 1e-12);
+    assert!(apart(&next.rotations[0], &(about(0.2 * Vector3::x()) * start.rotations[0])) < 1e-12);
     assert_eq!(next.boards[0].translation.vector, Vector3::new(0.0, 0.0, 30.0));
     assert!(apart(&next.boards[0].rotation, &about(0.3 * Vector3::y())) < 1e-12);
     assert_eq!(next.places[0], Vector3::new(0.0, 0.0, 40.0));
@@ -152,7 +152,7 @@ fn a_state_with_one_number_that_is_not_finite_is_not() {
         |state| state.base.translation.vector.y = f64::NAN,
         |state| state.base.rotation = Rotation3::from_matrix_unchecked(Matrix3::repeat(f64::NAN)),
         |state| state.boards[0].translation.vector.y = f64::NAN,
-        |state| state.turns[0] = Rotation3::from_matrix_unchecked(Matrix3::repeat(f64::NAN)),
+        |state| state.rotations[0] = Rotation3::from_matrix_unchecked(Matrix3::repeat(f64::NAN)),
     ];
     for (index, spoil) in breaks.into_iter().enumerate() {
         let mut state = start.clone();
@@ -511,11 +511,11 @@ fn only_what_the_table_shows_of_bodies_and_boards_is_free() {
     };
     assert!(turns(POINTS).is_empty());
     let of_body = turns("q1_deg,q2_deg,p1_rx_rad,p1_ry_rad,p1_rz_rad\n0,0,0,0,0\n");
-    assert_eq!(of_body, [0, 1, 2].map(|axis| FreeParameter::TargetTurn(0, axis)));
+    assert_eq!(of_body, [0, 1, 2].map(|axis| FreeParameter::TargetRotation(0, axis)));
     let of_board = turns("q1_deg,q2_deg,board_x_mm\n0,0,5\n");
-    assert_eq!(of_board[..3], [0, 1, 2].map(|axis| FreeParameter::TargetTurn(1, axis)));
+    assert_eq!(of_board[..3], [0, 1, 2].map(|axis| FreeParameter::TargetRotation(1, axis)));
     assert_eq!(of_board[3..6], [0, 1, 2].map(|axis| FreeParameter::BoardShift(0, axis)));
-    assert_eq!(of_board[6..], [0, 1, 2].map(|axis| FreeParameter::BoardTurn(0, axis)));
+    assert_eq!(of_board[6..], [0, 1, 2].map(|axis| FreeParameter::BoardRotation(0, axis)));
 }
 
 #[test]
@@ -527,10 +527,10 @@ fn a_turn_is_free_for_a_camera_where_a_board_is_seen_and_for_no_other_target() {
         let turns = machine
             .free_parameters()
             .iter()
-            .filter(|free_parameter| matches!(free_parameter, FreeParameter::TargetTurn(..)));
+            .filter(|free_parameter| matches!(free_parameter, FreeParameter::TargetRotation(..)));
         assert_eq!(
             turns.copied().collect::<Vec<_>>(),
-            [0, 1, 2].map(|axis| FreeParameter::TargetTurn(0, axis))
+            [0, 1, 2].map(|axis| FreeParameter::TargetRotation(0, axis))
         );
     });
 }

@@ -91,7 +91,7 @@ fn moved(machine: &ResidualModel<'_>, by: f64, base_turned: f64) -> State {
         .iter()
         .enumerate()
         .map(|(index, free_parameter)| match free_parameter {
-            FreeParameter::BaseTurn(_) => base_turned,
+            FreeParameter::BaseRotation(_) => base_turned,
             FreeParameter::Effect(part, _) if machine.parts[*part].id.name.starts_with("link_l") => {
                 100.0 * by
             }
@@ -183,7 +183,7 @@ fn the_second_derivative_along_a_change_is_that_of_the_predictions() {
     let (rows, weights) = ([0, 1], [0.25, 1.0]);
     let change = DVector::from_fn(machine.free_parameters().len(), |free_parameter, _| {
         match machine.free_parameters()[free_parameter] {
-            FreeParameter::BaseTurn(axis) => 0.02 * (axis as f64 + 1.0),
+            FreeParameter::BaseRotation(axis) => 0.02 * (axis as f64 + 1.0),
             FreeParameter::Effect(0, _) => -0.03,
             FreeParameter::Effect(1, _) => 5.0,
             _ => 0.0,
