@@ -10,7 +10,7 @@ use crate::thresholds::INLIER_QUANTILE;
 use plumb_calibration::arm_model::AddedEffect;
 use plumb_calibration::effect::{EffectId, kind};
 use plumb_calibration::fit::{Distances, Fit, FitOptions, ResidualModel, State};
-use plumb_estimation::{Progress, chi_squared_quantile, huber_corner};
+use plumb_estimation::{Progress, chi_squared_quantile, huber_constant};
 
 /// A machine with its fit.
 pub(crate) struct Fitted<'a> {
@@ -38,7 +38,7 @@ impl Fitted<'_> {
         let distances = Distances::of(&self.machine, &self.fit.residuals);
         let fitted = self.fit.rows.iter().filter_map(|row| distances.rows.get(*row));
         let losses = fitted.map(|(norm, equations)| {
-            let edge = scale * huber_corner(*equations);
+            let edge = scale * huber_constant(*equations);
             // Huber's function (Huber 1964; of a regression, Huber 1981, section 7.3), here of a row's whole length: a square inside, its tangent outside.
             if *norm <= edge { norm * norm } else { 2.0 * edge * norm - edge * edge }
         });
@@ -329,7 +329,7 @@ mod tests {
         let plain: f64 = squares.iter().sum();
         assert!((fitted.loss(1e6) - plain).abs() < 1e-9 * plain, "a wide scatter has no corner");
         // Far beyond every corner: 2 k |r| - k^2 a row.
-        let edge = 1e-3 * huber_corner(3);
+        let edge = 1e-3 * huber_constant(3);
         let along: f64 = squares.iter().map(|square| 2.0 * edge * square.sqrt() - edge * edge).sum();
         assert!((fitted.loss(1e-3) - along).abs() < 1e-9, "{} {along}", fitted.loss(1e-3));
     }

@@ -4,26 +4,26 @@ use std::sync::OnceLock;
 
 use crate::chi_squared_quantile;
 
-/// The distance, in sigmas, beyond which a pose of so many equations is weighed down: nine in ten lie within.
-pub fn huber_corner(equations: usize) -> f64 {
-    // A fit asks for the corner of every row at every step; a quantile takes longer than all else that is done with a row.
+/// Tuning constant of Huber's loss (Huber 1981): the distance, in sigmas, beyond which a pose of so many equations is weighed down. Nine in ten lie within.
+pub fn huber_constant(equations: usize) -> f64 {
+    // A fit asks for the constant of every row at every step; a quantile takes longer than all else that is done with a row.
     static KNOWN: OnceLock<Vec<f64>> = OnceLock::new();
-    let known = KNOWN.get_or_init(|| (0..TABULATED).map(computed_corner).collect());
-    known.get(equations).copied().unwrap_or_else(|| computed_corner(equations))
+    let known = KNOWN.get_or_init(|| (0..TABULATED).map(computed_constant).collect());
+    known.get(equations).copied().unwrap_or_else(|| computed_constant(equations))
 }
 
-/// Corners that are computed once: rows of up to ten targets have no more equations.
+/// Constants that are computed once: rows of up to ten targets have no more equations.
 const TABULATED: usize = 32;
 
-/// Share of sound poses that keep their full weight. With one equation the corner is 1.645 sigmas, and the estimate keeps 98 % of the
+/// Share of sound poses that keep their full weight. With one equation the constant is 1.645 sigmas, and the estimate keeps 98 % of the
 /// efficiency of least squares on normal residuals (Huber 1981, section 4.5).
 const FULL_WEIGHT: f64 = 0.9;
 
-fn computed_corner(equations: usize) -> f64 {
+fn computed_constant(equations: usize) -> f64 {
     chi_squared_quantile(FULL_WEIGHT, equations.max(1) as f64).sqrt()
 }
 
-/// Variance of one equation in the weighted metric: far poses count as if at the corner, and the weight they lost is made
+/// Variance of one equation in the weighted metric: far poses count as if at the constant, and the weight they lost is made
 /// good (Huber 1981, section 7.6). Of each equation: its weight, and its residual in declared sigmas.
 pub fn huber_variance(equations_of: impl Iterator<Item = (f64, f64)>, rank: usize) -> f64 {
     let (mut drawn_in, mut weight_sum, mut equations) = (0.0, 0.0, 0.0);
@@ -45,25 +45,28 @@ mod tests {
     #[test]
     fn the_corner_of_one_equation_is_the_normals_and_grows_with_the_root_of_their_number() {
         // Two-sided 90 % of a normal: 1.645; chi with 2 degrees: sqrt(-2 ln 0.1) = 2.146; with 3: sqrt(6.251) = 2.500.
-        assert!((huber_corner(1) - normal_quantile(0.95)).abs() < 1e-9);
-        assert!((huber_corner(2) - (-2.0 * 0.1_f64.ln()).sqrt()).abs() < 1e-9);
-        assert!((huber_corner(3) - 6.251_389_f64.sqrt()).abs() < 1e-6);
-        assert!((huber_corner(400) / 400.0_f64.sqrt() - 1.0).abs() < 0.05, "beyond the table it is computed");
-        assert_eq!(huber_corner(0), huber_corner(1));
+        assert!((huber_constant(1) - normal_quantile(0.95)).abs() < 1e-9);
+        assert!((huber_constant(2) - (-2.0 * 0.1_f64.ln()).sqrt()).abs() < 1e-9);
+        assert!((huber_constant(3) - 6.251_389_f64.sqrt()).abs() < 1e-6);
+        assert!(
+            (huber_constant(400) / 400.0_f64.sqrt() - 1.0).abs() < 0.05,
+            "beyond the table it is computed"
+        );
+        assert_eq!(huber_constant(0), huber_constant(1));
     }
 
     #[test]
     fn the_corner_keeps_at_least_95_percent_of_the_efficiency_on_normal_residuals() {
-        // Huber 1981, section 4.5: efficiency (E psi')^2 / E psi^2, 95 % at 1.345; here the corner of one equation is 1.645.
-        let corner = huber_corner(1);
+        // Huber 1981, section 4.5: efficiency (E psi')^2 / E psi^2, 95 % at 1.345; here the constant of one equation is 1.645.
+        let constant = huber_constant(1);
         let (mut inside, mut squares, count) = (0.0, 0.0, 400_000);
         for step in 0..count {
             let residual = normal_quantile((f64::from(step) + 0.5) / f64::from(count));
-            inside += f64::from(u8::from(residual.abs() < corner));
-            squares += residual.clamp(-corner, corner).powi(2);
+            inside += f64::from(u8::from(residual.abs() < constant));
+            squares += residual.clamp(-constant, constant).powi(2);
         }
         let efficiency = (inside / f64::from(count)).powi(2) / (squares / f64::from(count));
-        assert!(corner > 1.345 && (0.97..0.99).contains(&efficiency), "{efficiency}");
+        assert!(constant > 1.345 && (0.97..0.99).contains(&efficiency), "{efficiency}");
     }
 
     #[test]
@@ -78,15 +81,15 @@ mod tests {
     fn an_outlier_counts_as_if_it_lay_at_the_corner() {
         let mut random = Random::seeded(1);
         let sound: Vec<f64> = (0..2_000).map(|_| random.normal()).collect();
-        let corner = huber_corner(1);
-        let plain = huber_variance(sound.iter().map(|residual| weighed(*residual, corner)), 0);
+        let constant = huber_constant(1);
+        let plain = huber_variance(sound.iter().map(|residual| weighed(*residual, constant)), 0);
         let spoilt: Vec<f64> = sound.iter().copied().chain([1e6]).collect();
-        let with_outlier = huber_variance(spoilt.iter().map(|residual| weighed(*residual, corner)), 0);
-        assert!((with_outlier - plain).abs() < 2.0 * corner * corner / 2_000.0, "{plain} {with_outlier}");
+        let with_outlier = huber_variance(spoilt.iter().map(|residual| weighed(*residual, constant)), 0);
+        assert!((with_outlier - plain).abs() < 2.0 * constant * constant / 2_000.0, "{plain} {with_outlier}");
     }
 
-    fn weighed(residual: f64, corner: f64) -> (f64, f64) {
-        (f64::min(1.0, corner / residual.abs()), residual)
+    fn weighed(residual: f64, constant: f64) -> (f64, f64) {
+        (f64::min(1.0, constant / residual.abs()), residual)
     }
 
     #[test]

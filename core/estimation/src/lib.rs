@@ -13,7 +13,7 @@ mod random;
 mod rank_revealing_cholesky;
 
 pub use distributions::{chi_squared_quantile, chi_squared_tail, f_tail, normal_quantile, normal_tail};
-pub use huber::{huber_corner, huber_variance};
+pub use huber::{huber_constant, huber_variance};
 pub use information_criterion::{bic, bic_above};
 pub use levenberg_marquardt::{
     CAREFUL, CLOSE, Descent, NEAR, Problem, Settings, descend, descend_from, full_step,

@@ -1,6 +1,6 @@
 //! Huber's weights, one a pose: a pose far outside the others' scatter pulls no harder than one at the edge of it.
 
-use plumb_estimation::{chi_squared_quantile, huber_corner};
+use plumb_estimation::{chi_squared_quantile, huber_constant};
 
 use super::residual_model::ResidualModel;
 
@@ -52,7 +52,7 @@ impl Distances {
         self.rows
             .iter()
             .map(|(norm, count)| {
-                let edge = scale * huber_corner(*count);
+                let edge = scale * huber_constant(*count);
                 if *norm <= edge || *norm == 0.0 { 1.0 } else { edge / norm }
             })
             .collect()

@@ -5,7 +5,7 @@ use crate::block_errors;
 use crate::cross_validation::{joint_blocks, pose_groups, region_blocks, session_blocks};
 use crate::explainable::MixedFit;
 use crate::predictive_gain::Gain;
-use plumb_estimation::{huber_corner, median};
+use plumb_estimation::{huber_constant, median};
 
 /// What blocks of rows say of one effect.
 pub(super) struct Predictions {
@@ -127,8 +127,8 @@ impl Bench<'_> {
 
 /// Huber's loss of a residual, whose sigma is `scale` (Huber 1981): a few rows that everything misses must not decide what predicts the others better.
 fn loss(residual: f64, scale: f64) -> f64 {
-    let (size, knee) = (residual.abs(), huber_corner(1) * scale);
-    if size <= knee { residual * residual } else { knee * (2.0 * size - knee) }
+    let (size, constant) = (residual.abs(), huber_constant(1) * scale);
+    if size <= constant { residual * residual } else { constant * (2.0 * size - constant) }
 }
 
 /// By how much a residual's loss falls: below zero where it is predicted worse.
@@ -149,11 +149,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_residual_counts_by_its_square_up_to_the_corner_and_by_its_amount_beyond() {
-        let corner = 2.0 * huber_corner(1);
-        assert!((loss(-0.99 * corner, 2.0) - (0.99 * corner).powi(2)).abs() < 1e-12);
-        let (near, far) = (loss(3.0 * corner, 2.0), loss(4.0 * corner, 2.0));
-        assert!((far - near - 2.0 * corner * corner).abs() < 1e-9, "{near} {far}");
+    fn a_residual_counts_by_its_square_up_to_the_constant_and_by_its_amount_beyond() {
+        let constant = 2.0 * huber_constant(1);
+        assert!((loss(-0.99 * constant, 2.0) - (0.99 * constant).powi(2)).abs() < 1e-12);
+        let (near, far) = (loss(3.0 * constant, 2.0), loss(4.0 * constant, 2.0));
+        assert!((far - near - 2.0 * constant * constant).abs() < 1e-9, "{near} {far}");
         assert!((fall(0.5, -0.25, 2.0) - (0.25 - 0.0625)).abs() < 1e-12);
         assert!((fall(-0.25, 0.5, 2.0) + (0.25 - 0.0625)).abs() < 1e-12, "it grows");
     }
