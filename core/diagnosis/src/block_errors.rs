@@ -4,10 +4,11 @@
 
 use nalgebra::DMatrix;
 
-use crate::cross_validation::{Derivatives, Without, regions, stretches};
+use crate::cross_validation::{Without, regions, stretches};
 use crate::thresholds::ERROR_BLOCKS;
 use plumb_calibration::fit::{Fit, ResidualModel};
 use plumb_calibration::table::Table;
+use plumb_estimation::for_each;
 
 /// The ways in which the fitted rows are cut: into regions of pose space, and into stretches of the order in which they were measured.
 pub(crate) fn ways(table: &Table, rows: &[usize]) -> [Vec<Vec<usize>>; 2] {
@@ -17,13 +18,13 @@ pub(crate) fn ways(table: &Table, rows: &[usize]) -> [Vec<Vec<usize>>; 2] {
 /// Standard errors of the free parameters of a fit (internal units) by the grouped jackknife: the fit without each block of rows is one Gauss-Newton step away. Of the ways
 /// of cutting the one with the greater error counts; zero where too little is left without a block.
 pub(crate) fn errors(machine: &ResidualModel<'_>, fit: &Fit) -> Vec<f64> {
-    let derivatives = Derivatives::of(machine, fit);
     let mut errors = vec![0.0; fit.covariance.nrows()];
     for blocks in ways(machine.table, &fit.rows) {
-        let steps = blocks
-            .iter()
-            .map(|block| Some(Without::of(&fit.normal, fit.rank(), &derivatives.normal(block))?.step));
-        if let Some(steps) = steps.collect::<Option<Vec<_>>>() {
+        let steps = for_each(&blocks, |block| {
+            let own = machine.normal_of_rows(&fit.state, block, &fit.weights);
+            Some(Without::of(&fit.normal, fit.rank(), &own)?.step)
+        });
+        if let Some(steps) = steps.into_iter().collect::<Option<Vec<_>>>() {
             raise(&mut errors, &steps);
         }
     }

@@ -264,3 +264,22 @@ fn a_place_is_known_unless_something_else_does_as_well() {
         assert_eq!(with(Some(doubt)), (false, false));
     }
 }
+
+#[test]
+fn values_beside_the_flexible_part_have_the_errors_that_blocks_of_rows_show() {
+    // Standard errors of both parts of the wave: as the fit has them, and by blocks.
+    let errors = |elsewhere: f64| {
+        let off = move |q: [f64; 2]| [elsewhere * (40.0 * q[0] * q[1]).sin(), wave(q[1])];
+        with_wave_in(&[], off, |bench, set| {
+            let own = bench.values(set, 0).1.diagonal().map(f64::sqrt);
+            let blocks = errors_by_blocks(bench, &bench.in_set(0, set)).unwrap();
+            assert_eq!((own.len(), blocks.len()), (2, 2));
+            (own.norm(), blocks[0].hypot(blocks[1]))
+        })
+    };
+    let (own, blocks) = errors(0.0);
+    // Four errors of nine degrees of freedom each: between a half and twice the true one.
+    assert!((0.5..2.0).contains(&(blocks / own)), "{blocks} {own}");
+    let (_, more) = errors(0.004);
+    assert!(more > 2.0 * blocks, "what nobody knows moves the wave from block to block: {more} {blocks}");
+}
