@@ -123,12 +123,12 @@ fn tie(diagnosis: &Diagnosis) -> String {
         "{} cannot be told apart with these data{}{}",
         listed(&labels, "and"),
         diagnosis.alike.first().map_or_else(String::new, |alike| format!(": {}", alike_in_words(alike))),
-        what_would_tell(diagnosis)
+        what_would_distinguish(diagnosis)
     )
 }
 
 /// How the sentence of a tie ends: with what would distinguish the effects.
-fn what_would_tell(diagnosis: &Diagnosis) -> String {
+fn what_would_distinguish(diagnosis: &Diagnosis) -> String {
     match diagnosis.next_separation {
         _ if diagnosis.next.is_empty() => ".".to_owned(),
         Some(separation) if diagnosis.next_distinguishes() == Some(false) => format!(
