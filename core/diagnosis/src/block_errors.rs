@@ -40,13 +40,24 @@ pub(crate) fn raise(errors: &mut [f64], without: &[Vec<f64>]) {
 
 /// A covariance whose standard errors are at least these, at the same correlations.
 pub(crate) fn at_least(covariance: &DMatrix<f64>, errors: &[f64]) -> DMatrix<f64> {
-    let own = covariance.diagonal().map(|variance| variance.max(0.0).sqrt());
-    // What is held has no variance, and stays without.
-    let wider =
-        own.iter().zip(errors).map(|(own, error)| if own > &0.0 { (error / own).max(1.0) } else { 1.0 });
-    let wider: Vec<f64> = wider.collect();
+    let wider = factors(covariance, errors);
     let factor = |index: usize| wider.get(index).copied().unwrap_or(1.0);
     covariance.map_with_location(|row, column, value| value * factor(row) * factor(column))
+}
+
+/// By how much the standard error of the number that is known best grows, for a size of which some numbers are not to be seen.
+pub(crate) fn factor_of_the_best_known(covariance: &DMatrix<f64>, errors: &[f64]) -> f64 {
+    let variances = covariance.diagonal();
+    let known = variances.iter().zip(factors(covariance, errors));
+    let known = known.filter(|(variance, _)| **variance > 0.0);
+    known.min_by(|one, other| one.0.total_cmp(other.0)).map_or(1.0, |(_, factor)| factor)
+}
+
+/// By how much each standard error grows to be at least these. What is held has no variance, and stays without.
+fn factors(covariance: &DMatrix<f64>, errors: &[f64]) -> Vec<f64> {
+    let own = covariance.diagonal().map(|variance| variance.max(0.0).sqrt());
+    let pairs = own.iter().zip(errors);
+    pairs.map(|(own, error)| if *own > 0.0 { (error / own).max(1.0) } else { 1.0 }).collect()
 }
 
 /// The jackknife's standard error of a number, from its values without each of some blocks (Efron & Tibshirani 1993, section 11.5).
@@ -85,6 +96,8 @@ mod tests {
         let raised = at_least(&covariance, &[6.0, 1.0, 5.0]);
         let wanted = DMatrix::from_row_slice(3, 3, &[36.0, 3.0, 0.0, 3.0, 9.0, 0.0, 0.0, 0.0, 0.0]);
         assert!((raised - wanted).norm() < 1e-12, "what is held stays without an error");
+        assert_eq!(factor_of_the_best_known(&covariance, &[6.0, 1.0, 5.0]), 3.0);
+        assert_eq!(factor_of_the_best_known(&covariance, &[]), 1.0);
         let mut errors = [0.5, 2.0];
         raise(&mut errors, &[vec![1.0, 1.0], vec![3.0, 3.0]]);
         assert_eq!(errors, [1.0, 2.0]);

@@ -4,7 +4,7 @@ mod among_structure;
 mod evidence;
 mod need;
 
-use crate::block_errors::at_least;
+use crate::block_errors::{at_least, factor_of_the_best_known};
 use crate::candidates::Candidates;
 use crate::epochs::with_rivals;
 use crate::forward_selection::{FittedCandidate, Stage};
@@ -309,14 +309,14 @@ impl Finding<'_> {
         let Ok(effect) = effect::build(&fitted_candidate.id, self.stage.fitted.machine.model) else {
             return fitted_candidate.score.size;
         };
-        // A refit frees every number, also those that no plausible size of them could show.
-        let size = match fitted_candidate.score.has_unseen {
-            true => fitted_candidate.score.size,
-            // Where nothing but noise is left it is independent.
-            false if !self.dirty => effect.size(&fitted_candidate.values, &fitted_candidate.covariance),
-            false => {
-                let covariance = at_least(&fitted_candidate.covariance, &fitted_candidate.block_errors);
-                effect.size(&fitted_candidate.values, &covariance)
+        let FittedCandidate { score, values, covariance, block_errors, .. } = fitted_candidate;
+        // Where nothing but noise is left it is independent.
+        let errors = if self.dirty { block_errors.as_slice() } else { &[] };
+        let size = match score.has_unseen {
+            false => effect.size(values, &at_least(covariance, errors)),
+            // A refit frees every number, also those that no plausible size of them could show.
+            true => {
+                Size { error: score.size.error * factor_of_the_best_known(covariance, errors), ..score.size }
             }
         };
         size.unless_undetermined(effect.parameters())

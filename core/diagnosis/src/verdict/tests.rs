@@ -628,15 +628,20 @@ fn something_without_a_name_is_a_rival_where_it_does_clearly_better_and_is_no_ch
 
 #[test]
 fn a_size_is_as_sure_as_blocks_of_rows_say_where_more_than_noise_is_left() {
-    let error = |dirty: bool, block_errors: Vec<f64>| {
-        let one = FittedCandidate { block_errors, ..fitted_candidate("joint_gain", 1, 0.0) };
+    let of = |dirty: bool, block_errors: Vec<f64>, has_unseen: bool| {
+        let mut one = FittedCandidate { block_errors, ..fitted_candidate("joint_gain", 1, 0.0) };
+        one.score.has_unseen = has_unseen;
         finding_of(vec![one], |finding| {
             finding.dirty = dirty;
             finding.best().map(|best| finding.size(best).error).unwrap()
         })
     };
+    let error = |dirty: bool, block_errors: Vec<f64>| of(dirty, block_errors, false);
     assert!((error(false, vec![0.02]) - 0.01).abs() < 1e-12, "noise is independent");
     assert!((error(true, vec![0.02]) - 0.02).abs() < 1e-12);
     assert!((error(true, vec![0.002]) - 0.01).abs() < 1e-12, "never surer than the fit");
     assert!((error(true, Vec::new()) - 0.01).abs() < 1e-12, "it was not refitted");
+    // The size of what is seen alone has its own error, which grows by the same factor.
+    assert!((of(true, vec![0.015], true) - 0.015).abs() < 1e-12);
+    assert!((of(false, vec![0.015], true) - 0.01).abs() < 1e-12);
 }
