@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use crate::cross_validation::pose_groups;
 use crate::fitted::Fitted;
 use crate::found::Found;
-use crate::laboratory::{Laboratory, LaboratoryError};
+use crate::laboratory::{Laboratory, LaboratoryError, StandardErrors};
 use crate::outcome::{AcrossPoses, ConditionAtPoses, Diagnosis, FewPoses, Named, PoseShare, Rest, Verdict};
 use crate::pose_to_pose::{FromPoseToPose, point_residual};
 use crate::thresholds::{FEW_POSES, FEW_POSES_RETURNS, LACK_OF_FIT_LEVEL};
@@ -158,7 +158,9 @@ impl Laboratory {
             .filter(|effect| effect::kind(&effect.id.name).is_some_and(|kind| kind.depends_on_conditions));
         let Some(effect) = effect else { return Ok(None) };
         let fitted = self.fit_with(std::slice::from_ref(&effect), None, progress)?;
-        let value = self.effect_values(&self.standard_errors(&fitted)).pop();
+        // What the rows of a pose share is judged by their means, from pose to pose.
+        let errors = StandardErrors::of_the_fit(&fitted.machine, &fitted.fit);
+        let value = self.effect_values(&errors).pop();
         let place = effect_place(&fitted.machine, &effect.id);
         Ok(value
             .map(|value| (effect, Named { effect: place, size: value.size, unit: value.unit, se: value.se })))

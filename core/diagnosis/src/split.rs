@@ -1,11 +1,12 @@
 //! Which rows are fitted and which are held out to check with.
 
+use std::collections::HashMap;
 use std::fmt;
 use std::str::FromStr;
 
 use thiserror::Error;
 
-use crate::thresholds::{LONELY_FACTOR, LONELY_POSES};
+use crate::thresholds::{FEW_POSES, FEW_POSES_RETURNS, LONELY_FACTOR, LONELY_POSES};
 use plumb_calibration::table::Table;
 use plumb_estimation::Random;
 
@@ -96,23 +97,55 @@ pub(crate) struct Poses {
     pub(crate) places: Vec<Vec<f64>>,
 }
 
+/// Rows of each pose, in the order in which poses were first measured. Returns named for the side from which they came are returns to one pose.
+fn rows_by_pose(table: &Table) -> Vec<Vec<usize>> {
+    let mut named: HashMap<u32, usize> = HashMap::new();
+    let mut placed: HashMap<Vec<u64>, usize> = HashMap::new();
+    // The pose of each row so far; poses that turn out to be one are merged into the earlier.
+    let mut rows: Vec<Vec<usize>> = Vec::new();
+    let mut merged: Vec<usize> = Vec::new();
+    for row in 0..table.len() {
+        let name = table.repeat.of_row.get(row).copied().flatten();
+        let coordinates: Vec<u64> = table.q_of(row).iter().map(|q| q.to_bits()).collect();
+        let by_name = name.and_then(|name| named.get(&name)).map(|pose| earliest(&merged, *pose));
+        let by_place = placed.get(&coordinates).map(|pose| earliest(&merged, *pose));
+        let pose = match (by_name, by_place) {
+            (Some(one), Some(other)) => {
+                let (first, later) = (one.min(other), one.max(other));
+                if first < later {
+                    merged[later] = first;
+                    let own = std::mem::take(&mut rows[later]);
+                    rows[first].extend(own);
+                }
+                first
+            }
+            (Some(pose), None) | (None, Some(pose)) => pose,
+            (None, None) => {
+                rows.push(Vec::new());
+                merged.push(merged.len());
+                rows.len() - 1
+            }
+        };
+        rows[pose].push(row);
+        placed.insert(coordinates, pose);
+        named.extend(name.map(|name| (name, pose)));
+    }
+    rows.retain(|rows| !rows.is_empty());
+    rows.iter_mut().for_each(|rows| rows.sort_unstable());
+    rows
+}
+
+/// The pose that a pose was merged into.
+fn earliest(merged: &[usize], mut pose: usize) -> usize {
+    while let Some(into) = merged.get(pose).filter(|into| **into != pose) {
+        pose = *into;
+    }
+    pose
+}
+
 impl Poses {
     pub(crate) fn of(table: &Table) -> Self {
-        let mut known: std::collections::HashMap<Vec<u64>, usize> = std::collections::HashMap::new();
-        let mut rows: Vec<Vec<usize>> = Vec::new();
-        for row in 0..table.len() {
-            let key = match table.repeat.of_row.get(row).copied().flatten() {
-                Some(name) => vec![u64::MAX, u64::from(name)],
-                None => table.q_of(row).iter().map(|q| q.to_bits()).collect(),
-            };
-            let pose = *known.entry(key).or_insert_with(|| {
-                rows.push(Vec::new());
-                rows.len() - 1
-            });
-            if let Some(list) = rows.get_mut(pose) {
-                list.push(row);
-            }
-        }
+        let rows = rows_by_pose(table);
         let ranges: Vec<(f64, f64)> = (0..table.joints)
             .map(|joint| {
                 let q = (0..table.len()).filter_map(|row| table.q_of(row).get(joint).copied());
@@ -304,7 +337,7 @@ fn last_session(table: &Table) -> Result<Vec<usize>, HoldoutError> {
 }
 
 /// One region in eight, twice, from different ends of pose space. Touched places are the regions where there are any;
-/// poses that were returned to stay in the fit, for they carry the noise floor; very small tables hold out less. So do the few
+/// poses that were returned to stay in the fit, for they carry the noise floor; very small tables, and those of few poses, hold out nothing. So do the few
 /// that lie far from all others, such as those measured afterwards to distinguish candidates: nothing that is fitted could foretell them.
 fn regions(poses: &Poses, table: &Table) -> Vec<usize> {
     if table.touch.names.len() >= 4 {
@@ -312,6 +345,10 @@ fn regions(poses: &Poses, table: &Table) -> Vec<usize> {
         return (0..table.len())
             .filter(|row| table.touch.of_row.get(*row).copied().flatten() == Some(last))
             .collect();
+    }
+    // Of few poses that were measured often, as along an axis after ISO 230-2, none can be spared: what is at the ends of the travel is seen there alone.
+    if poses.rows.len() < FEW_POSES && poses.rows.iter().all(|rows| rows.len() >= FEW_POSES_RETURNS) {
+        return Vec::new();
     }
     let single: Vec<usize> = (0..poses.rows.len())
         .filter(|pose| poses.rows.get(*pose).is_some_and(|rows| rows.len() == 1))

@@ -31,7 +31,6 @@ impl<'a> StandardErrors<'a> {
     }
 
     /// As the fit has them, which takes what is left for independent noise.
-    #[cfg(test)]
     pub(crate) fn of_the_fit(machine: &'a ResidualModel<'a>, fit: &'a Fit) -> Self {
         Self { machine, fit, covariance: fit.covariance.clone() }
     }

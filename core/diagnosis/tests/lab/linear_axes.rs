@@ -73,6 +73,19 @@ fn the_play_of_an_axis_is_named_beside_an_error_of_position_which_a_map_then_tak
 }
 
 #[test]
+fn returns_named_for_the_side_they_came_from_are_returns_to_one_position() {
+    let by_side = table(3, PLAY, screw).replace(",1,t", ",1,up").replace(",-1,t", ",-1,down");
+    assert!(by_side.contains("up9") && by_side.contains("down9"));
+    let lab = axis(&by_side);
+    assert!(lab.split().check_rows().is_empty(), "no position can be spared");
+    let diagnosis = lab.diagnose(&Progress::unwatched()).unwrap();
+    let sentence = diagnosis_sentence(&diagnosis);
+    let named = diagnosis.named.as_ref().unwrap_or_else(|| panic!("{sentence}"));
+    assert_eq!(named.effect.effect, "joint_backlash", "{sentence}");
+    assert!((named.size - PLAY).abs() < 3.0 * named.se && named.se < 0.001, "{named:?}");
+}
+
+#[test]
 fn what_goes_with_the_position_is_said_so_where_no_condition_is_at_work() {
     let diagnosis = axis(&table(4, 0.0, screw)).diagnose(&Progress::unwatched()).unwrap();
     assert!(
