@@ -178,6 +178,9 @@ mod tests {
             error.plugin_error()
         };
         assert!(matches!(error(LineFailure::Silent), PluginError::Disconnected(_)));
+        // Another name has to be given, or this port brought back.
+        assert!(matches!(error(LineFailure::Open(OpenFailure::NotAPort)), PluginError::Refused(_)));
+        assert!(matches!(error(LineFailure::Open(OpenFailure::Missing)), PluginError::Disconnected(_)));
         assert!(matches!(error(LineFailure::Rebooted), PluginError::NotReady(_)));
         let (waited, came) = (Duration::from_secs(2), "1.0".to_owned());
         assert!(matches!(error(LineFailure::Unfinished { waited, came }), PluginError::TimedOut(_)));

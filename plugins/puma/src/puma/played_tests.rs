@@ -69,6 +69,36 @@ fn one_joint_is_driven_by_its_way_at_the_speed_of_the_cell_file() {
     assert_eq!(played.take_typed(), ["WHERE", "DO DRIVE 2,-10,50", "WHERE"]);
 }
 
+#[test]
+fn a_joint_that_is_stopped_on_its_way_has_not_arrived() {
+    // The arm is driven by 10 degrees, and goes on until it is stopped, at half the way.
+    let (drives, driven) = std::sync::mpsc::channel();
+    let mut joints = READY;
+    let played = Played::answering(move |line| {
+        if line.starts_with("DO DRIVE") {
+            joints[1] -= 5.0;
+            drives.send(()).unwrap();
+            return String::new();
+        }
+        if line == "WHERE" { where_reply(&joints) } else { DONE.to_owned() }
+    });
+    let (mut arm, host) = driver(&played).unwrap();
+    played.take_typed();
+    let stopped = std::thread::scope(|scope| {
+        let host = &host;
+        scope.spawn(move || {
+            driven.recv().unwrap();
+            host.set_stop(true);
+        });
+        arm.move_joints(&to(1, -100.0))
+    });
+    let error = stopped.unwrap_err();
+    assert!(matches!(error, PluginError::Stopped(_)), "{error:?}");
+    assert!(error.text().starts_with("stopped; the arm is at ") && error.text().contains("-95"), "{error}");
+    let typed = played.take_typed();
+    assert!(typed.iter().any(|line| line == CONTROL_C), "{typed:?}");
+}
+
 /// What creating the driver types, where a control C is answered with a `*` that stays alone, and ABORT and Y so.
 fn aborted(answers: [&'static str; 2]) -> (Result<(), String>, Vec<String>) {
     let mut busy = true;
