@@ -4,11 +4,11 @@
 
 use nalgebra::DMatrix;
 
-use crate::cross_validation::{Without, regions, stretches};
+use crate::cross_validation::{Derivatives, Without, regions, stretches};
 use crate::thresholds::ERROR_BLOCKS;
 use plumb_calibration::fit::{Fit, ResidualModel};
 use plumb_calibration::table::Table;
-use plumb_estimation::for_each;
+use plumb_estimation::{NormalEquations, for_each};
 
 /// The ways in which the fitted rows are cut: into regions of pose space, and into stretches of the order in which they were measured.
 pub(crate) fn ways(table: &Table, rows: &[usize]) -> [Vec<Vec<usize>>; 2] {
@@ -16,14 +16,26 @@ pub(crate) fn ways(table: &Table, rows: &[usize]) -> [Vec<Vec<usize>>; 2] {
 }
 
 /// Standard errors of the free parameters of a fit (internal units) by the grouped jackknife: the fit without each block of rows is one Gauss-Newton step away. Of the ways
-/// of cutting the one with the greater error counts; zero where too little is left without a block.
+/// of cutting the one with the greater error counts; zero where too little is left without a block. A block at a time is worked out anew: a large table's derivatives are
+/// too many to keep.
 pub(crate) fn errors(machine: &ResidualModel<'_>, fit: &Fit) -> Vec<f64> {
+    by_jackknife(machine.table, fit, |block| machine.normal_of_rows(&fit.state, block, &fit.weights))
+}
+
+/// The same from derivatives that are known.
+pub(crate) fn errors_from(derivatives: &Derivatives<'_>, table: &Table, fit: &Fit) -> Vec<f64> {
+    by_jackknife(table, fit, |block| derivatives.normal(block))
+}
+
+fn by_jackknife(
+    table: &Table,
+    fit: &Fit,
+    normal_of: impl Fn(&[usize]) -> NormalEquations + Sync,
+) -> Vec<f64> {
     let mut errors = vec![0.0; fit.covariance.nrows()];
-    for blocks in ways(machine.table, &fit.rows) {
-        let steps = for_each(&blocks, |block| {
-            let own = machine.normal_of_rows(&fit.state, block, &fit.weights);
-            Some(Without::of(&fit.normal, fit.rank(), &own)?.step)
-        });
+    for blocks in ways(table, &fit.rows) {
+        let steps =
+            for_each(&blocks, |block| Some(Without::of(&fit.normal, fit.rank(), &normal_of(block))?.step));
         if let Some(steps) = steps.into_iter().collect::<Option<Vec<_>>>() {
             raise(&mut errors, &steps);
         }

@@ -5,6 +5,7 @@ use nalgebra::DMatrix;
 
 use crate::block_errors;
 use crate::candidates::{Candidates, best_variants};
+use crate::cross_validation::Derivatives;
 use crate::fitted::Fitted;
 use crate::laboratory::{Laboratory, LaboratoryError};
 use crate::lack_of_fit::LackOfFit;
@@ -285,8 +286,9 @@ impl Laboratory {
             });
             let refit =
                 self.fit_to_compare(&more, &stage.fitted, &fitted_candidate.score.beside, options, progress)?;
-            let gains = judge.gains(&refit, &fitted_candidate.id);
-            let errors = block_errors::errors(&refit.machine, &refit.fit);
+            let derivatives = Derivatives::of(&refit.machine, &refit.fit);
+            let gains = judge.gains(&refit.fit, &derivatives, &fitted_candidate.id);
+            let errors = block_errors::errors_from(&derivatives, refit.machine.table, &refit.fit);
             Ok::<_, LaboratoryError>((refit, gains, errors))
         });
         for (fitted_candidate, refit) in stage.fitted_candidates.iter_mut().zip(refits) {

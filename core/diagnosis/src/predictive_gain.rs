@@ -8,6 +8,7 @@ use crate::split::Holdout;
 use crate::thresholds::GAIN_ERRORS;
 use plumb_calibration::arm_model::Epochs;
 use plumb_calibration::effect::EffectId;
+use plumb_calibration::fit::Fit;
 use plumb_estimation::for_each;
 
 /// Gain of cross-validation over one way of leaving blocks out.
@@ -82,8 +83,8 @@ struct Way {
 }
 
 impl Way {
-    fn promise(&self, derivatives: &Derivatives<'_>, after: &Fitted<'_>) -> Option<Promise> {
-        Promise::of(self.rows.as_ref()?, &derivatives.left_out(&after.fit, &self.blocks)?)
+    fn promise(&self, derivatives: &Derivatives<'_>, after: &Fit) -> Option<Promise> {
+        Promise::of(self.rows.as_ref()?, &derivatives.left_out(after, &self.blocks)?)
     }
 }
 
@@ -122,28 +123,31 @@ impl Judge {
         Self { regions, promised, joints, sessions, poses }
     }
 
-    /// How much better `after` predicts left-out blocks, for every way that applies to the effect, and what adding it promises.
-    pub(crate) fn gains(&self, after: &Fitted<'_>, id: &EffectId) -> (Vec<Gain>, Option<Promise>) {
-        let derivatives = Derivatives::of(&after.machine, &after.fit);
+    /// How much better `after`, whose derivatives these are, predicts left-out blocks, for every way that applies to the effect, and what adding it promises.
+    pub(crate) fn gains(
+        &self,
+        after: &Fit,
+        derivatives: &Derivatives<'_>,
+        id: &EffectId,
+    ) -> (Vec<Gain>, Option<Promise>) {
         let joint = id.joint().and_then(|joint| self.joints.get(joint));
-        let regions = derivatives.left_out(&after.fit, &self.regions.blocks);
+        let regions = derivatives.left_out(after, &self.regions.blocks);
         let promise = match &self.promised {
-            Some(way) => way.promise(&derivatives, after),
+            Some(way) => way.promise(derivatives, after),
             None => {
                 self.regions.rows.as_ref().zip(regions.as_ref()).and_then(|(old, new)| Promise::of(old, new))
             }
         };
         let by_regions = regions.and_then(|new| self.gain(&self.regions, &new));
         let others = [joint, self.sessions.as_ref()].into_iter().flatten();
-        let by_others =
-            others.filter_map(|way| self.gain(way, &derivatives.left_out(&after.fit, &way.blocks)?));
+        let by_others = others.filter_map(|way| self.gain(way, &derivatives.left_out(after, &way.blocks)?));
         (by_regions.into_iter().chain(by_others).collect(), promise)
     }
 
     /// What adding an effect promises, without the other ways of leaving rows out.
     pub(crate) fn promise(&self, after: &Fitted<'_>) -> Option<Promise> {
         let derivatives = Derivatives::of(&after.machine, &after.fit);
-        self.promised.as_ref().unwrap_or(&self.regions).promise(&derivatives, after)
+        self.promised.as_ref().unwrap_or(&self.regions).promise(&derivatives, &after.fit)
     }
 
     fn gain(&self, way: &Way, new: &[Option<LeftOut>]) -> Option<Gain> {

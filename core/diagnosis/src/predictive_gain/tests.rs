@@ -33,7 +33,12 @@ fn waves(amplitude: f64, seed: u64) -> (f64, Vec<Gain>) {
     let more = [AddedEffect { id: id.clone(), values: vec![0.0; count] }];
     let after = lab.fit_with(&more, Some(&before), &Progress::unwatched()).unwrap();
     let fall = before.fit.normal.squares - after.fit.normal.squares;
-    (fall, Judge::of(&before, Holdout::Regions, std::iter::once(&id)).gains(&after, &id).0)
+    (
+        fall,
+        Judge::of(&before, Holdout::Regions, std::iter::once(&id))
+            .gains(&after.fit, &Derivatives::of(&after.machine, &after.fit), &id)
+            .0,
+    )
 }
 
 #[test]
@@ -86,7 +91,9 @@ fn what_an_effect_promises_is_the_same_whichever_way_it_is_asked() {
     let after = lab.fit_with(&more, Some(&before), &Progress::unwatched()).unwrap();
     let promise = Judge::of(&before, Holdout::Regions, std::iter::empty()).promise(&after).unwrap();
     assert_eq!(
-        Judge::of(&before, Holdout::Regions, std::iter::once(&id)).gains(&after, &id).1,
+        Judge::of(&before, Holdout::Regions, std::iter::once(&id))
+            .gains(&after.fit, &Derivatives::of(&after.machine, &after.fit), &id)
+            .1,
         Some(promise)
     );
     // Three coordinates of 0.05 mm are left.
@@ -103,7 +110,11 @@ fn what_an_effect_promises_is_foretold_as_the_held_out_rows_are_chosen() {
     let after = lab.fit_with(&more, Some(&before), &Progress::unwatched()).unwrap();
     let promised = |holdout: Holdout| {
         let promise = Judge::of(&before, holdout, std::iter::empty()).promise(&after).unwrap();
-        let asked = Judge::of(&before, holdout, std::iter::once(&id)).gains(&after, &id);
+        let asked = Judge::of(&before, holdout, std::iter::once(&id)).gains(
+            &after.fit,
+            &Derivatives::of(&after.machine, &after.fit),
+            &id,
+        );
         assert_eq!(asked.1, Some(promise), "{holdout}: as it is judged");
         assert_eq!(asked.0.len(), 2, "{holdout}: and judged by regions and ranges of the joint all the same");
         promise.before_mm
