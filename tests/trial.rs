@@ -157,7 +157,7 @@ fn waves_that_are_tied_are_given_by_their_orders() {
     };
     let located = sentence("14");
     assert!(
-        located.contains("sits in wrist1, but these data cannot tell joint_harmonic(wrist1, 1)"),
+        located.contains("sits in wrist1, but these data cannot distinguish joint_harmonic(wrist1, 1)"),
         "{located}"
     );
     let tied = sentence("9");

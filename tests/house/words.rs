@@ -47,6 +47,7 @@ pub(crate) const RETIRED: &[(&str, &str)] = &[
     ("whoever", "who, or the device that"),
     ("told otherwise", "another is named"),
     ("than it is told", "than commanded"),
+    ("told apart", "distinguished"),
     ("tells the rest", "says more"),
     ("tells more", "says more"),
     ("goes with the pose", "depends on the pose"),

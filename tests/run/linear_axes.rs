@@ -254,7 +254,7 @@ fn play_that_differs_from_place_to_place_is_not_called_settling() {
     let lab = lab(&uneven_play([9.0, 12.0, 14.0, 13.0, 12.0, 20.0, 20.0, 8.0]));
     let output = model(&lab, &["diagnose", "axis.yaml", "--data", "axis.csv"]);
     assert_eq!(output.code(), 0, "{}", output.all());
-    let said = "TIED. joint_settling(x) and joint_backlash(x) cannot be told apart with these data: what depends on the direction of arrival differs from pose to pose by 0.002";
+    let said = "TIED. joint_settling(x) and joint_backlash(x) cannot be distinguished with these data: what depends on the direction of arrival differs from pose to pose by 0.002";
     assert!(output.out().contains(said), "{}", output.all());
     let grown = model(&lab, &["grow", "axis.yaml", "--data", "axis.csv"]);
     assert!(!grown.out().contains("+ joint_settling"), "{}", grown.all());

@@ -66,6 +66,6 @@ fn where_no_pose_distinguishes_them_it_says_so_and_what_would() {
     let instead = poses.instead.as_ref().map(instead_in_words);
     let instead = instead.expect("something else is proposed, or it is said that nothing would do");
     let sentence = next_poses_sentence(&poses);
-    assert!(sentence.starts_with("No pose within reach tells "), "{sentence}");
+    assert!(sentence.starts_with("No pose within reach distinguishes "), "{sentence}");
     assert!(sentence.contains(&instead), "{sentence}");
 }

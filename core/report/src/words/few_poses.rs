@@ -46,7 +46,7 @@ fn at_work(diagnosis: &Diagnosis, condition: &ConditionAtPoses) -> String {
             let tied: Vec<String> =
                 diagnosis.tied.iter().map(|one| format!("{}({})", one.effect, one.place)).collect();
             format!(
-                "{} cannot be told apart with these data: what depends on the direction of arrival differs from pose to pose by {scatter_mm:.4} {unit} (standard deviation), more than the returns scatter. \
+                "{} cannot be distinguished with these data: what depends on the direction of arrival differs from pose to pose by {scatter_mm:.4} {unit} (standard deviation), more than the returns scatter. \
                  Measure at more places, and let the moves to them be of several lengths.",
                 listed(&tied, "and")
             )

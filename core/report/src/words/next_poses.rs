@@ -15,7 +15,7 @@ pub fn next_poses_sentence(poses: &NextPoses) -> String {
 pub fn instead_in_words(instead: &Instead) -> String {
     match instead {
         Instead::Way { way, separation, poses } => format!(
-            "{} would tell them apart ({separation:.0} standard errors in {poses} poses)",
+            "{} would distinguish them ({separation:.0} standard errors in {poses} poses)",
             way_in_words(*way)
         ),
         Instead::Same => "neither a load nor a second point nor whole positions would: for this arm they are the same thing, so either will do"
@@ -45,7 +45,7 @@ fn of_rivals(poses: &NextPoses, named: bool, alike: &[(String, String)]) -> Stri
             format!("Measure these {count} poses, and return to the first two: there the model knows least.")
         }
         (_, Some(instead)) => format!(
-            "No pose within reach tells {all} apart ({separation:.1} standard errors in {count} poses); {}.",
+            "No pose within reach distinguishes {all} ({separation:.1} standard errors in {count} poses); {}.",
             instead_in_words(instead)
         ),
         (rivals, None) => {
@@ -54,7 +54,7 @@ fn of_rivals(poses: &NextPoses, named: bool, alike: &[(String, String)]) -> Stri
             let pairs: Vec<String> = alike.iter().map(|(one, other)| format!("{one} from {other}")).collect();
             let rest = match pairs.as_slice() {
                 [] => String::new(),
-                pairs => format!(" They do not tell {}.", listed(pairs, "nor")),
+                pairs => format!(" They do not distinguish {}.", listed(pairs, "nor")),
             };
             format!(
                 "Measure these {count} poses, and return to the first two: they put {all} {least}{separation:.0} standard errors apart{proof}.{rest}"
@@ -104,7 +104,7 @@ mod tests {
         let tied = poses(&["a", "b", "c"], rivals(false, &[("a", "c")]), None);
         assert_eq!(
             next_poses_sentence(&tied),
-            "Measure these 5 poses, and return to the first two: they put a, b and c at least 4 standard errors apart. They do not tell a from c."
+            "Measure these 5 poses, and return to the first two: they put a, b and c at least 4 standard errors apart. They do not distinguish a from c."
         );
         let named = next_poses_sentence(&poses(&["a", "b"], rivals(true, &[]), None));
         assert!(named.ends_with("4 standard errors apart, which proves the name or corrects it."), "{named}");
@@ -118,10 +118,10 @@ mod tests {
         let said = |instead| next_poses_sentence(&poses(&["a", "b"], rivals(false, &[]), Some(instead)));
         assert_eq!(
             said(way(OtherWay::Load(3.0))),
-            "No pose within reach tells a and b apart (4.4 standard errors in 5 poses); a load of 3 kg would tell them apart (12 standard errors in 4 poses)."
+            "No pose within reach distinguishes a and b (4.4 standard errors in 5 poses); a load of 3 kg would distinguish them (12 standard errors in 4 poses)."
         );
-        assert!(said(way(OtherWay::WholePositions)).contains("whole positions of p1 would tell"));
-        assert!(said(way(OtherWay::SecondPoint)).contains("well off its axis, would tell"));
+        assert!(said(way(OtherWay::WholePositions)).contains("whole positions of p1 would distinguish"));
+        assert!(said(way(OtherWay::SecondPoint)).contains("well off its axis, would distinguish"));
         assert!(said(Instead::Same).contains("they are the same thing"));
         assert!(said(Instead::BelowNoise).contains("less than these readings show"));
     }

@@ -93,9 +93,9 @@ fn why_not_named(diagnosis: &Diagnosis, located: &Located) -> String {
                 )
             }
             [] | [_] => nearest(diagnosis, one, &located.place),
-            several => format!("these data cannot tell {} apart", listed(several, "and")),
+            several => format!("these data cannot distinguish {}", listed(several, "and")),
         },
-        several => format!("these data cannot tell {} apart", listed(several, "and")),
+        several => format!("these data cannot distinguish {}", listed(several, "and")),
     }
 }
 
@@ -120,7 +120,7 @@ fn tie(diagnosis: &Diagnosis) -> String {
         );
     }
     format!(
-        "{} cannot be told apart with these data{}{}",
+        "{} cannot be distinguished with these data{}{}",
         listed(&labels, "and"),
         diagnosis.alike.first().map_or_else(String::new, |alike| format!(": {}", alike_in_words(alike))),
         what_would_distinguish(diagnosis)
@@ -327,11 +327,11 @@ mod tests {
             "what is at work besides is no rival: {sentence}"
         );
         both.besides.clear();
-        assert!(diagnosis_sentence(&both).ends_with("cannot tell joint_gain and joint_harmonic apart."));
+        assert!(diagnosis_sentence(&both).ends_with("cannot distinguish joint_gain and joint_harmonic."));
         assert!(located(Rejection::Outvoted, &[]).ends_with("but nothing in the library explains it."));
         let several = located(Rejection::Outvoted, &["joint_gain", "joint_zero"]);
         assert!(
-            several.ends_with("but these data cannot tell joint_gain and joint_zero apart."),
+            several.ends_with("but these data cannot distinguish joint_gain and joint_zero."),
             "{several}"
         );
         let free = Diagnosis {
@@ -373,15 +373,15 @@ mod tests {
         };
         assert_eq!(
             diagnosis_sentence(&tied),
-            "joint_gain(elbow) and link_length(shoulder) cannot be told apart with these data; measure the poses listed."
+            "joint_gain(elbow) and link_length(shoulder) cannot be distinguished with these data; measure the poses listed."
         );
         let no_better = Diagnosis { next_separation: Some(2.94), ..tied.clone() };
         assert_eq!(
             diagnosis_sentence(&no_better),
-            "joint_gain(elbow) and link_length(shoulder) cannot be told apart with these data. The poses listed would not do it either: what the effects predict there differs by 2.9 standard errors. `plumb model next` says what would."
+            "joint_gain(elbow) and link_length(shoulder) cannot be distinguished with these data. The poses listed would not do it either: what the effects predict there differs by 2.9 standard errors. `plumb model next` says what would."
         );
         let no_pose = diagnosis_sentence(&Diagnosis { next: Vec::new(), ..tied.clone() });
-        assert!(no_pose.ends_with(" cannot be told apart with these data."), "{no_pose}");
+        assert!(no_pose.ends_with(" cannot be distinguished with these data."), "{no_pose}");
         let one = Alike {
             one: "joint_gain(elbow)".to_owned(),
             other: "link_length(shoulder)".to_owned(),

@@ -141,7 +141,7 @@ impl Found {
             Self::NamedWrong => "something else is named",
             Self::Missed => "it is not listed",
             Self::Listed => "it is among the candidates, and not named",
-            Self::InSet => "it is one of several that cannot be told apart",
+            Self::InSet => "it is one of several that cannot be distinguished",
             Self::Same => "it is one of several that are the same thing in these rows",
             Self::Named => "it is named",
         }
