@@ -146,12 +146,14 @@ fn a_stream_is_read_from_python_without_plumb_in_between() {
     let place = CellPlace::of_cell(&lab.path("cell.yaml")).unwrap();
     assert_eq!(place.state(), PlaceState::Empty, "the last to leave removes what is left");
 
-    // A run that is killed ends the reader too.
-    let mut reading =
-        python(&lab, &["plumb_streams.py", "arm/joints"]).unwrap().stdout(Stdio::null()).spawn().unwrap();
-    let mut running = lab.start(&["run", "cell.yaml", "--pace", "real"]);
-    running.until(|event| event["event"] == "joints" && event["moving"] == true);
+    // A run that is killed ends the reader too, once it reads: one that has seen no run waits for one.
+    let running = lab.start(&["run", "cell.yaml", "--pace", "real"]);
+    let mut reader = python(&lab, &["plumb_streams.py", "arm/joints"]).unwrap();
+    let mut reading = reader.stdout(Stdio::piped()).spawn().unwrap();
+    let mut lines = BufReader::new(reading.stdout.take().unwrap()).lines();
+    lines.next().expect("the reader has read a message").unwrap();
     running.signal(Signal::SIGKILL);
     running.end();
+    assert!(lines.all(|line| line.is_ok()));
     assert!(reading.wait().unwrap().success());
 }
