@@ -2,9 +2,10 @@
 
 use std::io::{BufRead as _, BufReader};
 use std::mem::offset_of;
-use std::process::{Command, Stdio};
+use std::process::{Child, Command, Stdio};
 
-use nix::sys::signal::Signal;
+use nix::sys::signal::{Signal, kill};
+use nix::unistd::Pid;
 use plumb_cell::device::{CellPlace, PlaceState};
 use plumb_plugin::{
     DigitalInputs, FrameHeader, Health, JointState, JointVector, ProximityEdge, StripeHeader, StripePoint,
@@ -102,6 +103,13 @@ fn what_follows_the_fields_of_a_message_is_read_as_well() {
     assert!(said.out().contains("has 8 bytes; FrameHeader has 32"), "{}", said.out());
 }
 
+/// A run that lasts until a reader has seen enough of it, however busy the computer is. Nobody reads what it prints: a full pipe would keep it from
+/// ending.
+fn at_the_pace_of_the_arm(lab: &Lab) -> Child {
+    let mut run = lab.command(&["run", "cell.yaml", "--pace", "real"]);
+    run.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap()
+}
+
 #[test]
 fn a_stream_is_read_from_python_without_plumb_in_between() {
     let lab = Lab::new();
@@ -123,8 +131,7 @@ fn a_stream_is_read_from_python_without_plumb_in_between() {
     let early = Said::of(python(&lab, &["-c", early]).unwrap().output().unwrap());
     assert!(early.err().contains("nobody runs cell.yaml"), "{}", early.err());
 
-    // At the pace of the real arm, so that the run lasts until the reader has seen enough of it, however busy the computer is.
-    let running = lab.start(&["run", "cell.yaml", "--pace", "real"]);
+    let mut running = at_the_pace_of_the_arm(&lab);
     let mut reader = python(&lab, &["plumb_streams.py", "arm/joints"]).unwrap();
     let mut reading = reader.stdout(Stdio::piped()).spawn().unwrap();
     let lines = BufReader::new(reading.stdout.take().unwrap()).lines();
@@ -132,10 +139,10 @@ fn a_stream_is_read_from_python_without_plumb_in_between() {
     for line in lines {
         messages.push(serde_json::from_str(&line.unwrap()).unwrap());
         if messages.len() == 60 {
-            running.signal(Signal::SIGTERM);
+            kill(Pid::from_raw(running.id().cast_signed()), Signal::SIGTERM).unwrap();
         }
     }
-    running.end();
+    running.wait().unwrap();
     assert!(reading.wait().unwrap().success());
     assert!(messages.len() >= 60, "{} messages", messages.len());
     for pair in messages.windows(2) {
@@ -147,13 +154,13 @@ fn a_stream_is_read_from_python_without_plumb_in_between() {
     assert_eq!(place.state(), PlaceState::Empty, "the last to leave removes what is left");
 
     // A run that is killed ends the reader too, once it reads: one that has seen no run waits for one.
-    let running = lab.start(&["run", "cell.yaml", "--pace", "real"]);
+    let mut running = at_the_pace_of_the_arm(&lab);
     let mut reader = python(&lab, &["plumb_streams.py", "arm/joints"]).unwrap();
     let mut reading = reader.stdout(Stdio::piped()).spawn().unwrap();
     let mut lines = BufReader::new(reading.stdout.take().unwrap()).lines();
     lines.next().expect("the reader has read a message").unwrap();
-    running.signal(Signal::SIGKILL);
-    running.end();
+    running.kill().unwrap();
+    running.wait().unwrap();
     assert!(lines.all(|line| line.is_ok()));
     assert!(reading.wait().unwrap().success());
 }

@@ -110,9 +110,9 @@ fn command_of(number: i32, sender: Option<u32>, keep: bool) -> Command {
     match sender {
         None if number == Signal::SIGINT as i32 && !keep => Command::Abort,
         None if number == Signal::SIGHUP as i32 => {
-            Command::EndBySignal { by: format!("{name}: its terminal was closed"), keep }
+            Command::EndFromOutside { by: format!("{name}: its terminal was closed"), keep }
         }
-        sender => Command::EndBySignal {
+        sender => Command::EndFromOutside {
             by: format!("{name} from {}", process_name(sender.unwrap_or_default())),
             keep,
         },
@@ -162,11 +162,14 @@ mod tests {
     #[test]
     fn a_signal_is_reported_as_what_it_is() {
         let own = std::process::id();
-        let Command::EndBySignal { by, keep: false } = command_of(15, Some(own), false) else { panic!() };
+        let Command::EndFromOutside { by, keep: false } = command_of(15, Some(own), false) else { panic!() };
         assert!(by.starts_with(&format!("SIGTERM from process {own} (")), "{by}");
         assert_eq!(command_of(2, None, false), Command::Abort, "Ctrl-C is the operator's");
-        assert!(matches!(command_of(2, Some(own), false), Command::EndBySignal { .. }), "kill -INT is not");
-        let closed = Command::EndBySignal { by: "SIGHUP: its terminal was closed".to_owned(), keep: true };
+        assert!(
+            matches!(command_of(2, Some(own), false), Command::EndFromOutside { .. }),
+            "kill -INT is not"
+        );
+        let closed = Command::EndFromOutside { by: "SIGHUP: its terminal was closed".to_owned(), keep: true };
         assert_eq!(command_of(1, None, true), closed);
     }
 }

@@ -46,10 +46,10 @@ pub enum Command {
     Finish,
     /// Leaves the run as it is, to be resumed later: everything is brought to rest and the devices are put away.
     Keep,
-    /// Ends the run because a signal asks the program to end: as [`Self::Abort`] does, or with `keep` as [`Self::Keep`] does. Nobody's wish, and
-    /// recorded as what it is.
-    EndBySignal {
-        /// The signal and who sent it, as `SIGTERM from process 4711 (htop)`.
+    /// Ends the run because a signal asks the program to end, or because what it reports can no longer be written: as [`Self::Abort`] does, or with
+    /// `keep` as [`Self::Keep`] does. Nobody's wish, and recorded as what it is.
+    EndFromOutside {
+        /// The signal and who sent it, as `SIGTERM from process 4711 (htop)`, or what happened.
         by: String,
         /// Whether the run is left to be resumed.
         keep: bool,

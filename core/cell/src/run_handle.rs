@@ -57,7 +57,7 @@ impl RunHandle {
             command,
             Command::Stop
                 | Command::Abort
-                | Command::EndBySignal { .. }
+                | Command::EndFromOutside { .. }
                 | Command::Finish
                 | Command::Keep
                 | Command::Pause { when: PauseWhen::Now }

@@ -20,9 +20,9 @@ pub(crate) enum Interrupt {
     Finish,
     /// Leave the run as it is, to be resumed.
     Keep,
-    /// A signal asks the program to end.
-    Signal {
-        /// Which, and who sent it.
+    /// A signal asks the program to end, or nobody can follow the run any more.
+    FromOutside {
+        /// Which signal and who sent it, or what is gone.
         by: &'static str,
         /// The run is left to be resumed.
         keep: bool,
@@ -91,8 +91,8 @@ impl Inbox {
             Command::Finish => Some(Interrupt::Finish),
             Command::Keep => Some(Interrupt::Keep),
             // Once in the life of a program, which ends by it: nothing is gained by freeing the text before.
-            Command::EndBySignal { by, keep } => {
-                Some(Interrupt::Signal { by: String::leak(by.clone()), keep: *keep })
+            Command::EndFromOutside { by, keep } => {
+                Some(Interrupt::FromOutside { by: String::leak(by.clone()), keep: *keep })
             }
             Command::Answer { .. } | Command::Jog { .. } | Command::HandOver { .. } | Command::Resume => None,
         }

@@ -319,7 +319,7 @@ pub(crate) fn interrupted(interrupt: Interrupt) -> StepError {
         Interrupt::Finish => "finished early by the operator",
         // The operator left, or the arm was stopped with nobody there to go on.
         Interrupt::Keep => "kept for later",
-        Interrupt::Signal { by, .. } => {
+        Interrupt::FromOutside { by, .. } => {
             return StepError::Interrupted { interrupt, reason: format!("ended by {by}") };
         }
     };

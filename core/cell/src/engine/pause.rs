@@ -47,7 +47,7 @@ impl Engine {
                         end @ (Interrupt::Abort
                         | Interrupt::Finish
                         | Interrupt::Keep
-                        | Interrupt::Signal { .. }),
+                        | Interrupt::FromOutside { .. }),
                     ) => {
                         return Err(super::interrupted(end));
                     }

@@ -273,7 +273,7 @@ impl Engine {
         }
         let (kind, outcome) = match interrupt {
             Interrupt::Finish => (Interruption::FinishAsked, RunOutcome::Passed),
-            Interrupt::Keep | Interrupt::Signal { keep: true, .. } => {
+            Interrupt::Keep | Interrupt::FromOutside { keep: true, .. } => {
                 (Interruption::Left, RunOutcome::NeedsOperator)
             }
             _ => (Interruption::AbortAsked, RunOutcome::Aborted),

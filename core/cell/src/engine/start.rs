@@ -498,7 +498,8 @@ fn end_of_preparation(error: StepError) -> RunEnd {
     let outcome = match &error {
         StepError::NeedsOperator(_)
         | StepError::Interrupted {
-            interrupt: Interrupt::Keep | Interrupt::Signal { keep: true, .. }, ..
+            interrupt: Interrupt::Keep | Interrupt::FromOutside { keep: true, .. },
+            ..
         } => RunOutcome::NeedsOperator,
         StepError::Interrupted { interrupt, .. } if !prompting::is_pause(*interrupt) => RunOutcome::Aborted,
         _ => RunOutcome::Error,
@@ -517,9 +518,9 @@ mod tests {
             end_of_preparation(StepError::Interrupted { interrupt, reason }).outcome
         };
         assert_eq!(outcome(Interrupt::Abort), RunOutcome::Aborted);
-        assert_eq!(outcome(Interrupt::Signal { by: "SIGTERM", keep: false }), RunOutcome::Aborted);
+        assert_eq!(outcome(Interrupt::FromOutside { by: "SIGTERM", keep: false }), RunOutcome::Aborted);
         assert_eq!(outcome(Interrupt::Keep), RunOutcome::NeedsOperator);
-        assert_eq!(outcome(Interrupt::Signal { by: "SIGTERM", keep: true }), RunOutcome::NeedsOperator);
+        assert_eq!(outcome(Interrupt::FromOutside { by: "SIGTERM", keep: true }), RunOutcome::NeedsOperator);
         // Nothing is there yet that could be paused.
         assert_eq!(outcome(Interrupt::Pause), RunOutcome::Error);
         assert_eq!(outcome(Interrupt::Stop), RunOutcome::Error);

@@ -12,10 +12,11 @@ use super::json_events::{self, Wanted};
 use crate::commands::answer::{SIMULATE, SIMULATES, ways_to_answer};
 use crate::step_numbers::{step_numbers, steps_in_words};
 
-/// Prints what happens until the run has ended.
+/// Prints what happens until the run has ended. A run whose standard output cannot be written is aborted, which is reported on standard error: its
+/// outcome is that of any other aborted run, also where its reader merely went away.
 ///
 /// # Errors
-/// Standard output cannot be written; the run was aborted.
+/// The system does not let it wait for events.
 pub(super) fn watch(
     mut running: RunningRun,
     json: Option<Vec<Wanted>>,
@@ -23,7 +24,7 @@ pub(super) fn watch(
 ) -> io::Result<RunOutcome> {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
     let handle = running.handle.clone();
-    let printed = runtime.block_on(async {
+    let printed: io::Result<()> = runtime.block_on(async {
         let mut printer = Printer { json, attended, plan: Vec::new() };
         while let Some(event) = running.events.recv().await {
             printer.print(&event)?;
@@ -34,11 +35,16 @@ pub(super) fn watch(
         }
         Ok(())
     });
-    if printed.is_err() {
-        handle.send(Command::Abort);
+    let unread = printed.err().map(|cause| format!("its standard output, which cannot be written: {cause}"));
+    if let Some(by) = unread.clone() {
+        handle.send(Command::EndFromOutside { by, keep: false });
     }
     let outcome = running.thread.join().unwrap_or(RunOutcome::Error);
-    printed.map(|()| outcome)
+    if let Some(by) = unread {
+        // Standard error may have gone with standard output: the exit code is left.
+        let _ = writeln!(io::stderr(), "plumb: the run {}: ended by {by}", in_words(outcome));
+    }
+    Ok(outcome)
 }
 
 struct Printer {
