@@ -223,6 +223,34 @@ fn what_does_not_pass_stops_the_queue_until_a_person_takes_it_off() {
     assert_eq!(numbers(&lab), Vec::<i64>::new());
 }
 
+/// As in `plumb queue run CELL | head -1`.
+#[test]
+fn a_queue_whose_reader_goes_away_stops_and_its_exit_code_says_so() {
+    let lab = lab();
+    add(&lab, &["initialize"]);
+    add(&lab, &["waist-initialization"]);
+    let carried_out = |lines_read: usize| {
+        let mut command = lab.command(&["queue", "run", "cell.yaml", "--pace", "real"]);
+        let mut running = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        let mut lines = BufReader::new(running.stdout.take().unwrap()).lines();
+        lines.by_ref().take(lines_read).for_each(|line| assert!(!line.unwrap().is_empty()));
+        drop(lines);
+        let ended = running.wait_with_output().unwrap();
+        (ended.status.code(), String::from_utf8(ended.stderr).unwrap())
+    };
+    let (code, message) = carried_out(0);
+    assert_eq!(code, Some(2), "{message}");
+    assert!(
+        message.contains("the queue stops, since its standard output cannot be written: Broken pipe"),
+        "{message}"
+    );
+    assert_eq!(numbers(&lab), [1, 2], "nothing has begun");
+    assert_eq!(history(&lab).len(), 0);
+    let (code, message) = carried_out(2);
+    assert_eq!(code, Some(3), "{message}");
+    assert_eq!(history(&lab), [(1, "initialize".to_owned(), "aborted".to_owned())], "{message}");
+}
+
 #[test]
 fn what_could_not_run_is_refused_when_it_is_queued() {
     let lab = lab();

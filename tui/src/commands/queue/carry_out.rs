@@ -27,6 +27,9 @@ enum CarryOutError {
     Twice(String),
     #[error("there is no cell file {}", .0.display())]
     NoCell(PathBuf),
+    /// Not passed on as the system's error: of a command that only prints, a reader that went away is no error.
+    #[error("the queue stops, since its standard output cannot be written: {0}")]
+    Unread(String),
 }
 
 /// What comes next in a queue.
@@ -146,7 +149,9 @@ impl Queue<'_> {
             Ok(outcome) => {
                 let waiting = self.record.queue(Some(&self.cell_file))?;
                 let waiting = waiting.iter().filter(|entry| entry.is_waiting()).count();
-                self.print_line(&format!("the queue stops at entry {}; {waiting} wait", entry.id))?;
+                // Where it cannot be written, that may be why the run was aborted: its exit code says more.
+                let _unread =
+                    self.print_line(&format!("the queue stops at entry {}; {waiting} wait", entry.id));
                 Ok(Some(ExitCode::from(outcome.exit_code())))
             }
             // Taken off, or begun by another program, between the look and the start.
@@ -178,8 +183,11 @@ impl Queue<'_> {
     }
 
     /// A line for people; events are printed as JSON alone.
-    fn print_line(&self, line: &str) -> std::io::Result<()> {
-        if self.arguments.json { Ok(()) } else { say!("{line}") }
+    fn print_line(&self, line: &str) -> Result<(), CarryOutError> {
+        if self.arguments.json {
+            return Ok(());
+        }
+        say!("{line}").map_err(|cause| CarryOutError::Unread(cause.to_string()))
     }
 }
 
