@@ -57,7 +57,8 @@ impl Sender {
         match channel.send(trouble) {
             Ok(()) => {
                 self.reported.note(&trouble.key, &channel_key)?;
-                say!("{name}: reported {}", trouble.text)?;
+                // The next channel is tried also where nobody reads along any more.
+                let _unread = say!("{name}: reported {}", trouble.text);
                 Ok(true)
             }
             Err(error) => {
