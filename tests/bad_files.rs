@@ -89,8 +89,8 @@ fn one_slip_is_one_mistake_in_the_same_style_whatever_the_kind() {
 fn the_files_the_slips_were_put_into_are_good() {
     // A cell is checked with its plugins, and a study's cell is not here: those that are shipped are checked elsewhere.
     for kind in KINDS.iter().filter(|kind| **kind != "cell") {
-        let (code, said) = check(&folder().join(kind), "good.yaml");
-        assert_eq!(code, Some(0), "{kind}: {said}");
+        let (code, output) = check(&folder().join(kind), "good.yaml");
+        assert_eq!(code, Some(0), "{kind}: {output}");
     }
 }
 
@@ -100,8 +100,8 @@ fn a_file_too_large_is_refused_before_it_is_read() {
     for kind in KINDS {
         let good = fs::read_to_string(folder().join(kind).join("good.yaml")).unwrap();
         fs::write(place.path().join("large.yaml"), good + &"# on and on\n".repeat(300_000)).unwrap();
-        let (code, said) = check(place.path(), "large.yaml");
-        assert_eq!(code, Some(2), "{said}");
-        assert!(said.starts_with("large.yaml: it has 3.") && said.contains("at most 3 MiB"), "{said}");
+        let (code, output) = check(place.path(), "large.yaml");
+        assert_eq!(code, Some(2), "{output}");
+        assert!(output.starts_with("large.yaml: it has 3.") && output.contains("at most 3 MiB"), "{output}");
     }
 }

@@ -75,29 +75,29 @@ impl Cells {
             _ => self.command(arguments),
         };
         let output = command.output().unwrap();
-        let said = [output.stdout, output.stderr].concat();
-        (output.status.code(), String::from_utf8(said).unwrap())
+        let printed = [output.stdout, output.stderr].concat();
+        (output.status.code(), String::from_utf8(printed).unwrap())
     }
 
     /// What a command says that must succeed.
-    fn said(&self, arguments: &[&str]) -> String {
-        let (code, said) = self.plumb(arguments);
-        assert_eq!(code, Some(0), "plumb {arguments:?}: {said}");
-        said
+    fn printed(&self, arguments: &[&str]) -> String {
+        let (code, printed) = self.plumb(arguments);
+        assert_eq!(code, Some(0), "plumb {arguments:?}: {printed}");
+        printed
     }
 
     /// The true error of the tip over fresh points, root mean square, mm.
     fn true_error(&self, cell: &str) -> f64 {
-        let said = self.said(&["run", cell, "verify", "--headless"]);
-        let line = said.lines().find(|line| line.contains("The error over all points")).unwrap();
+        let printed = self.printed(&["run", cell, "verify", "--headless"]);
+        let line = printed.lines().find(|line| line.contains("The error over all points")).unwrap();
         let number = line.split("rms = ").nth(1).unwrap().split(' ').next().unwrap();
         number.parse().unwrap()
     }
 
     /// Measures the poses of the table and keeps the rows in a file of this name.
     fn measure(&self, cell: &str, run: &str, table: &str) {
-        self.said(&["run", cell, "measure-tip", "--headless"]);
-        let rows = self.said(&["show", run, "--table"]);
+        self.printed(&["run", cell, "measure-tip", "--headless"]);
+        let rows = self.printed(&["show", run, "--table"]);
         self.write(table, &rows);
     }
 }
@@ -107,8 +107,8 @@ fn found_in(cells: &Cells, name: &str) -> (f64, String, f64) {
     let (cell, model) = (format!("{name}/cell.yaml"), format!("{name}/{name}.model.yaml"));
     let before = cells.true_error(&cell);
     cells.measure(&cell, "2", "table.csv");
-    let diagnosis = cells.said(&["model", "diagnose", &model, "--data", "table.csv"]);
-    cells.said(&["model", "grow", &model, "--data", "table.csv"]);
+    let diagnosis = cells.printed(&["model", "diagnose", &model, "--data", "table.csv"]);
+    cells.printed(&["model", "grow", &model, "--data", "table.csv"]);
     let verdict = diagnosis.lines().rev().find(|line| !line.is_empty()).unwrap().to_owned();
     (before, verdict, cells.true_error(&cell))
 }
@@ -147,7 +147,7 @@ fn what_the_shipped_gantry_hides_in_its_slides_is_named_and_its_tip_comes_where_
     let (cell, model) = ("gantry/cell.yaml", "gantry/gantry.model.yaml");
     let before = cells.true_error(cell);
     cells.measure(cell, "2", "table.csv");
-    let grown = cells.said(&["model", "grow", model, "--data", "table.csv", "--json"]);
+    let grown = cells.printed(&["model", "grow", model, "--data", "table.csv", "--json"]);
     let grown: serde_json::Value = serde_json::from_str(&grown).unwrap();
     // The world hides it: 0.03 deg out of square, 0.12 mm of play, and a wave of 0.04 mm.
     for (effect, place, truth) in
@@ -176,12 +176,18 @@ fn what_only_slides_have_is_named_with_its_size_where_a_trial_hides_it_in_the_ga
         ("screw(z)", "screw_wave", "z"),
     ] {
         let cells = Cells::empty();
-        let (code, said) = cells
+        let (code, printed) = cells
             .plumb(&["trial", "new", "--cell", "gantry", "--fault", fault, "--seed", "5", "-o", "hidden"]);
-        assert_eq!(code, Some(0), "{said}");
+        assert_eq!(code, Some(0), "{printed}");
         cells.measure("hidden/cell.yaml", "1", "table.csv");
-        let output =
-            cells.said(&["model", "diagnose", "hidden/gantry.model.yaml", "--data", "table.csv", "--json"]);
+        let output = cells.printed(&[
+            "model",
+            "diagnose",
+            "hidden/gantry.model.yaml",
+            "--data",
+            "table.csv",
+            "--json",
+        ]);
         let output: serde_json::Value = serde_json::from_str(&output).unwrap();
         let named = &output["named"];
         assert_eq!(
@@ -204,11 +210,12 @@ fn what_only_slides_have_is_named_with_its_size_where_a_trial_hides_it_in_the_ga
 #[test]
 fn a_link_that_twists_is_hidden_in_the_ur5_where_it_is_asked_for_and_named() {
     let cells = Cells::empty();
-    let (code, said) =
+    let (code, printed) =
         cells.plumb(&["trial", "new", "--cell", "ur5", "--fault", "torsion", "--seed", "5", "-o", "hidden"]);
-    assert_eq!(code, Some(0), "{said}");
+    assert_eq!(code, Some(0), "{printed}");
     cells.measure("hidden/cell.yaml", "1", "table.csv");
-    let output = cells.said(&["model", "diagnose", "hidden/ur5.model.yaml", "--data", "table.csv", "--json"]);
+    let output =
+        cells.printed(&["model", "diagnose", "hidden/ur5.model.yaml", "--data", "table.csv", "--json"]);
     let output: serde_json::Value = serde_json::from_str(&output).unwrap();
     assert_eq!(output["named"]["effect"], "link_torsion", "{}", output["sentence"]);
 }
@@ -311,11 +318,12 @@ fn palletizer(noise_mm: f64, faults: &str) -> Cells {
 fn an_arm_of_five_axes_made_of_files_only_is_measured_and_what_it_hides_is_named() {
     let faults = "    zero_error: {column_deg: 0.2, lift_mm: 0.7, reach_mm: -0.5, bend_deg: 0.3}\n    imperfections: [{joint_gain: {joint: reach, mm_per_mm: 0.002}}]\n";
     let cells = palletizer(0.03, faults);
-    cells.said(&["check", "palletizer/cell.yaml"]);
+    cells.printed(&["check", "palletizer/cell.yaml"]);
     cells.measure("palletizer/cell.yaml", "1", "table.csv");
-    let said = cells.said(&["model", "diagnose", "palletizer/palletizer.model.yaml", "--data", "table.csv"]);
-    let verdict = said.lines().rev().find(|line| !line.is_empty()).unwrap();
-    assert!(verdict.starts_with("NAMED.") && verdict.contains("joint_gain(reach)"), "{said}");
+    let printed =
+        cells.printed(&["model", "diagnose", "palletizer/palletizer.model.yaml", "--data", "table.csv"]);
+    let verdict = printed.lines().rev().find(|line| !line.is_empty()).unwrap();
+    assert!(verdict.starts_with("NAMED.") && verdict.contains("joint_gain(reach)"), "{printed}");
 }
 
 #[test]
@@ -326,7 +334,7 @@ fn the_worlds_reader_of_urdf_files_and_the_labs_put_the_tip_at_the_same_places()
     // Rows are weighed by their noise, which must not be nothing.
     cells.write("palletizer/palletizer.model.yaml", &fixed.replace("p1_mm: 0}", "p1_mm: 0.001}"));
     cells.measure("palletizer/cell.yaml", "1", "table.csv");
-    let said = cells.said(&[
+    let printed = cells.printed(&[
         "model",
         "compare",
         "palletizer/palletizer.model.yaml",
@@ -334,10 +342,10 @@ fn the_worlds_reader_of_urdf_files_and_the_labs_put_the_tip_at_the_same_places()
         "table.csv",
         "--json",
     ]);
-    let compared: serde_json::Value = serde_json::from_str(&said).unwrap();
+    let compared: serde_json::Value = serde_json::from_str(&printed).unwrap();
     let rms = compared["rms_mm"]["fit"].as_f64().unwrap();
     // Instruments are written down to a millionth.
-    assert!(rms < 2e-6, "{rms} mm: {said}");
+    assert!(rms < 2e-6, "{rms} mm: {printed}");
 }
 
 /// The process of a cell's world.
@@ -373,7 +381,7 @@ fn a_world_killed_while_the_ur5_moves_ends_the_run_within_seconds_and_it_passes_
     assert_eq!(code, Some(2), "{rest:?}");
     assert!(killed.elapsed() < Duration::from_secs(10), "{:?}", killed.elapsed());
     assert!(rest.iter().any(|line| line.contains("world")), "it says what went: {rest:?}");
-    let (code, said) = cells.plumb(&["run", "--resume", "1", "--headless", "--pace", "fast"]);
-    assert!(said.contains("began anew"), "{said}");
-    assert!(matches!(code, Some(0 | 4)), "{code:?}: {said}");
+    let (code, printed) = cells.plumb(&["run", "--resume", "1", "--headless", "--pace", "fast"]);
+    assert!(printed.contains("began anew"), "{printed}");
+    assert!(matches!(code, Some(0 | 4)), "{code:?}: {printed}");
 }

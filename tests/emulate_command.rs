@@ -58,9 +58,9 @@ impl Emulation {
         if code.is_none() {
             self.child.kill().unwrap();
         }
-        let mut said = String::new();
-        self.child.stderr.take().unwrap().read_to_string(&mut said).unwrap();
-        (code, said)
+        let mut printed = String::new();
+        self.child.stderr.take().unwrap().read_to_string(&mut printed).unwrap();
+        (code, printed)
     }
 }
 
@@ -90,10 +90,10 @@ fn a_controller_on_a_bench_answers_and_takes_what_is_typed() {
     assert_eq!(converse(&emulation.port, "@READ\r", 19), "1\r3,0,0,0,0,0,1792\r");
     emulation.type_line("explode");
     emulation.type_line("quit");
-    let (code, said) = emulation.ended();
-    assert_eq!(code, Some(0), "{said}");
-    assert!(said.contains("(as fast as it can), driving motors on a bench"), "{said}");
-    assert!(said.contains("`explode` is nothing that can happen to the arm"), "{said}");
+    let (code, printed) = emulation.ended();
+    assert_eq!(code, Some(0), "{printed}");
+    assert!(printed.contains("(as fast as it can), driving motors on a bench"), "{printed}");
+    assert!(printed.contains("`explode` is nothing that can happen to the arm"), "{printed}");
 }
 
 #[test]
@@ -104,8 +104,8 @@ fn sigterm_ends_it_cleanly_and_takes_its_link_away() {
     assert_eq!(std::fs::read_link(&link).unwrap(), emulation.port);
     assert_eq!(converse(&link, "@READ\r", 16), "1\r0,0,0,0,0,0,0\r");
     kill(Pid::from_raw(emulation.child.id() as i32), Signal::SIGTERM).unwrap();
-    let (code, said) = emulation.ended();
-    assert_eq!(code, Some(0), "{said}");
+    let (code, printed) = emulation.ended();
+    assert_eq!(code, Some(0), "{printed}");
     assert!(std::fs::symlink_metadata(&link).is_err());
 }
 
@@ -117,8 +117,8 @@ fn what_cannot_be_is_refused_with_what_would_be_right() {
         (&["--fault-rate", "2"], "give a probability from 0 to 1"),
         (&["--world", "/nowhere/world"], "no world listens at /nowhere/world"),
     ] {
-        let (code, said) = Emulation::start(arguments).ended();
-        assert_eq!(code, Some(2), "{said}");
-        assert!(said.contains(text), "{said}");
+        let (code, printed) = Emulation::start(arguments).ended();
+        assert_eq!(code, Some(2), "{printed}");
+        assert!(printed.contains(text), "{printed}");
     }
 }

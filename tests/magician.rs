@@ -15,13 +15,13 @@ use plumb_kinematics::LinkFrames;
 use plumb_simulated::client::WorldClient;
 use serde_json::json;
 
-use lab::{Lab, PATIENCE, Said};
+use lab::{CommandOutput, Lab, PATIENCE};
 
 /// The true error of the reflector that `verify` measures, root mean square, mm.
 fn true_error(lab: &Lab) -> f64 {
-    let said = lab.plumb(&["run", "cell.yaml", "verify", "--headless"]);
-    assert_eq!(said.code(), 0, "{}", said.all());
-    let all = said.all();
+    let printed = lab.plumb(&["run", "cell.yaml", "verify", "--headless"]);
+    assert_eq!(printed.code(), 0, "{}", printed.all());
+    let all = printed.all();
     let line = all.lines().find(|line| line.contains("The error over all ")).expect("verify tells the error");
     line.split("rms = ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap()
 }
@@ -33,25 +33,26 @@ fn two_sensors_that_are_off_are_found_over_the_serial_line_and_the_true_error_fa
     let config = "config: {full_speed_deg_per_s: 160";
     lab.edit("cell.yaml", config, &format!("{config}, reply_within_ms: 2000"));
     let before = true_error(&lab);
-    let said = lab.plumb(&["run", "cell.yaml", "measure-tip", "--headless"]);
-    assert_eq!(said.code(), 0, "{}", said.all());
+    let printed = lab.plumb(&["run", "cell.yaml", "measure-tip", "--headless"]);
+    assert_eq!(printed.code(), 0, "{}", printed.all());
     let table = lab.plumb(&["show", "2", "--table"]).out();
     lab.write("table.csv", &table);
-    let said = lab.plumb(&["model", "accept", "magician.model.yaml", "--data", "table.csv"]);
-    assert_eq!(said.code(), 0, "{}\n{table}", said.all());
+    let printed = lab.plumb(&["model", "accept", "magician.model.yaml", "--data", "table.csv"]);
+    assert_eq!(printed.code(), 0, "{}\n{table}", printed.all());
     // What a sensor says beyond what is so is what the model's zero takes off.
     for (joint, truth) in [("rear_arm", -1.2), ("forearm", 0.8)] {
-        let zero = zero_of(&said.all(), joint);
-        assert!((zero - truth).abs() < 0.06, "joint_zero({joint}) is {zero}, not {truth}: {}", said.all());
+        let zero = zero_of(&printed.all(), joint);
+        assert!((zero - truth).abs() < 0.06, "joint_zero({joint}) is {zero}, not {truth}: {}", printed.all());
     }
     let after = true_error(&lab);
     assert!(before > 2.0 && after < 0.2, "{before} mm before, {after} mm after");
 }
 
 /// The zero of a joint as `model accept` says it, deg.
-fn zero_of(said: &str, joint: &str) -> f64 {
+fn zero_of(printed: &str, joint: &str) -> f64 {
     let name = format!("joint_zero({joint})");
-    let line = said.lines().find(|line| line.contains(&name)).unwrap_or_else(|| panic!("{name}: {said}"));
+    let line =
+        printed.lines().find(|line| line.contains(&name)).unwrap_or_else(|| panic!("{name}: {printed}"));
     let before_the_uncertainty = line.split("+-").next().and_then(|text| text.split_whitespace().last());
     before_the_uncertainty.and_then(|number| number.parse().ok()).unwrap_or_else(|| panic!("{line}"))
 }
@@ -92,7 +93,7 @@ struct Arm {
     lab: Lab,
     world: Child,
     controller: Child,
-    said: BufReader<ChildStdout>,
+    printed: BufReader<ChildStdout>,
 }
 
 impl Arm {
@@ -110,8 +111,8 @@ impl Arm {
         controller.arg(&socket).arg("--link").arg(&port);
         let mut controller =
             controller.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
-        let said = BufReader::new(controller.stdout.take().unwrap());
-        let mut arm = Self { lab, world, controller, said };
+        let printed = BufReader::new(controller.stdout.take().unwrap());
+        let mut arm = Self { lab, world, controller, printed };
         assert!(!arm.line().is_empty(), "the controller has a port");
         arm.lab.edit("cell-hardware.yaml", "/dev/ttyUSB0", &port.display().to_string());
         arm.lab.edit(
@@ -127,7 +128,7 @@ impl Arm {
 
     fn line(&mut self) -> String {
         let mut line = String::new();
-        self.said.read_line(&mut line).unwrap();
+        self.printed.read_line(&mut line).unwrap();
         line.trim().to_owned()
     }
 
@@ -155,7 +156,7 @@ impl Arm {
         (output.status.code(), String::from_utf8([output.stdout, output.stderr].concat()).unwrap())
     }
 
-    fn run(&self, procedure: &str) -> Said {
+    fn run(&self, procedure: &str) -> CommandOutput {
         self.lab.plumb(&["run", "cell-hardware.yaml", procedure, "--headless"])
     }
 }
@@ -178,9 +179,9 @@ fn what_befalls_a_move_ends_the_run_with_its_reason_and_leaves_no_row() {
         ("unplug", "the port is gone"),
     ] {
         let mut arm = Arm::new();
-        let (code, said) = arm.interrupted(event);
-        assert_eq!(code, Some(2), "{event}: {said}");
-        assert!(said.contains(words), "{event}: {said}");
+        let (code, printed) = arm.interrupted(event);
+        assert_eq!(code, Some(2), "{event}: {printed}");
+        assert!(printed.contains(words), "{event}: {printed}");
         let shown = arm.lab.plumb(&["show", "1", "--table"]).all();
         assert!(!shown.contains("1,2,3"), "{event}: {shown}");
     }
@@ -190,21 +191,21 @@ fn what_befalls_a_move_ends_the_run_with_its_reason_and_leaves_no_row() {
 fn the_first_moves_pass_and_the_plugin_conforms_as_anybody_can_check() {
     let arm = Arm::new();
     arm.lab.edit("cell-hardware.yaml", "full_speed_deg_per_s: 15", "full_speed_deg_per_s: 60");
-    let said = arm.run("first-moves");
-    assert_eq!(said.code(), 0, "{}", said.all());
+    let printed = arm.run("first-moves");
+    assert_eq!(printed.code(), 0, "{}", printed.all());
     let config = json!({"port": arm.lab.path("port")}).to_string();
-    let said = arm.lab.plumb(&["plugins", "check", "dobot", "--move", "--config", &config]);
-    assert_eq!(said.code(), 0, "{}", said.all());
+    let printed = arm.lab.plumb(&["plugins", "check", "dobot", "--move", "--config", &config]);
+    assert_eq!(printed.code(), 0, "{}", printed.all());
 }
 
 #[test]
 fn mistakes_of_the_cell_file_are_shown_where_they_are() {
     let lab = Lab::of("magician");
     lab.edit("cell.yaml", "full_speed_deg_per_s: 160", "full_speed_deg_per_s: 1600, hnad: true");
-    let said = lab.plumb(&["check", "cell.yaml"]);
-    assert_eq!(said.code(), 2, "{}", said.all());
+    let printed = lab.plumb(&["check", "cell.yaml"]);
+    assert_eq!(printed.code(), 2, "{}", printed.all());
     for words in ["device `arm`", "1600", "`hnad`", "did you mean `hand`?"] {
-        assert!(said.all().contains(words), "{words}: {}", said.all());
+        assert!(printed.all().contains(words), "{words}: {}", printed.all());
     }
     lab.edit("cell.yaml", "full_speed_deg_per_s: 1600, hnad: true", "full_speed_deg_per_s: 160");
     for (wrong, words) in [
@@ -212,9 +213,9 @@ fn mistakes_of_the_cell_file_are_shown_where_they_are() {
         ("--sensors 1", "unexpected argument '--sensors'"),
     ] {
         lab.edit("cell.yaml", "--sensors-off 0,1.2,-0.8,0", wrong);
-        let said = lab.plumb(&["run", "cell.yaml", "measure-tip", "--headless"]);
-        assert_eq!(said.code(), 2, "{}", said.all());
-        assert!(said.all().contains(words), "{}", said.all());
+        let printed = lab.plumb(&["run", "cell.yaml", "measure-tip", "--headless"]);
+        assert_eq!(printed.code(), 2, "{}", printed.all());
+        assert!(printed.all().contains(words), "{}", printed.all());
         lab.edit("cell.yaml", wrong, "--sensors-off 0,1.2,-0.8,0");
     }
 }
@@ -231,7 +232,7 @@ fn a_world_with_another_arm_is_refused() {
             "",
         ),
     );
-    let said = lab.plumb(&["run", "cell.yaml", "measure-tip", "--headless"]);
-    assert_eq!(said.code(), 2, "{}", said.all());
-    assert!(said.all().contains("that world's arm has 4 joints; a Magician's has 5"), "{}", said.all());
+    let printed = lab.plumb(&["run", "cell.yaml", "measure-tip", "--headless"]);
+    assert_eq!(printed.code(), 2, "{}", printed.all());
+    assert!(printed.all().contains("that world's arm has 4 joints; a Magician's has 5"), "{}", printed.all());
 }

@@ -24,8 +24,8 @@ use panel::Panel;
 #[test]
 fn the_zeros_are_found_put_right_and_found_right() {
     let cells = Cells::new();
-    let (code, events, said) = cells.run("cell.yaml", &[]);
-    assert_eq!(code, Some(0), "{said}\n{:?}", events.last());
+    let (code, events, output) = cells.run("cell.yaml", &[]);
+    assert_eq!(code, Some(0), "{output}\n{:?}", events.last());
     let truths = cells.true_errors();
     for ((found, standard_error), truth) in found(&events, "first.found").into_iter().zip(&truths) {
         assert!(truth.abs() > 0.05, "a world without errors proves nothing");
@@ -48,8 +48,8 @@ fn an_arm_with_a_wobble_shows_it_when_joint_6_turns_and_keeps_it() {
     let cells = Cells::new();
     cells
         .change_world(|text| text.replace("cage: {mass_kg: 1.05}", "cage: {mass_kg: 1.05, lean_x_deg: 0.6}"));
-    let (code, events, said) = cells.run("cell.yaml", &["what-is-left"]);
-    assert_eq!(code, Some(0), "{said}");
+    let (code, events, output) = cells.run("cell.yaml", &["what-is-left"]);
+    assert_eq!(code, Some(0), "{output}");
     let wobble = value(&events, "left", "change_as_joint_6_turns");
     assert!((wobble - 1.2).abs() < 0.1, "a cage that leans by 0.6 degrees swings by twice that: {wobble}");
 }
@@ -72,8 +72,8 @@ fn a_second_pass_that_finds_something_fails_the_run_and_says_what_to_do() {
 #[test]
 fn the_same_procedures_run_through_the_terminal_of_an_emulated_controller() {
     let cells = Cells::new();
-    let (code, events, said) = cells.run("cell-serial.yaml", &[]);
-    assert_eq!(code, Some(0), "{said}\n{:?}", events.last());
+    let (code, events, output) = cells.run("cell-serial.yaml", &[]);
+    assert_eq!(code, Some(0), "{output}\n{:?}", events.last());
     for ((found, _), truth) in found(&events, "first.found").into_iter().zip(cells.true_errors()) {
         assert!((found - truth).abs() < 0.05, "found {found} of {truth}");
     }
@@ -114,16 +114,16 @@ fn zeros_are_recovered_in_worlds_of_which_nobody_knows() {
 #[test]
 fn what_a_calibration_measured_goes_to_the_lab_as_rows_and_shows_what_the_zeros_leave() {
     let cells = Cells::new();
-    let (code, events, said) = cells.run("cell.yaml", &[]);
-    assert_eq!(code, Some(0), "{said}");
+    let (code, events, output) = cells.run("cell.yaml", &[]);
+    assert_eq!(code, Some(0), "{output}");
     let truths = cells.true_errors();
     let sizes = |zeros: &[&str]| {
         let mut arguments = vec!["show", "--record", "record", "--table"];
         arguments.extend(zeros);
         cells.write("table.csv", &cells.plumb(&arguments).1);
-        let (code, json, said) =
+        let (code, json, output) =
             cells.plumb(&["model", "compare", "lab.yaml", "--data", "table.csv", "--json"]);
-        assert_eq!(code, Some(0), "{said}");
+        assert_eq!(code, Some(0), "{output}");
         let compared: serde_json::Value = serde_json::from_str(&json).unwrap();
         let effects = compared["effects"].as_array().unwrap().clone();
         effects.iter().skip(1).map(|effect| effect["size"].as_f64().unwrap()).collect::<Vec<_>>()
@@ -178,8 +178,8 @@ fn a_panic_lost_power_and_a_new_start_end_a_run_with_what_to_do_and_it_goes_on_w
 
 /// The root mean square of the true error, and of what lies between lefty and righty, as `verify` reports it, mm.
 fn verified(cells: &Cells) -> [f64; 2] {
-    let (code, events, said) = cells.run("cell-trial.yaml", &["verify", "--set", "points=6"]);
-    assert_eq!(code, Some(0), "{said}\n{:?}", events.last());
+    let (code, events, output) = cells.run("cell-trial.yaml", &["verify", "--set", "points=6"]);
+    assert_eq!(code, Some(0), "{output}\n{:?}", events.last());
     ["rms", "lefty_righty_rms"].map(|name| value(&events, "error", name))
 }
 
@@ -187,21 +187,21 @@ fn verified(cells: &Cells) -> [f64; 2] {
 fn a_user_sees_the_true_error_fall_to_the_floor_and_lefty_agree_with_righty() {
     let cells = Cells::new();
     let run = |procedure: &str| {
-        let (code, events, said) = cells.run("cell-trial.yaml", &[procedure]);
-        assert!(matches!(code, Some(0 | 1)), "{said}\n{:?}", events.last());
+        let (code, events, output) = cells.run("cell-trial.yaml", &[procedure]);
+        assert!(matches!(code, Some(0 | 1)), "{output}\n{:?}", events.last());
         let (_, json, _) = cells.plumb(&["show", "--record", "record", "--json"]);
         let shown: serde_json::Value = serde_json::from_str(&json).unwrap();
         (events, shown["run"]["run"].to_string())
     };
     let model = |arguments: &[&str]| {
-        let (code, said, error) = cells.plumb(&[&["model"], arguments].concat());
-        assert_eq!(code, Some(0), "{arguments:?}: {said}\n{error}");
-        said
+        let (code, output, error) = cells.plumb(&[&["model"], arguments].concat());
+        assert_eq!(code, Some(0), "{arguments:?}: {output}\n{error}");
+        output
     };
     let table = |runs: &[&str]| {
-        let (code, table, said) =
+        let (code, table, output) =
             cells.plumb(&[&["show", "--record", "record", "--table", "--as-left"], runs].concat());
-        assert_eq!(code, Some(0), "{said}");
+        assert_eq!(code, Some(0), "{output}");
         cells.write("table.csv", &table);
         table
     };
@@ -243,11 +243,12 @@ fn a_user_sees_the_true_error_fall_to_the_floor_and_lefty_agree_with_righty() {
 #[test]
 fn the_certificate_says_what_each_zero_rests_on_and_that_joint_1_was_not_determined() {
     let cells = Cells::new();
-    let (code, events, said) = cells.run("cell.yaml", &["--set", "quadrants=1", "--set", "demonstrations=0"]);
-    assert_eq!(code, Some(0), "{said}\n{:?}", events.last());
-    let (code, said, error) =
+    let (code, events, output) =
+        cells.run("cell.yaml", &["--set", "quadrants=1", "--set", "demonstrations=0"]);
+    assert_eq!(code, Some(0), "{output}\n{:?}", events.last());
+    let (code, output, error) =
         cells.plumb(&["certificate", "1", "--record", "record", "-o", "certificate.html"]);
-    assert_eq!(code, Some(0), "{said}{error}");
+    assert_eq!(code, Some(0), "{output}{error}");
     let certificate = std::fs::read_to_string(cells.puma().join("certificate.html")).unwrap();
     let row = |joint: &str| {
         let from = certificate.find(&format!("controller zero of arm {joint}")).unwrap();
@@ -274,8 +275,8 @@ fn the_first_day_ends_where_something_goes_otherwise_than_it_should() {
     );
     seen.iter().for_each(|joint| right.push_str(&format!("  {joint}_seen: right\n")));
     cells.write("day.yaml", &right);
-    let (code, events, said) = cells.run("cell.yaml", &["first-day", "--answers", "day.yaml"]);
-    assert_eq!(code, Some(0), "{said}\n{:?}", events.last());
+    let (code, events, output) = cells.run("cell.yaml", &["first-day", "--answers", "day.yaml"]);
+    assert_eq!(code, Some(0), "{output}\n{:?}", events.last());
     cells.write("day.yaml", &right.replace("elbow_seen: right", "elbow_seen: wrong"));
     let (code, events, _) = cells.run("cell.yaml", &["first-day", "--answers", "day.yaml"]);
     let end = events.last().unwrap()["message"].as_str().unwrap();
@@ -287,10 +288,10 @@ fn the_first_day_ends_where_something_goes_otherwise_than_it_should() {
 fn the_cell_of_a_real_arm_is_in_order() {
     let cells = Cells::new();
     for cell in ["cell.yaml", "cell-serial.yaml", "cell-hardware.yaml", "cell-trial.yaml"] {
-        let (code, said, error) = cells.plumb(&["check", cell]);
-        assert_eq!(code, Some(0), "{cell}: {said}{error}");
+        let (code, output, error) = cells.plumb(&["check", cell]);
+        assert_eq!(code, Some(0), "{cell}: {output}{error}");
     }
-    let (_, said, error) = cells.plumb(&["run", "cell-hardware.yaml", "--headless", "--record", "record"]);
+    let (_, output, error) = cells.plumb(&["run", "cell-hardware.yaml", "--headless", "--record", "record"]);
     // Nobody's answers come with it: a real arm has an operator.
-    assert!(error.contains("this needs an operator: no answers are given for `clear`"), "{said}{error}");
+    assert!(error.contains("this needs an operator: no answers are given for `clear`"), "{output}{error}");
 }

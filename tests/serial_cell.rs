@@ -37,9 +37,9 @@ fn zeros_found(cells: &Path, cell: &str) -> BTreeMap<String, f64> {
         .current_dir(cells)
         .output()
         .unwrap();
-    let said = String::from_utf8_lossy(&output.stderr);
+    let printed = String::from_utf8_lossy(&output.stderr);
     let events = String::from_utf8_lossy(&output.stdout);
-    assert_eq!(output.status.code(), Some(0), "{cell}: {said}\n{}", last_lines(&events));
+    assert_eq!(output.status.code(), Some(0), "{cell}: {printed}\n{}", last_lines(&events));
     let events = events.lines().map(|line| serde_json::from_str::<Value>(line).unwrap());
     let applied = events.filter(|event| event["event"] == "correction_applied");
     let zero = |event: Value| {

@@ -14,7 +14,7 @@ use std::time::Instant;
 use plumb_simulated::client::WorldClient;
 use serde_json::{Value, json};
 
-use lab::{Lab, PATIENCE, Said};
+use lab::{CommandOutput, Lab, PATIENCE};
 
 /// By how much the joints of the shipped world are beyond what their servos count, deg.
 const ZERO_ERRORS: [(&str, f64); 5] = [
@@ -34,7 +34,7 @@ struct Arm {
     lab: Lab,
     world: Child,
     servos: Child,
-    said: BufReader<ChildStdout>,
+    output: BufReader<ChildStdout>,
 }
 
 impl Arm {
@@ -53,8 +53,8 @@ impl Arm {
         servos.arg(&socket).arg("--link").arg(&port);
         let mut servos =
             servos.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
-        let said = BufReader::new(servos.stdout.take().unwrap());
-        let mut arm = Self { lab, world, servos, said };
+        let output = BufReader::new(servos.stdout.take().unwrap());
+        let mut arm = Self { lab, world, servos, output };
         assert!(!arm.line().is_empty(), "the servos have a port");
         arm.lab.edit("cell-hardware.yaml", "/dev/ttyACM0", &port.display().to_string());
         arm.lab.edit(
@@ -74,11 +74,11 @@ impl Arm {
 
     fn line(&mut self) -> String {
         let mut line = String::new();
-        self.said.read_line(&mut line).unwrap();
+        self.output.read_line(&mut line).unwrap();
         line.trim().to_owned()
     }
 
-    fn run(&self, procedure: &str) -> Said {
+    fn run(&self, procedure: &str) -> CommandOutput {
         self.lab.plumb(&["run", "cell-hardware.yaml", procedure, "--headless"])
     }
 
@@ -130,9 +130,9 @@ fn result(shown: &Value, step: &str) -> Value {
 #[test]
 fn the_cell_moves_through_its_servos_and_passes_unattended() {
     let lab = Lab::of("so101");
-    let said = lab.plumb(&["run", "cell.yaml", "first-moves", "--headless"]);
-    assert_eq!(said.code(), 0, "{}", said.all());
-    assert!(said.all().contains("gripper at 5."), "{}", said.all());
+    let output = lab.plumb(&["run", "cell.yaml", "first-moves", "--headless"]);
+    assert_eq!(output.code(), 0, "{}", output.all());
+    assert!(output.all().contains("gripper at 5."), "{}", output.all());
 }
 
 #[test]
@@ -146,8 +146,8 @@ fn two_zeros_and_a_direction_that_are_wrong_are_found_written_back_and_verified(
         before.all()
     );
     // What `plumb run` does by itself: the first procedure, without anybody.
-    let said = lab.plumb(&["run", "cell.yaml", "--headless"]);
-    assert_eq!(said.code(), 0, "{}", said.all());
+    let output = lab.plumb(&["run", "cell.yaml", "--headless"]);
+    assert_eq!(output.code(), 0, "{}", output.all());
     let shown = lab.shown("2");
     let (first, turned, off) =
         (result(&shown, "zeros"), result(&shown, "turned"), result(&shown, "proof.off"));
@@ -167,8 +167,8 @@ fn two_zeros_and_a_direction_that_are_wrong_are_found_written_back_and_verified(
 #[test]
 fn what_was_calibrated_is_kept_by_servos_and_file_for_the_next_run() {
     let mut arm = Arm::new();
-    let said = arm.run("calibrate");
-    assert_eq!(said.code(), 0, "{}", said.all());
+    let output = arm.run("calibrate");
+    assert_eq!(output.code(), 0, "{}", output.all());
     let log = arm.lab.shown("1")["log"].to_string();
     assert!(log.contains("shoulder_lift: its servo counts the other way than it was taken to"), "{log}");
     let kept: Value = serde_json::from_str(&std::fs::read_to_string(arm.calibration()).unwrap()).unwrap();
@@ -197,16 +197,16 @@ fn a_servo_without_an_answer_ends_the_run_with_its_name_and_no_row() {
     arm.befalls("silent 4");
     arm.befalls("status");
     arm.line();
-    let said = arm.run("first-moves");
-    assert_eq!(said.code(), 2, "{}", said.all());
-    assert!(said.all().contains("wrist_flex (servo 4) does not answer"), "{}", said.all());
+    let output = arm.run("first-moves");
+    assert_eq!(output.code(), 2, "{}", output.all());
+    assert!(output.all().contains("wrist_flex (servo 4) does not answer"), "{}", output.all());
     arm.befalls("answers 4");
     arm.befalls("power off");
     arm.befalls("status");
     arm.line();
-    let said = arm.run("first-moves");
-    assert_eq!(said.code(), 2, "{}", said.all());
-    assert!(said.all().contains("none of the 6 servos answers on"), "{}", said.all());
+    let output = arm.run("first-moves");
+    assert_eq!(output.code(), 2, "{}", output.all());
+    assert!(output.all().contains("none of the 6 servos answers on"), "{}", output.all());
 }
 
 /// Takes a row when a motor is warm.
@@ -257,11 +257,11 @@ fn a_robot_whose_plugin_does_not_report_motors_is_named_with_what_to_do() {
     let lab = Lab::new();
     lab.edit("cell.yaml", "procedures: [", "procedures: [warm.yaml, ");
     lab.write("warm.yaml", WARM);
-    let said = lab.plumb(&["run", "cell.yaml", "warm", "--headless"]);
-    assert_eq!(said.code(), 2, "{}", said.all());
+    let output = lab.plumb(&["run", "cell.yaml", "warm", "--headless"]);
+    assert_eq!(output.code(), 2, "{}", output.all());
     let words = "arm: this device cannot read its motors. Its plugin `simulated` does not report motors: take the step out, or name a robot \
                  whose plugin has `read_motors`";
-    assert!(said.all().contains(words), "{}", said.all());
+    assert!(output.all().contains(words), "{}", output.all());
 }
 
 #[test]
@@ -270,30 +270,30 @@ fn the_plugin_conforms_as_anybody_can_check() {
     let port = arm.lab.path("port").display().to_string();
     let joints = json!([{"name": "shoulder_pan", "servo": 1, "from_deg": -100, "to_deg": 100}, {"name": "gripper", "servo": 6, "from_deg": -10, "to_deg": 100}]);
     let config = json!({"port": port, "joints": joints, "reply_within_ms": 500}).to_string();
-    let said = arm.lab.plumb(&["plugins", "check", "feetech", "--move", "--config", &config]);
-    assert_eq!(said.code(), 0, "{}", said.all());
+    let output = arm.lab.plumb(&["plugins", "check", "feetech", "--move", "--config", &config]);
+    assert_eq!(output.code(), 0, "{}", output.all());
 }
 
 #[test]
 fn mistakes_of_the_cell_file_are_shown_where_they_are() {
     let lab = Lab::of("so101");
     lab.edit("cell.yaml", "{name: gripper, servo: 6, from_deg: -10", "{name: gripper, servo: 600, from: -10");
-    let said = lab.plumb(&["check", "cell.yaml"]);
-    assert_eq!(said.code(), 2, "{}", said.all());
+    let output = lab.plumb(&["check", "cell.yaml"]);
+    assert_eq!(output.code(), 2, "{}", output.all());
     for words in ["device `arm`", "servo", "600", "`from`", "from_deg"] {
-        assert!(said.all().contains(words), "{words}: {}", said.all());
+        assert!(output.all().contains(words), "{words}: {}", output.all());
     }
     lab.edit("cell.yaml", "{name: gripper, servo: 600, from: -10", "{name: gripper, servo: 6, from_deg: -10");
     lab.edit("cell.yaml", "emulate: feetech --reversed 2", "emulate: feetech --revers 2");
-    let said = lab.plumb(&["run", "cell.yaml", "first-moves", "--headless"]);
-    assert_eq!(said.code(), 2, "{}", said.all());
-    assert!(said.all().contains("unexpected argument '--revers'"), "{}", said.all());
+    let output = lab.plumb(&["run", "cell.yaml", "first-moves", "--headless"]);
+    assert_eq!(output.code(), 2, "{}", output.all());
+    assert!(output.all().contains("unexpected argument '--revers'"), "{}", output.all());
     lab.edit("cell.yaml", "emulate: feetech --revers 2", "emulate: fetech");
-    let said = lab.plumb(&["run", "cell.yaml", "first-moves", "--headless"]);
+    let output = lab.plumb(&["run", "cell.yaml", "first-moves", "--headless"]);
     assert!(
-        said.all()
+        output.all()
             .contains("there is no emulated controller `fetech`; there are `dobot`, `feetech`, `teachmover`, `universal-robots`, `val2`"),
         "{}",
-        said.all()
+        output.all()
     );
 }

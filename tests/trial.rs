@@ -10,7 +10,7 @@ fn plumb(arguments: &[&str], directory: &Path) -> Output {
     Command::new(env!("CARGO_BIN_EXE_plumb")).args(arguments).current_dir(directory).output().unwrap()
 }
 
-fn said(output: &Output) -> String {
+fn printed(output: &Output) -> String {
     String::from_utf8_lossy(&output.stdout).into_owned()
 }
 
@@ -43,7 +43,11 @@ fn a_trial_gives_measurements_and_keeps_its_answer_until_it_is_revealed() {
     }
     let reveal = plumb(&["trial", "reveal", "t"], home.path());
     assert_eq!(reveal.status.code(), Some(0));
-    assert!(said(&reveal).starts_with("Hidden: joint_backlash at elbow, 0.06500 deg;"), "{}", said(&reveal));
+    assert!(
+        printed(&reveal).starts_with("Hidden: joint_backlash at elbow, 0.06500 deg;"),
+        "{}",
+        printed(&reveal)
+    );
 }
 
 #[test]
@@ -60,7 +64,7 @@ fn a_wrong_diagnosis_ends_with_one_and_a_right_one_with_zero() {
         fs::write(home.path().join("d.json"), diagnosis(effect)).unwrap();
         let reveal = plumb(&["trial", "reveal", "t", "--diagnosis", "d.json"], home.path());
         assert_eq!(reveal.status.code(), Some(code));
-        assert!(said(&reveal).contains(&format!("The diagnosis is {word}.")), "{}", said(&reveal));
+        assert!(printed(&reveal).contains(&format!("The diagnosis is {word}.")), "{}", printed(&reveal));
     }
     fs::write(home.path().join("d.json"), "{}").unwrap();
     let bad = plumb(&["trial", "reveal", "t", "--diagnosis", "d.json"], home.path());
@@ -78,7 +82,7 @@ fn the_lab_names_what_a_trial_hides_and_the_seal_agrees() {
     assert_eq!(diagnose.status.code(), Some(0), "{}", complained(&diagnose));
     fs::write(home.path().join("d.json"), &diagnose.stdout).unwrap();
     let reveal = plumb(&["trial", "reveal", "t", "--diagnosis", "d.json"], home.path());
-    assert_eq!(reveal.status.code(), Some(0), "{}", said(&reveal));
+    assert_eq!(reveal.status.code(), Some(0), "{}", printed(&reveal));
 }
 
 #[test]
@@ -142,8 +146,8 @@ fn poses_asked_for_far_from_the_others_are_not_locked_away_and_settle_a_tie() {
     let new = &report["next"].as_array().unwrap()[..8];
     fs::write(home.path().join("next.json"), serde_json::to_string(new).unwrap()).unwrap();
     plumb(&["trial", "measure", "t", "--poses", "next.json"], home.path());
-    let said = plumb(&["model", "diagnose", model, "--data", table, "--json"], home.path());
-    let then: serde_json::Value = serde_json::from_slice(&said.stdout).unwrap();
+    let printed = plumb(&["model", "diagnose", model, "--data", table, "--json"], home.path());
+    let then: serde_json::Value = serde_json::from_slice(&printed.stdout).unwrap();
     assert_eq!(then["verdict"], "named", "{then}");
     assert_eq!((&then["named"]["effect"], &then["named"]["where"]), (&"link_twist".into(), &"waist".into()));
 }
@@ -187,9 +191,9 @@ fn diagnosed(home: &Path, name: &str, options: &[&str]) -> serde_json::Value {
     let new = plumb(&[&["trial", "new", "--heat", "-o", name][..], options].concat(), home);
     assert_eq!(new.status.code(), Some(0), "{}", complained(&new));
     let (model, table) = (format!("{name}/model.yaml"), format!("{name}/table.csv"));
-    let said = plumb(&["model", "diagnose", &model, "--data", &table, "--json"], home);
-    assert_eq!(said.status.code(), Some(0), "{}", complained(&said));
-    serde_json::from_slice(&said.stdout).unwrap()
+    let printed = plumb(&["model", "diagnose", &model, "--data", &table, "--json"], home);
+    assert_eq!(printed.status.code(), Some(0), "{}", complained(&printed));
+    serde_json::from_slice(&printed.stdout).unwrap()
 }
 
 #[test]
@@ -217,10 +221,10 @@ fn what_the_library_has_no_name_for_is_located_by_its_direction_and_not_padded_w
         ("15930849103339168175", "puma560", "rocking_base=3x", "base"),
         ("6108241920527692793", "irb1600", "stick_slip=3x", "axis1"),
     ] {
-        let said = diagnosed(home.path(), seed, &["--seed", seed, "--arm", arm, "--effect", effect]);
-        assert_eq!(said["verdict"], "located", "{arm} {effect}: {}", said["sentence"]);
-        assert_eq!(said["located"]["where"], place, "{arm} {effect}: {}", said["sentence"]);
-        assert_eq!(said["remaining"]["where"][0], place, "{arm} {effect}: {}", said["sentence"]);
+        let printed = diagnosed(home.path(), seed, &["--seed", seed, "--arm", arm, "--effect", effect]);
+        assert_eq!(printed["verdict"], "located", "{arm} {effect}: {}", printed["sentence"]);
+        assert_eq!(printed["located"]["where"], place, "{arm} {effect}: {}", printed["sentence"]);
+        assert_eq!(printed["remaining"]["where"][0], place, "{arm} {effect}: {}", printed["sentence"]);
     }
 }
 
@@ -235,7 +239,11 @@ fn a_formula_is_offered_for_what_the_library_does_not_list_and_its_block_does_wh
     assert!(formula["explains"].as_f64().unwrap() > 0.9, "{formula}");
     let output = plumb(&["model", "diagnose", "t/model.yaml", "--data", "t/table.csv"], home.path());
     let block = formula["define"].as_str().unwrap();
-    assert!(said(&output).contains("HYPOTHESIS. ") && said(&output).ends_with(block), "{}", said(&output));
+    assert!(
+        printed(&output).contains("HYPOTHESIS. ") && printed(&output).ends_with(block),
+        "{}",
+        printed(&output)
+    );
     let model = home.path().join("t/model.yaml");
     let text = std::fs::read_to_string(&model).unwrap();
     std::fs::write(&model, format!("{text}{block}")).unwrap();
@@ -297,10 +305,10 @@ const SHAPE: [&str; 12] = [
 fn before_anything_is_named_the_geometry_that_is_not_free_is_asked() {
     let home = tempfile::tempdir().unwrap();
     let options = [&["--seed", "1", "--arm", "irb1600", "--narrow"], &SHAPE[..]].concat();
-    let said = diagnosed(home.path(), "t", &options);
-    assert_ne!(said["verdict"], "named", "{}", said["sentence"]);
-    assert_eq!(said["free_first"], "geometry(*)", "{}", said["sentence"]);
-    let sentence = said["sentence"].as_str().unwrap();
+    let printed = diagnosed(home.path(), "t", &options);
+    assert_ne!(printed["verdict"], "named", "{}", printed["sentence"]);
+    assert_eq!(printed["free_first"], "geometry(*)", "{}", printed["sentence"]);
+    let sentence = printed["sentence"].as_str().unwrap();
     assert!(
         sentence.contains("the model does not free") && sentence.ends_with("and ask again."),
         "{sentence}"
@@ -316,10 +324,14 @@ fn before_anything_is_named_the_geometry_that_is_not_free_is_asked() {
         "--free",
         "joint_zero(*),geometry(*)",
     ];
-    let said = plumb(&asked, home.path());
-    assert_eq!(said.status.code(), Some(0), "{}", complained(&said));
-    let said: serde_json::Value = serde_json::from_slice(&said.stdout).unwrap();
-    assert!(said.get("free_first").is_none() && said["verdict"] == "at_floor", "{}", said["sentence"]);
+    let printed = plumb(&asked, home.path());
+    assert_eq!(printed.status.code(), Some(0), "{}", complained(&printed));
+    let printed: serde_json::Value = serde_json::from_slice(&printed.stdout).unwrap();
+    assert!(
+        printed.get("free_first").is_none() && printed["verdict"] == "at_floor",
+        "{}",
+        printed["sentence"]
+    );
 }
 
 #[test]
@@ -327,18 +339,18 @@ fn an_effect_of_the_library_is_named_among_two_that_it_does_not_know() {
     let home = tempfile::tempdir().unwrap();
     let others = ["--effect", "worn_gear(pan)=3x", "--effect", "stick_slip(wrist3)=3x", "--poses", "150"];
     let options = [&["--seed", "11", "--arm", "ur5", "--effect", "joint_coupling(elbow)=6x"], &others[..]];
-    let said = diagnosed(home.path(), "t", &options.concat());
-    assert_eq!(said["verdict"], "named", "{}", said["sentence"]);
-    assert_eq!(said["named"]["effect"], "joint_coupling", "{}", said["sentence"]);
-    assert_eq!(said["named"]["where"], "elbow", "{}", said["sentence"]);
-    let left = said["left_unexplained_mm"].as_f64().unwrap();
+    let printed = diagnosed(home.path(), "t", &options.concat());
+    assert_eq!(printed["verdict"], "named", "{}", printed["sentence"]);
+    assert_eq!(printed["named"]["effect"], "joint_coupling", "{}", printed["sentence"]);
+    assert_eq!(printed["named"]["where"], "elbow", "{}", printed["sentence"]);
+    let left = printed["left_unexplained_mm"].as_f64().unwrap();
     assert!((0.1..0.5).contains(&left), "two of 3 times 0.05 mm an axis: {left}");
-    assert!(said["sentence"].as_str().unwrap().ends_with("mm of the rest is not explained yet."));
-    assert!(said["probability"].as_f64().unwrap() > 0.9, "{}", said["probability"]);
+    assert!(printed["sentence"].as_str().unwrap().ends_with("mm of the rest is not explained yet."));
+    assert!(printed["probability"].as_f64().unwrap() > 0.9, "{}", printed["probability"]);
     // Without it the same two get no name.
-    let said = diagnosed(home.path(), "u", &[&["--seed", "11", "--arm", "ur5"], &others[..]].concat());
-    assert_ne!(said["verdict"], "named", "{}", said["sentence"]);
-    assert!(said.get("left_unexplained_mm").is_none());
+    let printed = diagnosed(home.path(), "u", &[&["--seed", "11", "--arm", "ur5"], &others[..]].concat());
+    assert_ne!(printed["verdict"], "named", "{}", printed["sentence"]);
+    assert!(printed.get("left_unexplained_mm").is_none());
 }
 
 #[test]
@@ -350,8 +362,8 @@ fn outliers_make_no_harmonic_where_nothing_is_hidden() {
         ("9423606308594488464", "panda"),
     ] {
         let options = ["--seed", seed, "--arm", arm, "--effect", "none", "--outliers", "0.08"];
-        let said = diagnosed(home.path(), seed, &options);
-        assert_eq!(said["verdict"], "at_floor", "{arm}: {}", said["sentence"]);
+        let printed = diagnosed(home.path(), seed, &options);
+        assert_eq!(printed["verdict"], "at_floor", "{arm}: {}", printed["sentence"]);
     }
 }
 
@@ -386,16 +398,16 @@ fn a_jump_of_the_first_joint_is_dated_and_tied_with_a_base_that_was_turned() {
 fn a_size_known_only_after_a_search_has_an_error_that_counts_the_search() {
     let home = tempfile::tempdir().unwrap();
     let options = ["--seed", "11", "--arm", "ur5", "--effect", "joint_stiffening(lift)=3x"];
-    let said = diagnosed(home.path(), "t", &options);
-    assert_eq!(said["named"]["effect"], "joint_stiffening", "{}", said["sentence"]);
+    let printed = diagnosed(home.path(), "t", &options);
+    assert_eq!(printed["named"]["effect"], "joint_stiffening", "{}", printed["sentence"]);
     let hidden = said_of_seal(home.path());
-    let (size, se) = (said["named"]["size"].as_f64().unwrap(), said["named"]["se"].as_f64().unwrap());
+    let (size, se) = (printed["named"]["size"].as_f64().unwrap(), printed["named"]["se"].as_f64().unwrap());
     assert!((size - hidden).abs() < 3.0 * se, "{size} +- {se}, hidden {hidden}");
 }
 
 /// The size the seal of trial `t` gives.
 fn said_of_seal(home: &Path) -> f64 {
-    let output = said(&plumb(&["trial", "reveal", "t"], home));
+    let output = printed(&plumb(&["trial", "reveal", "t"], home));
     let size = output.split(", ").nth(1).and_then(|rest| rest.split(' ').next()).unwrap_or_default();
     size.parse().unwrap_or_else(|_| panic!("no size in: {output}"))
 }
@@ -423,7 +435,7 @@ fn an_effect_is_hidden_in_a_users_own_measurements_and_the_size_that_would_be_fo
     };
     let hidden = inject("joint_compliance(lift)", "with");
     assert_eq!(hidden.status.code(), Some(0), "{}", complained(&hidden));
-    let output = said(&hidden);
+    let output = printed(&hidden);
     assert!(output.contains("joint_compliance(lift)") && output.contains("it is named"), "{output}");
     assert!(output.contains("The lab would name it from about"), "{output}");
     let answer: serde_json::Value =
@@ -432,7 +444,7 @@ fn an_effect_is_hidden_in_a_users_own_measurements_and_the_size_that_would_be_fo
     assert!((visible / left / 4.0 - 1.0).abs() < 0.05, "{answer}");
     let diagnosis =
         plumb(&["model", "diagnose", "with/model.yaml", "--data", "with/table.csv", "--json"], home.path());
-    let diagnosis: serde_json::Value = serde_json::from_str(&said(&diagnosis)).unwrap();
+    let diagnosis: serde_json::Value = serde_json::from_str(&printed(&diagnosis)).unwrap();
     assert_eq!(diagnosis["named"]["effect"], "joint_compliance", "{}", diagnosis["sentence"]);
     let again = inject("joint_compliance(lift)", "with");
     assert!(complained(&again).contains("is there already"), "{}", complained(&again));
@@ -482,7 +494,7 @@ fn an_effect_hidden_in_measurements_turns_their_orientations_too() {
     ];
     let hidden = plumb(&inject, home.path());
     assert_eq!(hidden.status.code(), Some(0), "{}", complained(&hidden));
-    assert!(said(&hidden).contains("of 0.2000 deg is hidden"), "{}", said(&hidden));
+    assert!(printed(&hidden).contains("of 0.2000 deg is hidden"), "{}", printed(&hidden));
     // Every orientation has turned by as much as its place has moved on the circle.
     let read = |name: &str| {
         let text = fs::read_to_string(home.path().join(name)).unwrap();
@@ -569,17 +581,21 @@ fn a_trial_whose_table_has_orientations_is_diagnosed_and_scored() {
             "{text}"
         );
         let compared = plumb(&["model", "compare", &model, "--data", &table], home.path());
-        assert!(said(&compared).contains("error of an orientation or angle, deg"), "{}", said(&compared));
+        assert!(
+            printed(&compared).contains("error of an orientation or angle, deg"),
+            "{}",
+            printed(&compared)
+        );
         let diagnosis = plumb(&["model", "diagnose", &model, "--data", &table, "--json"], home.path());
         fs::write(home.path().join("found.json"), &diagnosis.stdout).unwrap();
         let revealed = plumb(&["trial", "reveal", name, "--diagnosis", "found.json"], home.path());
         assert!(
-            said(&revealed).contains("The diagnosis is right"),
+            printed(&revealed).contains("The diagnosis is right"),
             "{}{}",
-            said(&diagnosis),
-            said(&revealed)
+            printed(&diagnosis),
+            printed(&revealed)
         );
-        assert!(said(&diagnosis).contains(named), "{}", said(&diagnosis));
+        assert!(printed(&diagnosis).contains(named), "{}", printed(&diagnosis));
     }
     // Without the orientations it does not show: the target is on the axis.
     let text = fs::read_to_string(home.path().join("t/table.csv")).unwrap();
@@ -601,7 +617,7 @@ fn a_trial_whose_table_has_orientations_is_diagnosed_and_scored() {
         .collect();
     fs::write(home.path().join("places.csv"), places).unwrap();
     let without = plumb(&["model", "diagnose", "t/model.yaml", "--data", "places.csv"], home.path());
-    assert!(!said(&without).contains("NAMED"), "{}", said(&without));
+    assert!(!printed(&without).contains("NAMED"), "{}", printed(&without));
 }
 
 /// An arm with its target on the axis of the last joint.

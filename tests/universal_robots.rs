@@ -65,16 +65,16 @@ impl Cells {
     }
 
     /// What a command says that must succeed.
-    fn said(&self, arguments: &[&str]) -> String {
-        let (code, said) = self.plumb(arguments);
-        assert_eq!(code, Some(0), "plumb {arguments:?}: {said}");
-        said
+    fn printed(&self, arguments: &[&str]) -> String {
+        let (code, printed) = self.plumb(arguments);
+        assert_eq!(code, Some(0), "plumb {arguments:?}: {printed}");
+        printed
     }
 
     /// The true error of the tip that a procedure measures, root mean square, mm.
     fn true_error(&self, procedure: &str) -> f64 {
-        let said = self.said(&["run", "cell-rtde.yaml", procedure, "--headless"]);
-        let line = said.lines().find(|line| line.contains("The error over all ")).unwrap();
+        let printed = self.printed(&["run", "cell-rtde.yaml", procedure, "--headless"]);
+        let line = printed.lines().find(|line| line.contains("The error over all ")).unwrap();
         line.split("rms = ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap()
     }
 }
@@ -151,22 +151,22 @@ fn sixty_poses_by_rtde_name_what_the_arm_hides_and_compensated_targets_bring_the
     let drawn = cells.command(&export).output().unwrap().stdout;
     assert_eq!(String::from_utf8(drawn).unwrap(), fs::read_to_string(cells.path("targets.csv")).unwrap());
     let sent_as_drawn = cells.true_error("send-targets");
-    cells.said(&["run", "cell-rtde.yaml", "measure-tip", "--headless"]);
-    let table = cells.said(&["show", "3", "--table"]);
+    cells.printed(&["run", "cell-rtde.yaml", "measure-tip", "--headless"]);
+    let table = cells.printed(&["show", "3", "--table"]);
     let rows =
         table.lines().filter(|line| line.starts_with(|first: char| first.is_ascii_digit() || first == '-'));
     assert_eq!(rows.count(), 60, "{table}");
     cells.write("table.csv", &table);
-    let diagnosis = cells.said(&["model", "diagnose", "ur5.model.yaml", "--data", "table.csv"]);
+    let diagnosis = cells.printed(&["model", "diagnose", "ur5.model.yaml", "--data", "table.csv"]);
     let verdict = diagnosis.lines().rev().find(|line| !line.is_empty()).unwrap();
     assert!(verdict.starts_with("NAMED.") && verdict.contains("joint_compliance(lift)"), "{diagnosis}");
-    cells.said(&["model", "grow", "ur5.model.yaml", "--data", "table.csv"]);
+    cells.printed(&["model", "grow", "ur5.model.yaml", "--data", "table.csv"]);
     // From now on that revision works out where the joints are sent.
     let after = cells.true_error("verify");
     // And it makes the program's targets anew, which are sent as they are.
     let exported = cells.command(&export).output().unwrap();
-    let said = String::from_utf8(exported.stderr).unwrap();
-    assert!(said.starts_with("20 targets by ur5.model.rev"), "{said}");
+    let printed = String::from_utf8(exported.stderr).unwrap();
+    assert!(printed.starts_with("20 targets by ur5.model.rev"), "{printed}");
     cells.write("targets.csv", &String::from_utf8(exported.stdout).unwrap());
     let sent_compensated = cells.true_error("send-targets");
     // The tracker's own noise makes 0.087 mm.
@@ -217,9 +217,9 @@ fn what_happens_in_mid_move_ends_the_run_with_its_reason_and_leaves_no_row() {
         let cells = Cells::shipped();
         let (_world, mut controller) = world_and_controller(&cells);
         cell_at(&cells, &controller.first.clone(), A_LONG_WAY);
-        let (code, said) = interrupted(&cells, &mut controller, event);
-        assert_eq!(code, Some(2), "{event}: {said}");
-        assert!(said.contains(words), "{event}: {said}");
+        let (code, printed) = interrupted(&cells, &mut controller, event);
+        assert_eq!(code, Some(2), "{event}: {printed}");
+        assert!(printed.contains(words), "{event}: {printed}");
         let (_, shown) = cells.plumb(&["show", "1", "--table"]);
         assert!(!shown.contains("1,2,3"), "{event}: {shown}");
         let mut client = WorldClient::connect(&cells.path("world.socket"), "test").unwrap();
@@ -241,15 +241,16 @@ fn a_controller_in_local_control_and_one_that_is_not_there_are_reported_before_a
     controller.type_line("local");
     controller.type_line("status");
     assert!(controller.line().contains("local control"));
-    let (code, said) = cells.plumb(&["run", "cell-line.yaml", "--headless"]);
-    assert_eq!(code, Some(2), "{said}");
-    assert!(said.contains("switch it to remote control, at the top right of the pendant"), "{said}");
+    let (code, printed) = cells.plumb(&["run", "cell-line.yaml", "--headless"]);
+    assert_eq!(code, Some(2), "{printed}");
+    assert!(printed.contains("switch it to remote control, at the top right of the pendant"), "{printed}");
     cell_at(&cells, "127.0.0.1", A_LONG_WAY);
-    let (code, said) = cells.plumb(&["run", "cell-line.yaml", "--headless"]);
-    assert_eq!(code, Some(2), "{said}");
+    let (code, printed) = cells.plumb(&["run", "cell-line.yaml", "--headless"]);
+    assert_eq!(code, Some(2), "{printed}");
     assert!(
-        said.contains("RTDE of the controller at 127.0.0.1:30004") && said.contains("nothing listens there"),
-        "{said}"
+        printed.contains("RTDE of the controller at 127.0.0.1:30004")
+            && printed.contains("nothing listens there"),
+        "{printed}"
     );
 }
 
@@ -262,17 +263,17 @@ fn a_cell_says_what_is_wrong_with_its_address() {
             .unwrap()
             .replace("config: {", "config: {address: 10.0.0.5, "),
     );
-    let (code, said) = cells.plumb(&["check", "cell-line.yaml"]);
-    assert_eq!(code, Some(2), "{said}");
+    let (code, printed) = cells.plumb(&["check", "cell-line.yaml"]);
+    assert_eq!(code, Some(2), "{printed}");
     assert!(
-        said.contains("the address of an emulated controller is known when it has been started"),
-        "{said}"
+        printed.contains("the address of an emulated controller is known when it has been started"),
+        "{printed}"
     );
     cell_at(&cells, "x, adress: 10.0.0.5", A_LONG_WAY);
-    let (_, said) = cells.plumb(&["check", "cell-line.yaml"]);
-    assert!(said.contains("adress") && said.contains("did you mean `address`?"), "{said}");
-    cells.said(&["check", "cell-rtde.yaml"]);
-    cells.said(&["check", "cell-hardware.yaml"]);
+    let (_, printed) = cells.plumb(&["check", "cell-line.yaml"]);
+    assert!(printed.contains("adress") && printed.contains("did you mean `address`?"), "{printed}");
+    cells.printed(&["check", "cell-rtde.yaml"]);
+    cells.printed(&["check", "cell-hardware.yaml"]);
 }
 
 #[test]
@@ -280,6 +281,6 @@ fn the_driver_passes_the_checks_of_plugins_on_its_emulated_controller() {
     let cells = Cells::shipped();
     let (_world, controller) = world_and_controller(&cells);
     let config = format!("{{address: {}}}", controller.first);
-    let said = cells.said(&["plugins", "check", "universal-robots", "--config", &config, "--move"]);
-    assert!(said.contains("passed   a stop ends a move in time"), "{said}");
+    let printed = cells.printed(&["plugins", "check", "universal-robots", "--config", &config, "--move"]);
+    assert!(printed.contains("passed   a stop ends a move in time"), "{printed}");
 }

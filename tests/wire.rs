@@ -13,7 +13,7 @@ use std::time::Instant;
 
 use plumb_simulated::client::WorldClient;
 
-use lab::{Lab, PATIENCE, Said};
+use lab::{CommandOutput, Lab, PATIENCE};
 
 /// A process with a port on its first line, asked to end by `quit`.
 struct Process {
@@ -57,14 +57,14 @@ fn recorded_so101() -> Lab {
     let patient = "full_speed_deg_per_s: 120\n      reply_within_ms: 500";
     lab.edit("cell-hardware.yaml", "full_speed_deg_per_s: 20", patient);
     let line = format!("arm={}", recorder.port.display());
-    let said = lab.plumb(&["run", "cell-hardware.yaml", "first-moves", "--headless", "--port", &line]);
-    assert_eq!(said.code(), 0, "{}", said.all());
+    let output = lab.plumb(&["run", "cell-hardware.yaml", "first-moves", "--headless", "--port", &line]);
+    assert_eq!(output.code(), 0, "{}", output.all());
     recorder.quit();
     servos.quit();
     lab
 }
 
-fn replay(lab: &Lab, more: &[&str]) -> Said {
+fn replay(lab: &Lab, more: &[&str]) -> CommandOutput {
     lab.plumb(&[&["wire", "replay", "arm.wire", "cell-hardware.yaml"], more].concat())
 }
 
@@ -73,27 +73,27 @@ fn a_recorded_bus_plays_in_place_of_the_servos_and_shows_where_something_else_is
     let lab = recorded_so101();
     let text = std::fs::read_to_string(lab.path("arm.wire")).unwrap();
     assert!(text.starts_with("# plumb wire 1: /dev/") && text.contains(" > ff ff fe "), "{}", &text[..200]);
-    let said = replay(&lab, &[]);
-    assert_eq!(said.code(), 0, "{}", said.all());
-    assert!(said.out().contains("\nAS THEN\n"), "{}", said.out());
+    let output = replay(&lab, &[]);
+    assert_eq!(output.code(), 0, "{}", output.all());
+    assert!(output.out().contains("\nAS THEN\n"), "{}", output.out());
     // Another speed is another goal's block of registers: the first move differs, and nothing is answered after it.
     lab.edit("cell-hardware.yaml", "full_speed_deg_per_s: 120", "full_speed_deg_per_s: 60");
-    let said = replay(&lab, &[]);
-    assert_eq!(said.code(), 1, "{}", said.all());
+    let output = replay(&lab, &[]);
+    assert_eq!(output.code(), 1, "{}", output.all());
     let line =
-        said.out().lines().find(|line| line.starts_with("DIFFERS: line ")).unwrap_or_default().to_owned();
+        output.out().lines().find(|line| line.starts_with("DIFFERS: line ")).unwrap_or_default().to_owned();
     assert!(
         line.contains(" of the transcript, turn ") && line.contains("it sent ff ff fe "),
         "{line:?} in {}",
-        said.all()
+        output.all()
     );
     // A procedure that sends less.
     lab.edit("cell-hardware.yaml", "full_speed_deg_per_s: 60", "full_speed_deg_per_s: 120");
     let longer = format!("{text}> ff ff 01 02 01 fb\n< ff ff 01 02 00 fc\n");
     lab.write("arm.wire", &longer);
-    let said = replay(&lab, &[]);
-    assert_eq!(said.code(), 1, "{}", said.all());
-    assert!(said.out().contains("SHORTER: what was sent is as then"), "{}", said.out());
+    let output = replay(&lab, &[]);
+    assert_eq!(output.code(), 1, "{}", output.all());
+    assert!(output.out().contains("SHORTER: what was sent is as then"), "{}", output.out());
 }
 
 #[test]
@@ -113,24 +113,24 @@ fn the_log_of_a_terminal_is_played_to_the_driver_of_a_teachmover() {
     lab.write("small.yaml", "procedure: small\ntitle: A small move\nsteps:\n  - {id: out, do: {move: {robot: arm, by_deg: {waist: 3}, speed: 0.5}}}\n");
     lab.edit("cell-hardware.yaml", "  - procedures/first-day.yaml", "  - small.yaml");
     let line = format!("arm={}", recorder.port.display());
-    let said = lab.plumb(&["run", "cell-hardware.yaml", "small", "--headless", "--port", &line]);
+    let output = lab.plumb(&["run", "cell-hardware.yaml", "small", "--headless", "--port", &line]);
     recorder.quit();
     arm.quit();
     world.kill().unwrap();
     world.wait().unwrap();
-    assert_eq!(said.code(), 0, "{}", said.all());
+    assert_eq!(output.code(), 0, "{}", output.all());
     let text = std::fs::read_to_string(lab.path("arm.wire")).unwrap();
     assert!(text.contains(" > \"@READ\\r\""), "{text}");
-    let said = replay(&lab, &["small"]);
-    assert_eq!(said.code(), 0, "{}", said.all());
+    let output = replay(&lab, &["small"]);
+    assert_eq!(output.code(), 0, "{}", output.all());
     // An owner's log in which the arm was commanded another thing: where and what.
     let step = text.lines().position(|line| line.contains("> \"@STEP")).unwrap() + 1;
     let other = text.replacen("> \"@STEP ", "> \"@STEP 9", 1);
     lab.write("arm.wire", &other);
-    let said = replay(&lab, &["small"]);
-    assert_eq!(said.code(), 1, "{}", said.all());
-    assert!(said.out().contains(&format!("DIFFERS: line {step} of the transcript")), "{}", said.out());
-    assert!(said.out().contains("it sent \"@STEP 9"), "{}", said.out());
+    let output = replay(&lab, &["small"]);
+    assert_eq!(output.code(), 1, "{}", output.all());
+    assert!(output.out().contains(&format!("DIFFERS: line {step} of the transcript")), "{}", output.out());
+    assert!(output.out().contains("it sent \"@STEP 9"), "{}", output.out());
 }
 
 fn until_it_listens(socket: &Path) {
@@ -169,14 +169,14 @@ fn what_cannot_be_recorded_or_played_is_refused_with_what_would_be_right() {
         ),
     ] {
         lab.write("good.wire", "> \"@READ\\r\"\n");
-        let said = lab.plumb(arguments);
-        assert_eq!(said.code(), 2, "{arguments:?}: {}", said.all());
-        assert!(said.err().contains(words), "{arguments:?}: {}", said.err());
+        let output = lab.plumb(arguments);
+        assert_eq!(output.code(), 2, "{arguments:?}: {}", output.all());
+        assert!(output.err().contains(words), "{arguments:?}: {}", output.err());
     }
     let servos = Process::start(&lab, &["emulate", "feetech"]);
-    let said = lab.plumb(&["wire", "record", &servos.port.display().to_string(), "-o", "good.wire"]);
-    assert_eq!(said.code(), 2, "what is there is not overwritten: {}", said.all());
-    assert!(said.err().contains("good.wire cannot be written"), "{}", said.err());
+    let output = lab.plumb(&["wire", "record", &servos.port.display().to_string(), "-o", "good.wire"]);
+    assert_eq!(output.code(), 2, "what is there is not overwritten: {}", output.all());
+    assert!(output.err().contains("good.wire cannot be written"), "{}", output.err());
 }
 
 #[test]
@@ -184,8 +184,8 @@ fn a_run_that_ends_before_it_sends_anything_is_not_said_to_have_sent_the_same() 
     let lab = Lab::new();
     lab.write("arm.wire", "0.00 > \"@READ\\r\"\n0.05 < \"1\\r0,0,0,0,0,0,0\\r\"\n");
     // Its first procedure asks an operator.
-    let said = replay(&lab, &[]);
-    assert_eq!(said.code(), 1, "{}", said.all());
-    assert!(said.err().contains("this needs an operator"), "{}", said.all());
-    assert!(said.out().contains("NOTHING SENT") && !said.out().contains("SHORTER"), "{}", said.out());
+    let output = replay(&lab, &[]);
+    assert_eq!(output.code(), 1, "{}", output.all());
+    assert!(output.err().contains("this needs an operator"), "{}", output.all());
+    assert!(output.out().contains("NOTHING SENT") && !output.out().contains("SHORTER"), "{}", output.out());
 }

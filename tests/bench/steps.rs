@@ -92,10 +92,10 @@ fn phases(count: usize) -> Result<Duration, Box<dyn Error>> {
     fs::write(&script, OPENHTF)?;
     let output = Command::new(python).arg(&script).arg(count.to_string()).output()?;
     if !output.status.success() {
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
-        return Err(said.lines().last().unwrap_or("it failed").to_owned().into());
+        let printed = String::from_utf8_lossy(&output.stderr).into_owned();
+        return Err(printed.lines().last().unwrap_or("it failed").to_owned().into());
     }
-    let said = String::from_utf8_lossy(&output.stdout).into_owned();
-    let seconds = said.split_whitespace().last().and_then(|word| word.parse().ok());
+    let printed = String::from_utf8_lossy(&output.stdout).into_owned();
+    let seconds = printed.split_whitespace().last().and_then(|word| word.parse().ok());
     Ok(Duration::from_secs_f64(seconds.ok_or("it reported no time")?))
 }

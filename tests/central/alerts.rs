@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use nix::sys::signal::Signal;
 
 use crate::certificates::Authority;
-use crate::lab::{Lab, Running, Said, kill};
+use crate::lab::{CommandOutput, Lab, Running, kill};
 use crate::receiver::{Behaviour, Receiver};
 use crate::wait_until;
 
@@ -63,7 +63,7 @@ impl Drop for Alert {
     }
 }
 
-fn once(lab: &Lab, arguments: &[&str]) -> Said {
+fn once(lab: &Lab, arguments: &[&str]) -> CommandOutput {
     lab.plumb(&[&["alert", "--once", "--prompt-after", "0s"], arguments].concat())
 }
 
@@ -196,8 +196,8 @@ fn a_step_that_hangs_and_a_run_whose_program_has_gone_are_reported() {
     running.until(|event| event["event"] == "step_started" && event["step"] == "waist.lower");
     running.signal(Signal::SIGSTOP);
     let late = |after: &str| {
-        let said = lab.plumb(&["alert", "--once", "--webhook", &address, "--step-after", after]);
-        assert_eq!(said.code(), 0, "{}", said.all());
+        let printed = lab.plumb(&["alert", "--once", "--webhook", &address, "--step-after", after]);
+        assert_eq!(printed.code(), 0, "{}", printed.all());
         receiver.messages().last().map(|message| message["text"].as_str().unwrap().to_owned())
     };
     assert_eq!(late("1h"), None);
@@ -223,8 +223,8 @@ fn a_step_that_hangs_and_a_run_whose_program_has_gone_are_reported() {
     let before = receiver.requests().len();
     late("1h");
     assert_eq!(receiver.requests().len(), before);
-    let said = lab.plumb(&["alert", "--once", "--webhook", &address, "--ended"]);
-    assert_eq!(said.code(), 0, "{}", said.all());
+    let printed = lab.plumb(&["alert", "--once", "--webhook", &address, "--ended"]);
+    assert_eq!(printed.code(), 0, "{}", printed.all());
     let last = receiver.messages().last().unwrap()["text"].as_str().unwrap().to_owned();
     assert!(last.contains("run 2 has ended: failed, "), "{last}");
 }
@@ -243,7 +243,7 @@ fn a_webhook_is_reached_by_tls_whose_certificate_this_machine_trusts_for_that_na
             .env("PLUMB_WEBHOOK", receiver.address())
             .env("SSL_CERT_FILE", trusted.certificate())
             .env_remove("SSL_CERT_DIR");
-        Said::of(command.output().unwrap())
+        CommandOutput::of(command.output().unwrap())
     };
     let arrived = send(&right, &authority);
     assert_eq!(arrived.code(), 0, "{}", arrived.all());
@@ -270,8 +270,8 @@ fn what_cannot_be_reported_says_why() {
         (&["--mail", "ada", "--prompt-after", "5"], "write a time with its unit"),
         (&["--mail", "ada", "--once"], "there is no record in"),
     ] {
-        let said = lab.plumb(&[&["alert"], arguments].concat());
-        assert!(said.code() == 2 && said.err().contains(expected), "{arguments:?}: {}", said.all());
+        let printed = lab.plumb(&[&["alert"], arguments].concat());
+        assert!(printed.code() == 2 && printed.err().contains(expected), "{arguments:?}: {}", printed.all());
     }
     let none = lab.plumb(&["alert", "--mail", "ada", "--sendmail", "/nowhere/sendmail", "--test"]);
     assert!(none.code() == 1 && none.err().contains("install one"), "{}", none.all());

@@ -69,9 +69,9 @@ impl Browser {
     fn send(&self, method: &str, path: &str, body: &Value) -> Value {
         let headers = format!("Host: {}\r\n", self.address);
         let body = if method == "POST" { body.to_string() } else { String::new() };
-        let (status, said) = request(&self.address, method, path, &headers, &body);
-        assert!(status == 200, "{method} {path}: {status} {said}");
-        said["value"].clone()
+        let (status, output) = request(&self.address, method, path, &headers, &body);
+        assert!(status == 200, "{method} {path}: {status} {output}");
+        output["value"].clone()
     }
 
     fn command(&self, path: &str, body: &Value) -> Value {

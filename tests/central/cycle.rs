@@ -148,10 +148,10 @@ pub(crate) fn cycle_ratio(pairs: usize) -> Option<CycleRatio> {
 
 fn timed(lab: &Lab) -> Cost {
     let (begin, before_s) = (Instant::now(), processor_time_of_children_s());
-    let said = lab.plumb(&["run", "cell.yaml", "--headless", "--pace", "fast"]);
+    let output = lab.plumb(&["run", "cell.yaml", "--headless", "--pace", "fast"]);
     let wall_s = begin.elapsed().as_secs_f64();
     let processor_s = processor_time_of_children_s() - before_s;
-    assert_eq!(said.code(), 0, "{}", said.all());
+    assert_eq!(output.code(), 0, "{}", output.all());
     std::thread::sleep(CAUGHT_UP);
     Cost { wall_s, processor_s }
 }

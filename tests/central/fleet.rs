@@ -11,7 +11,7 @@ use serde_json::Value;
 
 use crate::browser::Browser;
 use crate::http::request;
-use crate::lab::{Lab, Said};
+use crate::lab::{CommandOutput, Lab};
 use crate::server::Server;
 use crate::wait_until;
 
@@ -150,17 +150,17 @@ pub(crate) fn fleet(lab: &Lab, server: &Server) -> Vec<PathBuf> {
     let places: Vec<PathBuf> = (0..CELLS).map(|cell| lab.path(&format!("record-{cell}"))).collect();
     for (cell, place) in places.iter().enumerate() {
         write_record(place, cell);
-        let said =
+        let output =
             lab.plumb(&["ship", "--once", "--to", &server.address(), "--record", place.to_str().unwrap()]);
-        assert_eq!(said.code(), 0, "{}", said.all());
+        assert_eq!(output.code(), 0, "{}", output.all());
     }
     places
 }
 
-fn asked(lab: &Lab, server: &Server, arguments: &[&str]) -> Said {
-    let said = lab.plumb(&[&["fleet", "--from", &server.address()], arguments].concat());
-    assert_eq!(said.code(), 0, "{}", said.all());
-    said
+fn asked(lab: &Lab, server: &Server, arguments: &[&str]) -> CommandOutput {
+    let output = lab.plumb(&[&["fleet", "--from", &server.address()], arguments].concat());
+    assert_eq!(output.code(), 0, "{}", output.all());
+    output
 }
 
 #[test]

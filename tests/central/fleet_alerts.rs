@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use nix::sys::signal::Signal;
 
-use crate::lab::{Lab, Said, kill};
+use crate::lab::{CommandOutput, Lab, kill};
 use crate::network::Network;
 use crate::receiver::{Behaviour, Receiver};
 use crate::server::Server;
@@ -20,7 +20,7 @@ const STARTED: Duration = Duration::from_secs(60);
 /// Whether shippers had the time after a restart that they are given to come back (`SHIPPERS_COME_BACK_S`).
 const UP_FOR_SHIPPERS: &str = "SELECT now() - pg_postmaster_start_time() > interval '29.9 s'";
 
-fn once(lab: &Lab, from: &str, receiver: &Receiver, more: &[&str]) -> Said {
+fn once(lab: &Lab, from: &str, receiver: &Receiver, more: &[&str]) -> CommandOutput {
     lab.plumb(&[&["alert", "--from", from, "--once", "--webhook", &receiver.address()], more].concat())
 }
 
@@ -79,8 +79,8 @@ fn a_cell_that_has_gone_without_a_word_is_reported_once_and_again_when_it_goes_a
     // From a machine that has no cell of its own.
     let office = Lab::new();
     let look = |more: &[&str]| {
-        let said = once(&office, &address, &receiver, more);
-        assert_eq!(said.code(), 0, "{}", said.all());
+        let output = once(&office, &address, &receiver, more);
+        assert_eq!(output.code(), 0, "{}", output.all());
         texts(&receiver)
     };
     assert_eq!(look(&[]), Vec::<String>::new(), "a cell at work");
@@ -185,8 +185,8 @@ fn prompts_late_steps_and_bad_ends_of_all_cells_are_reported_from_the_database()
             == Some("2")
     });
     let messages_with = |more: &[&str]| {
-        let said = once(&lab, &address, &receiver, more);
-        assert_eq!(said.code(), 0, "{}", said.all());
+        let output = once(&lab, &address, &receiver, more);
+        assert_eq!(output.code(), 0, "{}", output.all());
         texts(&receiver)
     };
     assert_eq!(messages_with(&[]), Vec::<String>::new(), "neither has lasted for long");
@@ -281,8 +281,8 @@ fn what_cannot_be_watched_says_why() {
         (&["--from", "postgres://localhost/plumb", "--record", "x"], "cannot be used with"),
         (&["--from", "postgres://lab.example/plumb?sslmode=disable"], "unprotected"),
     ] {
-        let said = lab.plumb(&[&["alert", "--mail", "ada"], arguments].concat());
-        assert!(said.code() == 2 && said.err().contains(expected), "{arguments:?}: {}", said.all());
+        let output = lab.plumb(&[&["alert", "--mail", "ada"], arguments].concat());
+        assert!(output.code() == 2 && output.err().contains(expected), "{arguments:?}: {}", output.all());
     }
     assert!(!lab.state().join("fleet-alerts.json").exists());
 }
@@ -299,8 +299,8 @@ fn who_reaches_a_server_that_could_be_another_is_warned() {
     let address = format!("postgres://plumb@{}:{}/postgres", network.server_address(), server.port());
     let warning = "encrypted, but nobody checks whether it is the right server: give sslmode=verify-full";
     for arguments in [&["ship", "--once", "--to"][..], &["fleet", "--from"]] {
-        let said = lab.plumb(&[arguments, &[&address]].concat());
-        assert!(said.code() == 0 && said.err().contains(warning), "{arguments:?}: {}", said.all());
+        let output = lab.plumb(&[arguments, &[&address]].concat());
+        assert!(output.code() == 0 && output.err().contains(warning), "{arguments:?}: {}", output.all());
     }
     let here = lab.plumb(&["ship", "--once", "--to", &server.address()]);
     assert!(here.code() == 0 && here.err().is_empty(), "nothing crosses a network: {}", here.err());

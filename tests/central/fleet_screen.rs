@@ -69,8 +69,8 @@ fn a_screen_that_cannot_be_shown_says_why_and_leaves_the_terminal_alone() {
         (&["--from", "postgres://localhost:9/plumb", "--screen"], "does not answer"),
         (&["--from", &address, "--screen", "--json"], "cannot be used with"),
     ] {
-        let said = lab.plumb(&[&["fleet"], arguments].concat());
-        assert!(said.code() == 2 && said.err().contains(expected), "{arguments:?}: {}", said.all());
-        assert!(!said.all().contains('\u{1b}'), "nothing for a terminal: {:?}", said.all());
+        let output = lab.plumb(&[&["fleet"], arguments].concat());
+        assert!(output.code() == 2 && output.err().contains(expected), "{arguments:?}: {}", output.all());
+        assert!(!output.all().contains('\u{1b}'), "nothing for a terminal: {:?}", output.all());
     }
 }

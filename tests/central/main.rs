@@ -198,9 +198,9 @@ fn what_cannot_be_shipped_says_why() {
         // A port of this machine on which nothing listens: the discard service's.
         ("postgres://localhost:9/plumb", "does not answer"),
     ] {
-        let said = lab.plumb(&["ship", "--to", address, "--once"]);
-        assert_eq!(said.code(), 2, "{}", said.all());
-        assert!(said.err().contains(expected), "{address}: {}", said.err());
+        let printed = lab.plumb(&["ship", "--to", address, "--once"]);
+        assert_eq!(printed.code(), 2, "{}", printed.all());
+        assert!(printed.err().contains(expected), "{address}: {}", printed.err());
     }
     let trend = lab.plumb(&["fleet", "--from", "postgres://localhost:9/plumb", "--trend", "waist"]);
     assert_eq!(trend.code(), 2);

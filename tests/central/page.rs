@@ -97,25 +97,28 @@ fn a_prompt_is_answered_from_the_page_by_one_holder_at_a_time() {
     let prompt = page.prompt_of("target");
     assert_eq!(prompt["title"], "Lay the target");
 
-    let (status, said) =
+    let (status, output) =
         page.ask("POST", "/api/lease", "0123456789abcdef0123456789abcdef", r#"{"name": "eve"}"#);
-    assert_eq!((status, &said["error"]), (401, &json!("the token is wrong or missing")));
+    assert_eq!((status, &output["error"]), (401, &json!("the token is wrong or missing")));
     let (status, ada) = page.ask("POST", "/api/lease", &token, r#"{"name": "ada"}"#);
     assert_eq!(status, 200, "{ada}");
     let lease = ada["lease"].as_str().unwrap();
-    let (status, said) = page.ask("POST", "/api/lease", &token, r#"{"name": "bob"}"#);
-    assert!(status == 409 && said["error"].as_str().unwrap().starts_with("ada holds the lease"), "{said}");
-    let (status, said) = page.ask("POST", "/api/answer", &token, &answer("stolen", &prompt, "done"));
-    assert!(status == 409 && said["error"].as_str().unwrap().contains("not valid"), "{said}");
+    let (status, output) = page.ask("POST", "/api/lease", &token, r#"{"name": "bob"}"#);
+    assert!(
+        status == 409 && output["error"].as_str().unwrap().starts_with("ada holds the lease"),
+        "{output}"
+    );
+    let (status, output) = page.ask("POST", "/api/answer", &token, &answer("stolen", &prompt, "done"));
+    assert!(status == 409 && output["error"].as_str().unwrap().contains("not valid"), "{output}");
 
-    let (status, said) = page.ask("POST", "/api/answer", &token, &answer(lease, &prompt, "perhaps"));
-    assert!(status == 422 && said["error"].as_str().unwrap().contains("write done"), "{said}");
-    let (status, said) = page.ask("POST", "/api/answer", &token, &answer(lease, &prompt, "done"));
-    assert_eq!((status, said), (200, json!({ "taken": true })));
+    let (status, output) = page.ask("POST", "/api/answer", &token, &answer(lease, &prompt, "perhaps"));
+    assert!(status == 422 && output["error"].as_str().unwrap().contains("write done"), "{output}");
+    let (status, output) = page.ask("POST", "/api/answer", &token, &answer(lease, &prompt, "done"));
+    assert_eq!((status, output), (200, json!({ "taken": true })));
     // The same request again: its prompt is over, and the next one does not get the answer.
     page.prompt_of("hand");
-    let (status, said) = page.ask("POST", "/api/answer", &token, &answer(lease, &prompt, "done"));
-    assert!(status == 409 && said["error"].as_str().unwrap().contains("answered already"), "{said}");
+    let (status, output) = page.ask("POST", "/api/answer", &token, &answer(lease, &prompt, "done"));
+    assert!(status == 409 && output["error"].as_str().unwrap().contains("answered already"), "{output}");
 
     let hand = page.prompt_of("hand");
     assert_eq!(page.ask("POST", "/api/answer", &token, &answer(lease, &hand, "done")).0, 200);
@@ -124,8 +127,8 @@ fn a_prompt_is_answered_from_the_page_by_one_holder_at_a_time() {
     // What moves the arm is answered at the arm.
     let place = page.prompt_of("place");
     assert!(place["only_at_the_arm"].is_string(), "{place}");
-    let (status, said) = page.ask("POST", "/api/answer", &token, &answer(lease, &place, "waist=20"));
-    assert!(status == 403 && said["error"].as_str().unwrap().contains("where the arm is seen"), "{said}");
+    let (status, output) = page.ask("POST", "/api/answer", &token, &answer(lease, &place, "waist=20"));
+    assert!(status == 403 && output["error"].as_str().unwrap().contains("where the arm is seen"), "{output}");
 
     let shown = lab.shown("1");
     assert_eq!(shown["prompts"][0]["answer"]["by"], "ada");
@@ -148,8 +151,8 @@ fn a_lease_that_has_run_out_answers_nothing_and_another_may_take_it() {
     wait_until("the lease runs out", Duration::from_secs(45), || {
         page.ask("POST", "/api/lease", &token, r#"{"name": "bob"}"#).0 == 200
     });
-    let (status, said) = page.ask("POST", "/api/answer", &token, &answer(lease, &prompt, "done"));
-    assert!(status == 409 && said["error"].as_str().unwrap().contains("no longer"), "{status} {said}");
+    let (status, output) = page.ask("POST", "/api/answer", &token, &answer(lease, &prompt, "done"));
+    assert!(status == 409 && output["error"].as_str().unwrap().contains("no longer"), "{status} {output}");
     assert_eq!(page.prompt_of("target")["id"], prompt["id"], "the prompt still waits");
     running.signal(nix::sys::signal::Signal::SIGTERM);
     running.end();
@@ -213,8 +216,8 @@ fn a_thousand_readers_and_a_slow_one_do_not_touch_the_run() {
 fn what_is_asked_wrongly_is_refused() {
     let lab = Lab::new();
     let page = Page::start(&lab, &[]);
-    let refused = |(status, said): (u16, Value), code: u16, expected: &str| {
-        assert!(status == code && said.to_string().contains(expected), "{status} {said}");
+    let refused = |(status, output): (u16, Value), code: u16, expected: &str| {
+        assert!(status == code && output.to_string().contains(expected), "{status} {output}");
     };
     refused(page.ask("POST", "/api/lease", "x", r#"{"name": "ada"}"#), 403, "read only");
     refused(page.ask("POST", "/api/answer", "x", "{}"), 422, "");
@@ -330,10 +333,10 @@ fn the_fall_of_the_error_and_the_clouds_of_a_run_are_on_its_page() {
         ("/api/drawings?run=9", "there is no run 9"),
         ("/api/drawings", "say which run"),
     ] {
-        let (status, said) = page.ask("GET", path, "", "");
+        let (status, output) = page.ask("GET", path, "", "");
         assert!(
-            (400..500).contains(&status) && said.to_string().contains(expected),
-            "{path}: {status} {said}"
+            (400..500).contains(&status) && output.to_string().contains(expected),
+            "{path}: {status} {output}"
         );
     }
     let Some(browser) = Browser::start() else { return };

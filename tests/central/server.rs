@@ -127,8 +127,8 @@ impl Server {
         self.child = Some(child);
         let begin = Instant::now();
         while self.asked("SELECT 1").is_none_or(|answer| answer != "1") {
-            let said = || fs::read_to_string(self.place.path().join("log")).unwrap_or_default();
-            assert!(begin.elapsed() < PATIENCE, "the server does not start: {}", said());
+            let printed = || fs::read_to_string(self.place.path().join("log")).unwrap_or_default();
+            assert!(begin.elapsed() < PATIENCE, "the server does not start: {}", printed());
             std::thread::sleep(Duration::from_millis(50));
         }
     }

@@ -239,10 +239,10 @@ impl Soak {
                 return;
             }
             start = Instant::now().max(start + plan.every);
-            let said = cell.lab.plumb(&["run", "cell.yaml", "--headless", "--pace", "fast"]);
+            let output = cell.lab.plumb(&["run", "cell.yaml", "--headless", "--pace", "fast"]);
             self.runs.fetch_add(1, Ordering::Relaxed);
-            if said.code() != 0 {
-                let last = said.all().lines().last().unwrap_or_default().to_owned();
+            if output.code() != 0 {
+                let last = output.all().lines().last().unwrap_or_default().to_owned();
                 self.not_passed.lock().unwrap().push(format!("cell {number}: {last}"));
             }
         }

@@ -49,7 +49,7 @@ fn hangs() -> Happened {
     assert_eq!(run.code(), 2, "{}", run.all());
     assert!(begun.elapsed().as_secs() < 20, "{:?}", begun.elapsed());
     assert_eq!(driver_of(&lab), None, "its process is gone");
-    Happened::Kept(crate::said(&run.all(), "did not answer 'read joints'"))
+    Happened::Kept(crate::line_with(&run.all(), "did not answer 'read joints'"))
 }
 
 fn orphaned() -> Happened {

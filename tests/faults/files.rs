@@ -61,7 +61,7 @@ const MOST_KILOBYTES: i64 = 500_000;
 /// What a command cost, and what it said.
 struct Cost {
     code: i32,
-    said: String,
+    printed: String,
     time: Duration,
     kilobytes: i64,
 }
@@ -96,7 +96,7 @@ fn cost_of(lab: &Lab, arguments: &[&str]) -> Cost {
     let (time, kilobytes) = last.split_once(' ').unwrap_or_else(|| panic!("{out}"));
     Cost {
         code: output.status.code().unwrap_or(-1),
-        said: format!(
+        printed: format!(
             "{}{}",
             String::from_utf8_lossy(&output.stderr),
             out.trim_end().trim_end_matches(&last)
@@ -116,10 +116,10 @@ struct Most {
 
 impl Most {
     fn take(&mut self, what: &str, cost: &Cost) {
-        assert!(cost.code > 0 && cost.code != 101, "{what}: ended with {}: {}", cost.code, cost.said);
+        assert!(cost.code > 0 && cost.code != 101, "{what}: ended with {}: {}", cost.code, cost.printed);
         assert!(cost.time < MOST_TIME, "{what} took {:?}", cost.time);
         assert!(cost.kilobytes < MOST_KILOBYTES, "{what} took {} kB", cost.kilobytes);
-        assert!(cost.said.len() < 6000, "{what} said {} bytes", cost.said.len());
+        assert!(cost.printed.len() < 6000, "{what} said {} bytes", cost.printed.len());
         self.count += 1;
         self.time = self.time.max(cost.time);
         self.kilobytes = self.kilobytes.max(cost.kilobytes);
@@ -172,7 +172,7 @@ fn files_that_are_none() -> Happened {
             }
             let what = format!("`plumb {}` with {}", arguments.join(" "), target.display());
             let cost = cost_of(&lab, &arguments);
-            assert!(cost.said.contains(&bad), "{what} does not name the file: {}", cost.said);
+            assert!(cost.printed.contains(&bad), "{what} does not name the file: {}", cost.printed);
             most.take(&what, &cost);
         }
     }
@@ -219,7 +219,7 @@ fn files_that_explode() -> Happened {
     });
     lab.write("turns.yaml", &format!("procedure: turns\nsteps:\n  - {turns}\n"));
     let cost = cost_of(&lab, &["check", "turns.yaml"]);
-    assert!(cost.said.contains("unrolls to 3000400040002 steps"), "{}", cost.said);
+    assert!(cost.printed.contains("unrolls to 3000400040002 steps"), "{}", cost.printed);
     most.take("10^12 turns", &cost);
 
     // Eight levels of ten calls each.
@@ -232,7 +232,7 @@ fn files_that_explode() -> Happened {
     }
     lab.edit("cell.yaml", "procedures: [", "procedures: [procedures/p0.yaml, ");
     let cost = cost_of(&lab, &["check", "cell.yaml"]);
-    assert!(cost.said.contains("unrolls to"), "{}", cost.said);
+    assert!(cost.printed.contains("unrolls to"), "{}", cost.printed);
     most.take("calls of calls", &cost);
     most.kept()
 }
@@ -248,5 +248,5 @@ fn export_to_a_device() -> Happened {
     symlink("/dev/full", lab.path("full.ply")).unwrap();
     let behind = lab.plumb(&["stripe", "export", "a.ply", "full.ply"]);
     assert_eq!(behind.code(), 2, "{}", behind.all());
-    Happened::Kept(crate::said(&full.all(), "/dev/full"))
+    Happened::Kept(crate::line_with(&full.all(), "/dev/full"))
 }

@@ -199,5 +199,5 @@ fn two_orchestrators() -> Happened {
     running.signal(Signal::SIGTERM);
     assert_eq!(running.end().1, Some(3));
     until("the hosts' end", || !lab.plumb(&["doctor", "cell.yaml"]).out().contains("is run by"));
-    Happened::Kept(crate::said(&second.err(), "already run"))
+    Happened::Kept(crate::line_with(&second.err(), "already run"))
 }

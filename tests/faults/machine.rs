@@ -98,8 +98,8 @@ fn few_files() -> Happened {
     command = Command::new("sh");
     command.args(["-c", "ulimit -n 20; timeout 60 \"$PLUMB\" run cell.yaml --headless"]);
     command.envs(variables).env("PLUMB", program).current_dir(lab.path("."));
-    let run = crate::lab::Said::of(command.output().unwrap());
+    let run = crate::lab::CommandOutput::of(command.output().unwrap());
     assert_eq!(run.code(), 2, "{}", run.all());
     assert!(run.err().contains("ulimit -n"), "{}", run.all());
-    Happened::Kept(crate::said(&run.err(), "ulimit"))
+    Happened::Kept(crate::line_with(&run.err(), "ulimit"))
 }

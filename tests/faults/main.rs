@@ -146,8 +146,8 @@ fn words(panic: &(dyn std::any::Any + Send)) -> String {
     text.unwrap_or_else(|| "it panicked".to_owned()).replace('\n', " / ")
 }
 
-/// The first of these lines of what was said that has `word` in it, for the table.
-pub(crate) fn said(text: &str, word: &str) -> String {
+/// The first of these lines that has `word` in it, for the table.
+pub(crate) fn line_with(text: &str, word: &str) -> String {
     let line =
         text.lines().find(|line| line.contains(word)).unwrap_or_else(|| panic!("no `{word}` in: {text}"));
     line.trim().chars().take(240).collect()

@@ -6,7 +6,7 @@ use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use serde_json::Value;
 
-use crate::lab::{Lab, PATIENCE, Running, Said};
+use crate::lab::{CommandOutput, Lab, PATIENCE, Running};
 
 pub(crate) fn signal(process: u32, signal: Signal) {
     kill(Pid::from_raw(process.cast_signed()), signal).unwrap();
@@ -40,7 +40,7 @@ pub(crate) fn message(last: &Value) -> String {
 }
 
 /// Resumes run 1 at the fast pace, and wants it to pass with the true zeros.
-pub(crate) fn resume(lab: &Lab) -> Said {
+pub(crate) fn resume(lab: &Lab) -> CommandOutput {
     let resumed = lab.plumb(&["run", "--resume", "1", "--headless", "--pace", "fast"]);
     assert_eq!(resumed.code(), 0, "--resume: {}", resumed.all());
     lab.assert_zeros_found("1");

@@ -5,7 +5,7 @@ use std::os::unix::fs::FileExt as _;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
-use crate::lab::{Lab, Said};
+use crate::lab::{CommandOutput, Lab};
 use crate::moments::assert_sound;
 use crate::{Happened, Row};
 
@@ -68,7 +68,7 @@ fn record_locked() -> Happened {
     assert_sound(&lab);
     Happened::Kept(format!(
         "after {took:.1} s: {}",
-        crate::said(&refused.all(), "is locked by another program")
+        crate::line_with(&refused.all(), "is locked by another program")
     ))
 }
 
@@ -88,8 +88,8 @@ fn record_damaged() -> Happened {
     Happened::Kept(format!("{} / {}", first_line(&check), first_line(&run)))
 }
 
-fn first_line(said: &Said) -> String {
-    said.all().lines().next().unwrap_or_default().chars().take(160).collect()
+fn first_line(output: &CommandOutput) -> String {
+    output.all().lines().next().unwrap_or_default().chars().take(160).collect()
 }
 
 /// Whether small file systems can be made for one process alone.
@@ -101,14 +101,14 @@ fn can_mount() -> bool {
 const NEEDS_ROOT: &str = "only root may make a small file system";
 
 /// Runs a script in a view of the file systems of its own, with the program as `$PLUMB`.
-fn in_own_view(lab: &Lab, script: &str) -> Said {
+fn in_own_view(lab: &Lab, script: &str) -> CommandOutput {
     let mut command = lab.command(&[]);
     let program = command.get_program().to_owned();
     let variables: Vec<_> =
         command.get_envs().filter_map(|(name, value)| Some((name.to_owned(), value?.to_owned()))).collect();
     command = Command::new("unshare");
     command.args(["-m", "sh", "-c", script]).envs(variables).env("PLUMB", program).current_dir(lab.path("."));
-    Said::of(command.output().unwrap())
+    CommandOutput::of(command.output().unwrap())
 }
 
 fn disk_full() -> Happened {
@@ -122,10 +122,10 @@ fn disk_full() -> Happened {
         mount -o remount,size=64m \"$XDG_STATE_HOME\"\n\
         timeout 100 \"$PLUMB\" run --resume 1 --headless; echo \"second $?\"\n\
         timeout 100 \"$PLUMB\" record check; echo \"third $?\"";
-    let said = in_own_view(&lab, script);
-    assert!(said.out().contains("first 2"), "{}", said.all());
-    assert!(said.out().contains("second 0") && said.out().contains("third 0"), "{}", said.all());
-    Happened::Kept(crate::said(&said.all(), "make room on the disk"))
+    let output = in_own_view(&lab, script);
+    assert!(output.out().contains("first 2"), "{}", output.all());
+    assert!(output.out().contains("second 0") && output.out().contains("third 0"), "{}", output.all());
+    Happened::Kept(crate::line_with(&output.all(), "make room on the disk"))
 }
 
 fn shared_memory_full() -> Happened {
@@ -136,8 +136,8 @@ fn shared_memory_full() -> Happened {
     let script = "mount -t tmpfs -o size=200k tmpfs /dev/shm\n\
         timeout 100 \"$PLUMB\" run cell.yaml --headless; echo \"run $?\"\n\
         timeout 100 \"$PLUMB\" doctor cell.yaml; echo \"doctor $?\"";
-    let said = in_own_view(&lab, script);
-    assert!(said.out().contains("run 2") && said.out().contains("doctor 1"), "{}", said.all());
+    let output = in_own_view(&lab, script);
+    assert!(output.out().contains("run 2") && output.out().contains("doctor 1"), "{}", output.all());
     assert_sound(&lab);
-    Happened::Kept(crate::said(&said.all(), "shared memory is full"))
+    Happened::Kept(crate::line_with(&output.all(), "shared memory is full"))
 }

@@ -49,7 +49,11 @@ fn floods() -> Happened {
     let files = fs::read_dir(lab.path("record")).unwrap();
     let size: u64 = files.map(|entry| entry.unwrap().metadata().unwrap().len()).sum();
     assert!(size < 3_000_000, "the record has {size} bytes");
-    Happened::Kept(format!("{} kB in the record; {}", size / 1000, crate::said(&run.all(), "left out here")))
+    Happened::Kept(format!(
+        "{} kB in the record; {}",
+        size / 1000,
+        crate::line_with(&run.all(), "left out here")
+    ))
 }
 
 fn eats_memory() -> Happened {
@@ -61,7 +65,7 @@ fn eats_memory() -> Happened {
     lab.edit("cell-c.yaml", "{plugin: counting-arm}", "{plugin: counting-arm, memory_limit_mb: 150}");
     let run = lab.plumb(&["run", "cell-c.yaml"]);
     assert_eq!(run.code(), 2, "{}", run.all());
-    Happened::Kept(crate::said(&run.all(), "150 MB"))
+    Happened::Kept(crate::line_with(&run.all(), "150 MB"))
 }
 
 fn exchanged() -> Happened {

@@ -71,7 +71,7 @@ fn world_killed() -> Happened {
     Happened::Kept(format!(
         "after {took:.1} s: {}; then: {}",
         message(&last),
-        crate::said(&resumed.all(), "began anew")
+        crate::line_with(&resumed.all(), "began anew")
     ))
 }
 

@@ -75,9 +75,9 @@ impl Cells {
         let mut arguments = vec!["run", cell];
         arguments.extend(more);
         arguments.extend(["--headless", "--json", "--record", "record"]);
-        let (code, events, said) = self.plumb(&arguments);
+        let (code, events, printed) = self.plumb(&arguments);
         let events = events.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
-        (code, events, said)
+        (code, events, printed)
     }
 }
 

@@ -207,9 +207,9 @@ struct Lab<'a> {
 impl Lab<'_> {
     /// Runs a procedure; the run's number. A calibration whose second pass finds something has calibrated all the same.
     fn run(&self, procedure: &str) -> i64 {
-        let (code, said, message) =
+        let (code, output, message) =
             self.cells.plumb(&["run", "cell.yaml", procedure, "--headless", "--record", "record"]);
-        assert!(matches!(code, Some(0 | 1)), "{procedure}: {said}\n{message}");
+        assert!(matches!(code, Some(0 | 1)), "{procedure}: {output}\n{message}");
         let (_, json, _) = self.cells.plumb(&["show", "--record", "record", "--json"]);
         let shown: Value = serde_json::from_str(&json).unwrap();
         shown["run"]["run"].as_i64().unwrap()
@@ -232,8 +232,8 @@ impl Lab<'_> {
         let runs: Vec<String> = runs.iter().map(i64::to_string).collect();
         let mut arguments = vec!["show", "--record", "record", "--table", "--as-left"];
         arguments.extend(runs.iter().map(String::as_str));
-        let (code, table, said) = self.cells.plumb(&arguments);
-        assert_eq!(code, Some(0), "{said}");
+        let (code, table, output) = self.cells.plumb(&arguments);
+        assert_eq!(code, Some(0), "{output}");
         self.cells.write("table.csv", &table);
     }
 
@@ -248,9 +248,9 @@ impl Lab<'_> {
         all.push("lab.yaml");
         all.extend(behind);
         all.extend(["--data", "table.csv"]);
-        let (code, said, message) = self.cells.plumb(&all);
+        let (code, output, message) = self.cells.plumb(&all);
         assert_eq!(code, Some(0), "{arguments:?}: {message}");
-        said
+        output
     }
 
     /// What is left of the tip where nothing but the place of the arm's foot is fitted: the arm as its controller believes it.
@@ -341,9 +341,9 @@ fn in_words(diagnosis: &Value) -> String {
     };
     let named = Some(&diagnosis["named"]).filter(|named| named.is_object());
     let tied = diagnosis["tied"].as_array().map(Vec::as_slice).unwrap_or_default();
-    let said: Vec<String> = named.into_iter().chain(tied).map(effect).collect();
+    let output: Vec<String> = named.into_iter().chain(tied).map(effect).collect();
     let verdict = diagnosis["verdict"].as_str().unwrap_or_default().replace('_', " ");
-    if said.is_empty() { verdict } else { format!("{verdict}: {}", said.join(" or ")) }
+    if output.is_empty() { verdict } else { format!("{verdict}: {}", output.join(" or ")) }
 }
 
 /// The likeliest of several effects that cannot be distinguished, as `add` takes it.
@@ -417,8 +417,8 @@ impl fmt::Display for Story {
                 findings.added.iter().map(|(effect, joint, size)| format!("{effect}({joint}) {size:.3e}"));
             let added: Vec<String> = added.collect();
             let last = findings.verdicts.last().cloned().unwrap_or_default();
-            let said = if added.is_empty() { format!("nothing ({last})") } else { added.join(", ") };
-            format!("{said} | {} | {}", findings.poses, findings.left)
+            let output = if added.is_empty() { format!("nothing ({last})") } else { added.join(", ") };
+            format!("{output} | {} | {}", findings.poses, findings.left)
         };
         let Self { seed, before, after, .. } = self;
         let Drawn { place, size, words, .. } = &self.drawn;

@@ -64,9 +64,9 @@ pub(crate) fn from_one_reading(seeds: RangeInclusive<u64>, waist_deg: i32) -> [f
     for seed in seeds {
         cells.change_world(|_| out_of_level(&level).replace("seed: 1", &format!("seed: {seed}")));
         let waist = format!("waist_deg={waist_deg}");
-        let (code, events, said) =
+        let (code, events, output) =
             cells.run("cell.yaml", &["find-zeros", "--set", "quadrants=1", "--set", &waist]);
-        assert_eq!(code, Some(0), "{said}");
+        assert_eq!(code, Some(0), "{output}");
         let read = |step: &str, joint: &str| {
             let at = |step: &str| value(&events, &format!("levels[1].{step}"), joint);
             90.0 - (at(step) + at(&format!("{step}_turned"))) / 2.0

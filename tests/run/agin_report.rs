@@ -12,9 +12,9 @@ const APEX_MM: [f64; 3] = [60.0, 530.0, -260.0];
 fn report(lab: &Lab, cell: &str) -> [f64; 3] {
     let arguments =
         ["run", cell, "agin", "--headless", "--set", "quadrants=1", "--json", "--record", "record"];
-    let said = lab.plumb(&arguments);
-    let out = said.out();
-    assert_eq!(said.code(), 0, "{}{}", out.lines().last().unwrap_or_default(), said.err());
+    let output = lab.plumb(&arguments);
+    let out = output.out();
+    assert_eq!(output.code(), 0, "{}{}", out.lines().last().unwrap_or_default(), output.err());
     let of = |step: &str, name: &str| {
         let events = out.lines().map(|line| serde_json::from_str::<serde_json::Value>(line).unwrap());
         let mut found = events.filter(|event| event["event"] == "step_finished" && event["step"] == step);
@@ -59,8 +59,8 @@ fn joints_rig_and_scan_in_one_run_and_the_direction_error_falls_at_each_step() {
     assert_eq!(record.corrections_in_force("agin", "stripe").unwrap().len(), 8);
 
     let page = lab.path("agin.html");
-    let said = lab.plumb(&["certificate", "1", "-o", page.to_str().unwrap(), "--record", "record"]);
-    assert_eq!(said.code(), 0, "{}", said.all());
+    let output = lab.plumb(&["certificate", "1", "-o", page.to_str().unwrap(), "--record", "record"]);
+    assert_eq!(output.code(), 0, "{}", output.all());
     let page = std::fs::read_to_string(page).unwrap();
     for quantity in ["shoulder", "wrist_bend", "camera aim x of stripe", "sheet offset of stripe"] {
         assert!(page.contains(quantity), "{quantity}");

@@ -19,9 +19,9 @@ pub(crate) fn out_of_true() -> Lab {
 
 /// Runs a procedure in a cell, with the record `record`: the values of the step whose path ends so.
 pub(crate) fn values_of(lab: &Lab, cell: &str, procedure: &str, step: &str) -> Value {
-    let said = lab.plumb(&["run", cell, procedure, "--headless", "--json", "--record", "record"]);
-    let out = said.out();
-    assert_eq!(said.code(), 0, "{}{}", out.lines().last().unwrap_or_default(), said.err());
+    let output = lab.plumb(&["run", cell, procedure, "--headless", "--json", "--record", "record"]);
+    let out = output.out();
+    assert_eq!(output.code(), 0, "{}{}", out.lines().last().unwrap_or_default(), output.err());
     let events = out.lines().map(|line| serde_json::from_str::<Value>(line).unwrap());
     let mut found = events.filter(|event| {
         event["event"] == "step_finished" && event["step"].as_str().is_some_and(|path| path.ends_with(step))
@@ -83,11 +83,11 @@ fn aim_scale_roll_and_sheet_are_found_one_after_the_other_from_a_rig_file_that_i
 #[test]
 fn a_filter_forgotten_at_the_projector_and_one_left_on_at_the_camera_are_noticed() {
     let lab = Lab::of("light-stripe");
-    let said = |procedure: &str| lab.plumb(&["run", "cell.yaml", procedure, "--headless"]);
+    let output = |procedure: &str| lab.plumb(&["run", "cell.yaml", procedure, "--headless"]);
     // The operator answers that all is done, and has done nothing.
     lab.edit("world.yaml", "light:\n", "light:\n  filter: out\n");
     lab.edit("procedures/projector.yaml", "        simulated: {shine: {laser: 'on', filter: in}}\n", "");
-    let projector = said("projector");
+    let projector = output("projector");
     assert!(
         projector.code() == 1 && projector.all().contains("the infrared filter is not before the lens"),
         "{}",
@@ -95,7 +95,7 @@ fn a_filter_forgotten_at_the_projector_and_one_left_on_at_the_camera_are_noticed
     );
     lab.edit("world.yaml", "  filter: out\n", "");
     lab.edit("procedures/camera-aim.yaml", "        simulated: {shine: {laser: 'off', filter: out}}\n", "");
-    let aim = said("camera-aim");
+    let aim = output("camera-aim");
     assert!(
         aim.code() == 2 && aim.all().contains("is the filter out, the threshold right?"),
         "{}",

@@ -75,12 +75,12 @@ fn lab(rest: &str, table: &str) -> Lab {
 }
 
 /// What a command of the model lab prints.
-fn said(lab: &Lab, command: &str, more: &[&str]) -> String {
+fn printed(lab: &Lab, command: &str, more: &[&str]) -> String {
     let mut arguments = vec!["model", command, "angles.yaml", "--data", "angles.csv"];
     arguments.extend(more);
-    let said = lab.plumb(&arguments);
-    assert_eq!(said.code(), 0, "{}", said.all());
-    said.out()
+    let printed = lab.plumb(&arguments);
+    assert_eq!(printed.code(), 0, "{}", printed.all());
+    printed.out()
 }
 
 /// The lines of a text that give a number in mm, without the sizes of candidates and where things were found: those may be lengths.
@@ -113,23 +113,26 @@ fn keys_in_mm(value: &Value, path: &str, found: &mut Vec<String>) {
 fn json(lab: &Lab, command: &str, more: &[&str]) -> Value {
     let mut arguments = vec!["--json"];
     arguments.extend(more);
-    serde_json::from_str(&said(lab, command, &arguments)).unwrap()
+    serde_json::from_str(&printed(lab, command, &arguments)).unwrap()
 }
 
 #[test]
 fn of_a_level_every_error_is_said_in_degrees() {
     let lab = lab(TILTS, &tilts());
-    let compared = said(&lab, "compare", &[]);
+    let compared = printed(&lab, "compare", &[]);
     assert_eq!(lengths_in(&compared), [""; 0], "{compared}");
     assert!(compared.contains("error of a point, deg"), "{compared}");
     assert!(compared.contains("noise: 0.0200 deg a reading, as declared"), "{compared}");
-    let diagnosed = said(&lab, "diagnose", &[]);
+    let diagnosed = printed(&lab, "diagnose", &[]);
     assert_eq!(lengths_in(&diagnosed), [""; 0], "{diagnosed}");
     assert!(diagnosed.contains("joint_gain(elbow)                explains  0.2"), "{diagnosed}");
-    let grown = said(&lab, "grow", &["--dry"]);
+    let grown = printed(&lab, "grow", &["--dry"]);
     assert_eq!(lengths_in(&grown), [""; 0], "{grown}");
-    let drawn =
-        said(&lab, "compare", &["--plot", "svg", "--output", &lab.path("angles.svg").display().to_string()]);
+    let drawn = printed(
+        &lab,
+        "compare",
+        &["--plot", "svg", "--output", &lab.path("angles.svg").display().to_string()],
+    );
     assert_eq!(lengths_in(&drawn), [""; 0], "{drawn}");
     let picture = fs::read_to_string(lab.path("angles.svg")).unwrap();
     assert_eq!(lengths_in(&picture), [""; 0], "{picture}");
@@ -154,17 +157,17 @@ fn in_json_the_keys_of_angles_end_in_deg_and_a_unit_is_given() {
 #[test]
 fn of_directions_from_a_theodolite_the_page_and_the_story_are_in_degrees() {
     let lab = lab(DIRECTIONS, &directions());
-    let diagnosed = said(&lab, "diagnose", &[]);
+    let diagnosed = printed(&lab, "diagnose", &[]);
     assert_eq!(lengths_in(&diagnosed), [""; 0], "{diagnosed}");
     assert!(diagnosed.contains("NAMED. The error of 0.024 deg is joint_gain(elbow)"), "{diagnosed}");
-    let added = said(&lab, "add", &["joint_gain(elbow)"]);
+    let added = printed(&lab, "add", &["joint_gain(elbow)"]);
     assert!(added.contains("the error falls from ") && added.contains(" deg; revision 1"), "{added}");
     let written = fs::read_to_string(lab.path("angles.rev1.yaml")).unwrap();
     assert!(written.contains("rms_deg: ") && !written.contains("rms_mm"), "{written}");
     let listed = lab.plumb(&["model", "history", "angles.yaml"]);
     assert!(listed.out().contains(" deg  ") && lengths_in(&listed.out()).is_empty(), "{}", listed.all());
     let page = lab.path("angles.html").display().to_string();
-    said(&lab, "report", &["--output", &page]);
+    printed(&lab, "report", &["--output", &page]);
     let page = fs::read_to_string(page).unwrap();
     // Where the model believes the target to be is a length.
     let of_places = page.replace("<th>at x, mm</th>", "");

@@ -6,9 +6,9 @@ use serde_json::Value;
 use crate::lab::Lab;
 
 fn json(lab: &Lab, arguments: &[&str]) -> Value {
-    let said = lab.plumb(arguments);
-    assert_eq!(said.code(), 0, "{}", said.all());
-    serde_json::from_str(&said.out()).unwrap()
+    let output = lab.plumb(arguments);
+    assert_eq!(output.code(), 0, "{}", output.all());
+    serde_json::from_str(&output.out()).unwrap()
 }
 
 /// The cells of a column, by its header.
@@ -124,13 +124,14 @@ fn a_table_that_counts_the_other_way_is_recognised_by_its_negative_play() {
     lab.write("slide.yaml", SLIDE);
     for (up, is_reported) in [(1, false), (-1, true)] {
         lab.write("axis.csv", &axis(up));
-        let said = lab.plumb(&["model", "diagnose", "slide.yaml", "--data", "axis.csv"]);
-        assert!(said.code() == 0 && said.out().contains("joint_backlash(x)"), "{}", said.all());
+        let output = lab.plumb(&["model", "diagnose", "slide.yaml", "--data", "axis.csv"]);
+        assert!(output.code() == 0 && output.out().contains("joint_backlash(x)"), "{}", output.all());
         assert_eq!(
-            said.all().contains("the play of x is negative") && said.all().contains("`approach_x` is not 1"),
+            output.all().contains("the play of x is negative")
+                && output.all().contains("`approach_x` is not 1"),
             is_reported,
             "{}",
-            said.all()
+            output.all()
         );
     }
     lab.edit("axis.csv", "0,-1,", "0,up,");

@@ -107,10 +107,10 @@ fn a_mistake_in_a_devices_configuration_is_shown_before_anything_starts() {
     let lab = Lab::new();
     lab.edit("cell.yaml", "config: {bit: 0}", "config: {bti: 0}");
     for command in ["check", "run"] {
-        let said = lab.plumb(&[command, "cell.yaml"]);
-        assert_eq!(said.code(), 2, "{}", said.all());
-        assert!(said.err().contains("device `eye`: `config` has no key `bti`"), "{}", said.err());
-        assert!(said.err().contains("did you mean `bit`?"), "{}", said.err());
+        let output = lab.plumb(&[command, "cell.yaml"]);
+        assert_eq!(output.code(), 2, "{}", output.all());
+        assert!(output.err().contains("device `eye`: `config` has no key `bti`"), "{}", output.err());
+        assert!(output.err().contains("did you mean `bit`?"), "{}", output.err());
     }
     assert!(lab.plumb(&["history"]).out().contains("no runs"));
 }

@@ -171,8 +171,8 @@ fn trial(victim: Victim, number: usize, moment: Duration, figures: &mut Figures)
     if resumed.code() == 0 && found {
         lab.assert_zeros_found("1");
         figures.resumed += 1;
-        let said = resumed.out();
-        let step = said
+        let output = resumed.out();
+        let step = output
             .split("resumed at ")
             .nth(1)
             .and_then(|rest| rest.split(':').next())

@@ -17,9 +17,9 @@ fn rehearsed(place: &Path, fault: &str, seed: u64) -> Value {
     command.args(["trial", "rehearse", "--cell", "teachmover", "--fault", fault, "--seed", &seed, "--json"]);
     command.arg("-o").arg(place).current_dir(place).stdin(Stdio::null()).env("NO_COLOR", "1");
     let done = command.output().unwrap();
-    let said = String::from_utf8_lossy(&done.stdout).into_owned();
-    assert!(done.status.success(), "{said}{}", String::from_utf8_lossy(&done.stderr));
-    let all: Value = serde_json::from_str(&said).unwrap();
+    let output = String::from_utf8_lossy(&done.stdout).into_owned();
+    assert!(done.status.success(), "{output}{}", String::from_utf8_lossy(&done.stderr));
+    let all: Value = serde_json::from_str(&output).unwrap();
     println!("{all:#}");
     all[0].clone()
 }
@@ -70,17 +70,17 @@ fn poses_that_cannot_be_taken_are_refused_before_the_arm_moves_and_a_load_too_he
         (asked.replace("-105", "low"), "line 3: `low` under `q3_deg` is no number"),
     ] {
         fs::write(&poses, table).unwrap();
-        let (code, said) = plumb(place.path(), &["run", "cell/cell.yaml", "measure-poses", "--headless"]);
+        let (code, output) = plumb(place.path(), &["run", "cell/cell.yaml", "measure-poses", "--headless"]);
         assert!(
-            code == Some(2) && said.contains(expected) && !said.contains("high: Raise the arm"),
-            "{said}"
+            code == Some(2) && output.contains(expected) && !output.contains("high: Raise the arm"),
+            "{output}"
         );
     }
     fs::write(&poses, asked.replace(",0.3,", ",2,")).unwrap();
-    let (code, said) = plumb(place.path(), &["run", "cell/cell.yaml", "measure-poses", "--headless"]);
+    let (code, output) = plumb(place.path(), &["run", "cell/cell.yaml", "measure-poses", "--headless"]);
     // The run could be resumed: its world waits for that.
     plumb(place.path(), &["doctor", "--clean", "cell/cell.yaml"]);
-    assert!(code == Some(2) && said.contains("this hand lifts 0 to 0.454 kg"), "{said}");
+    assert!(code == Some(2) && output.contains("this hand lifts 0 to 0.454 kg"), "{output}");
 }
 
 /// A command in a folder with a record of its own: its exit code, and what it said.
@@ -88,8 +88,8 @@ fn plumb(place: &Path, arguments: &[&str]) -> (Option<i32>, String) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_plumb"));
     command.args(arguments).current_dir(place).env("XDG_STATE_HOME", place.join("record"));
     let done = command.stdin(Stdio::null()).env("NO_COLOR", "1").output().unwrap();
-    let said = [done.stdout, done.stderr].map(|text| String::from_utf8_lossy(&text).into_owned());
-    (done.status.code(), said.concat())
+    let output = [done.stdout, done.stderr].map(|text| String::from_utf8_lossy(&text).into_owned());
+    (done.status.code(), output.concat())
 }
 
 #[test]
@@ -157,7 +157,7 @@ fn a_trial_that_fails_does_not_take_the_others_with_it() {
     let place = tempfile::tempdir().unwrap();
     // Where the second trial is to be there is a file.
     fs::write(place.path().join("none-2"), "in the way").unwrap();
-    let (code, said) = plumb(
+    let (code, output) = plumb(
         place.path(),
         &[
             "trial",
@@ -174,12 +174,15 @@ fn a_trial_that_fails_does_not_take_the_others_with_it() {
             ".",
         ],
     );
-    assert_eq!(code, Some(2), "{said}");
+    assert_eq!(code, Some(2), "{output}");
     let line =
-        |seed: &str| said.lines().find(|line| line.starts_with("none") && line.contains(seed)).unwrap();
-    assert!(line("   1  ").contains("at_floor"), "{said}");
-    assert!(line("   2  ").contains("FAILED: cannot write") && line("   2  ").contains("none-2"), "{said}");
-    assert!(said.lines().any(|line| line.starts_with("all ") && line.trim_end().ends_with('1')), "{said}");
+        |seed: &str| output.lines().find(|line| line.starts_with("none") && line.contains(seed)).unwrap();
+    assert!(line("   1  ").contains("at_floor"), "{output}");
+    assert!(line("   2  ").contains("FAILED: cannot write") && line("   2  ").contains("none-2"), "{output}");
+    assert!(
+        output.lines().any(|line| line.starts_with("all ") && line.trim_end().ends_with('1')),
+        "{output}"
+    );
 }
 
 #[test]
@@ -189,8 +192,8 @@ fn what_cannot_be_hidden_is_refused_before_anything_is_run() {
         (["--cell", "teachmover", "--fault", "rust"], "known are none, spot, backlash"),
         (["--cell", "mill", "--fault", "none"], "there is no cell `mill`; known are teachmover"),
     ] {
-        let (code, said) = plumb(place.path(), &[&["trial", "rehearse"], arguments.as_slice()].concat());
-        assert!(code == Some(2) && said.contains(expected), "{said}");
+        let (code, output) = plumb(place.path(), &[&["trial", "rehearse"], arguments.as_slice()].concat());
+        assert!(code == Some(2) && output.contains(expected), "{output}");
     }
 }
 
@@ -198,10 +201,10 @@ fn what_cannot_be_hidden_is_refused_before_anything_is_run() {
 fn the_cell_of_every_trial_is_in_order() {
     for cell in ["teachmover", "puma", "light-stripe"] {
         let place = tempfile::tempdir().unwrap();
-        let (code, said) =
+        let (code, output) =
             plumb(place.path(), &["trial", "new", "--cell", cell, "--seed", "3", "-o", "cell"]);
-        assert_eq!(code, Some(0), "{said}");
-        let (code, said) = plumb(place.path(), &["check", "cell/cell.yaml"]);
-        assert_eq!(code, Some(0), "{cell}: {said}");
+        assert_eq!(code, Some(0), "{output}");
+        let (code, output) = plumb(place.path(), &["check", "cell/cell.yaml"]);
+        assert_eq!(code, Some(0), "{cell}: {output}");
     }
 }

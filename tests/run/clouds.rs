@@ -19,7 +19,7 @@ fn points(lab: &Lab, name: &str) -> Vec<[f32; 3]> {
 #[test]
 fn cup_and_spoon_are_scanned_shown_and_written_for_other_programs() {
     let lab = Lab::of("light-stripe");
-    let said = lab.plumb(&[
+    let output = lab.plumb(&[
         "run",
         "cup.yaml",
         "scan-cup",
@@ -30,8 +30,8 @@ fn cup_and_spoon_are_scanned_shown_and_written_for_other_programs() {
         "--record",
         "record",
     ]);
-    assert_eq!(said.code(), 0, "{}", said.all());
-    let events: Vec<Value> = said.out().lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert_eq!(output.code(), 0, "{}", output.all());
+    let events: Vec<Value> = output.out().lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     let taken: Vec<&Value> = events.iter().filter(|event| event["event"] == "stripe_taken").collect();
     assert_eq!(taken.len(), 18, "each stripe is reported as it is taken");
     let reported: usize = taken.iter().map(|event| event["points"].as_array().unwrap().len()).sum();
@@ -47,17 +47,17 @@ fn cup_and_spoon_are_scanned_shown_and_written_for_other_programs() {
     assert!(cloud.iter().all(|point| (-301.5..-229.0).contains(&point[2])), "no point where nothing is");
 
     let show = |arguments: &[&str]| lab.plumb(&[&["stripe", "show"], arguments].concat());
-    let said = show(&["record/run-1/cup.ply", "--picture", "cup.png", "--turn", "-20", "--stereo"]);
-    assert_eq!(said.code(), 0, "{}", said.all());
-    assert!(said.out().contains(&format!("{reported} points of 18 stripes")), "{}", said.out());
+    let output = show(&["record/run-1/cup.ply", "--picture", "cup.png", "--turn", "-20", "--stereo"]);
+    assert_eq!(output.code(), 0, "{}", output.all());
+    assert!(output.out().contains(&format!("{reported} points of 18 stripes")), "{}", output.out());
     assert!(fs::read(lab.path("cup.png")).unwrap().starts_with(b"\x89PNG"));
     for name in ["cup.e57", "cup.pcd"] {
         assert_eq!(lab.plumb(&["stripe", "export", "record/run-1/cup.ply", name]).code(), 0, "{name}");
-        let said = show(&[name, "--picture", &format!("{name}.png"), "--edge-on"]);
+        let output = show(&[name, "--picture", &format!("{name}.png"), "--edge-on"]);
         assert!(
-            said.out().contains(&format!("{reported} points")) && said.out().contains("band 0."),
+            output.out().contains(&format!("{reported} points")) && output.out().contains("band 0."),
             "{}",
-            said.all()
+            output.all()
         );
     }
     let mcap = ["stripe", "export", "record/run-1/cup.ply", "cup.mcap", "--rig", "rig.yaml"];
@@ -70,18 +70,18 @@ fn cup_and_spoon_are_scanned_shown_and_written_for_other_programs() {
 
     // What is no cloud is said.
     lab.write("half.ply", "ply\nformat ascii 1.0\nelement vertex 2\n");
-    let said = show(&["half.ply", "--picture", "half.png"]);
+    let output = show(&["half.ply", "--picture", "half.png"]);
     assert!(
-        said.code() == 2 && said.err().contains("half.ply: its head has no line `end_header`"),
+        output.code() == 2 && output.err().contains("half.ply: its head has no line `end_header`"),
         "{}",
-        said.all()
+        output.all()
     );
 }
 
 #[test]
 fn a_stripe_is_taken_here_from_there() {
     let lab = Lab::of("light-stripe");
-    let said = lab.plumb(&[
+    let output = lab.plumb(&[
         "run",
         "cup.yaml",
         "one-stripe",
@@ -95,7 +95,7 @@ fn a_stripe_is_taken_here_from_there() {
         "--record",
         "record",
     ]);
-    assert_eq!(said.code(), 0, "{}", said.all());
+    assert_eq!(output.code(), 0, "{}", output.all());
     let stripe = points(&lab, "record/run-1/stripe.ply");
     assert!(stripe.len() > 50 && stripe.iter().any(|point| point[2] > -237.0), "{}", stripe.len());
 }

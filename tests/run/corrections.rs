@@ -4,12 +4,12 @@ use std::fs;
 
 use plumb_record::CellLock;
 
-use crate::lab::{Lab, Said};
+use crate::lab::{CommandOutput, Lab};
 
 /// Says what a command refused, which must not be a crash.
-fn refused(said: &Said) -> String {
-    assert_eq!(said.code(), 2, "{}", said.all());
-    said.err()
+fn refused(output: &CommandOutput) -> String {
+    assert_eq!(output.code(), 2, "{}", output.all());
+    output.err()
 }
 
 #[test]
@@ -177,7 +177,7 @@ fn what_is_printed_to_go_on_with_names_the_record_that_was_given() {
         (&["queue", "list"], "`plumb queue add CELL --record 'my record'`"),
     ];
     for (command, hint) in asked {
-        let said = lab.plumb(&[command, &["--record", "my record"]].concat());
-        assert!(said.all().contains(hint), "{command:?}: {}", said.all());
+        let output = lab.plumb(&[command, &["--record", "my record"]].concat());
+        assert!(output.all().contains(hint), "{command:?}: {}", output.all());
     }
 }

@@ -64,8 +64,8 @@ fn places(ply: &[u8]) -> Vec<[f64; 3]> {
 #[test]
 fn no_point_of_cup_and_spoon_lies_beside_their_surfaces_not_even_at_their_edges() {
     let lab = Lab::of("light-stripe");
-    let said = lab.plumb(&["run", "cup.yaml", "scan-cup", "--headless", "--record", "record"]);
-    assert_eq!(said.code(), 0, "{}", said.all());
+    let output = lab.plumb(&["run", "cup.yaml", "scan-cup", "--headless", "--record", "record"]);
+    assert_eq!(output.code(), 0, "{}", output.all());
     let places = places(&fs::read(lab.path("record/run-1/cup.ply")).unwrap());
     assert!(places.len() > 5000, "{} points", places.len());
     let beside: Vec<_> = places.iter().filter(|place| from_scene(**place) > BESIDE_MM).collect();
@@ -81,8 +81,8 @@ fn stripes_are_taken_on_demand_in_one_run_and_a_place_that_cannot_be_read_is_ask
     let run = |answers: &str| {
         lab.plumb(&["run", "cup.yaml", "stripes", "--headless", "--answers", answers, "--record", "record"])
     };
-    let said = run("demand.yaml");
-    assert_eq!(said.code(), 0, "{}", said.all());
+    let output = run("demand.yaml");
+    assert_eq!(output.code(), 0, "{}", output.all());
     for stripe in ["stripe.ply", "stripe-2.ply"] {
         assert!(lab.path("record/run-1").join(stripe).exists(), "{stripe}");
     }
@@ -91,7 +91,7 @@ fn stripes_are_taken_on_demand_in_one_run_and_a_place_that_cannot_be_read_is_ask
         [("here", "float"), ("60 530", "three numbers at least"), ("1 2 3 60", "the tilt is 0 to 45")]
     {
         lab.write("wrong.yaml", &format!("answers:\n  ask: ['{asked}', end]\n"));
-        let said = run("wrong.yaml");
-        assert!(said.code() == 2 && said.all().contains(expected), "{asked}: {}", said.all());
+        let output = run("wrong.yaml");
+        assert!(output.code() == 2 && output.all().contains(expected), "{asked}: {}", output.all());
     }
 }

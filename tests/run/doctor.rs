@@ -7,8 +7,8 @@ use crate::lab::Lab;
 #[test]
 fn a_machine_that_is_right_is_reported_part_by_part() {
     let lab = Lab::new();
-    let said = lab.plumb(&["doctor", "cell.yaml"]);
-    assert_eq!(said.code(), 0, "{}", said.all());
+    let output = lab.plumb(&["doctor", "cell.yaml"]);
+    assert_eq!(output.code(), 0, "{}", output.all());
     for part in [
         "shared memory  good",
         "cells          good",
@@ -16,10 +16,10 @@ fn a_machine_that_is_right_is_reported_part_by_part() {
         "terminal       note",
         "record         good",
     ] {
-        assert!(said.out().contains(part), "{part}: {}", said.out());
+        assert!(output.out().contains(part), "{part}: {}", output.out());
     }
-    assert!(said.out().contains("plugins        good   simulated"), "{}", said.out());
-    assert!(said.out().ends_with("nothing is wrong\n"), "{}", said.out());
+    assert!(output.out().contains("plugins        good   simulated"), "{}", output.out());
+    assert!(output.out().ends_with("nothing is wrong\n"), "{}", output.out());
 }
 
 #[test]
@@ -31,16 +31,16 @@ fn what_is_wrong_is_reported_with_how_to_mend_it_and_ends_with_one() {
     fs::create_dir(lab.path("record")).unwrap();
     fs::write(lab.path("record/plumb.sqlite3"), "no database at all, ".repeat(200)).unwrap();
     lab.edit("cell.yaml", "config: {bit: 0}", "config: {bit: 0, port: /dev/ttyUSB77}");
-    let said = lab.plumb(&["doctor", "cell.yaml", "--plugins", "plugins", "--record", "record"]);
-    assert_eq!(said.code(), 1, "{}", said.all());
+    let output = lab.plumb(&["doctor", "cell.yaml", "--plugins", "plugins", "--record", "record"]);
+    assert_eq!(output.code(), 1, "{}", output.all());
     for (what, mend) in [
         ("plugin 'old-arm' was built for contract 0.3", "plumb plugins verify says more"),
         ("file is not a database", "the last copy that `plumb record backup` made"),
         ("/dev/ttyUSB77 is not there", "switch the controller on"),
     ] {
-        assert!(said.out().contains(what) && said.out().contains(mend), "{what}: {}", said.out());
+        assert!(output.out().contains(what) && output.out().contains(mend), "{what}: {}", output.out());
     }
-    assert!(said.out().ends_with("3 things are wrong\n"), "{}", said.out());
+    assert!(output.out().ends_with("3 things are wrong\n"), "{}", output.out());
     let json = lab.plumb(&["doctor", "cell.yaml", "--json", "--plugins", "plugins"]);
     let wrong = json.out().lines().filter(|line| line.contains(r#""mark":"wrong""#)).count();
     assert_eq!((json.code(), wrong), (1, 2), "{}", json.out());
@@ -78,7 +78,7 @@ fn a_plugin_that_is_not_built_is_wrong_only_for_a_cell_that_needs_it() {
 #[test]
 fn a_cell_file_that_is_not_there_is_named() {
     let lab = Lab::new();
-    let said = lab.plumb(&["doctor", "--clean", "cel.yaml"]);
-    assert_eq!(said.code(), 2, "{}", said.all());
-    assert!(said.err().contains("there is no cell file cel.yaml"), "{}", said.err());
+    let output = lab.plumb(&["doctor", "--clean", "cel.yaml"]);
+    assert_eq!(output.code(), 2, "{}", output.all());
+    assert!(output.err().contains("there is no cell file cel.yaml"), "{}", output.err());
 }

@@ -24,7 +24,7 @@ fn lab_with(effects: &str) -> Lab {
     lab
 }
 
-fn export(lab: &Lab, model: &str, more: &[&str]) -> crate::lab::Said {
+fn export(lab: &Lab, model: &str, more: &[&str]) -> crate::lab::CommandOutput {
     let mut arguments = vec!["model", "export", model, "--as"];
     arguments.extend(more);
     lab.plumb(&arguments)

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::process::Command;
 
-use crate::lab::{Lab, Said, skipped};
+use crate::lab::{CommandOutput, Lab, skipped};
 
 /// Rows of a UR5 after its maker: a, alpha, d; mm and deg.
 const ROWS: [(f64, f64, f64); 6] = [
@@ -81,7 +81,7 @@ fn lab(errors: &[(f64, f64, f64, f64); 6]) -> Lab {
     lab
 }
 
-fn export(lab: &Lab, form: &str, more: &[&str]) -> Said {
+fn export(lab: &Lab, form: &str, more: &[&str]) -> CommandOutput {
     lab.plumb(&[&["model", "export", "arm.yaml", "--as", form], more].concat())
 }
 
@@ -93,8 +93,8 @@ fn distance(lab: &Lab, arguments: &[&str]) -> Option<f64> {
         return None;
     };
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let said = String::from_utf8_lossy(&output.stdout).into_owned();
-    let (poses, worst) = said.trim().split_once(' ').unwrap();
+    let printed = String::from_utf8_lossy(&output.stdout).into_owned();
+    let (poses, worst) = printed.trim().split_once(' ').unwrap();
     assert_eq!(poses, "1000");
     Some(worst.parse().unwrap())
 }

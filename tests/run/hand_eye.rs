@@ -102,9 +102,9 @@ fn orientations_that_are_none_are_refused_where_they_are_written_with_what_would
         ("p1_roll_deg,p1_x_mm", "0,1", ["column 3 (`p1_roll_deg`)", "in which order they turn"]),
     ] {
         lab.write("table.csv", &format!("q1_deg,q2_deg,{header}\n10,20,{row}\n"));
-        let said = lab.plumb(&["model", "compare", "planar.yaml", "--data", "table.csv"]);
-        assert_eq!(said.code(), 2, "{header}: {}", said.all());
-        assert!(parts.iter().all(|part| said.err().contains(part)), "{header}: {}", said.err());
+        let printed = lab.plumb(&["model", "compare", "planar.yaml", "--data", "table.csv"]);
+        assert_eq!(printed.code(), 2, "{header}: {}", printed.all());
+        assert!(parts.iter().all(|part| printed.err().contains(part)), "{header}: {}", printed.err());
     }
 }
 
@@ -139,7 +139,7 @@ fn corners_in_pixels_become_a_table_of_boards_and_what_is_none_is_refused() {
     ));
     let cells: Vec<String> = lines.next().unwrap().split(',').map(str::to_owned).collect();
     assert!((cells[5].parse::<f64>().unwrap() - 400.0).abs() < 1e-4, "{cells:?}");
-    for (said, part) in [
+    for (printed, part) in [
         (with("800,800"), "write fx,fy,cx,cy in px"),
         (
             lab.plumb(&[
@@ -190,8 +190,8 @@ fn corners_in_pixels_become_a_table_of_boards_and_what_is_none_is_refused() {
             "write 9x6 for a board of 10 x 7 squares",
         ),
     ] {
-        assert_eq!(said.code(), 2, "{}", said.all());
-        assert!(said.err().contains(part), "{part}: {}", said.err());
+        assert_eq!(printed.code(), 2, "{}", printed.all());
+        assert!(printed.err().contains(part), "{part}: {}", printed.err());
     }
 }
 
@@ -220,9 +220,9 @@ fn corners_of_several_boards_in_one_picture_become_a_row_each() {
             .concat(),
         )
     };
-    let said = made(&["--size", "4x3", "--square-mm", "left=20", "--square-mm", "right=10"]);
-    assert_eq!(said.code(), 0, "{}", said.all());
-    let rows: Vec<(String, f64)> = said
+    let printed = made(&["--size", "4x3", "--square-mm", "left=20", "--square-mm", "right=10"]);
+    assert_eq!(printed.code(), 0, "{}", printed.all());
+    let rows: Vec<(String, f64)> = printed
         .out()
         .lines()
         .skip(1)
@@ -232,7 +232,7 @@ fn corners_of_several_boards_in_one_picture_become_a_row_each() {
         })
         .collect();
     let names: Vec<&str> = rows.iter().map(|(name, _)| name.as_str()).collect();
-    assert_eq!(names, ["left", "right", "left"], "{}", said.out());
+    assert_eq!(names, ["left", "right", "left"], "{}", printed.out());
     // Half the square at the same pixels is half as far.
     assert!((rows[0].1 - 400.0).abs() < 1e-4 && (rows[1].1 - 200.0).abs() < 1e-4, "{rows:?}");
     let unknown = made(&["--size", "4x3", "--square-mm", "left=20"]);

@@ -95,8 +95,8 @@ fn who_may_name_the_record_reads_where_it_is_otherwise() {
 #[test]
 fn there_is_a_manual_page_for_every_command_with_its_examples() {
     let lab = Lab::new();
-    let said = lab.plumb(&["man", "-o", "man1"]);
-    assert_eq!(said.code(), 0, "{}", said.all());
+    let output = lab.plumb(&["man", "-o", "man1"]);
+    assert_eq!(output.code(), 0, "{}", output.all());
     for (path, _) in all() {
         let file = lab.path(&format!("man1/plumb-{}.1", path.replace(' ', "-")));
         let page =
@@ -122,9 +122,9 @@ fn offered(lab: &Lab, words: &[&str]) -> Vec<String> {
     let mut command = lab.command(&arguments);
     command.env("PLUMB_COMPLETE", "bash").env("_CLAP_COMPLETE_INDEX", words.len().to_string());
     command.env("_CLAP_COMPLETE_COMP_TYPE", "9").env("_CLAP_COMPLETE_SPACE", "false").env("_CLAP_IFS", "\n");
-    let said = crate::lab::Said::of(command.output().unwrap());
-    assert_eq!(said.code(), 0, "{}", said.all());
-    said.out().lines().map(str::to_owned).collect()
+    let output = crate::lab::CommandOutput::of(command.output().unwrap());
+    assert_eq!(output.code(), 0, "{}", output.all());
+    output.out().lines().map(str::to_owned).collect()
 }
 
 #[test]

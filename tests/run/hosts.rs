@@ -429,12 +429,12 @@ fn too_few_open_files_are_reported_with_both_numbers_and_the_doctor_says_so_too(
             .env("XDG_STATE_HOME", lab.path("../state"))
             .output()
             .unwrap();
-        let said =
+        let printed =
             format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
         assert!(
-            said.contains("too many open files: raise `ulimit -n` (40 now, 256 needed)"),
-            "{arguments}: {said}"
+            printed.contains("too many open files: raise `ulimit -n` (40 now, 256 needed)"),
+            "{arguments}: {printed}"
         );
-        assert_eq!(output.status.code(), Some(code), "{said}");
+        assert_eq!(output.status.code(), Some(code), "{printed}");
     }
 }

@@ -7,7 +7,7 @@ use std::process::{Command, Stdio};
 
 use tempfile::TempDir;
 
-use crate::lab::Said;
+use crate::lab::CommandOutput;
 
 /// An empty folder, with a place for the record that no test shares.
 struct Elsewhere(TempDir);
@@ -21,13 +21,13 @@ impl Elsewhere {
         self.0.path().join(name)
     }
 
-    fn command(&self, program: &Path, arguments: &[&str]) -> Said {
+    fn command(&self, program: &Path, arguments: &[&str]) -> CommandOutput {
         let mut command = Command::new(program);
         command.args(arguments).current_dir(self.0.path()).env("XDG_STATE_HOME", self.path("state"));
-        Said::of(command.env("NO_COLOR", "1").stdin(Stdio::null()).output().unwrap())
+        CommandOutput::of(command.env("NO_COLOR", "1").stdin(Stdio::null()).output().unwrap())
     }
 
-    fn plumb(&self, arguments: &[&str]) -> Said {
+    fn plumb(&self, arguments: &[&str]) -> CommandOutput {
         self.command(Path::new(env!("CARGO_BIN_EXE_plumb")), arguments)
     }
 }
@@ -51,16 +51,16 @@ fn files_with(folder: &Path, key: &str) -> Vec<PathBuf> {
 #[test]
 fn an_example_cell_is_put_where_the_user_is_and_the_printed_commands_run() {
     let place = Elsewhere::new();
-    let said = place.plumb(&["init", "my lab"]);
-    assert_eq!(said.code(), 0, "{}", said.all());
+    let output = place.plumb(&["init", "my lab"]);
+    assert_eq!(output.code(), 0, "{}", output.all());
     assert!(
-        said.out().starts_with("my lab/teachmover: TeachMover over a T target, simulated\n"),
+        output.out().starts_with("my lab/teachmover: TeachMover over a T target, simulated\n"),
         "{}",
-        said.out()
+        output.out()
     );
     let lines: Vec<String> =
-        said.out().lines().filter(|line| line.contains("plumb ")).map(str::to_owned).collect();
-    assert_eq!(lines.len(), 3, "{}", said.out());
+        output.out().lines().filter(|line| line.contains("plumb ")).map(str::to_owned).collect();
+    assert_eq!(lines.len(), 3, "{}", output.out());
     for line in lines {
         assert!(line.contains("'my lab/teachmover/cell.yaml'"), "a path with a blank is quoted: {line}");
         let verb = line.split_whitespace().nth(1).unwrap();
@@ -90,10 +90,10 @@ fn every_example_comes_with_what_it_needs_and_is_in_order() {
     assert!(names.contains(&"teachmover"), "the hour's own: {list}");
     assert!(list.lines().all(|line| line.len() > 20), "each has a title: {list}");
     for name in &names {
-        let said = place.plumb(&["init", name, "--cell", name]);
-        assert_eq!(said.code(), 0, "{name}: {}", said.all());
+        let output = place.plumb(&["init", name, "--cell", name]);
+        assert_eq!(output.code(), 0, "{name}: {}", output.all());
         let page = format!("Read on in {name}/{name}/README.md");
-        assert!(said.out().contains(&page), "{}", said.out());
+        assert!(output.out().contains(&page), "{}", output.out());
         let cells = files_with(&place.path(name), "cell: ");
         assert!(!cells.is_empty() || *name == "arms", "{name} holds a cell");
         for cell in cells {
@@ -107,12 +107,12 @@ fn every_example_comes_with_what_it_needs_and_is_in_order() {
 fn what_is_there_is_not_overwritten_and_nothing_else_is_written_then() {
     let place = Elsewhere::new();
     fs::create_dir_all(place.path("lab/puma")).unwrap();
-    let said = place.plumb(&["init", "lab", "--cell", "ur5", "--cell", "light-stripe"]);
-    assert_eq!(said.code(), 2);
+    let output = place.plumb(&["init", "lab", "--cell", "ur5", "--cell", "light-stripe"]);
+    assert_eq!(output.code(), 2);
     assert!(
-        said.err().starts_with("plumb: lab/puma is there already, and nothing is overwritten"),
+        output.err().starts_with("plumb: lab/puma is there already, and nothing is overwritten"),
         "{}",
-        said.err()
+        output.err()
     );
     assert!(!place.path("lab/ur5").exists() && !place.path("lab/light-stripe").exists());
     assert_eq!(fs::read_dir(place.path("lab/puma")).unwrap().count(), 0);
@@ -124,41 +124,41 @@ fn an_example_whose_files_another_uses_too_may_be_there_already() {
     assert_eq!(place.plumb(&["init", "lab", "--cell", "puma"]).code(), 0);
     let own = place.path("lab/puma/cell.yaml");
     fs::write(&own, format!("{}\n# mine\n", fs::read_to_string(&own).unwrap())).unwrap();
-    let said = place.plumb(&["init", "lab", "--cell", "light-stripe"]);
-    assert_eq!(said.code(), 0, "{}", said.all());
+    let output = place.plumb(&["init", "lab", "--cell", "light-stripe"]);
+    assert_eq!(output.code(), 0, "{}", output.all());
     assert!(fs::read_to_string(&own).unwrap().ends_with("# mine\n"), "it is left as it is");
-    let said = place.plumb(&["init", "other", "--cell", "light-stripe"]);
+    let output = place.plumb(&["init", "other", "--cell", "light-stripe"]);
     assert!(
-        said.out().contains("other/puma: ") && said.out().contains("whose files are used too"),
+        output.out().contains("other/puma: ") && output.out().contains("whose files are used too"),
         "{}",
-        said.out()
+        output.out()
     );
 }
 
 #[test]
 fn the_folder_of_a_model_template_is_made() {
     let place = Elsewhere::new();
-    let said = place.plumb(&["model", "template", "ur5", "-o", "new/calibration"]);
-    assert_eq!(said.code(), 0, "{}", said.all());
+    let output = place.plumb(&["model", "template", "ur5", "-o", "new/calibration"]);
+    assert_eq!(output.code(), 0, "{}", output.all());
     assert!(
         place.path("new/calibration/ur5.yaml").is_file() && place.path("new/calibration/ur5.csv").is_file()
     );
     fs::write(place.path("file"), "").unwrap();
-    let said = place.plumb(&["model", "template", "ur5", "-o", "file"]);
-    assert_eq!(said.code(), 2);
-    assert!(said.err().starts_with("plumb: file: "), "{}", said.err());
+    let output = place.plumb(&["model", "template", "ur5", "-o", "file"]);
+    assert_eq!(output.code(), 2);
+    assert!(output.err().starts_with("plumb: file: "), "{}", output.err());
 }
 
 #[test]
 fn a_misspelled_example_and_a_folder_without_examples_are_refused_with_what_would_be_right() {
     let place = Elsewhere::new();
-    let said = place.plumb(&["init", "--cell", "teachmoover"]);
-    assert_eq!(said.code(), 2);
-    assert_eq!(said.err(), "plumb: there is no example `teachmoover`: did you mean `teachmover`?\n");
+    let output = place.plumb(&["init", "--cell", "teachmoover"]);
+    assert_eq!(output.code(), 2);
+    assert_eq!(output.err(), "plumb: there is no example `teachmoover`: did you mean `teachmover`?\n");
     fs::create_dir(place.path("empty")).unwrap();
-    let said = place.plumb(&["init", "--from", "empty"]);
-    assert_eq!(said.code(), 2);
-    assert!(said.err().contains("looked in empty; name their folder"), "{}", said.err());
+    let output = place.plumb(&["init", "--from", "empty"]);
+    assert_eq!(output.code(), 2);
+    assert!(output.err().contains("looked in empty; name their folder"), "{}", output.err());
 }
 
 /// A prefix as an installation makes it, with one plugin and one example.

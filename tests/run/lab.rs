@@ -86,8 +86,8 @@ impl Lab {
         command
     }
 
-    pub(crate) fn plumb(&self, arguments: &[&str]) -> Said {
-        Said(self.command(arguments).output().unwrap())
+    pub(crate) fn plumb(&self, arguments: &[&str]) -> CommandOutput {
+        CommandOutput(self.command(arguments).output().unwrap())
     }
 
     /// Starts a run that writes its events as lines of JSON.
@@ -105,9 +105,9 @@ impl Lab {
 
     /// What `plumb show --json` says of a run.
     pub(crate) fn shown(&self, run: &str) -> Value {
-        let said = self.plumb(&["show", run, "--json"]);
-        assert_eq!(said.code(), 0, "{}", said.err());
-        serde_json::from_str(&said.out()).unwrap()
+        let printed = self.plumb(&["show", run, "--json"]);
+        assert_eq!(printed.code(), 0, "{}", printed.err());
+        serde_json::from_str(&printed.out()).unwrap()
     }
 
     /// The zeros that a run found: joint, value.
@@ -161,9 +161,9 @@ fn copy(from: &Path, to: &Path) {
 }
 
 /// What a command had to say.
-pub(crate) struct Said(Output);
+pub(crate) struct CommandOutput(Output);
 
-impl Said {
+impl CommandOutput {
     #[allow(dead_code, reason = "for the table of faults, which starts the program in other ways too")]
     pub(crate) fn of(output: Output) -> Self {
         Self(output)

@@ -14,9 +14,9 @@ fn lab() -> Lab {
 
 /// Runs a procedure to its end: the events and the exit code.
 fn run(lab: &Lab, procedure: &str) -> (Vec<Value>, i32) {
-    let said = lab.plumb(&["run", "cell.yaml", procedure, "--headless", "--json"]);
-    let events = said.out().lines().map(|line| serde_json::from_str(line).unwrap()).collect();
-    (events, said.code())
+    let output = lab.plumb(&["run", "cell.yaml", procedure, "--headless", "--json"]);
+    let events = output.out().lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    (events, output.code())
 }
 
 /// What the run said at its end.
@@ -61,8 +61,8 @@ fn an_arm_as_on_paper_sees_the_pyramid_where_it_is_from_every_side() {
 #[test]
 fn a_scan_leaves_a_cloud_and_the_labs_tables() {
     let lab = lab();
-    let said = lab.plumb(&["run", "cell.yaml", "scan-pyramid", "--headless", "--record", "record"]);
-    assert_eq!(said.code(), 0, "{}", said.all());
+    let output = lab.plumb(&["run", "cell.yaml", "scan-pyramid", "--headless", "--record", "record"]);
+    assert_eq!(output.code(), 0, "{}", output.all());
     let cloud = fs::read(lab.path("record/run-1/pyramid.ply")).unwrap();
     assert!(cloud.starts_with(b"ply\nformat binary_little_endian 1.0\n"));
     assert!(
@@ -85,8 +85,9 @@ fn random_error_shows_digitization_because_the_stripe_runs_askew_over_the_pixels
     let lab = lab();
     let band = |set: &[&str]| {
         let arguments = [&["run", "cell.yaml", "random-error", "--headless", "--json"], set].concat();
-        let said = lab.plumb(&arguments);
-        let events: Vec<Value> = said.out().lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+        let output = lab.plumb(&arguments);
+        let events: Vec<Value> =
+            output.out().lines().map(|line| serde_json::from_str(line).unwrap()).collect();
         let found = values(&events, "plane", "thickness");
         assert_eq!(found.len(), 1, "{}", end(&events));
         found[0]
@@ -133,8 +134,8 @@ fn the_first_day_passes_with_the_right_rig_file_and_says_what_is_wrong_with_anot
 #[test]
 fn every_scan_of_a_gathering_knows_from_which_sides_the_joints_came() {
     let lab = lab();
-    let said = lab.plumb(&["run", "cell.yaml", "gather", "--headless", "--record", "record"]);
-    assert_eq!(said.code(), 0, "{}", said.all());
+    let output = lab.plumb(&["run", "cell.yaml", "gather", "--headless", "--record", "record"]);
+    assert_eq!(output.code(), 0, "{}", output.all());
     let tables = fs::read_dir(lab.path("record/run-1")).unwrap().map(|entry| entry.unwrap().path());
     let tables: Vec<_> = tables.filter(|path| path.to_string_lossy().ends_with(".poses.csv")).collect();
     assert_eq!(tables.len(), 44);
@@ -238,20 +239,20 @@ steps:
     do: {scan: {robot: arm, sensor: strip, from_mm: [1, 2], to_mm: [480, 0, -280], step_mm: 5, aim_mm: [-30, 0, 360], fit: cone}}
 ",
     );
-    let said = lab.plumb(&["check", "cell.yaml"]);
-    assert_eq!(said.code(), 2);
+    let output = lab.plumb(&["check", "cell.yaml"]);
+    assert_eq!(output.code(), 2);
     for part in ["`from_mm` has 2 numbers", "`cone`"] {
-        assert!(said.all().contains(part), "{part}: {}", said.all());
+        assert!(output.all().contains(part), "{part}: {}", output.all());
     }
     lab.edit("procedures/extra.yaml", "[1, 2]", "[480, 0, -280]");
     lab.edit("procedures/extra.yaml", ", fit: cone", "");
-    let said = lab.plumb(&["check", "cell.yaml"]);
-    assert!(said.code() == 2 && said.all().contains("`strip`"), "{}", said.all());
+    let output = lab.plumb(&["check", "cell.yaml"]);
+    assert!(output.code() == 2 && output.all().contains("`strip`"), "{}", output.all());
     // Anything but on and off is refused as soon as the cell is read.
     lab.edit("procedures/extra.yaml", "sensor: strip,", "sensor: stripe,");
     lab.edit("cell.yaml", CAMERA, "camera: {plugin: simulated-camera, config: {laser: of}}");
-    let said = lab.plumb(&["check", "cell.yaml"]);
-    assert!(said.code() == 2 && said.all().contains("did you mean `off`?"), "{}", said.all());
+    let output = lab.plumb(&["check", "cell.yaml"]);
+    assert!(output.code() == 2 && output.all().contains("did you mean `off`?"), "{}", output.all());
 }
 
 #[test]
@@ -313,9 +314,9 @@ fn a_scan_in_motion_faster_than_the_arm_or_without_a_camera_is_refused() {
 #[test]
 fn the_modern_rig_sees_the_pyramid_as_well() {
     let lab = lab();
-    let said = lab.plumb(&["run", "modern.yaml", "scan-pyramid", "--headless", "--json"]);
-    assert_eq!(said.code(), 0, "{}", said.all());
-    let events: Vec<Value> = said.out().lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let output = lab.plumb(&["run", "modern.yaml", "scan-pyramid", "--headless", "--json"]);
+    assert_eq!(output.code(), 0, "{}", output.all());
+    let events: Vec<Value> = output.out().lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     for (axis, truth) in [("apex_x", 60.0), ("apex_y", 530.0), ("apex_z", -260.0)] {
         let apex = values(&events, "scan", axis);
         assert!(apex.iter().all(|apex| (apex - truth).abs() < 0.05) && apex.len() == 1, "{axis}: {apex:?}");

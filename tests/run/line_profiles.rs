@@ -157,8 +157,8 @@ fn profiles_that_cannot_be_meant_are_refused_with_what_would_be_right() {
         .collect();
     let compare = |name: &str, model: &str, text: &str, part: &str| {
         lab.write(name, text);
-        let said = lab.plumb(&["model", "compare", model, "--data", name]);
-        assert!(said.code() == 2 && said.err().contains(part), "{part}: {}", said.all());
+        let printed = lab.plumb(&["model", "compare", model, "--data", name]);
+        assert!(printed.code() == 2 && printed.err().contains(part), "{part}: {}", printed.all());
     };
     // Metres under headers of mm.
     let mut lines = table.lines();

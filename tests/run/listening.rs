@@ -63,8 +63,8 @@ fn numbers_of_a_stream_are_kept_with_their_units_and_later_steps_use_them() {
     let text = fs::read_to_string(lab.path("weigh.yaml")).unwrap();
     lab.write("weigh.yaml", &(text.trim_end().to_owned() + right));
     for arguments in [&["check", "weighing.yaml"][..], &["run", "weighing.yaml", "--dry-run"]] {
-        let said = lab.plumb(arguments);
-        assert_eq!(said.code(), 0, "{}", said.all());
+        let printed = lab.plumb(arguments);
+        assert_eq!(printed.code(), 0, "{}", printed.all());
     }
     let run = lab.plumb(&["run", "weighing.yaml", "--headless"]);
     assert_eq!(run.code(), 0, "{}", run.all());

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use crate::lab::{Lab, Said};
+use crate::lab::{CommandOutput, Lab};
 
 #[test]
 fn a_run_has_a_log_with_what_the_cell_the_hosts_and_the_plugins_report() {
@@ -36,7 +36,9 @@ fn a_run_has_a_log_with_what_the_cell_the_hosts_and_the_plugins_report() {
 fn rust_log_says_how_much_and_puts_it_on_standard_error() {
     let lab = Lab::new();
     let with = |filter: &str| {
-        Said::of(lab.command(&["run", "cell.yaml", "--headless"]).env("RUST_LOG", filter).output().unwrap())
+        CommandOutput::of(
+            lab.command(&["run", "cell.yaml", "--headless"]).env("RUST_LOG", filter).output().unwrap(),
+        )
     };
     let much = with("debug");
     assert_eq!(much.code(), 0, "{}", much.all());
@@ -69,7 +71,7 @@ fn what_a_plugin_reports_is_in_the_spans_of_the_run_the_step_and_the_call() {
     let lab = Lab::new();
     let mut command = lab.command(&["run", "cell-serial.yaml", "--headless"]);
     // The progress of moves is the plugin's, and is reported down to trace.
-    let ran = Said::of(command.env("RUST_LOG", "plumb=trace").output().unwrap());
+    let ran = CommandOutput::of(command.env("RUST_LOG", "plumb=trace").output().unwrap());
     assert_eq!(ran.code(), 0, "{}", ran.all());
     let (run, step) = (
         "run{run=1 cell=\"teachmover-serial\" procedure=\"initialize\"}",

@@ -143,7 +143,7 @@ fn the_units_of_many_cells_are_sound() {
         skipped("systemd is not installed");
         return;
     };
-    let said = String::from_utf8_lossy(&verified.stderr).into_owned();
-    let about_units: Vec<&str> = said.lines().filter(|line| line.contains("plumb-")).collect();
-    assert_eq!(about_units, Vec::<&str>::new(), "{said}");
+    let output = String::from_utf8_lossy(&verified.stderr).into_owned();
+    let about_units: Vec<&str> = output.lines().filter(|line| line.contains("plumb-")).collect();
+    assert_eq!(about_units, Vec::<&str>::new(), "{output}");
 }

@@ -93,16 +93,16 @@ impl Case {
         for (name, text) in &self.files {
             fs::write(place.path().join(name), text).unwrap();
         }
-        let (code, said) = said(place.path(), self.asked);
-        assert_eq!(code, Some(2), "{:?} says: {said}", self.asked);
+        let (code, printed) = printed(place.path(), self.asked);
+        assert_eq!(code, Some(2), "{:?} says: {printed}", self.asked);
         for part in self.says {
-            assert!(said.contains(part), "`{part}` is missing in: {said}");
+            assert!(printed.contains(part), "`{part}` is missing in: {printed}");
         }
     }
 }
 
 /// The exit code of `plumb model`, and all it said.
-fn said(folder: &Path, asked: &[&str]) -> (Option<i32>, String) {
+fn printed(folder: &Path, asked: &[&str]) -> (Option<i32>, String) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_plumb"));
     command.arg("model").args(asked).current_dir(folder).env("NO_COLOR", "1").stdin(Stdio::null());
     let output = command.output().unwrap();
@@ -205,9 +205,9 @@ fn a_known_distance_to_a_place_that_no_row_touches_is_said_to_be_unused() {
     let model = |distance: &str| {
         let touch = format!("{ARM}touch: {{p: p1, distances: [{distance}]}}\n");
         fs::write(place.path().join("arm.yaml"), touch).unwrap();
-        let (code, said) = said(place.path(), COMPARE);
-        assert_eq!(code, Some(0), "{said}");
-        said
+        let (code, printed) = printed(place.path(), COMPARE);
+        assert_eq!(code, Some(0), "{printed}");
+        printed
     };
     let misspelt = model("{between: [pin_left, pin_rihgt], mm: 120}");
     for part in [
@@ -353,10 +353,10 @@ fn what_spreadsheets_write_is_read_as_it_is() {
     fs::write(place.path().join("arm.yaml"), ARM).unwrap();
     let table = place.path().join("poses.csv");
     fs::write(&table, &plain).unwrap();
-    let (code, expected) = said(place.path(), COMPARE);
+    let (code, expected) = printed(place.path(), COMPARE);
     assert_eq!(code, Some(0), "{expected}");
     for (dialect, bytes) in dialects {
         fs::write(&table, bytes).unwrap();
-        assert_eq!(said(place.path(), COMPARE), (Some(0), expected.clone()), "{dialect}");
+        assert_eq!(printed(place.path(), COMPARE), (Some(0), expected.clone()), "{dialect}");
     }
 }

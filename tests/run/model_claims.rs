@@ -58,9 +58,9 @@ fn a_residual_map_is_added_last_marked_and_left_out_on_demand() {
     std::fs::write(at.join("poses.csv"), table(300)).unwrap();
     let pair = ["arm.yaml", "--data", "poses.csv", "--holdout", "random:0.3:1"];
     let asked = |command: &str, more: &[&str]| {
-        let (code, said) = plumb(at, &[&[command], &pair[..], more].concat());
-        assert_eq!(code, Some(0), "{said}");
-        said
+        let (code, printed) = plumb(at, &[&[command], &pair[..], more].concat());
+        assert_eq!(code, Some(0), "{printed}");
+        printed
     };
     let without = asked("grow", &["--no-map", "--dry"]);
     assert!(!without.contains("residual"), "{without}");
@@ -125,10 +125,10 @@ fn a_batch_adds_corrections_and_knows_how_large_waves_are_so_that_it_does_no_har
     let end = sine + text[sine..].find(',').unwrap();
     let line = text[..sine].lines().count();
     std::fs::write(at.join("wrong.yaml"), format!("{}0{}", &text[..sine], &text[end..])).unwrap();
-    let (code, said) = plumb(at, &["compare", "wrong.yaml", "--data", "poses.csv"]);
-    assert_eq!(code, Some(2), "{said}");
-    assert!(said.contains(&format!("wrong.yaml:{line}:")), "{said}");
-    assert!(said.contains("the standard deviation of `sine_deg` must be greater than zero"), "{said}");
+    let (code, printed) = plumb(at, &["compare", "wrong.yaml", "--data", "poses.csv"]);
+    assert_eq!(code, Some(2), "{printed}");
+    assert!(printed.contains(&format!("wrong.yaml:{line}:")), "{printed}");
+    assert!(printed.contains("the standard deviation of `sine_deg` must be greater than zero"), "{printed}");
 }
 
 #[test]
@@ -159,11 +159,11 @@ fn of_three_targets_of_which_one_has_a_declared_noise_the_others_noise_is_estima
         let _ = writeln!(text, "{line},{},{}", point(up, 30.0), point(across, 40.0));
     }
     std::fs::write(at.join("poses.csv"), text).unwrap();
-    let (code, said) = plumb(at, &["compare", "arm.yaml", "--data", "poses.csv"]);
-    assert_eq!(code, Some(0), "{said}");
+    let (code, printed) = plumb(at, &["compare", "arm.yaml", "--data", "poses.csv"]);
+    assert_eq!(code, Some(0), "{printed}");
     let of = |target: &str| {
         let noise = format!("noise of {target}_mm:");
-        said.lines().any(|line| line.contains(&noise) && line.contains("estimated"))
+        printed.lines().any(|line| line.contains(&noise) && line.contains("estimated"))
     };
-    assert!(of("p2") && of("p3") && !of("p1"), "{said}");
+    assert!(of("p2") && of("p3") && !of("p1"), "{printed}");
 }

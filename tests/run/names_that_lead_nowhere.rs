@@ -8,10 +8,10 @@ fn assert_found(lab: &Lab, files: &[&str], procedure: &str, words: &[&str]) {
     commands.push(vec!["run", files[0], procedure, "--dry-run"]);
     commands.push(vec!["run", files[0], procedure, "--headless"]);
     for command in commands {
-        let said = lab.plumb(&command);
-        assert_eq!(said.code(), 2, "{command:?}: {}", said.all());
+        let output = lab.plumb(&command);
+        assert_eq!(output.code(), 2, "{command:?}: {}", output.all());
         for word in words {
-            assert!(said.err().contains(word), "{word} in {command:?}: {}", said.all());
+            assert!(output.err().contains(word), "{word} in {command:?}: {}", output.all());
         }
     }
     assert!(lab.plumb(&["history"]).out().contains("no runs"), "nothing was started");
@@ -44,8 +44,8 @@ fn a_line_that_the_arm_has_not_is_found_in_a_simulated_cell_and_in_one_with_a_dr
     }
     let lab = Lab::new();
     lab.edit("cell.yaml", "bit: 0", "bit: 6");
-    let said = lab.plumb(&["check", "cell.yaml"]);
-    assert_eq!(said.code(), 0, "the last line is one: {}", said.all());
+    let output = lab.plumb(&["check", "cell.yaml"]);
+    assert_eq!(output.code(), 0, "the last line is one: {}", output.all());
 }
 
 #[test]

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use crate::lab::{Said, skipped};
+use crate::lab::{CommandOutput, skipped};
 
 /// A block of the page: a file to write, or commands to type.
 enum Block {
@@ -63,21 +63,21 @@ fn the_page_leads_from_an_own_arm_to_the_error_falling() {
                         .env("PATH", &path)
                         .env("XDG_STATE_HOME", place.path().join("state"))
                         .env("NO_COLOR", "1");
-                    let said = Said::of(shell.output().unwrap());
-                    assert_eq!(said.code(), 0, "{command}: {}", said.all());
+                    let output = CommandOutput::of(shell.output().unwrap());
+                    assert_eq!(output.code(), 0, "{command}: {}", output.all());
                     if command.contains("cell.yaml verify") {
-                        errors.push(rms_mm(&said.out()));
+                        errors.push(rms_mm(&output.out()));
                     }
                     if command.contains("> table.csv") {
                         let table = fs::read_to_string(place.path().join("table.csv")).unwrap();
                         assert!(table.contains(",std_z_mm,"), "{table}");
                     }
                     if command.contains("model diagnose") {
-                        let named = said
+                        let named = output
                             .out()
                             .lines()
                             .any(|line| line.contains("joint_gain(elbow)") && line.ends_with("named"));
-                        assert!(named, "{}", said.out());
+                        assert!(named, "{}", output.out());
                     }
                     typed += 1;
                 }

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use tempfile::TempDir;
 
-use crate::lab::{Said, skipped};
+use crate::lab::{CommandOutput, skipped};
 
 /// From the first command to the end of the run, whatever the language; what has to be compiled first included.
 const TEN_MINUTES: Duration = Duration::from_secs(600);
@@ -35,14 +35,14 @@ impl Own {
         self.place.path().join(self.name)
     }
 
-    fn plumb_in(&self, folder: &Path, arguments: &[&str]) -> Said {
+    fn plumb_in(&self, folder: &Path, arguments: &[&str]) -> CommandOutput {
         let mut command = Command::new(env!("CARGO_BIN_EXE_plumb"));
         command.args(arguments).current_dir(folder).stdin(Stdio::null());
         command.env("XDG_STATE_HOME", self.place.path().join("state")).env("NO_COLOR", "1");
-        Said::of(command.output().unwrap())
+        CommandOutput::of(command.output().unwrap())
     }
 
-    pub(crate) fn plumb(&self, arguments: &[&str]) -> Said {
+    pub(crate) fn plumb(&self, arguments: &[&str]) -> CommandOutput {
         self.plumb_in(&self.folder(), arguments)
     }
 
@@ -54,13 +54,13 @@ impl Own {
     }
 
     /// Runs a program in the folder; none where it is not installed, which is said.
-    pub(crate) fn tool(&self, program: &str, arguments: &[&str]) -> Option<Said> {
+    pub(crate) fn tool(&self, program: &str, arguments: &[&str]) -> Option<CommandOutput> {
         let mut command = Command::new(program);
         command.args(arguments).current_dir(self.folder()).stdin(Stdio::null());
         // Where this test's own build goes is no business of the project's.
         command.env_remove("CARGO_TARGET_DIR").env_remove("CARGO_BUILD_TARGET_DIR");
         match command.output() {
-            Ok(output) => Some(Said::of(output)),
+            Ok(output) => Some(CommandOutput::of(output)),
             Err(error) if error.kind() == ErrorKind::NotFound => {
                 skipped(&format!("there is no `{program}` here"));
                 None
@@ -77,8 +77,8 @@ impl Own {
         assert_eq!(checked.code(), 0, "{}", checked.all());
         assert!(checked.out().contains(" 0 failed, "), "{}", checked.out());
         for arguments in [&["check", "cell.yaml"][..], &["run", "cell.yaml", "--headless"]] {
-            let said = self.plumb(arguments);
-            assert_eq!(said.code(), 0, "plumb {arguments:?}: {}", said.all());
+            let printed = self.plumb(arguments);
+            assert_eq!(printed.code(), 0, "plumb {arguments:?}: {}", printed.all());
         }
     }
 }
@@ -201,7 +201,7 @@ fn the_crates_that_a_plugin_is_written_against_can_be_published() {
         .args(["package", "--offline", "--locked", "--no-verify", "--allow-dirty", "--target-dir"])
         .arg(place.path());
     command.args(["-p", "plumb-abi", "-p", "plumb-document", "-p", "plumb-plugin"]);
-    let packed = Said::of(command.current_dir(env!("CARGO_MANIFEST_DIR")).output().unwrap());
+    let packed = CommandOutput::of(command.current_dir(env!("CARGO_MANIFEST_DIR")).output().unwrap());
     assert_eq!(packed.code(), 0, "{}", packed.all());
     for name in ["abi", "document", "plugin"] {
         assert!(

@@ -6,13 +6,13 @@ use std::process::{Command, Stdio};
 
 use plumb_xtask::package::{Options, package};
 
-use crate::lab::{Said, skipped};
+use crate::lab::{CommandOutput, skipped};
 
 /// Runs a program in a folder, with nothing of this test's environment but the search path.
-fn run(folder: &Path, program: &str, arguments: &[&str]) -> Said {
+fn run(folder: &Path, program: &str, arguments: &[&str]) -> CommandOutput {
     let mut command = Command::new(program);
     command.args(arguments).current_dir(folder).env_clear().env("PATH", "/usr/bin:/bin").env("HOME", folder);
-    Said::of(command.stdin(Stdio::null()).output().unwrap())
+    CommandOutput::of(command.stdin(Stdio::null()).output().unwrap())
 }
 
 #[test]
@@ -93,7 +93,7 @@ fn a_plugin_in_rust_is_built_against_what_was_installed(place: &Path, tree: &Pat
     let mut build = Command::new(cargo);
     build.args(["build", "--offline", "--quiet", "--target-dir"]).arg(&kept).current_dir(&project);
     build.env_remove("CARGO_TARGET_DIR").env_remove("CARGO_BUILD_TARGET_DIR");
-    let built = Said::of(build.stdin(Stdio::null()).output().unwrap());
+    let built = CommandOutput::of(build.stdin(Stdio::null()).output().unwrap());
     assert_eq!(built.code(), 0, "{}", built.all());
 }
 

@@ -32,10 +32,10 @@ fn pgm(width: usize, lit: impl Fn(usize, usize) -> bool) -> Vec<u8> {
 /// What the sensor has made of a picture: its rows with a point, and the fault.
 fn seen(picture: Vec<u8>) -> (f64, f64) {
     let lab = cell(&[("a.pgm", picture)]);
-    let said = lab.plumb(&["run", "pictures.yaml", "look", "--headless", "--json"]);
-    assert_eq!(said.code(), 0, "{}", said.all());
+    let output = lab.plumb(&["run", "pictures.yaml", "look", "--headless", "--json"]);
+    assert_eq!(output.code(), 0, "{}", output.all());
     let value = |name: &str| {
-        let events = said.out();
+        let events = output.out();
         let mut values = events.lines().filter_map(|line| {
             let event: serde_json::Value = serde_json::from_str(line).unwrap();
             let values = event["values"].as_array()?.clone();
@@ -83,12 +83,12 @@ fn pictures_that_cannot_be_used_end_an_unattended_run_with_what_is_wrong() {
     ];
     for (pictures, sentence) in cases {
         let lab = cell(&pictures);
-        let said = lab.plumb(&["run", "pictures.yaml", "look-twice", "--headless"]);
+        let output = lab.plumb(&["run", "pictures.yaml", "look-twice", "--headless"]);
         assert!(
-            said.code() == 2 && said.all().contains(sentence),
+            output.code() == 2 && output.all().contains(sentence),
             "{sentence}: {} {}",
-            said.code(),
-            said.all()
+            output.code(),
+            output.all()
         );
     }
 }

@@ -3,7 +3,7 @@
 use std::io::{BufRead, BufReader};
 use std::process::{Child, Stdio};
 
-use crate::lab::{Lab, Said};
+use crate::lab::{CommandOutput, Lab};
 
 /// A controller with nothing but motors behind it, and the cell for real hardware at the other end of the line.
 struct Bench {
@@ -64,7 +64,7 @@ impl Bench {
         self.controller = switched_on(&self.lab);
     }
 
-    fn run(&self, procedure: &str, more: &[&str]) -> Said {
+    fn run(&self, procedure: &str, more: &[&str]) -> CommandOutput {
         self.lab.plumb(&[&["run", "cell-hardware.yaml", procedure, "--headless"], more].concat())
     }
 }
@@ -99,16 +99,16 @@ fn zeros_outlive_a_run_but_not_the_controllers_power() {
     bench.switch_off_and_on();
     let lost = bench.run("turn", &[]);
     assert_eq!(lost.code(), 4, "{}", lost.all());
-    let said = lost.out();
+    let output = lost.out();
     assert!(
-        said.contains("ZEROS LOST: arm (waist, shoulder, elbow): its drive reads 8.000 deg at the waist"),
-        "{said}"
+        output.contains("ZEROS LOST: arm (waist, shoulder, elbow): its drive reads 8.000 deg at the waist"),
+        "{output}"
     );
-    assert!(said.contains("run 2 left it at 28.5"), "{said}");
+    assert!(output.contains("run 2 left it at 28.5"), "{output}");
     assert!(
-        said.contains("arm has lost its zeros")
-            && said.contains("Find them with procedure `first-day` first"),
-        "{said}"
+        output.contains("arm has lost its zeros")
+            && output.contains("Find them with procedure `first-day` first"),
+        "{output}"
     );
     let again = bench.run("turn", &[]);
     assert_eq!(again.code(), 4, "an arm left alone since has not got them back: {}", again.all());

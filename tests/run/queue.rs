@@ -19,15 +19,15 @@ fn lab() -> Lab {
 }
 
 fn add(lab: &Lab, arguments: &[&str]) -> String {
-    let said = lab.plumb(&[&["queue", "add", "cell.yaml"], arguments].concat());
-    assert_eq!(said.code(), 0, "{}", said.all());
-    said.out()
+    let output = lab.plumb(&[&["queue", "add", "cell.yaml"], arguments].concat());
+    assert_eq!(output.code(), 0, "{}", output.all());
+    output.out()
 }
 
 /// The entries that are not over: number, procedure, run.
 fn list(lab: &Lab) -> Vec<(i64, String, Option<i64>)> {
-    let said = lab.plumb(&["queue", "list", "cell.yaml", "--json"]);
-    assert_eq!(said.code(), 0, "{}", said.all());
+    let output = lab.plumb(&["queue", "list", "cell.yaml", "--json"]);
+    assert_eq!(output.code(), 0, "{}", output.all());
     let entry = |line: &str| {
         let entry: Value = serde_json::from_str(line).unwrap();
         (
@@ -36,7 +36,7 @@ fn list(lab: &Lab) -> Vec<(i64, String, Option<i64>)> {
             entry["run"].as_i64(),
         )
     };
-    said.out().lines().map(entry).collect()
+    output.out().lines().map(entry).collect()
 }
 
 fn numbers(lab: &Lab) -> Vec<i64> {
@@ -45,9 +45,9 @@ fn numbers(lab: &Lab) -> Vec<i64> {
 
 /// Runs of the record, the oldest first: number, procedure, state.
 fn history(lab: &Lab) -> Vec<(i64, String, String)> {
-    let said = lab.plumb(&["history", "--json"]);
-    assert_eq!(said.code(), 0, "{}", said.all());
-    let mut runs: Vec<_> = said
+    let output = lab.plumb(&["history", "--json"]);
+    assert_eq!(output.code(), 0, "{}", output.all());
+    let mut runs: Vec<_> = output
         .out()
         .lines()
         .map(|line| {
@@ -118,11 +118,11 @@ fn a_queue_is_edited_while_a_run_goes_on_and_then_done_in_the_new_order() {
     // Long enough to be edited meanwhile.
     add(&lab, &["initialize", "--set", "cycles=20"]);
     add(&lab, &["initialize", "--set", "Br_deg=6"]);
-    let said = add(&lab, &["shoulder-elbow-initialization"]);
+    let output = add(&lab, &["shoulder-elbow-initialization"]);
     assert!(
-        said.starts_with("entry 3: shoulder-elbow-initialization of teachmover")
-            && said.contains("2 wait before it"),
-        "{said}"
+        output.starts_with("entry 3: shoulder-elbow-initialization of teachmover")
+            && output.contains("2 wait before it"),
+        "{output}"
     );
     let mut carried = Carried::start(&lab, &["--pace", "fast"]);
     assert!(carried.until(|event| event["event"] == "run_started"));
@@ -265,12 +265,12 @@ fn what_could_not_run_is_refused_when_it_is_queued() {
         (&["cell.yaml", "initialize", "--set", "Br_deg=-400"], 2, "Br_deg"),
         (&["nothing.yaml"], 2, "nothing.yaml"),
     ] {
-        let said = lab.plumb(&[&["queue", "add"], arguments].concat());
+        let output = lab.plumb(&[&["queue", "add"], arguments].concat());
         assert!(
-            said.code() == code && said.err().contains(expected),
+            output.code() == code && output.err().contains(expected),
             "{arguments:?}: {} {}",
-            said.code(),
-            said.all()
+            output.code(),
+            output.all()
         );
     }
     assert_eq!(numbers(&lab), Vec::<i64>::new(), "nothing was queued");
@@ -280,8 +280,8 @@ fn what_could_not_run_is_refused_when_it_is_queued() {
         (&["remove"], "name the entries"),
         (&["run", "nothing.yaml"], "there is no cell file nothing.yaml"),
     ] {
-        let said = lab.plumb(&[&["queue"], arguments].concat());
-        assert!(said.code() == 2 && said.err().contains(expected), "{arguments:?}: {}", said.all());
+        let output = lab.plumb(&[&["queue"], arguments].concat());
+        assert!(output.code() == 2 && output.err().contains(expected), "{arguments:?}: {}", output.all());
     }
 }
 

@@ -52,8 +52,8 @@ fn what_a_sensor_says_of_its_own_uncertainty_reaches_the_table_and_the_fit() {
         return;
     };
     for arguments in [&["check", "cell.yaml"][..], &["run", "cell.yaml", "sure", "--headless"]] {
-        let said = lab.plumb(arguments);
-        assert_eq!(said.code(), 0, "{arguments:?}: {}", said.all());
+        let output = lab.plumb(arguments);
+        assert_eq!(output.code(), 0, "{arguments:?}: {}", output.all());
     }
     let table = lab.plumb(&["show", "--table"]).out();
     let mut lines = table.lines().filter(|line| !line.starts_with('#'));
@@ -66,29 +66,33 @@ fn what_a_sensor_says_of_its_own_uncertainty_reaches_the_table_and_the_fit() {
 #[test]
 fn an_uncertainty_that_is_none_is_refused_where_it_is_written() {
     let Some(lab) = cell("std_x_mm: tip.std_q_mm") else { return };
-    let said = lab.plumb(&["check", "cell.yaml"]);
+    let output = lab.plumb(&["check", "cell.yaml"]);
     assert!(
-        said.code() != 0 && said.all().contains("std_q_mm") && said.all().contains("std_x_mm"),
+        output.code() != 0 && output.all().contains("std_q_mm") && output.all().contains("std_x_mm"),
         "{}",
-        said.all()
+        output.all()
     );
     lab.write("sure.yaml", &procedure("std_z_mm: tip.std_z_mm"));
-    let said = lab.plumb(&["run", "cell.yaml", "sure", "--headless"]);
-    assert_ne!(said.code(), 0, "what the sensor does not know is no number");
-    assert!(said.all().contains("std_z_mm"), "{}", said.all());
+    let output = lab.plumb(&["run", "cell.yaml", "sure", "--headless"]);
+    assert_ne!(output.code(), 0, "what the sensor does not know is no number");
+    assert!(output.all().contains("std_z_mm"), "{}", output.all());
     lab.plumb(&["doctor", "--clean", "cell.yaml"]);
     lab.write("sure.yaml", &procedure("std_x_mm: -tip.std_x_mm"));
-    let said = lab.plumb(&["run", "cell.yaml", "sure", "--headless"]);
-    assert_ne!(said.code(), 0);
-    assert!(said.all().contains("`std_x_mm` is -0.02: a standard uncertainty is above 0"), "{}", said.all());
+    let output = lab.plumb(&["run", "cell.yaml", "sure", "--headless"]);
+    assert_ne!(output.code(), 0);
+    assert!(
+        output.all().contains("`std_x_mm` is -0.02: a standard uncertainty is above 0"),
+        "{}",
+        output.all()
+    );
     lab.plumb(&["doctor", "--clean", "cell.yaml"]);
     lab.write("sure.yaml", &procedure("std_x_mn: tip.std_x_mm"));
-    let said = lab.plumb(&["check", "cell.yaml"]);
+    let output = lab.plumb(&["check", "cell.yaml"]);
     assert!(
-        said.code() != 0
-            && said.all().contains("a row has no column `std_x_mn`")
-            && said.all().contains("units are mm, m"),
+        output.code() != 0
+            && output.all().contains("a row has no column `std_x_mn`")
+            && output.all().contains("units are mm, m"),
         "{}",
-        said.all()
+        output.all()
     );
 }

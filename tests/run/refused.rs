@@ -78,13 +78,13 @@ fn an_answer_out_of_range_ends_with_two_and_says_the_range() {
     lab.write("gauge-answers.yaml", "answers: {gauge: 25}\n");
     let run = lab.plumb(&["run", "cell.yaml", "gauge", "--answers", "gauge-answers.yaml"]);
     assert_eq!(run.code(), 2, "{}", run.all());
-    let said = "25 mm is out of range: it lies between 2 and 20 mm";
-    assert!(run.err().contains("gauge-answers.yaml:1:18: ") && run.err().contains(said), "{}", run.err());
+    let output = "25 mm is out of range: it lies between 2 and 20 mm";
+    assert!(run.err().contains("gauge-answers.yaml:1:18: ") && run.err().contains(output), "{}", run.err());
     // A range that is worked out is known in the run.
     lab.edit("procedures/gauge.yaml", "maximum: 20", "maximum: 4 * 5");
     let run = lab.plumb(&["run", "cell.yaml", "gauge", "--answers", "gauge-answers.yaml"]);
     assert_eq!(run.code(), 2, "{}", run.all());
-    assert!(run.out().contains(said), "{}", run.out());
+    assert!(run.out().contains(output), "{}", run.out());
 }
 
 #[test]
@@ -150,8 +150,8 @@ fn a_world_file_with_a_mistake_is_reported_by_the_check_and_by_the_run() {
     let lab = Lab::new();
     lab.edit("world-ideal.yaml", "solid: true", "sollid: true");
     for command in ["check", "run"] {
-        let said = lab.plumb(&[command, "cell.yaml"]);
-        assert_eq!(said.code(), 2, "{}", said.all());
-        assert!(said.err().contains("sollid"), "{}", said.err());
+        let output = lab.plumb(&[command, "cell.yaml"]);
+        assert_eq!(output.code(), 2, "{}", output.all());
+        assert!(output.err().contains("sollid"), "{}", output.err());
     }
 }

@@ -62,8 +62,8 @@ fn history_is_filtered_and_a_correction_is_followed_over_time() {
     lab.edit("answers.yaml", "place: done", "place: {pose_deg: {shoulder: 50, elbow: -65}}");
     assert_eq!(lab.plumb(&["run", "cell.yaml", "--operator", "bob"]).code(), 1);
     let numbers = |arguments: &[&str]| -> Vec<i64> {
-        let said = lab.plumb(&[&["history", "--json"], arguments].concat());
-        let runs = said.out();
+        let output = lab.plumb(&[&["history", "--json"], arguments].concat());
+        let runs = output.out();
         runs.lines()
             .map(|line| serde_json::from_str::<serde_json::Value>(line).unwrap()["run"].as_i64().unwrap())
             .collect()
@@ -139,7 +139,7 @@ fn the_numbers_of_a_run_come_out_as_csv_and_its_trigger_poses_as_a_table_the_mod
     let table = Table::read(&lab.path("left.csv")).unwrap();
     assert_eq!((table.joints, table.len()), (5, 9), "line A, then four times the table and line B");
     let fit = |name: &str| {
-        let said = lab.plumb(&[
+        let output = lab.plumb(&[
             "model",
             "compare",
             "teachmover.model.yaml",
@@ -151,8 +151,8 @@ fn the_numbers_of_a_run_come_out_as_csv_and_its_trigger_poses_as_a_table_the_mod
             "none",
             "--json",
         ]);
-        assert_eq!(said.code(), 0, "{}", said.all());
-        let json: serde_json::Value = serde_json::from_str(&said.out()).unwrap();
+        assert_eq!(output.code(), 0, "{}", output.all());
+        let json: serde_json::Value = serde_json::from_str(&output.out()).unwrap();
         json["rms_mm"]["fit"].as_f64().unwrap()
     };
     assert!(fit("found.csv") > 1.0, "the zeros were wrong: {} mm", fit("found.csv"));
@@ -180,8 +180,8 @@ fn a_certificate_is_one_file_with_the_machine_as_found_and_as_left() {
     lab.edit("cell.yaml", "title: TeachMover over a T target", "title: TeachMover <no. 3> over a T target");
     let run = lab.plumb(&["run", "cell.yaml", "--operator", "ada & bob", "--note", "as <found>"]);
     assert_eq!(run.code(), 0, "{}", run.all());
-    let said = lab.plumb(&["certificate", "1", "-o", "certificate.html"]);
-    assert_eq!(said.code(), 0, "{}", said.all());
+    let output = lab.plumb(&["certificate", "1", "-o", "certificate.html"]);
+    assert_eq!(output.code(), 0, "{}", output.all());
     let page = fs::read_to_string(lab.path("certificate.html")).unwrap();
     for part in [
         "<!DOCTYPE html>",

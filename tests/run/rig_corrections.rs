@@ -24,8 +24,8 @@ fn four_stages_in_a_sequence_correct_a_rig_that_was_never_calibrated() {
     let lab = Lab::of("light-stripe");
     assert_eq!(lab.plumb(&["check", "new-rig.yaml"]).code(), 0);
     assert!(apex_error(&lab, "new-rig.yaml", APEX_MM) > 2.0);
-    let said = lab.plumb(&["run", "new-rig.yaml", "calibrate-rig", "--headless", "--record", "record"]);
-    assert_eq!(said.code(), 0, "{}", said.all());
+    let output = lab.plumb(&["run", "new-rig.yaml", "calibrate-rig", "--headless", "--record", "record"]);
+    assert_eq!(output.code(), 0, "{}", output.all());
     let all = corrections(&lab, 2);
     let places: Vec<&str> = all.iter().map(|one| one.key.place.as_str()).collect();
     assert_eq!(
@@ -51,8 +51,8 @@ fn four_stages_in_a_sequence_correct_a_rig_that_was_never_calibrated() {
     let left = apex_error(&lab, "new-rig.yaml", APEX_MM);
     assert!(left < 0.5, "{left} mm");
     // Done again, the stages find nothing more than their uncertainties.
-    let said = lab.plumb(&["run", "new-rig.yaml", "calibrate-rig", "--headless", "--record", "record"]);
-    assert_eq!(said.code(), 0, "{}", said.all());
+    let output = lab.plumb(&["run", "new-rig.yaml", "calibrate-rig", "--headless", "--record", "record"]);
+    assert_eq!(output.code(), 0, "{}", output.all());
     for (first, again) in all.iter().zip(corrections(&lab, 4)) {
         assert!((again.old - first.new).abs() < 1e-12, "{again:?} goes on from {first:?}");
         let change = (again.new - again.old).abs();
@@ -64,9 +64,9 @@ fn four_stages_in_a_sequence_correct_a_rig_that_was_never_calibrated() {
 fn a_correction_of_the_rig_has_a_trend_a_certificate_and_a_way_back() {
     let lab = out_of_true();
     let plumb = |arguments: &[&str]| {
-        let said = lab.plumb(&[arguments, &["--record", "record"]].concat());
-        assert_eq!(said.code(), 0, "{arguments:?}: {}", said.all());
-        said.out()
+        let output = lab.plumb(&[arguments, &["--record", "record"]].concat());
+        assert_eq!(output.code(), 0, "{arguments:?}: {}", output.all());
+        output.out()
     };
     values_of(&lab, "cell.yaml", "camera-aim", "correction");
     values_of(&lab, "cell.yaml", "camera-scale", "correction");
@@ -114,9 +114,9 @@ fn a_correction_of_the_rig_has_a_trend_a_certificate_and_a_way_back() {
 fn what_is_discarded_is_recorded_and_changes_nothing() {
     let lab = Lab::of("light-stripe");
     lab.edit("answers.yaml", "  aim.take_over: accept", "  aim.take_over: reject");
-    let said = lab.plumb(&["run", "new-rig.yaml", "calibrate-rig", "--headless", "--record", "record"]);
-    assert_eq!(said.code(), 0, "{}", said.all());
-    assert!(said.out().contains("discarded: stripe works with the values it had"), "{}", said.out());
+    let output = lab.plumb(&["run", "new-rig.yaml", "calibrate-rig", "--headless", "--record", "record"]);
+    assert_eq!(output.code(), 0, "{}", output.all());
+    assert!(output.out().contains("discarded: stripe works with the values it had"), "{}", output.out());
     let all = corrections(&lab, 1);
     assert!(found(&all, "camera_aim_x").iter().all(|one| one.revision.is_none()), "{all:?}");
     assert!(found(&all, "camera_scale_u").iter().all(|one| one.revision.is_some()), "{all:?}");
@@ -135,14 +135,14 @@ fn implausible_corrections_and_too_few_stripes_are_refused_before_anything_chang
     let lab = with_steps(
         "  - {id: turn, on_error: abort, do: {correct: {sensor: stripe, ask: false, parameters: {camera_roll_deg: {shift: 40, uncertainty: 0.1, plausible: 5}}}}}\n",
     );
-    let said = lab.plumb(&["run", "cell.yaml", "extra", "--headless", "--record", "record"]);
+    let output = lab.plumb(&["run", "cell.yaml", "extra", "--headless", "--record", "record"]);
     assert!(
-        said.code() == 2
-            && said.all().contains(
+        output.code() == 2
+            && output.all().contains(
                 "camera_roll would shift by 40.000 deg, more than the plausible 5 deg: nothing was changed"
             ),
         "{}",
-        said.all()
+        output.all()
     );
     assert!(corrections(&lab, 1).is_empty());
     // What the procedure allows and no rig can be, the sensor refuses, and the record has no such value in force.
@@ -151,8 +151,8 @@ fn implausible_corrections_and_too_few_stripes_are_refused_before_anything_chang
         "shift: 40, uncertainty: 0.1, plausible: 5",
         "shift: 40, uncertainty: 0.1, plausible: 90",
     );
-    let said = lab.plumb(&["run", "cell.yaml", "extra", "--headless", "--record", "record"]);
-    assert!(said.code() == 2 && said.all().contains("it lies between -30 and 30"), "{}", said.all());
+    let output = lab.plumb(&["run", "cell.yaml", "extra", "--headless", "--record", "record"]);
+    assert!(output.code() == 2 && output.all().contains("it lies between -30 and 30"), "{}", output.all());
     assert!(corrections(&lab, 2).iter().all(|one| one.revision.is_none()));
 
     let few = lab.plumb(&["run", "cell.yaml", "projector", "--headless", "--set", "heights=2"]);
@@ -171,13 +171,13 @@ fn a_parameter_that_the_plugin_does_not_have_is_refused_when_the_cell_is_checked
     let lab = with_steps(
         "  - {id: turn, do: {correct: {sensor: stripe, parameters: {camera_rol_deg: {shift: 1, uncertainty: 0.1, plausible: 5}}}}}\n",
     );
-    let said = lab.plumb(&["check", "cell.yaml"]);
+    let output = lab.plumb(&["check", "cell.yaml"]);
     assert!(
-        said.code() == 2
-            && said.all().contains("corrects its `camera_rol_deg`")
-            && said.all().contains("did you mean `camera_roll_deg`?"),
+        output.code() == 2
+            && output.all().contains("corrects its `camera_rol_deg`")
+            && output.all().contains("did you mean `camera_roll_deg`?"),
         "{}",
-        said.all()
+        output.all()
     );
     lab.write(
         "procedures/extra.yaml",

@@ -21,9 +21,9 @@ use crate::lab::Lab;
 /// With the plugins of the examples, which have cells of their own.
 pub(crate) fn schema(lab: &Lab, kind: &str) -> jsonschema::Validator {
     let examples = concat!(env!("CARGO_MANIFEST_DIR"), "/../plugins/bridge/examples");
-    let said = lab.plumb(&["schema", kind, "--plugins", examples]);
-    assert_eq!(said.code(), 0, "{}", said.all());
-    let schema: Value = serde_json::from_str(&said.out()).unwrap();
+    let output = lab.plumb(&["schema", kind, "--plugins", examples]);
+    assert_eq!(output.code(), 0, "{}", output.all());
+    let schema: Value = serde_json::from_str(&output.out()).unwrap();
     jsonschema::draft7::meta::validate(&schema).unwrap_or_else(|error| panic!("{kind}: {error}"));
     jsonschema::validator_for(&schema).unwrap()
 }
@@ -132,8 +132,8 @@ fn every_event_of_real_runs_fits_the_schema_of_events_and_has_no_key_that_it_doe
     }
     assert_eq!(refused.split("there are").nth(1).unwrap().matches("`").count(), 2 * named.len(), "{refused}");
     let mut seen = BTreeSet::new();
-    let mut look = |said: &str| {
-        for line in said.lines() {
+    let mut look = |output: &str| {
+        for line in output.lines() {
             let event: Value = serde_json::from_str(line).unwrap();
             assert_eq!(problems(&validator, &event), [] as [&str; 0], "{line}");
             let name = event["event"].as_str().unwrap();

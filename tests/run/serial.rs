@@ -14,7 +14,7 @@ use plumb_simulated::client::WorldClient;
 use plumb_simulated::protocol::Verb;
 use plumb_teachmover::reply_line::ReplyLine;
 
-use crate::lab::{Lab, PATIENCE, Running, Said};
+use crate::lab::{CommandOutput, Lab, PATIENCE, Running};
 
 /// Half-steps for a degree, and the true zeros: waist, shoulder, elbow.
 const ZEROS: [(&str, f64, f64); 3] =
@@ -70,7 +70,7 @@ impl Bench {
         ["run", "cell-hardware.yaml", "initialize", "--answers", "answers.yaml"]
     }
 
-    fn run(&self) -> Said {
+    fn run(&self) -> CommandOutput {
         self.lab.plumb(&[&self.arguments()[..], &["--headless"]].concat())
     }
 
@@ -78,7 +78,7 @@ impl Bench {
         self.lab.start(&self.arguments())
     }
 
-    fn resume(&self) -> Said {
+    fn resume(&self) -> CommandOutput {
         self.lab.plumb(&["run", "--resume", "--headless"])
     }
 
@@ -161,13 +161,13 @@ fn whatever_happens_to_one_byte_the_run_ends_well_or_says_why_and_goes_on_when_r
             0 => mended += 1,
             2 => {
                 ended += 1;
-                let said = run.all();
+                let output = run.all();
                 assert!(
-                    said.contains("the reply to @") || said.contains("the controller "),
-                    "{fault}: {said}"
+                    output.contains("the reply to @") || output.contains("the controller "),
+                    "{fault}: {output}"
                 );
                 let resumed = bench.resume();
-                assert_eq!(resumed.code(), 0, "{fault}: {said}\n{}", resumed.all());
+                assert_eq!(resumed.code(), 0, "{fault}: {output}\n{}", resumed.all());
             }
             code => panic!("{fault}: {code} {}", run.all()),
         }
@@ -219,14 +219,14 @@ fn stop_on_the_pendant_in_mid_move_is_a_stop_and_no_error() {
 }
 
 /// A cell whose port is at nobody's, or at somebody's who is no arm.
-fn run_on_port(port: &str) -> Said {
+fn run_on_port(port: &str) -> CommandOutput {
     let lab = Lab::new();
     lab.edit("cell-hardware.yaml", "/dev/ttyUSB0", port);
     lab.plumb(&["run", "cell-hardware.yaml", "initialize", "--answers", "answers.yaml", "--headless"])
 }
 
 #[track_caller]
-fn assert_refused(run: &Said, text: &str) {
+fn assert_refused(run: &CommandOutput, text: &str) {
     assert_eq!(run.code(), 2, "{}", run.all());
     assert!(run.all().contains(text), "{}", run.all());
     assert!(!run.out().contains("target:"), "no step began: {}", run.out());

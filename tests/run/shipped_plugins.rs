@@ -3,13 +3,13 @@
 use std::io::{BufRead as _, BufReader};
 use std::process::{Child, Command, Stdio};
 
-use crate::lab::Said;
+use crate::lab::CommandOutput;
 
-fn check(arguments: &[&str]) -> Said {
+fn check(arguments: &[&str]) -> CommandOutput {
     let elsewhere = tempfile::tempdir().unwrap();
     let mut command = Command::new(env!("CARGO_BIN_EXE_plumb"));
     command.args(["plugins", "check"]).args(arguments).current_dir(elsewhere.path());
-    Said::of(command.stdin(Stdio::null()).output().unwrap())
+    CommandOutput::of(command.stdin(Stdio::null()).output().unwrap())
 }
 
 /// An emulated controller and the port it prints.

@@ -44,17 +44,17 @@ fn lab() -> Lab {
 #[test]
 fn an_axis_is_reported_as_text_json_and_page_with_its_uncertainty_budget() {
     let lab = lab();
-    let said = lab.plumb(&["report", "iso230", "axis.csv", "--digits", "6"]);
-    assert_eq!(said.code(), 0, "{}", said.all());
+    let output = lab.plumb(&["report", "iso230", "axis.csv", "--digits", "6"]);
+    assert_eq!(output.code(), 0, "{}", output.all());
     let lines: Vec<String> =
-        said.out().lines().map(|line| line.split_whitespace().collect::<Vec<_>>().join(" ")).collect();
+        output.out().lines().map(|line| line.split_whitespace().collect::<Vec<_>>().join(" ")).collect();
     for line in [
         "accuracy A 0.016592 0.012892 0.013188",
         "repeatability R 0.007264 0.003748 0.004888",
         "mean reversal error mean B 0.003360",
         "61.2 0.005220 0.000630 0.002520 0.001660 0.001222 0.004888 0.003440 0.003560 0.007264",
     ] {
-        assert!(lines.iter().any(|one| one == line), "{}\nwanted: {line}", said.out());
+        assert!(lines.iter().any(|one| one == line), "{}\nwanted: {line}", output.out());
     }
     let page = lab.path("axis.html");
     let written =
@@ -85,16 +85,16 @@ fn poses_are_reported_against_their_commanded_places() {
         text.push_str(&format!("0,P1,10,20,{x},{y}\n"));
     }
     lab.write("poses.csv", &text);
-    let said = lab.plumb(&["report", "iso9283", "poses.csv", "-o", "poses.html"]);
-    assert_eq!(said.code(), 0, "{}", said.all());
+    let output = lab.plumb(&["report", "iso9283", "poses.csv", "-o", "poses.html"]);
+    assert_eq!(output.code(), 0, "{}", output.all());
     // Four points on a circle of 0.1 mm about (10.2, 20): AP 0.2, every distance 0.1, so RP is 0.1.
-    let line = said.out().lines().find(|line| line.trim_start().starts_with("P1")).unwrap().to_owned();
+    let line = output.out().lines().find(|line| line.trim_start().starts_with("P1")).unwrap().to_owned();
     let cells: Vec<&str> = line.split_whitespace().collect();
     assert_eq!(cells, ["P1", "4", "0.2000", "0.2000", "0.0000", "0.0000", "0.1000", "0.1000", "0.0000"]);
     assert!(
-        said.out().contains("note: 4 returns to some pose; the standard asks for 30 cycles"),
+        output.out().contains("note: 4 returns to some pose; the standard asks for 30 cycles"),
         "{}",
-        said.out()
+        output.out()
     );
     assert!(std::fs::read_to_string(lab.path("poses.html")).unwrap().contains("<svg"));
 }
@@ -107,13 +107,13 @@ fn orientations_of_poses_are_reported_beside_their_places() {
         text.push_str(&format!("0,P1,10,0,0,90,10,0,0,{}\n", 90.0 + turn));
     }
     lab.write("poses.csv", &text);
-    let said = lab.plumb(&["report", "iso9283", "poses.csv", "-o", "poses.html"]);
-    assert_eq!(said.code(), 0, "{}", said.all());
+    let output = lab.plumb(&["report", "iso9283", "poses.csv", "-o", "poses.html"]);
+    assert_eq!(output.code(), 0, "{}", output.all());
     // 0.2 deg aside in the mean; S is sqrt(0.02 / 3), three times that is 0.2449 deg.
     let line =
-        said.out().lines().filter(|line| line.trim_start().starts_with("P1")).nth(1).unwrap().to_owned();
+        output.out().lines().filter(|line| line.trim_start().starts_with("P1")).nth(1).unwrap().to_owned();
     let cells: Vec<&str> = line.split_whitespace().collect();
-    assert_eq!(cells, ["P1", "0.0000", "0.0000", "0.2000", "0.0000", "0.0000", "0.2449"], "{}", said.out());
+    assert_eq!(cells, ["P1", "0.0000", "0.0000", "0.2000", "0.0000", "0.0000", "0.2449"], "{}", output.out());
     let json: Value =
         serde_json::from_str(&lab.plumb(&["report", "iso9283", "poses.csv", "--json"]).out()).unwrap();
     assert!((json["orientation"]["AP_abc_deg"][2].as_f64().unwrap() - 0.2).abs() < 1e-9, "{json}");
@@ -146,12 +146,12 @@ fn what_cannot_be_reported_is_refused_with_what_would_be_right() {
     ] {
         let mut words = vec!["report"];
         words.extend(arguments);
-        let said = lab.plumb(&words);
-        assert_eq!((said.code(), said.out().as_str()), (2, ""), "{}", said.all());
+        let output = lab.plumb(&words);
+        assert_eq!((output.code(), output.out().as_str()), (2, ""), "{}", output.all());
         assert!(
-            said.err().starts_with("plumb: ") && said.err().contains(needed),
+            output.err().starts_with("plumb: ") && output.err().contains(needed),
             "{}\nwanted: {needed}",
-            said.err()
+            output.err()
         );
     }
 }

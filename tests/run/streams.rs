@@ -8,7 +8,7 @@ use nix::sys::signal::Signal;
 use plumb_cell::device::{CellPlace, PlaceState};
 use serde_json::Value;
 
-use crate::lab::{Lab, Said, skipped};
+use crate::lab::{CommandOutput, Lab, skipped};
 
 #[test]
 fn the_streams_of_a_cell_are_listed_without_a_run() {
@@ -56,7 +56,7 @@ fn streams_are_printed_live_and_nothing_is_left_behind() {
     let few = listen(&["arm/joints", "--count", "3"]);
     let run = lab.plumb(&["run", "cell.yaml"]);
     assert_eq!(run.code(), 0, "{}", run.all());
-    let all = Said::of(all.wait_with_output().unwrap());
+    let all = CommandOutput::of(all.wait_with_output().unwrap());
     assert_eq!(all.code(), 0, "{}", all.err());
     let lines: Vec<Value> = all.out().lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     let of =
@@ -71,7 +71,7 @@ fn streams_are_printed_live_and_nothing_is_left_behind() {
         "{joints}"
     );
 
-    let few = Said::of(few.wait_with_output().unwrap());
+    let few = CommandOutput::of(few.wait_with_output().unwrap());
     assert_eq!(few.code(), 0, "{}", few.err());
     assert_eq!(few.out().lines().filter(|line| line.starts_with("arm/joints ")).count(), 3, "{}", few.out());
     let place = CellPlace::of_cell(&lab.path("cell.yaml")).unwrap();
@@ -96,8 +96,8 @@ fn a_program_in_python_reads_a_stream() {
     let read = lines.map_while(Result::ok).filter(|line| line.contains('[')).take(51).count();
     running.signal(Signal::SIGTERM);
     running.end();
-    let said = Said::of(reading.wait_with_output().unwrap());
-    assert_eq!(read, 51, "{}", said.all());
+    let finished = CommandOutput::of(reading.wait_with_output().unwrap());
+    assert_eq!(read, 51, "{}", finished.all());
 }
 
 #[test]
@@ -116,7 +116,7 @@ fn the_streams_of_a_run_become_curves_in_rerun() {
         python.env("PATH", format!("{program}:{}", std::env::var("PATH").unwrap_or_default()));
         python.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
     };
-    let early = Said::of(viewer(&["--save", "none.rrd", "--wait", "0"]).wait_with_output().unwrap());
+    let early = CommandOutput::of(viewer(&["--save", "none.rrd", "--wait", "0"]).wait_with_output().unwrap());
     assert_eq!(early.code(), 1, "{}", early.all());
     assert!(early.err().contains("nobody runs cell.yaml"), "{}", early.err());
     let viewing = viewer(&["--save", "run.rrd"]);
@@ -129,13 +129,13 @@ fn the_streams_of_a_run_become_curves_in_rerun() {
     }
     running.signal(Signal::SIGTERM);
     running.end();
-    let said = Said::of(viewing.wait_with_output().unwrap());
-    assert_eq!(said.code(), 0, "{}", said.all());
-    let shown = said.out().split(' ').next().and_then(|count| count.parse::<u64>().ok());
-    assert!(shown > Some(10), "{}", said.out());
+    let finished = CommandOutput::of(viewing.wait_with_output().unwrap());
+    assert_eq!(finished.code(), 0, "{}", finished.all());
+    let shown = finished.out().split(' ').next().and_then(|count| count.parse::<u64>().ok());
+    assert!(shown > Some(10), "{}", finished.out());
     // Rerun reads it back, with a curve for each joint.
     let mut print = Command::new("python3");
     print.args(["-m", "rerun", "rrd", "print"]).arg(lab.path("run.rrd"));
-    let printed = Said::of(print.output().unwrap());
+    let printed = CommandOutput::of(print.output().unwrap());
     assert!(printed.all().contains(" /arm/joints/joints/0 "), "{}", printed.all());
 }

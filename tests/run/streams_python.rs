@@ -12,7 +12,7 @@ use plumb_plugin::{
 };
 use serde_json::{Value, json};
 
-use crate::lab::{Lab, Said, skipped};
+use crate::lab::{CommandOutput, Lab, skipped};
 
 /// What Python's ctypes make of the layouts in the file: of each class its size and where its fields begin.
 const LAYOUTS: &str = r#"
@@ -42,9 +42,9 @@ fn python(lab: &Lab, arguments: &[&str]) -> Option<Command> {
 fn layouts(folder: &str, cell: &str) -> Option<Value> {
     let lab = Lab::of(folder);
     python_file(&lab, cell);
-    let said = Said::of(python(&lab, &["-c", LAYOUTS])?.output().unwrap());
-    assert_eq!(said.code(), 0, "{}", said.all());
-    Some(serde_json::from_str(&said.out()).unwrap())
+    let output = CommandOutput::of(python(&lab, &["-c", LAYOUTS])?.output().unwrap());
+    assert_eq!(output.code(), 0, "{}", output.all());
+    Some(serde_json::from_str(&output.out()).unwrap())
 }
 
 /// A row of sizes and offsets as the compiler of this program has them.
@@ -98,9 +98,9 @@ fn what_follows_the_fields_of_a_message_is_read_as_well() {
         name("frame/1")
     );
     let Some(mut python) = python(&lab, &["-c", &program]) else { return };
-    let said = Said::of(python.output().unwrap());
-    assert_eq!(said.code(), 0, "{}", said.all());
-    assert!(said.out().contains("has 8 bytes; FrameHeader has 32"), "{}", said.out());
+    let output = CommandOutput::of(python.output().unwrap());
+    assert_eq!(output.code(), 0, "{}", output.all());
+    assert!(output.out().contains("has 8 bytes; FrameHeader has 32"), "{}", output.out());
 }
 
 /// A run that lasts until a reader has seen enough of it, however busy the computer is. Nobody reads what it prints: a full pipe would keep it from
@@ -116,11 +116,12 @@ fn a_stream_is_read_from_python_without_plumb_in_between() {
     python_file(&lab, "cell.yaml");
     let version = "import importlib.metadata, plumb_streams\nprint(importlib.metadata.version('iceoryx2') == plumb_streams.ICEORYX2)";
     let Some(mut asked) = python(&lab, &["-c", version]) else { return };
-    if Said::of(asked.output().unwrap()).out().trim() != "True" {
+    if CommandOutput::of(asked.output().unwrap()).out().trim() != "True" {
         skipped("python3 has no package `iceoryx2` of plumb's version here");
         return;
     }
-    let unknown = Said::of(python(&lab, &["plumb_streams.py", "arm/joint"]).unwrap().output().unwrap());
+    let unknown =
+        CommandOutput::of(python(&lab, &["plumb_streams.py", "arm/joint"]).unwrap().output().unwrap());
     assert_eq!(unknown.code(), 1, "{}", unknown.all());
     assert!(
         unknown.err().contains("cell teachmover has no stream 'arm/joint'; it has arm/joints,"),
@@ -128,7 +129,7 @@ fn a_stream_is_read_from_python_without_plumb_in_between() {
         unknown.err()
     );
     let early = "import plumb_streams\nplumb_streams.Reader('arm/joints', wait_s=0.2)";
-    let early = Said::of(python(&lab, &["-c", early]).unwrap().output().unwrap());
+    let early = CommandOutput::of(python(&lab, &["-c", early]).unwrap().output().unwrap());
     assert!(early.err().contains("nobody runs cell.yaml"), "{}", early.err());
 
     let mut running = at_the_pace_of_the_arm(&lab);

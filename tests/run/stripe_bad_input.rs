@@ -10,14 +10,14 @@ fn message_of(changes: &[(&str, &str)]) -> String {
     for (from, to) in changes {
         lab.edit("rig.yaml", from, to);
     }
-    let said = lab.plumb(&["run", "cell.yaml", "scan-pyramid", "--headless", "--record", "record"]);
-    assert_eq!(said.code(), 2, "{}", said.all());
+    let output = lab.plumb(&["run", "cell.yaml", "scan-pyramid", "--headless", "--record", "record"]);
+    assert_eq!(output.code(), 2, "{}", output.all());
     assert!(!lab.path("record/run-1/pyramid.ply").exists(), "a false cloud");
     // The lab reads the same file, and refuses it in the same words.
     fs::create_dir(lab.path("scans")).unwrap();
     let lab_said = lab.plumb(&["stripe", "diagnose", "cell.yaml", "--scans", "scans"]);
     assert!(lab_said.code() == 2 && lab_said.err().contains("rig.yaml"), "{}", lab_said.all());
-    said.all()
+    output.all()
 }
 
 const D: &str = "d_mm: -85.381496824546";
@@ -68,10 +68,10 @@ fn a_picture_that_comes_too_late_to_know_where_the_arm_was_gives_no_point() {
         "procedure: extra\nsteps:\n  - {id: look, do: {measure: {sensor: stripe, trigger: camera}}, on_error: abort}\n",
     );
     lab.edit("cell.yaml", "procedures: [", "procedures: [procedures/extra.yaml, ");
-    let said = lab.plumb(&["run", "cell.yaml", "extra", "--headless"]);
-    assert_eq!(said.code(), 2, "{}", said.all());
+    let output = lab.plumb(&["run", "cell.yaml", "extra", "--headless"]);
+    assert_eq!(output.code(), 2, "{}", output.all());
     let words = "so late that where the robot was at its exposure is no longer known: it is dated 1.000 s before the first pose that is remembered; it is left out";
-    assert!(said.all().contains(words), "{}", said.all());
+    assert!(output.all().contains(words), "{}", output.all());
 }
 
 const SIDE: usize = 256;
@@ -115,10 +115,10 @@ fn look_at(file: &str, bytes: &[u8]) -> (i32, String, Vec<f64>) {
     lab.write("procedures/look.yaml", LOOK);
     fs::create_dir(lab.path("frames")).unwrap();
     fs::write(lab.path("frames").join(file), bytes).unwrap();
-    let said = lab.plumb(&["run", "cell.yaml", "look", "--headless", "--record", "record"]);
+    let output = lab.plumb(&["run", "cell.yaml", "look", "--headless", "--record", "record"]);
     let table = fs::read_to_string(lab.path("record/run-1/seen.stripes.csv")).unwrap_or_default();
     let column = |line: &str| line.split(',').nth(1).unwrap().parse().unwrap();
-    (said.code(), said.all(), table.lines().skip(1).map(column).collect())
+    (output.code(), output.all(), table.lines().skip(1).map(column).collect())
 }
 
 #[test]
@@ -196,10 +196,10 @@ fn a_scan_of_more_places_than_there_are_pictures_says_so() {
     lab.write("procedures/look.yaml", &LOOK.replace("to_mm: [60,", "to_mm: [70,"));
     fs::create_dir(lab.path("frames")).unwrap();
     fs::write(lab.path("frames/a.pgm"), pgm(SIDE, &lit(|x, _| x == 102))).unwrap();
-    let said = lab.plumb(&["run", "cell.yaml", "look", "--headless"]);
+    let output = lab.plumb(&["run", "cell.yaml", "look", "--headless"]);
     assert!(
-        said.code() == 2 && said.all().contains("frames: its only picture has been taken"),
+        output.code() == 2 && output.all().contains("frames: its only picture has been taken"),
         "{}",
-        said.all()
+        output.all()
     );
 }

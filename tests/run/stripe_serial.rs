@@ -20,10 +20,10 @@ fn lab() -> Lab {
 
 /// Runs a procedure to its end: the events and the exit code.
 fn run(lab: &Lab, cell: &str, arguments: &[&str]) -> (Vec<Value>, i32) {
-    let said =
+    let output =
         lab.plumb(&[&["run", cell], arguments, &["--headless", "--json", "--record", "record"]].concat());
-    let events = said.out().lines().map(|line| serde_json::from_str(line).unwrap()).collect();
-    (events, said.code())
+    let events = output.out().lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    (events, output.code())
 }
 
 /// What the run said at its end.
@@ -107,9 +107,9 @@ fn stripes_are_gathered_for_the_lab_and_an_ideal_arm_is_found_to_be_one() {
     let lab = lab();
     let (events, code) = run(&lab, CELL, &["gather"]);
     assert_eq!(code, 0, "{}", end(&events));
-    let said = lab.plumb(&["stripe", "diagnose", CELL, "--scans", "record/run-1", "--json"]);
-    assert_eq!(said.code(), 0, "{}", said.all());
-    let report: Value = serde_json::from_str(&said.out()).unwrap();
+    let output = lab.plumb(&["stripe", "diagnose", CELL, "--scans", "record/run-1", "--json"]);
+    assert_eq!(output.code(), 0, "{}", output.all());
+    let report: Value = serde_json::from_str(&output.out()).unwrap();
     assert_eq!(report["verdict"], "at_floor", "{report}");
 }
 

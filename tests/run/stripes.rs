@@ -9,17 +9,17 @@ use crate::lab::Lab;
 /// The cell with stripes of its own gathered in `record/run-1`.
 fn gathered() -> Lab {
     let lab = Lab::of("light-stripe");
-    let said = lab.plumb(&["run", "cell.yaml", "gather", "--headless", "--record", "record"]);
-    assert_eq!(said.code(), 0, "{}", said.all());
+    let output = lab.plumb(&["run", "cell.yaml", "gather", "--headless", "--record", "record"]);
+    assert_eq!(output.code(), 0, "{}", output.all());
     lab
 }
 
 #[test]
 fn an_arm_as_on_paper_has_nothing_the_matter_with_it_and_what_cannot_be_determined_is_not() {
     let lab = gathered();
-    let said = lab.plumb(&["stripe", "diagnose", "cell.yaml", "--scans", "record/run-1", "--json"]);
-    assert_eq!(said.code(), 0, "{}", said.all());
-    let report: Value = serde_json::from_str(&said.out()).unwrap();
+    let output = lab.plumb(&["stripe", "diagnose", "cell.yaml", "--scans", "record/run-1", "--json"]);
+    assert_eq!(output.code(), 0, "{}", output.all());
+    let report: Value = serde_json::from_str(&output.out()).unwrap();
     assert_eq!(report["verdict"], "at_floor", "{report}");
     let found = report["stripes"]["found"].as_array().unwrap();
     let zeros = found.iter().filter(|one| one["name"].as_str().unwrap().starts_with("joint_zero"));
@@ -30,12 +30,12 @@ fn an_arm_as_on_paper_has_nothing_the_matter_with_it_and_what_cannot_be_determin
 
     // What is adjusted is written beside the cell, and nothing over it.
     let adjust = ["stripe", "adjust", "cell.yaml", "--scans", "record/run-1", "-o", "cell-true.yaml"];
-    let said = lab.plumb(&adjust);
-    assert_eq!(said.code(), 0, "{}", said.all());
+    let output = lab.plumb(&adjust);
+    assert_eq!(output.code(), 0, "{}", output.all());
     assert!(fs::read_to_string(lab.path("cell-true.yaml")).unwrap().contains("rig: cell-true.rig.yaml,"));
     assert_eq!(lab.plumb(&["check", "cell-true.yaml"]).code(), 0);
-    let said = lab.plumb(&adjust);
-    assert!(said.code() == 2 && said.err().contains("cell-true.arm.yaml"), "{}", said.all());
+    let output = lab.plumb(&adjust);
+    assert!(output.code() == 2 && output.err().contains("cell-true.arm.yaml"), "{}", output.all());
 }
 
 /// What the lab says of stripes that an arm with this imperfection has seen.
@@ -43,11 +43,11 @@ fn diagnosed(imperfection: &str) -> Value {
     let lab = Lab::of("light-stripe");
     let faulty = format!("    resolution: encoder\n    imperfections:\n      - {imperfection}\n");
     lab.edit("world.yaml", "    resolution: encoder\n", &faulty);
-    let said = lab.plumb(&["run", "cell.yaml", "gather", "--headless", "--record", "record"]);
-    assert_eq!(said.code(), 0, "{}", said.all());
-    let said = lab.plumb(&["stripe", "diagnose", "cell.yaml", "--scans", "record/run-1", "--json"]);
-    assert_eq!(said.code(), 0, "{}", said.all());
-    serde_json::from_str(&said.out()).unwrap()
+    let output = lab.plumb(&["run", "cell.yaml", "gather", "--headless", "--record", "record"]);
+    assert_eq!(output.code(), 0, "{}", output.all());
+    let output = lab.plumb(&["stripe", "diagnose", "cell.yaml", "--scans", "record/run-1", "--json"]);
+    assert_eq!(output.code(), 0, "{}", output.all());
+    serde_json::from_str(&output.out()).unwrap()
 }
 
 /// The effect that was named, as it is written.
@@ -110,20 +110,20 @@ fn pictures_exposed_late_are_named_from_scans_in_motion_and_the_cell_that_is_wri
     let lab = Lab::of("light-stripe");
     lab.edit("world.yaml", "light:\n", "light:\n  exposure_delay_ms: -9\n");
     let gather = ["run", "cell.yaml", "gather", "--set", "fly_mm_s=120", "--headless", "--record", "record"];
-    let said = lab.plumb(&gather);
-    assert_eq!(said.code(), 0, "{}", said.all());
+    let output = lab.plumb(&gather);
+    assert_eq!(output.code(), 0, "{}", output.all());
     let scans = ["--scans", "record/run-1"];
-    let said = lab.plumb(&[&["stripe", "diagnose", "cell.yaml", "--json"], scans.as_slice()].concat());
-    assert_eq!(said.code(), 0, "{}", said.all());
-    let report: Value = serde_json::from_str(&said.out()).unwrap();
+    let output = lab.plumb(&[&["stripe", "diagnose", "cell.yaml", "--json"], scans.as_slice()].concat());
+    assert_eq!(output.code(), 0, "{}", output.all());
+    let report: Value = serde_json::from_str(&output.out()).unwrap();
     assert_eq!(
         (report["verdict"].as_str(), report["named"]["effect"].as_str()),
         (Some("named"), Some("clock_skew")),
         "{report}"
     );
     let adjust = ["stripe", "adjust", "cell.yaml", "--add", "clock_skew", "-o", "cell-true.yaml"];
-    let said = lab.plumb(&[adjust.as_slice(), scans.as_slice()].concat());
-    assert_eq!(said.code(), 0, "{}", said.all());
+    let output = lab.plumb(&[adjust.as_slice(), scans.as_slice()].concat());
+    assert_eq!(output.code(), 0, "{}", output.all());
     let cell = fs::read_to_string(lab.path("cell-true.yaml")).unwrap();
     let (_, delay) = cell.split_once("exposure_delay_ms: ").unwrap();
     let delay: f64 = delay.split('}').next().unwrap().parse().unwrap();
@@ -135,8 +135,8 @@ fn pictures_exposed_late_are_named_from_scans_in_motion_and_the_cell_that_is_wri
 fn a_bent_sheet_is_kept_in_the_rig_file_and_scans_with_it_come_out_straight() {
     let lab = Lab::of("light-stripe");
     lab.edit("world.yaml", "    width_mm: 1\n", "    width_mm: 1\n    bow: 0.03\n");
-    let said = lab.plumb(&["run", "cell.yaml", "gather", "--headless", "--record", "record"]);
-    assert_eq!(said.code(), 0, "{}", said.all());
+    let output = lab.plumb(&["run", "cell.yaml", "gather", "--headless", "--record", "record"]);
+    assert_eq!(output.code(), 0, "{}", output.all());
     let adjust = [
         "stripe",
         "adjust",
@@ -148,12 +148,12 @@ fn a_bent_sheet_is_kept_in_the_rig_file_and_scans_with_it_come_out_straight() {
         "-o",
         "cell-true.yaml",
     ];
-    let said = lab.plumb(&adjust);
-    assert_eq!(said.code(), 0, "{}", said.all());
+    let output = lab.plumb(&adjust);
+    assert_eq!(output.code(), 0, "{}", output.all());
     assert!(fs::read_to_string(lab.path("cell-true.rig.yaml")).unwrap().contains("bow_per_mm:"));
     let band = |cell: &str| {
-        let said = lab.plumb(&["run", cell, "random-error", "--headless", "--json"]);
-        let events = said.out();
+        let output = lab.plumb(&["run", cell, "random-error", "--headless", "--json"]);
+        let events = output.out();
         let events = events.lines().map(|line| serde_json::from_str::<Value>(line).unwrap());
         let scan = events.filter(|event| event["step"] == "plane" && event["event"] == "step_finished");
         let values: Vec<Value> = scan.flat_map(|event| event["values"].as_array().unwrap().clone()).collect();
@@ -171,9 +171,9 @@ fn pictures_to_take_next_lie_within_the_joints_limits_and_can_be_gone_through_by
         let next = ["stripe", "next", "cell.yaml", "--scans", "record/run-1", "-n", "3"];
         lab.plumb(&[next.as_slice(), more].concat())
     };
-    let said = next(&["--json"]);
-    assert_eq!(said.code(), 0, "{}", said.all());
-    let report: Value = serde_json::from_str(&said.out()).unwrap();
+    let output = next(&["--json"]);
+    assert_eq!(output.code(), 0, "{}", output.all());
+    let report: Value = serde_json::from_str(&output.out()).unwrap();
     // Three new ones, and returns to two of them.
     let poses = report["next"].as_array().unwrap();
     assert_eq!(poses.len(), 5, "{report}");
@@ -183,8 +183,8 @@ fn pictures_to_take_next_lie_within_the_joints_limits_and_can_be_gone_through_by
         let joints = pose["q_deg"].as_array().unwrap().iter().map(|joint| joint.as_f64().unwrap());
         assert!(joints.zip(limits).all(|(joint, (low, high))| low < joint && joint < high), "{pose}");
     }
-    let said = next(&["--csv"]);
-    assert!(said.code() == 0 && said.out().starts_with("q1_deg,q2_deg,"), "{}", said.all());
+    let output = next(&["--csv"]);
+    assert!(output.code() == 0 && output.out().starts_with("q1_deg,q2_deg,"), "{}", output.all());
     assert_eq!(next(&["--csv", "--json"]).code(), 2);
 }
 
@@ -197,12 +197,12 @@ fn an_effect_of_the_rig_is_refused_for_a_model_file() {
         "q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,p1_x_mm\n0,0,90,0,0,0,1\n10,0,90,0,0,0,2\n",
     )
     .unwrap();
-    let said = lab.plumb(&["model", "add", "arm.yaml", "lens_distortion", "--data", "table.csv"]);
-    assert_eq!(said.code(), 2, "{}", said.all());
+    let output = lab.plumb(&["model", "add", "arm.yaml", "lens_distortion", "--data", "table.csv"]);
+    assert_eq!(output.code(), 2, "{}", output.all());
     assert!(
-        said.err().contains("of the rig of a light stripe") && said.err().contains("`plumb stripe`"),
+        output.err().contains("of the rig of a light stripe") && output.err().contains("`plumb stripe`"),
         "{}",
-        said.err()
+        output.err()
     );
     assert!(lab.plumb(&["model", "effects", "lens_distortion"]).out().contains("plumb stripe adjust"));
 }
@@ -212,9 +212,9 @@ fn what_the_lab_cannot_work_with_is_reported() {
     let lab = Lab::of("light-stripe");
     fs::create_dir(lab.path("empty")).unwrap();
     let message_for = |arguments: &[&str]| {
-        let said = lab.plumb(&[&["stripe", "diagnose"], arguments].concat());
-        assert_eq!(said.code(), 2, "{}", said.all());
-        said.err()
+        let output = lab.plumb(&[&["stripe", "diagnose"], arguments].concat());
+        assert_eq!(output.code(), 2, "{}", output.all());
+        output.err()
     };
     let none = message_for(&["cell.yaml", "--scans", "empty"]);
     assert!(none.contains("empty: no scan lies there") && none.contains("`save:`"), "{none}");

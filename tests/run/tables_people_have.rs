@@ -46,7 +46,7 @@ impl Brought {
     }
 
     /// What `compare` says, with more options.
-    fn compare(&self, more: &[&str]) -> crate::lab::Said {
+    fn compare(&self, more: &[&str]) -> crate::lab::CommandOutput {
         let mut arguments = vec!["model", "compare", "planar.yaml", "--data", "table.csv"];
         arguments.extend(more);
         self.lab.plumb(&arguments)
@@ -99,9 +99,9 @@ fn the_option_that_an_error_prints_reads_the_table() {
 #[test]
 fn every_missing_unit_and_every_orientation_is_reported_at_once() {
     let brought = Brought::new("shoulder,q2,p1_x,p1_y_mm,p1_z_mm,p1_quat_w,yaw_deg");
-    let said = brought.compare(&[]);
-    assert_eq!(said.code(), 2);
-    let stderr = said.err();
+    let output = brought.compare(&[]);
+    assert_eq!(output.code(), 2);
+    let stderr = output.err();
     assert!(stderr.starts_with("plumb: table.csv: 5 columns of line 1 cannot be read\n"), "{stderr}");
     for line in [
         "column 1 (`shoulder`): the unit is missing: write q1_deg, q1_rad",

@@ -33,9 +33,12 @@ fn what_the_lab_would_not_name_is_not_added_where_nobody_can_be_asked() {
     let pair = machine(folder.path());
     for more in [&[][..], &["--json"]] {
         let refused = add(&pair, "joint_gain( elbow )", more);
-        let said = message(&refused);
-        assert_eq!(refused.status.code(), Some(2), "{said}");
-        assert!(said.contains("joint_gain( elbow ) was not named: ") && said.contains("--yes"), "{said}");
+        let printed = message(&refused);
+        assert_eq!(refused.status.code(), Some(2), "{printed}");
+        assert!(
+            printed.contains("joint_gain( elbow ) was not named: ") && printed.contains("--yes"),
+            "{printed}"
+        );
         assert!(refused.stdout.is_empty() && !is_written(&folder, 1));
     }
     // What is named, and what only frees numbers, needs no leave.

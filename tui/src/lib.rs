@@ -4,7 +4,7 @@
 //! it has to say on standard output and gives its exit code; an error comes back here, is printed once, and ends the
 //! program with 2.
 
-#![warn(clippy::print_stdout, reason = "`say!` gives an error where `println!` panics")]
+#![warn(clippy::print_stdout, reason = "`print_line!` gives an error where `println!` panics")]
 
 use std::process::ExitCode;
 
@@ -14,9 +14,9 @@ mod completion;
 pub mod failure;
 pub mod interrupt;
 mod logging;
+mod print_line;
 pub mod progress;
 mod record_directory;
-mod say;
 mod screens;
 mod shown_unit;
 pub mod signals;

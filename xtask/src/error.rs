@@ -25,14 +25,14 @@ pub enum PackageError {
         help: &'static str,
     },
     /// A program failed.
-    #[error("`{command}` failed ({status}): {said}")]
+    #[error("`{command}` failed ({status}): {message}")]
     Failed {
         /// What was called.
         command: String,
         /// How it ended.
         status: String,
         /// What it wrote to standard error.
-        said: String,
+        message: String,
     },
     /// Something that was built is not there.
     #[error("{} is not there; build it first: cargo build --release --locked", .0.display())]

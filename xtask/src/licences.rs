@@ -23,11 +23,11 @@ pub(crate) fn third_party(metadata: &Value) -> String {
         if ours.contains(id) || package["source"].is_null() || !built_in.contains(id) {
             continue;
         }
-        let said = |key: &str| package[key].as_str().unwrap_or("not said").to_owned();
-        let name = format!("{} {} ({})", said("name"), said("version"), said("license"));
-        let found = Path::new(&said("manifest_path")).parent().map(licences_in).unwrap_or_default();
+        let message = |key: &str| package[key].as_str().unwrap_or("not said").to_owned();
+        let name = format!("{} {} ({})", message("name"), message("version"), message("license"));
+        let found = Path::new(&message("manifest_path")).parent().map(licences_in).unwrap_or_default();
         if found.is_empty() {
-            without.push(format!("{name}, {}", said("repository")));
+            without.push(format!("{name}, {}", message("repository")));
         }
         for text in found {
             texts.entry(text).or_default().push(name.clone());

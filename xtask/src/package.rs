@@ -102,9 +102,9 @@ fn archive(root: &Path, place: &Path, name: &str) -> Result<PathBuf, PackageErro
 
 /// `SOURCE_DATE_EPOCH`, else the time of the last commit; none where neither is known.
 fn time_of_the_source(root: &Path) -> Option<String> {
-    let said = env::var("SOURCE_DATE_EPOCH").ok().or_else(|| {
+    let message = env::var("SOURCE_DATE_EPOCH").ok().or_else(|| {
         let time = output(Command::new("git").args(["log", "-1", "--format=%ct"]).current_dir(root)).ok()?;
         String::from_utf8(time).ok()
     });
-    said.map(|time| time.trim().to_owned()).filter(|time| time.parse::<u64>().is_ok())
+    message.map(|time| time.trim().to_owned()).filter(|time| time.parse::<u64>().is_ok())
 }

@@ -18,7 +18,7 @@ pub(crate) fn output(command: &mut Command) -> Result<Vec<u8>, PackageError> {
         return Err(PackageError::Failed {
             command: words.join(" "),
             status: ran.status.to_string(),
-            said: String::from_utf8_lossy(&ran.stderr).trim().to_owned(),
+            message: String::from_utf8_lossy(&ran.stderr).trim().to_owned(),
         });
     }
     Ok(ran.stdout)

@@ -69,16 +69,16 @@ pub(crate) fn stage(built: &Built<'_>, tree: &Path, third_party: &str) -> Result
     write(&tree.join("share/doc/plumb/THIRD-PARTY-LICENSES"), third_party.as_bytes())?;
     rights(tree, &binaries)?;
     // From here on the program itself says what it has: it runs where it will lie.
-    let said = |arguments: &[&str]| output(Command::new(&program).args(arguments).current_dir("/"));
+    let message = |arguments: &[&str]| output(Command::new(&program).args(arguments).current_dir("/"));
     for kind in SCHEMAS {
-        write(&tree.join(format!("share/plumb/schemas/{kind}.schema.json")), &said(&["schema", kind])?)?;
+        write(&tree.join(format!("share/plumb/schemas/{kind}.schema.json")), &message(&["schema", kind])?)?;
     }
     for (shell, to) in COMPLETIONS {
-        write(&tree.join(to), &said(&["completions", shell])?)?;
+        write(&tree.join(to), &message(&["completions", shell])?)?;
     }
     let pages = tree.join("share/man/man1");
-    said(&["man", "-o", &pages.to_string_lossy()])?;
-    said(&["plugins", "verify"])?;
+    message(&["man", "-o", &pages.to_string_lossy()])?;
+    message(&["plugins", "verify"])?;
     rights(tree, &binaries)?;
     newest_glibc(&binaries)
 }

@@ -373,12 +373,14 @@ mod tests {
     fn what_shows_no_board_is_refused() {
         let mut random = Random::seeded(3);
         let all = corners(&truth(0.2, 0.1, 300.0), 0.0, &mut random);
-        let said = |corners: &[Corner]| BOARD.pose(&CAMERA, corners).unwrap_err().to_string();
-        assert!(said(&all[..3]).starts_with("3 corners; the pose of a board needs four"));
-        assert!(said(&all[..9]).contains("on one line"), "one row of the board");
+        let message = |corners: &[Corner]| BOARD.pose(&CAMERA, corners).unwrap_err().to_string();
+        assert!(message(&all[..3]).starts_with("3 corners; the pose of a board needs four"));
+        assert!(message(&all[..9]).contains("on one line"), "one row of the board");
         let strange = [Corner { number: 54, ..all[0] }, all[1], all[2], all[9]];
-        assert!(said(&strange).contains("there is no corner 54; a board of 9 x 6 inner corners has 0 to 53"));
-        assert!(said(&[all[0], all[1], all[0], all[9]]).contains("corner 0 is given twice"));
+        assert!(
+            message(&strange).contains("there is no corner 54; a board of 9 x 6 inner corners has 0 to 53")
+        );
+        assert!(message(&[all[0], all[1], all[0], all[9]]).contains("corner 0 is given twice"));
     }
 
     #[test]

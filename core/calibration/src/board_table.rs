@@ -304,9 +304,9 @@ mod tests {
             ("q1_deg,picture\n10,a\n", "picture,corner,u_px,v_px\na,0,3,4\n", "picture `a`: 1 corners"),
         ] {
             for end in ["\n", "\r\n"] {
-                let said =
+                let reported =
                     made(&poses.replace('\n', end), &corners.replace('\n', end)).unwrap_err().to_string();
-                assert!(said.contains(part), "{end:?}: {part}: {said}");
+                assert!(reported.contains(part), "{end:?}: {part}: {reported}");
             }
         }
     }

@@ -190,8 +190,8 @@ mod tests {
             ),
             ("q1_deg,profile\n1,a\n", "profile,x_mm,z_mm\nb,1,2\n", "profile `b` has points and no pose"),
         ] {
-            let said = made(poses, points, 5).unwrap_err().to_string();
-            assert!(said.contains(part), "{part}: {said}");
+            let message = made(poses, points, 5).unwrap_err().to_string();
+            assert!(message.contains(part), "{part}: {message}");
         }
     }
 }

@@ -312,11 +312,11 @@ mod tests {
 
     #[test]
     fn a_urdf_file_that_is_none_is_refused_with_its_name() {
-        let said = |path: &Path| Template::of_urdf(path, None).unwrap_err().to_string();
-        assert!(said(Path::new("/nowhere/arm.urdf")).contains("/nowhere/arm.urdf"));
+        let message = |path: &Path| Template::of_urdf(path, None).unwrap_err().to_string();
+        assert!(message(Path::new("/nowhere/arm.urdf")).contains("/nowhere/arm.urdf"));
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("no.urdf");
         std::fs::write(&file, "<sdf/>").unwrap();
-        assert!(said(&file).contains("no.urdf"), "{}", said(&file));
+        assert!(message(&file).contains("no.urdf"), "{}", message(&file));
     }
 }

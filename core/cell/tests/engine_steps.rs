@@ -293,7 +293,7 @@ steps:
     world.only_pendant_ends_jog.store(true, Ordering::SeqCst);
     let mut run = request(&cell, &place);
     run.unattended = false;
-    let mut said = Vec::new();
+    let mut reported = Vec::new();
     let mut last = None;
     let (outcome, _) = watch(start(run, &world), |event, handle| {
         let jog = |prompt| handle.send(Command::Jog { prompt, joint: "waist".to_owned(), by: 2.0 });
@@ -313,8 +313,8 @@ steps:
                 handle.send(last.clone().expect("something was sent"));
             }
             Event::AnswerRefused { prompt, reason } => {
-                said.push(reason.clone());
-                match said.len() {
+                reported.push(reason.clone());
+                match reported.len() {
                     1 => {
                         jog(*prompt);
                     }
@@ -331,7 +331,7 @@ steps:
     });
     assert_eq!(outcome, RunOutcome::Passed);
     assert_eq!(
-        said,
+        reported,
         [
             "the pendant has the arm: only STOP on the pendant stops it, and gives it back",
             "arm: press STOP on the pendant",

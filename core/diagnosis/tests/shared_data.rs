@@ -41,7 +41,8 @@ fn the_ur5s_error_on_rows_not_fitted_falls_as_zeros_and_geometry_are_freed() {
         for (mean, free) in means.iter_mut().zip(ladder) {
             let Some(found) = compare("real/ur5.yaml", "real/ur5-grid.csv", holdout, free) else { return };
             // That its wrist is hardly determined by one reflector on the flange is true, and reported.
-            let is_expected = |said: String| said.contains("hardly determine") && said.contains("wrist2");
+            let is_expected =
+                |message: String| message.contains("hardly determine") && message.contains("wrist2");
             assert!(found.warnings.iter().map(note_in_words).all(is_expected), "{:?}", found.warnings);
             *mean += found.rms_mm.check.unwrap() / 3.0;
         }
@@ -157,6 +158,6 @@ fn the_pandas_fit_does_not_run_away_with_whole_regions_held_out() {
     };
     assert!(found.rms_mm.fit < 1.0, "{:?}", found.rms_mm);
     assert!(found.effects.iter().all(|effect| effect.plausible), "{:?}", found.effects);
-    let mut said = found.warnings.iter().map(note_in_words);
-    assert!(said.any(|said| said.contains("these rows hardly determine")), "{:?}", found.warnings);
+    let mut message = found.warnings.iter().map(note_in_words);
+    assert!(message.any(|message| message.contains("these rows hardly determine")), "{:?}", found.warnings);
 }

@@ -191,8 +191,8 @@ mod tests {
             (Path::new("/proc/self/status"), "a file of the kernel's own"),
             (&place.path().join("missing"), "there is no such file"),
         ] {
-            let said = refused(path);
-            assert!(said.contains(words), "{}: {said}", path.display());
+            let message = refused(path);
+            assert!(message.contains(words), "{}: {message}", path.display());
         }
     }
 

@@ -503,7 +503,7 @@ mod tests {
 
     #[test]
     fn a_library_that_is_not_there_is_named_with_whose_it_is_and_where_it_was_looked_for() {
-        let said = |library: &str| {
+        let message = |library: &str| {
             let error = CatalogueError::NoLibrary {
                 manifest: PathBuf::from("arm/plugin.yaml"),
                 id: "arm".to_owned(),
@@ -514,12 +514,12 @@ mod tests {
         };
         let own =
             "arm/plugin.yaml: library libarm.so of plugin 'arm' is not there; looked in arm, lib; build";
-        assert!(said("libarm.so").starts_with(own), "{}", said("libarm.so"));
+        assert!(message("libarm.so").starts_with(own), "{}", message("libarm.so"));
         let bridge = Manifest::BRIDGE_LIBRARY;
         let of_plumb = format!(
             "arm/plugin.yaml: plumb's own {bridge}, which runs the driver of plugin 'arm', is not there; looked in"
         );
-        assert!(said(bridge).starts_with(&of_plumb), "{}", said(bridge));
+        assert!(message(bridge).starts_with(&of_plumb), "{}", message(bridge));
     }
 
     #[test]

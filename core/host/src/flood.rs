@@ -203,12 +203,12 @@ mod tests {
 
     #[test]
     fn what_was_left_out_is_counted_in_the_unit_that_people_use() {
-        let said = |lines, bytes| LeftOut { lines, bytes }.line();
+        let message = |lines, bytes| LeftOut { lines, bytes }.line();
         let end = "left out here: they came faster than the log takes them";
-        assert_eq!(said(1, 999), format!("1 line (999 bytes) {end}"));
-        assert_eq!(said(2, 1_000), format!("2 lines (1 kB) {end}"));
-        assert_eq!(said(3, 999_999), format!("3 lines (999 kB) {end}"));
-        assert_eq!(said(4, 1_000_000), format!("4 lines (1 MB) {end}"));
+        assert_eq!(message(1, 999), format!("1 line (999 bytes) {end}"));
+        assert_eq!(message(2, 1_000), format!("2 lines (1 kB) {end}"));
+        assert_eq!(message(3, 999_999), format!("3 lines (999 kB) {end}"));
+        assert_eq!(message(4, 1_000_000), format!("4 lines (1 MB) {end}"));
     }
 
     #[test]

@@ -94,60 +94,63 @@ fn refused(from: &str, to: &str) -> String {
 #[test]
 fn a_closed_loop_names_the_link_and_both_its_joints() {
     let bar = r#"<joint name="bar" type="continuous"><parent link="base"/><child link="wrist"/><axis xyz="0 1 0"/></joint></robot>"#;
-    let said = refused("</robot>", bar);
+    let message = refused("</robot>", bar);
     assert!(
-        said.contains("link `wrist` hangs on both joint `bend` and joint `bar`")
-            && said.contains("closed loop"),
-        "{said}"
+        message.contains("link `wrist` hangs on both joint `bend` and joint `bar`")
+            && message.contains("closed loop"),
+        "{message}"
     );
-    assert!(said.starts_with("line "), "{said}");
+    assert!(message.starts_with("line "), "{message}");
     let circle = refused(r#"<parent link="world"/>"#, r#"<parent link="tool"/>"#);
     assert!(circle.contains("go in a circle") && circle.contains("stand"), "{circle}");
 }
 
 #[test]
 fn a_joint_that_mimics_another_is_named() {
-    let said =
+    let message =
         refused(r#"<limit lower="-3" upper="3"/>"#, r#"<limit lower="-3" upper="3"/><mimic joint="lift"/>"#);
     // With a joint that mimics on the way, no other branch is as long.
-    assert!(said.contains("joint `bend`") && said.contains("mimics joint `lift`"), "{said}");
+    assert!(message.contains("joint `bend`") && message.contains("mimics joint `lift`"), "{message}");
 }
 
 #[test]
 fn missing_limits_say_what_to_write() {
-    let said = refused(r#"<limit lower="-2" upper="2"/>"#, "");
+    let message = refused(r#"<limit lower="-2" upper="2"/>"#, "");
     assert_eq!(
-        said,
+        message,
         "line 12: joint `turn`: a revolute joint needs <limit lower=\"...\" upper=\"...\"/>, or the type `continuous` if it turns without end"
     );
 }
 
 #[test]
 fn millimetres_and_degrees_are_reported() {
-    let said = refused(r#"xyz="0.425 0 0.02""#, r#"xyz="425 0 20""#);
-    assert!(said.contains("joint `bend`") && said.contains("looks like millimetres"), "{said}");
-    let said = refused(r#"rpy="0.2 -0.4 0.7""#, r#"rpy="0 90 0""#);
-    assert!(said.contains("joint `reach`") && said.contains("looks like degrees"), "{said}");
-    let said = refused(r#"<limit lower="-2" upper="2"/>"#, r#"<limit lower="-170" upper="170"/>"#);
-    assert!(said.contains("joint `turn`") && said.contains("look like degrees"), "{said}");
+    let message = refused(r#"xyz="0.425 0 0.02""#, r#"xyz="425 0 20""#);
+    assert!(message.contains("joint `bend`") && message.contains("looks like millimetres"), "{message}");
+    let message = refused(r#"rpy="0.2 -0.4 0.7""#, r#"rpy="0 90 0""#);
+    assert!(message.contains("joint `reach`") && message.contains("looks like degrees"), "{message}");
+    let message = refused(r#"<limit lower="-2" upper="2"/>"#, r#"<limit lower="-170" upper="170"/>"#);
+    assert!(message.contains("joint `turn`") && message.contains("look like degrees"), "{message}");
 }
 
 #[test]
 fn what_is_no_number_no_axis_and_no_arm_is_reported() {
-    let said = refused(r#"xyz="0.425 0 0.02""#, r#"xyz="0,425 0 0,02""#);
-    assert!(said.contains("joint `bend`") && said.contains("three numbers between blanks"), "{said}");
-    let said = refused(r#"<axis xyz="0 0 1"/>"#, r#"<axis xyz="0 0 0"/>"#);
-    assert!(said.contains("joint `turn`: its axis has no direction"), "{said}");
-    let said = refused(r#"type="continuous""#, r#"type="floating""#);
-    assert!(said.contains("joint `lift`: its type is `floating`"), "{said}");
-    let said = refused(r#"<child link="wrist"/>"#, r#"<child link="wirst"/>"#);
-    assert!(said.contains("its child `wirst` is no link"), "{said}");
-    let said = UrdfArm::parse("<sdf><model/></sdf>", None).unwrap_err();
-    assert!(matches!(said, UrdfError::NotARobot(_)), "{said}");
-    let said = UrdfArm::parse("<robot><link", None).unwrap_err();
-    assert!(matches!(said, UrdfError::Syntax { .. }), "{said}");
-    let said = UrdfArm::parse(ARM, Some("toool")).unwrap_err().to_string();
-    assert!(said.contains("there is no link `toool`"), "{said}");
+    let message = refused(r#"xyz="0.425 0 0.02""#, r#"xyz="0,425 0 0,02""#);
+    assert!(
+        message.contains("joint `bend`") && message.contains("three numbers between blanks"),
+        "{message}"
+    );
+    let message = refused(r#"<axis xyz="0 0 1"/>"#, r#"<axis xyz="0 0 0"/>"#);
+    assert!(message.contains("joint `turn`: its axis has no direction"), "{message}");
+    let message = refused(r#"type="continuous""#, r#"type="floating""#);
+    assert!(message.contains("joint `lift`: its type is `floating`"), "{message}");
+    let message = refused(r#"<child link="wrist"/>"#, r#"<child link="wirst"/>"#);
+    assert!(message.contains("its child `wirst` is no link"), "{message}");
+    let message = UrdfArm::parse("<sdf><model/></sdf>", None).unwrap_err();
+    assert!(matches!(message, UrdfError::NotARobot(_)), "{message}");
+    let message = UrdfArm::parse("<robot><link", None).unwrap_err();
+    assert!(matches!(message, UrdfError::Syntax { .. }), "{message}");
+    let message = UrdfArm::parse(ARM, Some("toool")).unwrap_err().to_string();
+    assert!(message.contains("there is no link `toool`"), "{message}");
 }
 
 #[test]
@@ -158,8 +161,8 @@ fn what_is_wrong_beside_the_arm_does_not_matter() {
     let text = ARM.replace(r#"<link name="camera"/>"#, &format!(r#"<link name="camera"/>{beside}"#));
     let plain = UrdfArm::parse(ARM, Some("tool")).unwrap();
     assert_eq!(UrdfArm::parse(&text, Some("tool")).unwrap().chain, plain.chain);
-    let said = UrdfArm::parse(&text, Some("cup")).unwrap_err().to_string();
-    assert!(said.contains("joint `lid`: a revolute joint needs <limit"), "{said}");
+    let message = UrdfArm::parse(&text, Some("cup")).unwrap_err().to_string();
+    assert!(message.contains("joint `lid`: a revolute joint needs <limit"), "{message}");
 }
 
 #[test]
@@ -175,8 +178,8 @@ fn a_joint_that_does_not_move_needs_no_axis_and_limits_without_end_are_none() {
 fn what_is_not_written_of_limits_is_nought_as_the_format_has_it() {
     let text = ARM.replace(r#"<limit lower="-2" upper="2"/>"#, r#"<limit upper="2"/>"#);
     assert_eq!(UrdfArm::parse(&text, None).unwrap().chain.joints[0].limits, (0.0, 2.0));
-    let said = refused(r#"<limit lower="-2" upper="2"/>"#, r#"<limit effort="3"/>"#);
-    assert!(said.contains("hold no pose") && said.contains("`continuous`"), "{said}");
+    let message = refused(r#"<limit lower="-2" upper="2"/>"#, r#"<limit effort="3"/>"#);
+    assert!(message.contains("hold no pose") && message.contains("`continuous`"), "{message}");
 }
 
 #[test]

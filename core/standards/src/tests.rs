@@ -128,8 +128,8 @@ fn what_is_no_run_along_an_axis_is_refused_with_its_place_and_what_would_be_righ
         ),
         (format!("{head}0,1,a,0\n0,1,a,0\n"), "no joint moves"),
     ] {
-        let said = message_for(&text);
-        assert!(said.starts_with("axis.csv: ") && said.contains(needed), "{said}\nwanted: {needed}");
+        let message = message_for(&text);
+        assert!(message.starts_with("axis.csv: ") && message.contains(needed), "{message}\nwanted: {needed}");
     }
 }
 
@@ -198,8 +198,8 @@ fn what_holds_no_returns_to_poses_is_refused() {
         (POSES.replace("commanded_z_mm", "commanded_z"), "`commanded_z` has no unit"),
         ("q1_deg,height_mm,on\n0,1,t\n0,1,t\n".to_owned(), "no position was read"),
     ] {
-        let said = message_for(&text);
-        assert!(said.contains(needed), "{said}\nwanted: {needed}");
+        let message = message_for(&text);
+        assert!(message.contains(needed), "{message}\nwanted: {needed}");
     }
 }
 
@@ -315,8 +315,8 @@ fn figures_of_orientation_are_those_of_the_standard_also_where_angles_of_the_att
             "`commanded_yaw_deg` is no part of a commanded orientation",
         ),
     ] {
-        let said = refused(text);
-        assert!(said.contains(part), "{part}: {said}");
+        let message = refused(text);
+        assert!(message.contains(part), "{part}: {message}");
     }
 }
 

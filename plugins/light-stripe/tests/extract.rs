@@ -69,7 +69,7 @@ fn fixed(level: u8) -> Settings {
 
 /// Rms error, rms of what the points say of themselves, and the Cramer-Rao bound for additive noise, px.
 fn accuracy(sigma: f64, amplitude: f64, noise: f64, level: u8, centre: Centre) -> (f64, f64, f64) {
-    let (mut errors, mut said, mut count) = (0.0, 0.0, 0.0);
+    let (mut errors, mut message, mut count) = (0.0, 0.0, 0.0);
     for seed in 0..12 {
         let mut scene = Scene::dark(64, 256, 10.0, noise, seed);
         let place = move |row: usize| 30.0 + 0.0371 * row as f64 - 4.0;
@@ -78,13 +78,13 @@ fn accuracy(sigma: f64, amplitude: f64, noise: f64, level: u8, centre: Centre) -
             Settings { centre, noise: Noise { dark: noise as f32, ..Noise::default() }, ..fixed(level) };
         for point in scene.found(&settings).unwrap() {
             errors += (f64::from(point.centre) - place(point.row as usize)).powi(2);
-            said += f64::from(point.sigma).powi(2);
+            message += f64::from(point.sigma).powi(2);
             count += 1.0;
         }
     }
     let total = (noise * noise + 1.0 / 12.0).sqrt();
     let bound = total / amplitude * (2.0 * sigma / std::f64::consts::PI.sqrt()).sqrt();
-    ((errors / count).sqrt(), (said / count).sqrt(), bound)
+    ((errors / count).sqrt(), (message / count).sqrt(), bound)
 }
 
 #[test]
@@ -92,13 +92,13 @@ fn the_centroid_comes_near_the_cramer_rao_bound_and_knows_its_own_uncertainty() 
     for (sigma, amplitude, noise, level) in
         [(1.6, 200.0, 2.0, 30), (0.9, 200.0, 2.0, 30), (1.6, 100.0, 5.0, 30), (3.5, 150.0, 3.0, 30)]
     {
-        let (rms, said, bound) = accuracy(sigma, amplitude, noise, level, Centre::Centroid);
+        let (rms, message, bound) = accuracy(sigma, amplitude, noise, level, Centre::Centroid);
         println!(
-            "width {sigma} px, signal to noise {:.0}: centroid {rms:.4} px, says {said:.4}, bound {bound:.4}",
+            "width {sigma} px, signal to noise {:.0}: centroid {rms:.4} px, says {message:.4}, bound {bound:.4}",
             amplitude / noise
         );
         assert!(rms < 1.5 * bound + 0.008, "{rms} px against a bound of {bound}");
-        assert!((0.7..1.4).contains(&(said / rms)), "says {said}, is {rms}");
+        assert!((0.7..1.4).contains(&(message / rms)), "says {message}, is {rms}");
     }
 }
 
@@ -107,12 +107,12 @@ fn the_gaussian_derivative_is_the_better_one_where_light_is_low() {
     let (sigma, amplitude, noise) = (1.6, 50.0, 6.0);
     let derivative = Centre::GaussianDerivative { line_sigma_px: 1.6 };
     let (centroid, ..) = accuracy(sigma, amplitude, noise, 32, Centre::Centroid);
-    let (rms, said, bound) = accuracy(sigma, amplitude, noise, 32, derivative);
+    let (rms, message, bound) = accuracy(sigma, amplitude, noise, 32, derivative);
     println!(
-        "signal to noise 8: derivative {rms:.4} px, says {said:.4}, bound {bound:.4}; centroid {centroid:.4}"
+        "signal to noise 8: derivative {rms:.4} px, says {message:.4}, bound {bound:.4}; centroid {centroid:.4}"
     );
     assert!(rms < 0.95 * centroid, "{rms} against {centroid}");
-    assert!((0.7..1.4).contains(&(said / rms)), "says {said}, is {rms}");
+    assert!((0.7..1.4).contains(&(message / rms)), "says {message}, is {rms}");
 }
 
 #[test]

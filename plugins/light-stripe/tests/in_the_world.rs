@@ -111,11 +111,11 @@ fn a_plane_is_measured_to_what_each_point_says_of_itself() {
         let points = measure(&light, &rig, &over(300.0, 0.0, 360.0), 1).unwrap();
         assert!(points.len() * 10 > light.camera.height * 9, "{} points", points.len());
         let scatter = rms(points.iter().map(|(point, _)| point.z));
-        let said = rms(points.iter().map(|(_, sigma)| *sigma));
-        println!("{} rows: {scatter:.4} mm from the plane, the points say {said:.4}", light.camera.height);
+        let message = rms(points.iter().map(|(_, sigma)| *sigma));
+        println!("{} rows: {scatter:.4} mm from the plane, the points say {message:.4}", light.camera.height);
         assert!(scatter < most, "{scatter} mm");
         if light.projector.speckle == 0.0 {
-            assert!((0.6..1.6).contains(&(said / scatter)), "{said} against {scatter}");
+            assert!((0.6..1.6).contains(&(message / scatter)), "{message} against {scatter}");
         }
     }
 }

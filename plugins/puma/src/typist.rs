@@ -454,9 +454,9 @@ mod tests {
         let (mut typist, pair) = typist("careful");
         // One read gives 256 bytes.
         let first = format!("*{:<252}*", "Robot power off");
-        let said = format!("{first}\r\nVAL-II 2.0 (C) UNIMATION\r\n. ");
+        let message = format!("{first}\r\nVAL-II 2.0 (C) UNIMATION\r\n. ");
         let mut controller = std::fs::File::from(pair.master);
-        controller.write_all(said.as_bytes()).unwrap();
+        controller.write_all(message.as_bytes()).unwrap();
         assert_eq!(typist.take_unasked().unwrap(), [first.as_str(), "VAL-II 2.0 (C) UNIMATION"]);
         assert!(typist.rebooted);
     }

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use plumb_plugin::PluginError;
 
 use crate::lines::{Lines, Received};
-use crate::protocol::{Answer, Call, Hello, PROTOCOL, Reading, Say, TruthReport, Verb, Welcome};
+use crate::protocol::{Answer, Call, Hello, PROTOCOL, Reading, Response, TruthReport, Verb, Welcome};
 
 /// How often a caller that waits is asked whether it still wants to.
 const LOOK: Duration = Duration::from_millis(10);
@@ -75,7 +75,7 @@ impl WorldClient {
         let mut lines = Lines::over(stream)?;
         lines.send(&Hello { protocol: PROTOCOL, client: name.to_owned() })?;
         let line = patiently(&mut lines)?;
-        if let Ok(Answer { say: Say::Refused { why }, .. }) = serde_json::from_slice(&line) {
+        if let Ok(Answer { response: Response::Refused { why }, .. }) = serde_json::from_slice(&line) {
             return Err(ClientError::Refused(why));
         }
         let welcome =
@@ -94,8 +94,8 @@ impl WorldClient {
         &mut self,
         verb: Verb,
         should_stop: impl Fn() -> bool,
-        mut on_the_way: impl FnMut(&Say),
-    ) -> Result<Say, ClientError> {
+        mut on_the_way: impl FnMut(&Response),
+    ) -> Result<Response, ClientError> {
         let id = self.send(verb)?;
         let mut stop = None;
         let mut heard = Instant::now();
@@ -113,9 +113,11 @@ impl WorldClient {
             heard = Instant::now();
             let answer: Answer =
                 serde_json::from_slice(&line).map_err(|error| ClientError::Garbled(error.to_string()))?;
-            match answer.say {
-                Say::Joints(_) | Say::Change(_) | Say::Pixels { .. } => on_the_way(&answer.say),
-                say if answer.id == id => end = Some(say),
+            match answer.response {
+                Response::Joints(_) | Response::Change(_) | Response::Pixels { .. } => {
+                    on_the_way(&answer.response)
+                }
+                response if answer.id == id => end = Some(response),
                 _ if Some(answer.id) == stop => stop = None,
                 other => return Err(ClientError::Garbled(format!("{other:?} for no call of ours"))),
             }
@@ -124,8 +126,8 @@ impl WorldClient {
             }
         }
         match end {
-            Some(Say::Refused { why }) => Err(ClientError::Refused(why)),
-            Some(say) => Ok(say),
+            Some(Response::Refused { why }) => Err(ClientError::Refused(why)),
+            Some(response) => Ok(response),
             None => Err(ClientError::Gone),
         }
     }
@@ -133,7 +135,7 @@ impl WorldClient {
     /// Makes a call that ends with a reading.
     pub fn read(&mut self, verb: Verb) -> Result<Reading, ClientError> {
         match self.call(verb, || false, |_| {})? {
-            Say::Reading(reading) => Ok(reading),
+            Response::Reading(reading) => Ok(reading),
             other => Err(ClientError::Garbled(format!("{other:?} instead of a reading"))),
         }
     }
@@ -148,14 +150,14 @@ impl WorldClient {
         let end = self.call(
             Verb::Expose {},
             || false,
-            |say| {
-                if let Say::Pixels { hex } = say {
+            |response| {
+                if let Response::Pixels { hex } = response {
                     whole &= add_pixels(hex, &mut pixels).is_some();
                 }
             },
         )?;
         match end {
-            Say::Exposed { time_ns, width, height, waiting }
+            Response::Exposed { time_ns, width, height, waiting }
                 if whole && pixels.len() == width as usize * height as usize =>
             {
                 Ok(Exposed { time_ns, width, height, waiting, pixels })
@@ -167,7 +169,7 @@ impl WorldClient {
     /// What is so.
     pub fn look(&mut self) -> Result<TruthReport, ClientError> {
         match self.call(Verb::Look {}, || false, |_| {})? {
-            Say::Truth(truth) => Ok(*truth),
+            Response::Truth(truth) => Ok(*truth),
             other => Err(ClientError::Garbled(format!("{other:?} instead of the truth"))),
         }
     }

@@ -350,13 +350,13 @@ pub struct Answer {
     /// The call it belongs to; 0 for a line that could not be read as a call.
     pub id: u64,
     /// What it says.
-    pub say: Say,
+    pub response: Response,
 }
 
 /// What the world says.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Say {
+pub enum Response {
     /// On the way: where the joints are.
     Joints(Reading),
     /// On the way: input lines changed.

@@ -10,7 +10,7 @@ use serde::Deserialize;
 
 use crate::client::{ClientError, WorldClient};
 use crate::joint_values::JointValues;
-use crate::protocol::{self, Change, PendantKey, Reading, Say, Verb};
+use crate::protocol::{self, Change, PendantKey, Reading, Response, Verb};
 
 /// The stream of joint states.
 const JOINTS: &str = "joints";
@@ -138,10 +138,10 @@ impl SimulatedRobot {
     fn ask(&mut self, verb: Verb) -> Result<Reading, PluginError> {
         let Self { host, world, .. } = self;
         let mut unsent = Ok(());
-        let on_the_way = |say: &Say| {
+        let on_the_way = |say: &Response| {
             let sent = match say {
-                Say::Joints(reading) => host.emit(JOINTS, &joint_state(reading)),
-                Say::Change(change) => host.emit(INPUTS, &changed(change)),
+                Response::Joints(reading) => host.emit(JOINTS, &joint_state(reading)),
+                Response::Change(change) => host.emit(INPUTS, &changed(change)),
                 _ => Ok(()),
             };
             if unsent.is_ok() {
@@ -151,7 +151,7 @@ impl SimulatedRobot {
         let moves = matches!(verb, Verb::Move { .. });
         let end = world.call(verb, || moves && host.should_stop(), on_the_way);
         let reading = match end {
-            Ok(Say::Reading(reading)) => reading,
+            Ok(Response::Reading(reading)) => reading,
             Ok(other) => return Err(PluginError::Failed(format!("the world answered {other:?}"))),
             Err(error) => return Err(self.broken(error)),
         };

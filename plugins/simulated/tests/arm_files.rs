@@ -43,9 +43,9 @@ impl Files {
     /// The message about these files, without the folder's name and the lines it quotes: what is wrong; what would be right.
     fn refused(&self) -> String {
         let error = read(&self.world()).unwrap_err().to_string();
-        let said = error.lines().filter(|line| !line.contains(" | ") && !line.is_empty());
-        let said: Vec<&str> = said.map(|line| line.trim_start_matches("  = ")).collect();
-        said.join("; ").replace(&format!("{}/", self.folder.path().display()), "")
+        let message = error.lines().filter(|line| !line.contains(" | ") && !line.is_empty());
+        let message: Vec<&str> = message.map(|line| line.trim_start_matches("  = ")).collect();
+        message.join("; ").replace(&format!("{}/", self.folder.path().display()), "")
     }
 
     fn open(&self) -> ArmWorld {
@@ -287,7 +287,7 @@ fn a_urdf_file_with_a_loop_is_refused_by_the_names_of_its_joints() {
 
 #[test]
 fn other_urdf_files_that_are_no_arm_are_refused() {
-    for (from, to, said) in [
+    for (from, to, message) in [
         (
             "prismatic",
             "floating",
@@ -306,7 +306,7 @@ fn other_urdf_files_that_are_no_arm_are_refused() {
     ] {
         assert!(URDF.contains(from), "{from}");
         let refused = urdf_refused(&URDF.replace(from, to));
-        assert!(refused.contains(said), "{refused}\nexpected {said}");
+        assert!(refused.contains(message), "{refused}\nexpected {message}");
     }
 }
 

@@ -6,14 +6,14 @@ mod common;
 
 use common::{Served, only, world_path};
 use plumb_simulated::client::WorldClient;
-use plumb_simulated::protocol::{Instrument, Pace, Say, Verb};
+use plumb_simulated::protocol::{Instrument, Pace, Response, Verb};
 use plumb_simulated::world::Joint;
 use plumb_simulated::world::file::{parse, read, seal};
 
 fn measure(client: &mut WorldClient, with: Instrument) -> (f64, String) {
     match client.call(Verb::Measure { with, at: None, turned: false, axis: None }, || false, |_| {}).unwrap()
     {
-        Say::Measured { value, unit } => (value, unit),
+        Response::Measured { value, unit } => (value, unit),
         other => panic!("{other:?}"),
     }
 }
@@ -144,7 +144,7 @@ fn what_is_true_in_a_sealed_world_is_said_once_it_is_revealed() {
         refused.to_string(),
         "this world is sealed: what is true in it stays hidden until it is revealed"
     );
-    let Say::Revealed { text } = client.call(Verb::Reveal {}, || false, |_| {}).unwrap() else {
+    let Response::Revealed { text } = client.call(Verb::Reveal {}, || false, |_| {}).unwrap() else {
         panic!("not revealed");
     };
     assert!(text.contains("backlash: {waist_deg: 0.4"));

@@ -233,8 +233,8 @@ fn wrong_world_files_say_where_and_what_would_be_right() {
     ] {
         let error = parse("world.yaml", text).unwrap_err().to_string();
         // Without the line that is quoted.
-        let said = error.lines().filter(|line| !line.contains(" | "));
-        let error = said.map(|line| line.trim_start_matches("  = ")).collect::<Vec<_>>().join("; ");
+        let reported = error.lines().filter(|line| !line.contains(" | "));
+        let error = reported.map(|line| line.trim_start_matches("  = ")).collect::<Vec<_>>().join("; ");
         assert!(error.ends_with(message), "{error}\nexpected {message}");
     }
 }

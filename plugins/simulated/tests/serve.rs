@@ -13,7 +13,7 @@ use common::{Served, only, until, world_path};
 use nix::time::{ClockId, clock_gettime};
 use plumb_plugin::cell_clock::ClockReader;
 use plumb_simulated::client::{ClientError, WorldClient};
-use plumb_simulated::protocol::{Pace, PendantKey, Reading, Say, Verb};
+use plumb_simulated::protocol::{Pace, PendantKey, Reading, Response, Verb};
 use plumb_simulated::serve::{ServeOptions, clock_file, serve};
 use plumb_simulated::world::Joint;
 
@@ -21,9 +21,9 @@ fn turn(joint: Joint, by_deg: f64) -> Verb {
     Verb::Move { joints: only(joint, by_deg.to_radians()).into(), relative: true, speed: 1.0 }
 }
 
-fn reading(say: Say) -> Reading {
-    match say {
-        Say::Reading(reading) => reading,
+fn reading(response: Response) -> Reading {
+    match response {
+        Response::Reading(reading) => reading,
         other => panic!("{other:?}"),
     }
 }
@@ -36,8 +36,8 @@ fn a_fast_world_moves_at_once_and_reports_every_edge() {
     let end = client.call(
         turn(Joint::Shoulder, -10.0),
         || false,
-        |say| {
-            if let Say::Change(change) = say {
+        |response| {
+            if let Response::Change(change) = response {
                 changes.push(*change);
             }
         },
@@ -59,8 +59,8 @@ fn a_stop_in_mid_move_leaves_the_arm_where_it_was() {
     let end = client.call(
         turn(Joint::Waist, 70.0),
         || on_the_way.get() > 3,
-        |say| {
-            if let Say::Joints(_) = say {
+        |response| {
+            if let Response::Joints(_) = response {
                 on_the_way.set(on_the_way.get() + 1);
             }
         },
@@ -303,13 +303,14 @@ fn what_is_not_the_protocol_is_answered_and_does_no_harm() {
         ],
     );
     let now_ns = cell_ns(&served);
-    let last = format!(r#"{{"id":8,"say":{{"reading":{{"time_ns":{now_ns},"moving":false,"stopped":false,"#);
+    let last =
+        format!(r#"{{"id":8,"response":{{"reading":{{"time_ns":{now_ns},"moving":false,"stopped":false,"#);
     let expected = [
         r#"{"protocol":1,"world":"TeachMover over a T target, ideal","#,
-        r#"{"id":0,"say":{"refused":{"why":"expected value at line 1 column 1"}}}"#,
-        r#"{"id":0,"say":{"refused":{"why":"unknown variant `fly`, expected one of `read`, `move`, "#,
-        r#"{"id":6,"say":{"refused":{"why":"2 joint values for an arm of 6 joints"}}}"#,
-        r#"{"id":7,"say":{"refused":{"why":"the speed must be a share of the greatest, 0.001 to 1"}}}"#,
+        r#"{"id":0,"response":{"refused":{"why":"expected value at line 1 column 1"}}}"#,
+        r#"{"id":0,"response":{"refused":{"why":"unknown variant `fly`, expected one of `read`, `move`, "#,
+        r#"{"id":6,"response":{"refused":{"why":"2 joint values for an arm of 6 joints"}}}"#,
+        r#"{"id":7,"response":{"refused":{"why":"the speed must be a share of the greatest, 0.001 to 1"}}}"#,
         last.as_str(),
     ];
     for (answer, expected) in answers.iter().zip(expected) {
@@ -338,7 +339,7 @@ fn a_client_of_another_version_gets_both_versions() {
     assert_eq!(
         answers,
         [
-            r#"{"id":0,"say":{"refused":{"why":"`old driver` speaks version 9 of the world's protocol, this world version 1: build both from the same source"}}}"#,
+            r#"{"id":0,"response":{"refused":{"why":"`old driver` speaks version 9 of the world's protocol, this world version 1: build both from the same source"}}}"#,
             ""
         ]
     );

@@ -29,7 +29,7 @@ struct Conversation {
 #[serde(rename_all = "snake_case")]
 enum Turn {
     /// The host sends these bytes.
-    Say(String),
+    Response(String),
     /// The host hears exactly these bytes; nothing, if empty.
     Hear(String),
     /// Something happens to the arm.
@@ -46,7 +46,7 @@ impl Host {
         Host { port: File::options().read(true).write(true).open(path).unwrap() }
     }
 
-    fn say(&mut self, text: &str) {
+    fn send(&mut self, text: &str) {
         self.port.write_all(text.as_bytes()).unwrap();
     }
 
@@ -81,7 +81,7 @@ fn play(file: &Path) {
     for (place, turn) in conversation.line.iter().enumerate() {
         let place = format!("{}, turn {} ({})", file.display(), place + 1, conversation.title);
         match turn {
-            Turn::Say(text) => host.say(text),
+            Turn::Response(text) => host.send(text),
             Turn::Hear(text) if text.is_empty() => assert_eq!(host.hear(1, SILENCE), "", "{place}"),
             Turn::Hear(text) => {
                 let heard = host.hear(text.len(), PATIENCE);
@@ -114,7 +114,7 @@ fn bytes_and_half_steps_take_their_time() {
     let emulator = bare(LineOptions { baud: Some(9600), ..LineOptions::default() });
     let mut host = Host::on(&emulator);
     let began = Instant::now();
-    host.say("@STEP 220,20,0,0,0,0,0\r");
+    host.send("@STEP 220,20,0,0,0,0,0\r");
     assert_eq!(host.hear(2, PATIENCE), "1\\r");
     // 23 bytes there, 20 half-steps at 290 a second, 2 bytes back: never sooner, however busy the machine.
     let least = Duration::from_secs_f64(25.0 * 10.0 / 9600.0 + 20.0 * 35.0 / (141.0 * 72.0));
@@ -128,7 +128,7 @@ fn bytes_and_half_steps_take_their_time() {
 fn a_key_stops_a_move_under_way() {
     let mut emulator = bare(LineOptions { baud: Some(9600), ..LineOptions::default() });
     let mut host = Host::on(&emulator);
-    host.say("@STEP 0,2000,-1000,0,0,0,0\r");
+    host.send("@STEP 0,2000,-1000,0,0,0,0\r");
     let deadline = Instant::now() + PATIENCE;
     while emulator.status().registers == [0; 6] && Instant::now() < deadline {
         std::thread::sleep(Duration::from_millis(2));
@@ -145,7 +145,7 @@ fn the_plug_can_be_pulled_and_put_back() {
     let folder = tempfile::tempdir().unwrap();
     let link = folder.path().join("arm");
     let mut emulator = bare(LineOptions { link: Some(link.clone()), ..LineOptions::default() });
-    Host::on(&emulator).say("@STEP 220,5,0,0,0,0,0\r");
+    Host::on(&emulator).send("@STEP 220,5,0,0,0,0,0\r");
     let wait_for = |emulator: &Emulator, there: bool| {
         let deadline = Instant::now() + PATIENCE;
         while emulator.status().port.is_some() != there && Instant::now() < deadline {
@@ -164,14 +164,14 @@ fn the_plug_can_be_pulled_and_put_back() {
     emulator.inject(Event::Unplug);
     wait_for(&emulator, false);
     let mut host = plugged_in(&mut emulator);
-    host.say("@READ\r");
+    host.send("@READ\r");
     assert_eq!(host.hear(16, PATIENCE), "1\\r5,0,0,0,0,0,0\\r");
     // In mid-move: nothing is answered, and the arm moves on to the end.
     emulator.inject(Event::UnplugAfter(3));
-    host.say("@STEP 220,5,0,0,0,0,0\r");
+    host.send("@STEP 220,5,0,0,0,0,0\r");
     wait_for(&emulator, false);
     let mut host = plugged_in(&mut emulator);
-    host.say("@READ\r");
+    host.send("@READ\r");
     assert_eq!(host.hear(17, PATIENCE), "1\\r10,0,0,0,0,0,0\\r");
     emulator.stop().unwrap();
     assert!(std::fs::symlink_metadata(&link).is_err(), "the link stays behind");

@@ -16,7 +16,7 @@ const RUNTIME_EXCEPTION: u8 = 10;
 
 /// What the controller says of a program.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Said {
+pub enum PrimaryMessage {
     /// An error in a program.
     Error {
         /// From 1.
@@ -51,7 +51,7 @@ impl Messages {
     ///
     /// # Errors
     /// [`NotPrimary`]; nothing after it can be trusted.
-    pub fn take(&mut self) -> Result<Option<Said>, NotPrimary> {
+    pub fn take(&mut self) -> Result<Option<PrimaryMessage>, NotPrimary> {
         while let Some(length) = self.bytes.first_chunk().map(|four| u32::from_be_bytes(*four)) {
             let length = usize::try_from(length).unwrap_or(usize::MAX);
             if !(HEADER..=LONGEST).contains(&length) {
@@ -61,8 +61,8 @@ impl Messages {
                 break;
             }
             let message: Vec<u8> = self.bytes.drain(..length).collect();
-            if let Some(said) = said(&message) {
-                return Ok(Some(said));
+            if let Some(reported) = reported(&message) {
+                return Ok(Some(reported));
             }
         }
         Ok(None)
@@ -70,17 +70,17 @@ impl Messages {
 }
 
 /// What a whole message says: its header, a time (uint64), a source (int8), a kind (int8), and what the kind has.
-fn said(message: &[u8]) -> Option<Said> {
+fn reported(message: &[u8]) -> Option<PrimaryMessage> {
     let [_, _, _, _, ROBOT_MESSAGE, _, _, _, _, _, _, _, _, _source, kind, rest @ ..] = message else {
         return None;
     };
     let words = |bytes: &[u8]| String::from_utf8_lossy(bytes).trim_end_matches('\0').trim().to_owned();
     match *kind {
-        TEXT => Some(Said::Text(words(rest))),
+        TEXT => Some(PrimaryMessage::Text(words(rest))),
         RUNTIME_EXCEPTION => {
             let (line, rest) = rest.split_first_chunk()?;
             let (column, rest) = rest.split_first_chunk()?;
-            Some(Said::Error {
+            Some(PrimaryMessage::Error {
                 line: i32::from_be_bytes(*line),
                 column: i32::from_be_bytes(*column),
                 text: words(rest),
@@ -108,7 +108,7 @@ mod tests {
             assert_eq!(messages.take(), Ok(None));
             messages.push(&[byte]);
         }
-        let wrong = Said::Error { line: 3, column: 1, text: "wrong".to_owned() };
+        let wrong = PrimaryMessage::Error { line: 3, column: 1, text: "wrong".to_owned() };
         assert_eq!(messages.take(), Ok(Some(wrong)));
     }
 

@@ -12,7 +12,7 @@ use crate::configuration::Configuration;
 use crate::dashboard;
 use crate::link::{Link, Received};
 use crate::modes::{self, RuntimeState};
-use crate::primary::Said;
+use crate::primary::PrimaryMessage;
 use crate::program;
 use crate::rtde::{AXES, State};
 use crate::scripts::Scripts;
@@ -407,11 +407,11 @@ impl UniversalRobot {
         if let Err(error) = self.require_remote() {
             return error;
         }
-        let said = self.errors_said();
-        let why = if said.is_empty() {
+        let message = self.error_messages();
+        let why = if message.is_empty() {
             "look at the pendant for what it wants".to_owned()
         } else {
-            format!("it says: {said}")
+            format!("it says: {message}")
         };
         PluginError::Failed(format!(
             "the controller did not begin the move within {} s; {why}",
@@ -421,37 +421,39 @@ impl UniversalRobot {
 
     /// The program has ended before the move did.
     fn was_ended(&self) -> PluginError {
-        let said = self.errors_said();
-        let why = if said.is_empty() {
+        let message = self.error_messages();
+        let why = if message.is_empty() {
             "somebody stopped it at the pendant, or another program took its place".to_owned()
         } else {
-            format!("the controller says: {said}")
+            format!("the controller says: {message}")
         };
         PluginError::Failed(format!("the move was ended before the arm arrived; {why}"))
     }
 
     /// An error of the arm's modes, with the controller's own reason where it has reported one.
     fn with_what_it_says(&self, error: PluginError) -> PluginError {
-        let said = self.errors_said();
-        if said.is_empty() {
+        let message = self.error_messages();
+        if message.is_empty() {
             return error;
         }
-        PluginError::NotReady(format!("{}; the controller says: {said}", error.text()))
+        PluginError::NotReady(format!("{}; the controller says: {message}", error.text()))
     }
 
-    fn errors_said(&self) -> String {
-        let said = self.scripts.take_said();
-        let words = said.into_iter().map(|said| match said {
-            Said::Error { line, column, text } => format!("line {line}, column {column}: {text}"),
-            Said::Text(text) => text,
+    fn error_messages(&self) -> String {
+        let message = self.scripts.take_messages();
+        let words = message.into_iter().map(|message| match message {
+            PrimaryMessage::Error { line, column, text } => format!("line {line}, column {column}: {text}"),
+            PrimaryMessage::Text(text) => text,
         });
         words.collect::<Vec<_>>().join("; ")
     }
 
     /// Puts what the controller has said into the log.
     fn report_texts(&self) {
-        let said = self.errors_said();
-        for text in self.link.take_texts().into_iter().chain(Some(said).filter(|said| !said.is_empty())) {
+        let message = self.error_messages();
+        for text in
+            self.link.take_texts().into_iter().chain(Some(message).filter(|message| !message.is_empty()))
+        {
             self.host.log(LogLevel::Info, &format!("the controller says: {text}"));
         }
     }

@@ -7,14 +7,14 @@ use std::thread::JoinHandle;
 
 use plumb_plugin::PluginError;
 
-use crate::primary::{Messages, Said};
+use crate::primary::{Messages, PrimaryMessage};
 use crate::socket::{Found, connect, hear, send};
 
 /// The error once the controller has ended this connection, whether a read or a write finds it.
 const ENDED: &str = "the controller has ended the connection that programs are sent on";
 
 /// As many texts of the controller's are kept until somebody looks.
-const MOST_SAID: usize = 100;
+const MOST_MESSAGES: usize = 100;
 
 /// The connection.
 #[derive(Debug)]
@@ -32,7 +32,7 @@ struct Heard {
 
 #[derive(Debug, Default)]
 struct Book {
-    said: Vec<Said>,
+    messages: Vec<PrimaryMessage>,
     ended: Option<String>,
 }
 
@@ -62,8 +62,8 @@ impl Scripts {
     }
 
     /// What the controller has said since this was asked last.
-    pub(crate) fn take_said(&self) -> Vec<Said> {
-        std::mem::take(&mut self.heard.book.lock().unwrap_or_else(PoisonError::into_inner).said)
+    pub(crate) fn take_messages(&self) -> Vec<PrimaryMessage> {
+        std::mem::take(&mut self.heard.book.lock().unwrap_or_else(PoisonError::into_inner).messages)
     }
 
     /// Why the connection has ended, if it has.
@@ -96,10 +96,10 @@ impl Heard {
     fn note(&self, messages: &mut Messages) -> Option<String> {
         loop {
             match messages.take() {
-                Ok(Some(said)) => {
+                Ok(Some(message)) => {
                     let mut book = self.book.lock().unwrap_or_else(PoisonError::into_inner);
-                    if book.said.len() < MOST_SAID {
-                        book.said.push(said);
+                    if book.messages.len() < MOST_MESSAGES {
+                        book.messages.push(message);
                     }
                 }
                 Ok(None) => return None,

@@ -113,25 +113,25 @@ fn probabilities(
     work: &[Work],
     folder: Option<&Path>,
 ) -> Result<ExitCode, BenchmarkError> {
-    let mut all = probabilities::Said::default();
+    let mut all = probabilities::Forecasts::default();
     let table = |title: String, forecasts: &[Forecast]| {
         Reliability::of(forecasts)
             .map_or_else(|| format!("{title}: no probability was given\n"), |one| one.table(&title))
     };
     for work in work {
         let count = count(work, arguments);
-        let said = probabilities::said(work, arguments.seed, count)?;
-        say(&table(
+        let diagnosed = probabilities::forecasts(work, arguments.seed, count)?;
+        print_line(&table(
             format!("{} ({count} trials): what was named, located or tied", work.title()),
-            &said.verdicts,
+            &diagnosed.verdicts,
         ))?;
-        all.take(said);
+        all.take(diagnosed);
     }
     for (name, title, forecasts) in [
         ("verdicts", "what was named, located or tied", &all.verdicts),
         ("candidates", "candidates", &all.candidates),
     ] {
-        say(&table(format!("\nall: {title}"), forecasts))?;
+        print_line(&table(format!("\nall: {title}"), forecasts))?;
         if let (Some(folder), Some(reliability)) = (folder, Reliability::of(forecasts)) {
             let picture = reliability.svg(title).map_err(BenchmarkError::Picture)?;
             write(&folder.join(format!("reliability-{name}.svg")), &picture)?;
@@ -144,25 +144,25 @@ fn probabilities(
 fn kept_or_replicated(arguments: &Arguments, work: &[Work]) -> Result<ExitCode, BenchmarkError> {
     if arguments.cards {
         let mut rows = Vec::new();
-        say(&cards::heading())?;
+        print_line(&cards::heading())?;
         for work in work {
             let row = cards::delivered(work, arguments.seed, count(work, arguments))?;
-            say(&cards::line(&row))?;
+            print_line(&cards::line(&row))?;
             rows.push(row);
         }
         return keep(arguments, &rows);
     }
     let mut all = Vec::new();
-    say(&halves::heading())?;
+    print_line(&halves::heading())?;
     for work in work {
         let rows = halves::replicated(work, arguments.seed, count(work, arguments))?;
-        say(&halves::lines(work.title(), &rows))?;
+        print_line(&halves::lines(work.title(), &rows))?;
         all.extend(rows);
     }
     for set in &arguments.sets {
         let (model, table) = set.split_once(':').ok_or_else(|| BenchmarkError::Set(set.clone()))?;
         let rows = halves::of_files(Path::new(model), Path::new(table), arguments.seed)?;
-        say(&halves::lines(table, &rows))?;
+        print_line(&halves::lines(table, &rows))?;
         all.extend(rows);
     }
     keep(arguments, &all)
@@ -175,33 +175,33 @@ fn judged(arguments: &Arguments, work: Vec<Work>) -> Result<ExitCode, BenchmarkE
     let count = |work: &Work| count(work, arguments);
     if arguments.ties {
         let mut rows = Vec::new();
-        say(&ties::heading())?;
+        print_line(&ties::heading())?;
         for work in work {
             let row = ties::settle(&work, arguments.seed, count(&work))?;
-            say(&ties::lines(&row))?;
+            print_line(&ties::lines(&row))?;
             rows.push(row);
         }
         return keep(arguments, &rows);
     }
     if arguments.formulas {
         let mut rows = Vec::new();
-        say(&formulas::heading())?;
+        print_line(&formulas::heading())?;
         for work in work {
             let row = formulas::offered(&work, arguments.seed, count(&work))?;
-            say(&formulas::line(&row))?;
+            print_line(&formulas::line(&row))?;
             rows.push(row);
         }
         return keep(arguments, &rows);
     }
     let mut rows = Vec::new();
-    say(&report::heading())?;
+    print_line(&report::heading())?;
     for work in work {
         let count = count(&work);
-        say(&format!("{} ({count} trials)\n", work.title()))?;
+        print_line(&format!("{} ({count} trials)\n", work.title()))?;
         let trials = all_trials(&work, &analysts, arguments.seed, count)?;
         for (analyst, trials) in analysts.iter().zip(trials) {
             let row = report::summary(work.name(), *analyst, trials);
-            say(&report::line(&row))?;
+            print_line(&report::line(&row))?;
             rows.push(row);
         }
     }
@@ -225,7 +225,7 @@ fn write(path: &Path, text: &str) -> Result<(), BenchmarkError> {
     fs::write(path, text).map_err(failed)
 }
 
-fn say(text: &str) -> Result<(), BenchmarkError> {
+fn print_line(text: &str) -> Result<(), BenchmarkError> {
     let mut out = io::stdout().lock();
     out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(BenchmarkError::Output)
 }

@@ -160,7 +160,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, StudyError> {
     if arguments.halves {
         return replicate(arguments);
     }
-    say(
+    print_line(
         "| set | effect | injected | named right | or as the same in these rows | in set | listed | named wrong | cannot show |\n|---|---|---|---|---|---|---|---|---|\n",
     )?;
     let mut total = Counts::default();
@@ -171,39 +171,39 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, StudyError> {
         let own = match set.open(arguments, arguments.seed) {
             Ok(own) => own,
             Err(error) => {
-                say(&format!("| {name} | left out: {error} | | | | | | | |\n"))?;
+                print_line(&format!("| {name} | left out: {error} | | | | | | | |\n"))?;
                 continue;
             }
         };
         let progress = Progress::unwatched();
         let plain = own.diagnose(None, &progress)?;
-        say(&format!(
+        print_line(&format!(
             "| {name} | nothing hidden; geometry leaves {:.3} mm | | | | | | | |\n",
             own.left_mm()
         ))?;
         let before = name_of(&plain);
         for effect in hidden_effects(arguments) {
             let counts = injections(arguments, &set, effect, before.as_ref(), &mut forecasts)?;
-            say(&counts.line(&name, effect))?;
+            print_line(&counts.line(&name, effect))?;
             total.take(&counts);
         }
     }
-    say(&total.line("all", "all"))?;
+    print_line(&total.line("all", "all"))?;
     if let Some(reliability) = Reliability::of(&forecasts) {
-        say(&reliability.table("\nprobabilities of the candidates"))?;
+        print_line(&reliability.table("\nprobabilities of the candidates"))?;
     }
     Ok(ExitCode::SUCCESS)
 }
 
 /// Asks the halves of every injection.
 fn replicate(arguments: &Arguments) -> Result<ExitCode, StudyError> {
-    say(halves::HEAD)?;
+    print_line(halves::HEAD)?;
     let mut total = Replication::default();
     for (model, table) in sets(arguments)? {
         let name = table.trim_end_matches(".csv").to_owned();
         let set = Set { model: arguments.data.join(&model), table: arguments.data.join(&table) };
         if let Err(error) = set.open(arguments, arguments.seed) {
-            say(&format!("| {name} | left out: {error} | | | | | | | |\n"))?;
+            print_line(&format!("| {name} | left out: {error} | | | | | | | |\n"))?;
             continue;
         }
         let model = Model::read(&set.model).map_err(LaboratoryError::from).map_err(InjectionError::from)?;
@@ -222,10 +222,10 @@ fn replicate(arguments: &Arguments) -> Result<ExitCode, StudyError> {
                     .map_err(InjectionError::from)?;
             }
         }
-        say(&own.lines(&name))?;
+        print_line(&own.lines(&name))?;
         total.take(&own);
     }
-    say(&total.lines("all"))?;
+    print_line(&total.lines("all"))?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -349,7 +349,7 @@ fn injections(
         };
         forecasts.extend(candidates(&diagnosis, &asked, &is_hidden));
         if arguments.each {
-            say(&describe(hidden.mechanism.name(), &place, found, &diagnosis))?;
+            print_line(&describe(hidden.mechanism.name(), &place, found, &diagnosis))?;
         }
         *counts.found.entry(found).or_default() += 1;
     }
@@ -408,7 +408,7 @@ fn describe(effect: &str, place: &str, found: Found, diagnosis: &Diagnosis) -> S
     text
 }
 
-fn say(text: &str) -> Result<(), StudyError> {
+fn print_line(text: &str) -> Result<(), StudyError> {
     let mut out = io::stdout();
     out.write_all(text.as_bytes())?;
     Ok(out.flush()?)
@@ -436,10 +436,11 @@ mod tests {
 
     #[test]
     fn what_is_likely_before_anything_is_hidden_is_of_the_machine() {
-        let said = [("joint_gain", "pan", 0.9), ("joint_gain", "lift", 0.049), ("link_sag", "pan", 0.05)];
+        let diagnosed =
+            [("joint_gain", "pan", 0.9), ("joint_gain", "lift", 0.049), ("link_sag", "pan", 0.05)];
         let name = |effect: &str, place: &str| (effect.to_owned(), place.to_owned());
-        assert_eq!(likely_without(&said), [name("joint_gain", "pan"), name("link_sag", "pan")]);
-        assert_eq!(borrowed(likely_without(&said).first()), Some(("joint_gain", "pan")));
+        assert_eq!(likely_without(&diagnosed), [name("joint_gain", "pan"), name("link_sag", "pan")]);
+        assert_eq!(borrowed(likely_without(&diagnosed).first()), Some(("joint_gain", "pan")));
     }
 
     #[test]

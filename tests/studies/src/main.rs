@@ -3,7 +3,7 @@
 //! Simulated cells need a process for their world, for each device and for an emulated controller; a run as a user makes it is a process as well. All of these
 //! are the program itself, started again with a command of `plumb`.
 
-#![warn(clippy::print_stdout, reason = "`say!` gives an error where `println!` panics")]
+#![warn(clippy::print_stdout, reason = "`print_line!` gives an error where `println!` panics")]
 
 use std::path::PathBuf;
 use std::process::ExitCode;

@@ -32,7 +32,7 @@ struct Bin {
     from: f64,
     to: f64,
     /// Their mean.
-    said: f64,
+    diagnosed: f64,
     came_true: Share,
 }
 
@@ -60,11 +60,11 @@ impl Reliability {
             let [from, to] = *edges else { return None };
             let inside = |one: &&Forecast| one.probability >= from && (one.probability < to || to >= 1.0);
             let own: Vec<&Forecast> = forecasts.iter().filter(inside).collect();
-            let said = own.iter().map(|one| one.probability).sum::<f64>() / own.len() as f64;
+            let diagnosed = own.iter().map(|one| one.probability).sum::<f64>() / own.len() as f64;
             (!own.is_empty()).then(|| Bin {
                 from,
                 to,
-                said,
+                diagnosed,
                 came_true: Share::of(own.iter().map(|one| one.came_true)),
             })
         };
@@ -90,8 +90,12 @@ impl Reliability {
                 100.0 * came_true.high
             );
             // Writing to a text cannot fail.
-            let _ =
-                writeln!(text, "{range:<18}{:>14.1}{percent:>24}{:>8}", 100.0 * bin.said, came_true.trials);
+            let _ = writeln!(
+                text,
+                "{range:<18}{:>14.1}{percent:>24}{:>8}",
+                100.0 * bin.diagnosed,
+                came_true.trials
+            );
         }
         let [brier, error] = self.brier;
         let _ = writeln!(
@@ -130,10 +134,10 @@ impl Reliability {
         chart.draw_series(LineSeries::new([(0.0, 0.0), (100.0, 100.0)], grey.stroke_width(1)))?;
         let blue = RGBColor(0, 90, 160);
         for bin in &self.bins {
-            let (said, share) = (100.0 * bin.said, &bin.came_true);
-            let interval = [(said, 100.0 * share.low), (said, 100.0 * share.high)];
+            let (diagnosed, share) = (100.0 * bin.diagnosed, &bin.came_true);
+            let interval = [(diagnosed, 100.0 * share.low), (diagnosed, 100.0 * share.high)];
             chart.draw_series(LineSeries::new(interval, blue.stroke_width(2)))?;
-            chart.draw_series([Circle::new((said, 100.0 * share.value()), 5, blue.filled())])?;
+            chart.draw_series([Circle::new((diagnosed, 100.0 * share.value()), 5, blue.filled())])?;
         }
         area.present()?;
         Ok(())
@@ -150,8 +154,8 @@ mod tests {
 
     #[test]
     fn the_score_is_brier_s_and_that_of_a_constant_guess_its_variance() {
-        let said = [forecasts(0.9, 9, 10), forecasts(0.1, 2, 10)].concat();
-        let reliability = Reliability::of(&said).unwrap();
+        let diagnosed = [forecasts(0.9, 9, 10), forecasts(0.1, 2, 10)].concat();
+        let reliability = Reliability::of(&diagnosed).unwrap();
         // 9 x .01 + .81 + 2 x .81 + 8 x .01, over 20; 11 of 20 are true.
         assert!((reliability.brier[0] - 2.6 / 20.0).abs() < 1e-12, "{reliability:?}");
         assert!((reliability.constant_guess - 0.55 * 0.45).abs() < 1e-12);

@@ -17,7 +17,7 @@ use outcome::{HEADER, Outcome, line, summary, table};
 use plumb::commands::stripe::study_world::Hidden;
 use plumb::failure::CommandResult;
 use plumb::interrupt::Interrupt;
-use plumb::say;
+use plumb::print_line;
 use sealed_world::SealedWorld;
 
 /// Options of `plumb-studies stripes`.
@@ -70,7 +70,7 @@ pub(crate) fn run(arguments: &Arguments, folder: Option<&Path>) -> CommandResult
     fs::create_dir_all(output)?;
     let worlds = worlds(arguments, output);
     let interrupt = Interrupt::listen()?;
-    say!("{HEADER}")?;
+    print_line!("{HEADER}")?;
     let mut study = StripeStudy::new(&worlds, output)?;
     study.write()?;
     let missing: Vec<usize> = (0..worlds.len()).filter(|place| !study.has(*place)).collect();
@@ -133,7 +133,7 @@ impl<'a> StripeStudy<'a> {
     fn new(worlds: &[SealedWorld<'_>], output: &'a Path) -> io::Result<Self> {
         let outcomes: Vec<Option<Outcome>> = worlds.iter().map(SealedWorld::known).collect();
         for known in outcomes.iter().flatten() {
-            say!("{}", line(known))?;
+            print_line!("{}", line(known))?;
         }
         let began = Instant::now();
         Ok(Self { output, outcomes, began, missing: 0, studied: 0, failures: 0, trouble: None })
@@ -153,7 +153,7 @@ impl<'a> StripeStudy<'a> {
         self.studied += 1;
         match studied {
             Ok(outcome) => {
-                let printed = say!("{}", line(&outcome)).map_err(StudyEnd::from);
+                let printed = print_line!("{}", line(&outcome)).map_err(StudyEnd::from);
                 if let Some(known) = self.outcomes.get_mut(place) {
                     *known = Some(outcome);
                 }
@@ -201,7 +201,7 @@ impl<'a> StripeStudy<'a> {
         if let Some(trouble) = self.trouble {
             return Err(trouble.into());
         }
-        say!("\n{}", summary(&self.in_order()).trim_end())?;
+        print_line!("\n{}", summary(&self.in_order()).trim_end())?;
         let output = self.output.to_owned();
         if is_interrupted && self.studied < self.missing {
             return Err(StudyEnd::Interrupted { output }.into());

@@ -17,8 +17,8 @@ use std::time::Duration;
 use plumb_record::Record;
 
 use crate::failure::{CommandResult, with_causes};
+use crate::print_line::print_line;
 use crate::record_directory::record_directory;
-use crate::say::say;
 use crate::unchecked_server::warn_unchecked;
 use channel::Channel;
 use fleet_trouble::Watch;
@@ -101,7 +101,7 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
         if arguments.once {
             return Ok(exit_code(watch.once()?));
         }
-        say!("looking for cells that need somebody; Ctrl-C ends")?;
+        print_line!("looking for cells that need somebody; Ctrl-C ends")?;
         watch.forever()?;
         return Ok(ExitCode::SUCCESS);
     }
@@ -111,7 +111,7 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
     if arguments.once {
         return Ok(exit_code(sender.report_all(&trouble::look(&record, &limits)?)?));
     }
-    say!("looking for runs that need somebody; Ctrl-C ends")?;
+    print_line!("looking for runs that need somebody; Ctrl-C ends")?;
     let mut last_error = String::new();
     loop {
         let looked = trouble::look(&record, &limits).map_err(Box::<dyn std::error::Error>::from);
@@ -150,7 +150,7 @@ fn test(channels: &[Channel]) -> CommandResult {
     let mut arrived = true;
     for channel in channels {
         match channel.send(&Trouble::test()) {
-            Ok(()) => say!("{}: delivered", channel.name())?,
+            Ok(()) => print_line!("{}: delivered", channel.name())?,
             Err(error) => {
                 arrived = false;
                 eprintln!("plumb alert: {}: {}", channel.name(), with_causes(&error));
@@ -167,7 +167,7 @@ fn open_when_there(arguments: &Arguments, directory: &Path) -> Result<Record, Bo
         if arguments.once {
             return Err(AlertError::NoRecord(directory.to_owned()).into());
         }
-        say!("there is no record in {} yet; waiting for the first run", directory.display())?;
+        print_line!("there is no record in {} yet; waiting for the first run", directory.display())?;
         while !file.exists() {
             sleep(LOOK);
         }

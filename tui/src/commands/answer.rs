@@ -12,8 +12,8 @@ use plumb_record::{Record, RunFilter, RunId, RunState, RunSummary, record_option
 
 use crate::commands::run::prepare::operator;
 use crate::failure::CommandResult;
+use crate::print_line::print_line;
 use crate::record_directory::record_directory;
-use crate::say::say;
 
 /// Answer the prompt of a run that goes on in another terminal, or show it when no answer is given. The first valid answer counts.
 #[derive(clap::Args)]
@@ -102,7 +102,7 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
         return Err(AnswerError::AnotherPrompt { meant, run, step, open: prompt.id.0 }.into());
     }
     let Some(answer) = answer else {
-        say!(
+        print_line!(
             "run {} asks at {} (prompt {}): {}\n{}",
             run.run,
             prompt.step,
@@ -110,9 +110,9 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
             prompt.title,
             prompt.text
         )?;
-        say!("answer with: plumb answer --prompt {} {}", prompt.id.0, ways_to_answer(&prompt.kind))?;
+        print_line!("answer with: plumb answer --prompt {} {}", prompt.id.0, ways_to_answer(&prompt.kind))?;
         if prompt.simulated {
-            say!("         or: plumb answer --prompt {} {SIMULATE}   ({SIMULATES})", prompt.id.0)?;
+            print_line!("         or: plumb answer --prompt {} {SIMULATE}   ({SIMULATES})", prompt.id.0)?;
         }
         return Ok(ExitCode::SUCCESS);
     };
@@ -124,7 +124,7 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
     let by = operator(arguments.operator.as_ref());
     let offer = record.offer_answer(prompt.id.0, &serde_json::to_value(&meant)?, &by)?;
     await_taken(&record, run.run, &prompt, offer, &meant)?;
-    say!("run {}: {} is answered", run.run, prompt.step)?;
+    print_line!("run {}: {} is answered", run.run, prompt.step)?;
     Ok(ExitCode::SUCCESS)
 }
 

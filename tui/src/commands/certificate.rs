@@ -8,8 +8,8 @@ use std::process::ExitCode;
 use plumb_record::{Record, RunEnd, RunId, RunState, record_option};
 
 use crate::failure::CommandResult;
+use crate::print_line::print_line;
 use crate::record_directory::record_directory;
-use crate::say::say;
 use page::{Certificate, page};
 use plumb_report::run_words::state_in_words;
 
@@ -69,6 +69,6 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
     };
     let write = |source| CertificateError::Write { path: arguments.output.clone(), source };
     std::fs::write(&arguments.output, page(&certificate)).map_err(write)?;
-    say!("{}: certificate of run {}", arguments.output.display(), arguments.run)?;
+    print_line!("{}: certificate of run {}", arguments.output.display(), arguments.run)?;
     Ok(ExitCode::SUCCESS)
 }

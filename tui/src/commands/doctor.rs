@@ -17,7 +17,7 @@ use std::process::ExitCode;
 use finding::Mark;
 
 use crate::failure::CommandResult;
-use crate::say::say;
+use crate::print_line::print_line;
 
 /// Look for what is wrong with this computer, and say how to mend it. It looks at the system's limits, shared memory, cells and their processes, serial ports, the terminal, plugins and the record.
 /// Nothing is changed without --clean. Ends with 1 when something is wrong.
@@ -65,22 +65,22 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
     let mut last_mend = None;
     for finding in &findings {
         if arguments.json {
-            say!("{}", serde_json::to_string(finding)?)?;
+            print_line!("{}", serde_json::to_string(finding)?)?;
             continue;
         }
-        say!("{}", finding.line())?;
+        print_line!("{}", finding.line())?;
         // What mends several things in a row is said once.
         if let Some(mend) = finding.mend.as_ref().filter(|mend| last_mend != Some(*mend)) {
-            say!("{:22}{mend}", "")?;
+            print_line!("{:22}{mend}", "")?;
         }
         last_mend = finding.mend.as_ref();
     }
     let wrong = findings.iter().filter(|finding| finding.mark == Mark::Wrong).count();
     if !arguments.json {
         match wrong {
-            0 => say!("\nnothing is wrong")?,
-            1 => say!("\none thing is wrong")?,
-            many => say!("\n{many} things are wrong")?,
+            0 => print_line!("\nnothing is wrong")?,
+            1 => print_line!("\none thing is wrong")?,
+            many => print_line!("\n{many} things are wrong")?,
         }
     }
     Ok(if wrong == 0 { ExitCode::SUCCESS } else { ExitCode::from(WRONG) })

@@ -10,8 +10,8 @@ use plumb_report::csv::csv_field;
 use plumb_report::run_words::{ended_in_words, state_in_words};
 
 use crate::failure::CommandResult;
+use crate::print_line::print_line;
 use crate::record_directory::record_directory;
-use crate::say::say;
 use crate::screens;
 
 /// List the runs in the record, the newest first; or, with --trend, what runs found for one joint over time.
@@ -111,25 +111,25 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
     let runs = record.find_runs(&filter)?;
     if arguments.json {
         for run in &runs {
-            say!("{}", serde_json::to_string(run)?)?;
+            print_line!("{}", serde_json::to_string(run)?)?;
         }
         return Ok(ExitCode::SUCCESS);
     }
     if arguments.csv {
-        say!("run,started,ended,outcome,cell,procedure,operator,message")?;
+        print_line!("run,started,ended,outcome,cell,procedure,operator,message")?;
         for run in &runs {
-            say!("{}", csv_row(run))?;
+            print_line!("{}", csv_row(run))?;
         }
         return Ok(ExitCode::SUCCESS);
     }
     if runs.is_empty() {
         let such =
             if filter == (RunFilter { limit: filter.limit, ..RunFilter::default() }) { "" } else { "such " };
-        say!("no {such}runs in {}", directory.display())?;
+        print_line!("no {such}runs in {}", directory.display())?;
         return Ok(ExitCode::SUCCESS);
     }
     for line in table(&runs) {
-        say!("{line}")?;
+        print_line!("{line}")?;
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -12,7 +12,7 @@ use clap_complete::{ArgValueCandidates, CompletionCandidate};
 use plumb_document::did_you_mean;
 
 use crate::failure::CommandResult;
-use crate::say::say;
+use crate::print_line::print_line;
 use error::InitError;
 use shipped::{Shipped, shipped_cells};
 
@@ -38,7 +38,7 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
     let examples = shipped_cells(arguments.from.as_deref())?;
     if arguments.list {
         for example in &examples {
-            say!("{:<14}{}", example.name, example.title)?;
+            print_line!("{:<14}{}", example.name, example.title)?;
         }
         return Ok(ExitCode::SUCCESS);
     }
@@ -62,7 +62,7 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
     }
     for example in copied.iter().filter(|one| wanted.iter().all(|wanted| wanted.name != one.name)) {
         let place = arguments.directory.join(&example.name);
-        say!("{}: {}, whose files are used too", place.display(), example.title)?;
+        print_line!("{}: {}, whose files are used too", place.display(), example.title)?;
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -126,16 +126,16 @@ fn copy(from: &Path, to: &Path) -> Result<(), InitError> {
 /// What was written, and what to type next.
 fn print_next(example: &Shipped, directory: &Path) -> io::Result<()> {
     let folder = directory.join(&example.name);
-    say!("{}: {}", folder.display(), example.title)?;
+    print_line!("{}: {}", folder.display(), example.title)?;
     let cell = folder.join("cell.yaml");
     if cell.is_file() {
         let cell = quoted(&cell);
-        say!("  plumb check {cell}            # its files are in order")?;
-        say!("  plumb run {cell} --dry-run    # what it would do")?;
-        say!("  plumb run {cell}              # do it, on the screens")?;
+        print_line!("  plumb check {cell}            # its files are in order")?;
+        print_line!("  plumb run {cell} --dry-run    # what it would do")?;
+        print_line!("  plumb run {cell}              # do it, on the screens")?;
     }
     if folder.join("README.md").is_file() {
-        say!("  Read on in {}", folder.join("README.md").display())?;
+        print_line!("  Read on in {}", folder.join("README.md").display())?;
     }
     Ok(())
 }

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use crate::failure::CommandResult;
-use crate::say::say;
+use crate::print_line::print_line;
 
 /// Write manual pages, one for each command. A package installs them already.
 #[derive(clap::Args)]
@@ -28,7 +28,7 @@ struct ManError {
 pub(crate) fn run(arguments: &Arguments, command: clap::Command) -> CommandResult {
     let written = write(&arguments.output, command)
         .map_err(|source| ManError { folder: arguments.output.clone(), source })?;
-    say!("{written} pages in {}", arguments.output.display())?;
+    print_line!("{written} pages in {}", arguments.output.display())?;
     Ok(ExitCode::SUCCESS)
 }
 

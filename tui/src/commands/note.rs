@@ -7,8 +7,8 @@ use plumb_record::{Record, RunId};
 
 use crate::commands::run::prepare::operator;
 use crate::failure::CommandResult;
+use crate::print_line::print_line;
 use crate::record_directory::record_directory;
-use crate::say::say;
 
 /// Add a note to a run, during it or years after. Notes are only added, never changed.
 #[derive(clap::Args)]
@@ -31,6 +31,6 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
     let mut record = Record::open(&record_directory(arguments.record.as_ref())?)?;
     let author = operator(arguments.operator.as_ref());
     record.add_note(RunId(arguments.run), &author, &arguments.text.join(" "))?;
-    say!("noted with run {}", arguments.run)?;
+    print_line!("noted with run {}", arguments.run)?;
     Ok(ExitCode::SUCCESS)
 }

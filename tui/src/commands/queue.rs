@@ -17,8 +17,8 @@ use crate::commands::run::OfQueue;
 use crate::commands::run::prepare::{absolute, operator};
 use crate::commands::run::queued::check;
 use crate::failure::CommandResult;
+use crate::print_line::print_line;
 use crate::record_directory::record_directory;
-use crate::say::say;
 
 /// Why the queue is not changed.
 #[derive(Debug, thiserror::Error)]
@@ -76,7 +76,7 @@ fn queue_up(add: &Add) -> CommandResult {
     }
     let queue = record.queue(Some(&checked.cell_file))?;
     let before = queue.iter().take_while(|one| one.id != entry).filter(|one| one.is_waiting()).count();
-    say!(
+    print_line!(
         "entry {entry}: {} of {}, about {:.0} min; {before} wait before it",
         checked.procedure,
         checked.cell,
@@ -113,7 +113,7 @@ fn take_off(remove: &Remove) -> CommandResult {
     }
     for entry in &entries {
         record.remove_from_queue(entry.id)?;
-        say!("entry {}, {} of {}, is off the queue", entry.id, entry.procedure, entry.cell)?;
+        print_line!("entry {}, {} of {}, is off the queue", entry.id, entry.procedure, entry.cell)?;
     }
     Ok(ExitCode::SUCCESS)
 }

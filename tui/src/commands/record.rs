@@ -11,8 +11,8 @@ use plumb_record::Record;
 
 use crate::completion;
 use crate::failure::CommandResult;
+use crate::print_line::print_line;
 use crate::record_directory::record_directory;
-use crate::say::say;
 pub(crate) use corrections::roll_back;
 
 /// What to do with the record.
@@ -95,7 +95,7 @@ pub(crate) fn run(command: &RecordCommand) -> CommandResult {
     let mut record = match Record::open(&directory) {
         // So damaged that it cannot even be opened: what a check is there to say.
         Err(error) if error.is_damage() && matches!(command, RecordCommand::Check(_)) => {
-            say!("{error}")?;
+            print_line!("{error}")?;
             return Ok(ExitCode::from(DAMAGED));
         }
         opened => opened?,
@@ -106,17 +106,22 @@ pub(crate) fn run(command: &RecordCommand) -> CommandResult {
         RecordCommand::Backup(backup) => {
             record.back_up(&backup.to)?;
             let size = std::fs::metadata(&backup.to)?.len();
-            say!("{}: {} runs, {} kB", backup.to.display(), record.number_of_runs()?, size.div_ceil(1000))?;
+            print_line!(
+                "{}: {} runs, {} kB",
+                backup.to.display(),
+                record.number_of_runs()?,
+                size.div_ceil(1000)
+            )?;
             Ok(ExitCode::SUCCESS)
         }
         RecordCommand::Check(_) => {
             let damage = record.damage()?;
             if damage.is_empty() {
-                say!("{}: sound; {} runs", directory.display(), record.number_of_runs()?)?;
+                print_line!("{}: sound; {} runs", directory.display(), record.number_of_runs()?)?;
                 return Ok(ExitCode::SUCCESS);
             }
             for line in &damage {
-                say!("{line}")?;
+                print_line!("{line}")?;
             }
             Ok(ExitCode::from(DAMAGED))
         }

@@ -19,7 +19,7 @@ use plumb_cell::event::RunOutcome;
 use plumb_record::{Record, record_option};
 
 use crate::failure::CommandResult;
-use crate::say::say;
+use crate::print_line::print_line;
 use crate::screens::{self, Left};
 use crate::signals::EndingSignals;
 pub use arguments::parameter;
@@ -68,7 +68,7 @@ fn run_on_screens(prepared: Prepared, signals: EndingSignals) -> CommandResult {
         let _left_by_the_operator = running.thread.join();
         // Anyone who read along may have gone: the state of the run counts.
         let run = running.run.0;
-        drop(say!("Run {run} is kept; go on with: plumb run --resume {run}{record}"));
+        drop(print_line!("Run {run} is kept; go on with: plumb run --resume {run}{record}"));
         return Ok(ExitCode::from(RunOutcome::NeedsOperator.exit_code()));
     }
     // A run that has ended takes no notice; one whose terminal was lost must not go on unseen.
@@ -84,6 +84,6 @@ fn run_on_screens(prepared: Prepared, signals: EndingSignals) -> CommandResult {
         other => headless::in_words(other),
     };
     let (run, reason) = (running.run.0, reason.unwrap_or_default());
-    drop(say!("Run {run} {how}{reason}\nThe record keeps it: plumb show {run}{record}"));
+    drop(print_line!("Run {run} {how}{reason}\nThe record keeps it: plumb show {run}{record}"));
     Ok(ExitCode::from(outcome.exit_code()))
 }

@@ -15,7 +15,7 @@ use serde_json::Value;
 
 use crate::commands::study::study_schema;
 use crate::failure::CommandResult;
-use crate::say::say;
+use crate::print_line::print_line;
 
 /// Print the JSON Schema of a kind of file, for an editor that completes and checks, or of the events of `plumb run --json`.
 ///
@@ -73,7 +73,7 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
         Kind::Study => study_schema(),
         Kind::Events => events_schema()?,
     };
-    say!("{}", serde_json::to_string_pretty(&schema)?)?;
+    print_line!("{}", serde_json::to_string_pretty(&schema)?)?;
     Ok(ExitCode::SUCCESS)
 }
 

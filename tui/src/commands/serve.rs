@@ -20,8 +20,8 @@ use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::watch;
 
 use crate::failure::CommandResult;
+use crate::print_line::print_line;
 use crate::record_directory::record_directory;
-use crate::say::say;
 use shared::Shared;
 use state::PageState;
 use token::Token;
@@ -69,7 +69,7 @@ enum ServeError {
 pub(crate) fn run(arguments: &Arguments) -> CommandResult {
     if let Some(path) = &arguments.new_token {
         token::write_new(path)?;
-        say!(
+        print_line!(
             "a new token is in {}; give the file to --token-file, and its text to who may answer",
             path.display()
         )?;
@@ -105,7 +105,10 @@ async fn serve(
     let looks = Arc::clone(&shared);
     std::thread::spawn(move || look(&record, answers, &looks, &to_readers));
     let here = listener.local_addr()?;
-    say!("http://{here}/ ({}); Ctrl-C ends", if answers { "answers with a token" } else { "read only" })?;
+    print_line!(
+        "http://{here}/ ({}); Ctrl-C ends",
+        if answers { "answers with a token" } else { "read only" }
+    )?;
     let mut terminate = signal(SignalKind::terminate())?;
     let mut interrupt = signal(SignalKind::interrupt())?;
     let server = axum::serve(listener, routes::router(shared));

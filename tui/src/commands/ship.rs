@@ -9,8 +9,8 @@ use plumb_record::Record;
 use tokio::signal::unix::{SignalKind, signal};
 
 use crate::failure::{CommandResult, with_causes};
+use crate::print_line::print_line;
 use crate::record_directory::record_directory;
-use crate::say::say;
 use crate::unchecked_server::warn_unchecked;
 
 /// Send what the record holds to a central PostgreSQL database, row by row, and go on as runs write more. May be killed, and the network may be gone for
@@ -110,7 +110,7 @@ async fn sign_off(to: &str, directory: &Path) {
 async fn ship(arguments: &Arguments, directory: &Path) -> Result<(), Box<dyn std::error::Error>> {
     let mut record = open_when_there(arguments, directory).await?;
     if arguments.new_identity {
-        say!("the record is now {}", record.renew_identity()?)?;
+        print_line!("the record is now {}", record.renew_identity()?)?;
     }
     let mut last_trouble = String::new();
     loop {
@@ -145,7 +145,7 @@ async fn open_when_there(
         if arguments.ends() {
             return Err(ShipError::NoRecord(directory.to_owned()).into());
         }
-        say!("there is no record in {} yet; waiting for the first run", directory.display())?;
+        print_line!("there is no record in {} yet; waiting for the first run", directory.display())?;
         while !file.exists() {
             tokio::time::sleep(TRY_AGAIN).await;
         }
@@ -166,12 +166,12 @@ async fn session(arguments: &Arguments, record: &mut Record) -> Result<(), Box<d
             continue;
         }
         if !is_reported || arguments.ends() {
-            say!("record {}: {sent} rows sent, {up_to} of {up_to} are there", record.identity()?)?;
+            print_line!("record {}: {sent} rows sent, {up_to} of {up_to} are there", record.identity()?)?;
             is_reported = true;
         }
         if let Some(days) = arguments.trim {
             let rows = shipper.trim(record, days)?;
-            say!("{rows} rows older than {days} days are off the outbox; the database has them")?;
+            print_line!("{rows} rows older than {days} days are off the outbox; the database has them")?;
         }
         if arguments.ends() {
             return Ok(());

@@ -15,8 +15,8 @@ pub(crate) use tables::{answer_in_words, by_size, correlations};
 
 use crate::completion;
 use crate::failure::CommandResult;
+use crate::print_line::print_line;
 use crate::record_directory::record_directory;
-use crate::say::say;
 use plumb_report::run_words::{skipped_in_words, state_in_words};
 
 /// Show what the record holds of a run: its steps, answers, trigger poses, computed values and corrections.
@@ -121,11 +121,11 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
             "interruptions": record.interruptions(id)?,
             "log": record.log(id)?,
         });
-        say!("{}", serde_json::to_string_pretty(&everything)?)?;
+        print_line!("{}", serde_json::to_string_pretty(&everything)?)?;
         return Ok(ExitCode::SUCCESS);
     }
     for line in report(&record, &run)? {
-        say!("{line}")?;
+        print_line!("{line}")?;
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -11,7 +11,7 @@ use plumb_cell::expression::Calculator;
 use plumb_cell::workcell::load_workcell;
 
 use crate::failure::CommandResult;
-use crate::say::say;
+use crate::print_line::print_line;
 
 /// Draw the T target of a cell, to be printed at its own size, with a ruler to check the print.
 #[derive(clap::Args)]
@@ -83,6 +83,6 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
     let page = page::Page::of(&cell.name, &target, arguments.paper.size()).map_err(TargetError::from)?;
     std::fs::write(&arguments.output, render(&page))
         .map_err(|cause| TargetError::Write { file: file.clone(), cause })?;
-    say!("{file}: print it at 100 % (not fitted to the page), then measure its rulers: 100 mm each")?;
+    print_line!("{file}: print it at 100 % (not fitted to the page), then measure its rulers: 100 mm each")?;
     Ok(ExitCode::SUCCESS)
 }

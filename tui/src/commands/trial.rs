@@ -103,7 +103,7 @@ pub(crate) fn run(command: &TrialCommand) -> CommandResult {
         TrialCommand::Reveal(arguments) => reveal::run(arguments),
         TrialCommand::Rehearse(arguments) => rehearsal::run(arguments),
     }?;
-    io::stdout().write_all(outcome.said.as_bytes())?;
+    io::stdout().write_all(outcome.message.as_bytes())?;
     Ok(match outcome {
         Outcome { failed: true, .. } => ExitCode::from(FAILED),
         Outcome { right: true, .. } => ExitCode::SUCCESS,

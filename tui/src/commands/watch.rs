@@ -84,7 +84,7 @@ fn follow(
                 Ok(event) => event,
                 Err(reason) => {
                     let error = WatchError::Read { path, line: place + 1, reason };
-                    let _left = to_screens.send(said(&error));
+                    let _left = to_screens.send(reported(&error));
                     let _left = to_command.send(error);
                     return;
                 }
@@ -98,7 +98,7 @@ fn follow(
 }
 
 /// The error as a line of the log, so that it is seen while the screens are open.
-fn said(error: &WatchError) -> StampedEvent {
+fn reported(error: &WatchError) -> StampedEvent {
     let event = Event::Log {
         level: LogLevel::Error,
         source: "watch".to_owned(),

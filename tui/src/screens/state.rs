@@ -253,7 +253,7 @@ impl State {
     }
 
     /// Says something on the line above the footer.
-    pub(crate) fn say(&mut self, severity: Severity, text: impl Into<String>) {
+    pub(crate) fn notify(&mut self, severity: Severity, text: impl Into<String>) {
         self.notice = Some(Notice { severity, text: text.into() });
     }
 }

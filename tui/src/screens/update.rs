@@ -40,8 +40,8 @@ pub(crate) fn update(state: &mut State, message: Message) -> Vec<Action> {
         }
         Message::PictureSaved(saved) => {
             match saved {
-                Ok(name) => state.say(Severity::Info, format!("Picture saved: {name}")),
-                Err(reason) => state.say(Severity::Error, format!("The picture was not saved: {reason}")),
+                Ok(name) => state.notify(Severity::Info, format!("Picture saved: {name}")),
+                Err(reason) => state.notify(Severity::Error, format!("The picture was not saved: {reason}")),
             }
             Vec::new()
         }
@@ -171,7 +171,7 @@ fn show(state: &mut State, screen: Screen) -> Vec<Action> {
             Screen::History => "No record is open: plumb history --screen opens it.",
             _ => "No cell is open: plumb run CELL opens one.",
         };
-        state.say(Severity::Info, text);
+        state.notify(Severity::Info, text);
     }
     Vec::new()
 }
@@ -215,14 +215,14 @@ fn note_stop(state: &mut State, leave: bool) -> Vec<Action> {
         state.overlay
     };
     if state.only_watches() && state.run.is_some() {
-        state.say(Severity::Warning, "Nothing was stopped: this program only watches.");
+        state.notify(Severity::Warning, "Nothing was stopped: this program only watches.");
     } else if state.run.is_some() {
         let text = if state.cell.is_moving() {
             "Stop sent to every robot. Watch the arm until it rests."
         } else {
             "Stop sent to every robot; none reported that it was moving."
         };
-        state.say(Severity::Warning, text);
+        state.notify(Severity::Warning, text);
     }
     if works { vec![Action::CancelLab] } else { Vec::new() }
 }
@@ -257,7 +257,7 @@ fn leave(state: &mut State, aborts: bool) -> Vec<Action> {
     if state.has_open_run() && state.leaving.is_none() {
         state.overlay = None;
         state.leaving = Some(Leaving { since: state.now, aborts });
-        state.say(Severity::Warning, "Leaving as soon as the robots are at rest.");
+        state.notify(Severity::Warning, "Leaving as soon as the robots are at rest.");
         actions.extend(leave_when_at_rest(state));
     } else {
         actions.push(Action::Leave);
@@ -281,11 +281,11 @@ fn leave_when_at_rest(state: &State) -> Vec<Action> {
 fn show_news(state: &mut State, event: &Event) {
     match event {
         Event::PromptAsked { .. } if state.screen != Screen::Run => {
-            state.say(Severity::Warning, "The run asks something: 2 shows it.");
+            state.notify(Severity::Warning, "The run asks something: 2 shows it.");
         }
-        Event::Stopped { reason } => state.say(Severity::Warning, format!("Stopped: {reason}")),
+        Event::Stopped { reason } => state.notify(Severity::Warning, format!("Stopped: {reason}")),
         Event::Paused { reason, .. } => {
-            state.say(Severity::Warning, format!("Paused: {reason}. Nothing moves until r resumes."));
+            state.notify(Severity::Warning, format!("Paused: {reason}. Nothing moves until r resumes."));
         }
         Event::Resumed => state.notice = None,
         // What went wrong before is mended once a step has passed again.
@@ -293,7 +293,7 @@ fn show_news(state: &mut State, event: &Event) {
             state.notice.take_if(|notice| notice.severity == Severity::Error);
         }
         Event::Log { level: LogLevel::Error, source, message, .. } => {
-            state.say(Severity::Error, format!("{source}: {message}"));
+            state.notify(Severity::Error, format!("{source}: {message}"));
         }
         Event::PromptAnswered { .. } => state.notice = None,
         Event::RunEnded { .. } if state.screen == Screen::Run => state.notice = None,
@@ -303,7 +303,7 @@ fn show_news(state: &mut State, event: &Event) {
                 RunOutcome::Aborted | RunOutcome::NeedsOperator => Severity::Warning,
                 RunOutcome::Failed | RunOutcome::Error => Severity::Error,
             };
-            state.say(severity, message.clone());
+            state.notify(severity, message.clone());
         }
         _ => {}
     }

@@ -211,10 +211,10 @@ mod tests {
         assert!(region.poses.len() <= MOST_POSES);
         let inside = poses(200, 2).iter().filter(|pose| region.check(pose).is_ok()).count();
         assert!(inside >= 190, "{inside} of 200");
-        let said = region.check(&[0.9, 50.0]).unwrap_err().describe(&chain());
-        assert!(said.contains("turn would be at 51.566 deg, and was measured from -2"), "{said}");
-        let said = region.check(&[0.0, 140.0]).unwrap_err().describe(&chain());
-        assert!(said.contains("slide would be at 140.000 mm"), "{said}");
+        let message = region.check(&[0.9, 50.0]).unwrap_err().describe(&chain());
+        assert!(message.contains("turn would be at 51.566 deg, and was measured from -2"), "{message}");
+        let message = region.check(&[0.0, 140.0]).unwrap_err().describe(&chain());
+        assert!(message.contains("slide would be at 140.000 mm"), "{message}");
     }
 
     #[test]
@@ -222,8 +222,8 @@ mod tests {
         let mut around = poses(500, 3);
         around.retain(|pose| pose[0].hypot((pose[1] - 50.0) / 100.0) > 0.35);
         let region = MeasuredRegion::of(&chain(), &around).unwrap();
-        let said = region.check(&[0.0, 50.0]).unwrap_err();
-        assert!(matches!(said, Outside::Far { times } if times > 1.0), "{said:?}");
+        let message = region.check(&[0.0, 50.0]).unwrap_err();
+        assert!(matches!(message, Outside::Far { times } if times > 1.0), "{message:?}");
         assert!(region.check(&around[7]).is_ok());
     }
 

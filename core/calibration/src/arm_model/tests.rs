@@ -215,8 +215,8 @@ fn a_region_ends_at_its_ranges_and_at_the_distance_of_neighbours() {
     assert!(region.check(&[-0.01, 25.0]).is_err() && region.check(&[0.0, 50.1]).is_err());
     let tight = MeasuredRegion { reach: 1.0, ..region };
     // The middle is sqrt(2) from every corner.
-    let said = tight.check(&[std::f64::consts::FRAC_PI_4, 25.0]).unwrap_err().describe(&model().chain);
-    assert!(said.contains("it is 1.4 times as far"), "{said}");
+    let message = tight.check(&[std::f64::consts::FRAC_PI_4, 25.0]).unwrap_err().describe(&model().chain);
+    assert!(message.contains("it is 1.4 times as far"), "{message}");
 }
 
 #[test]
@@ -225,14 +225,14 @@ fn corrections_and_maps_hold_where_was_measured_and_say_so() {
     assert!(model.holds_at(&[9.0, 9e9]).is_ok(), "a model of mechanisms holds everywhere");
     model.measured_region = Some(region());
     model.residual_map = Some(map());
-    let said = model.holds_at(&[0.0, 60.0]).unwrap_err();
-    assert!(said.contains("slide would be at 60.000 mm, and was measured from 0.000 to 50.000 mm. the residual map of the model holds"), "{said}");
+    let message = model.holds_at(&[0.0, 60.0]).unwrap_err();
+    assert!(message.contains("slide would be at 60.000 mm, and was measured from 0.000 to 50.000 mm. the residual map of the model holds"), "{message}");
     let id = EffectId::at("joint_gain", Site::Joint(0));
     model.corrections.push(super::Correction { id: id.clone(), may_be: Vec::new() });
-    let said = model.holds_at(&[0.0, 60.0]).unwrap_err();
+    let message = model.holds_at(&[0.0, 60.0]).unwrap_err();
     assert!(
-        said.contains("the correction joint_gain(turn) and the residual map of the model hold only"),
-        "{said}"
+        message.contains("the correction joint_gain(turn) and the residual map of the model hold only"),
+        "{message}"
     );
     assert!(
         model.correction(&id).is_some()

@@ -99,14 +99,17 @@ mod tests {
         for wrong in
             ["{rows: [1]}", "{rows: [30, 20]}", "{rows: []}", "{sessions: [a]}", "{sessions: [a, a]}"]
         {
-            let said = parse(&format!("epochs: {wrong}")).unwrap_err();
-            assert!(said.contains("these are no epochs") && said.contains("rows count from 1"), "{said}");
+            let reported = parse(&format!("epochs: {wrong}")).unwrap_err();
+            assert!(
+                reported.contains("these are no epochs") && reported.contains("rows count from 1"),
+                "{reported}"
+            );
         }
-        let said = parse("epochs: {rows: [5], times_s: [5]}").unwrap_err();
-        assert!(said.contains("needs one of rows, times_s and sessions"), "{said}");
-        let said = parse("base: {per: session, free: false}").unwrap_err();
-        assert!(said.contains("the same in every session"), "{said}");
-        let said = parse("effects: [joint_zero_reset(turn)]").unwrap_err();
-        assert!(said.contains("say so under `epochs:`"), "{said}");
+        let reported = parse("epochs: {rows: [5], times_s: [5]}").unwrap_err();
+        assert!(reported.contains("needs one of rows, times_s and sessions"), "{reported}");
+        let reported = parse("base: {per: session, free: false}").unwrap_err();
+        assert!(reported.contains("the same in every session"), "{reported}");
+        let reported = parse("effects: [joint_zero_reset(turn)]").unwrap_err();
+        assert!(reported.contains("say so under `epochs:`"), "{reported}");
     }
 }

@@ -210,19 +210,19 @@ mod tests {
 
     #[test]
     fn what_is_no_region_and_no_map_is_refused_with_what_would_be() {
-        let said = parse(MAP).unwrap_err();
-        assert!(said.contains("does not say where") && said.contains("measured_region"), "{said}");
-        let said = parse(&REGION.replace("slide: [0, 50]", "slde: [0, 50]")).unwrap_err();
-        assert!(said.contains("no joint `slde`") && said.contains("slide"), "{said}");
-        let said = parse(&REGION.replace(", slide: [0, 50]", "")).unwrap_err();
-        assert!(said.contains("lacks the joint `slide`"), "{said}");
-        let said = parse(&REGION.replace("[-90, 95]", "[95, -90]")).unwrap_err();
-        assert!(said.contains("the lower comes first"), "{said}");
-        let said = parse(&REGION.replace("[95, 50]]", "[95]]")).unwrap_err();
-        assert!(said.contains("1 coordinates") && said.contains("2 joints"), "{said}");
-        let said = parse(&format!("{REGION}{}", MAP.replace("[1, 2, 3]", "[1, 2]"))).unwrap_err();
-        assert!(said.contains("2 rates") && said.contains("3 scaled coordinates"), "{said}");
-        let said = parse(&format!("{REGION}{}", MAP.replace("0.6", "6"))).unwrap_err();
-        assert!(said.contains("a share of 6 cannot be"), "{said}");
+        let message = parse(MAP).unwrap_err();
+        assert!(message.contains("does not say where") && message.contains("measured_region"), "{message}");
+        let message = parse(&REGION.replace("slide: [0, 50]", "slde: [0, 50]")).unwrap_err();
+        assert!(message.contains("no joint `slde`") && message.contains("slide"), "{message}");
+        let message = parse(&REGION.replace(", slide: [0, 50]", "")).unwrap_err();
+        assert!(message.contains("lacks the joint `slide`"), "{message}");
+        let message = parse(&REGION.replace("[-90, 95]", "[95, -90]")).unwrap_err();
+        assert!(message.contains("the lower comes first"), "{message}");
+        let message = parse(&REGION.replace("[95, 50]]", "[95]]")).unwrap_err();
+        assert!(message.contains("1 coordinates") && message.contains("2 joints"), "{message}");
+        let message = parse(&format!("{REGION}{}", MAP.replace("[1, 2, 3]", "[1, 2]"))).unwrap_err();
+        assert!(message.contains("2 rates") && message.contains("3 scaled coordinates"), "{message}");
+        let message = parse(&format!("{REGION}{}", MAP.replace("0.6", "6"))).unwrap_err();
+        assert!(message.contains("a share of 6 cannot be"), "{message}");
     }
 }

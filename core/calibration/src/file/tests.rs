@@ -190,10 +190,10 @@ fn each_mistake_is_reported_with_its_line_and_what_would_be_right() {
     ];
     for (from, to, message, help) in cases {
         assert!(WHOLE.contains(from), "{from}");
-        let said = Model::parse("model.yaml", &WHOLE.replacen(from, to, 1)).unwrap_err().to_string();
-        assert!(said.contains(message) && said.contains(help), "{to}: {said}");
+        let reported = Model::parse("model.yaml", &WHOLE.replacen(from, to, 1)).unwrap_err().to_string();
+        assert!(reported.contains(message) && reported.contains(help), "{to}: {reported}");
         let line = WHOLE.lines().position(|line| line.contains(from)).unwrap() + 1;
-        assert!(said.contains(&format!("model.yaml:{line}:")), "{to} is in line {line}: {said}");
+        assert!(reported.contains(&format!("model.yaml:{line}:")), "{to} is in line {line}: {reported}");
     }
 }
 
@@ -203,8 +203,8 @@ fn all_mistakes_of_a_file_are_reported_at_once() {
         .replace("sign: -1", "sign: 2")
         .replace("mass_kg: 2.5", "mass_kg: -1")
         .replace("p1_mm: 0.05", "p1_mm: -1");
-    let said = Model::parse("model.yaml", &text).unwrap_err().to_string();
-    assert_eq!(said.matches("model.yaml:").count(), 3, "{said}");
+    let reported = Model::parse("model.yaml", &text).unwrap_err().to_string();
+    assert_eq!(reported.matches("model.yaml:").count(), 3, "{reported}");
 }
 
 #[test]
@@ -225,9 +225,9 @@ fn distances_that_cannot_all_be_true_are_refused() {
 
 #[test]
 fn an_empty_file_and_a_table_are_distinguished_from_a_model() {
-    let said = |text: &str| Model::parse("model.yaml", text).unwrap_err().to_string();
-    assert!(said(" \n").contains("the file is empty") && said("").contains("plumb model template"));
-    assert!(said("q1_deg,p1_x_mm\n1,2\n").contains("this is a table of measurements, no model"));
+    let reported = |text: &str| Model::parse("model.yaml", text).unwrap_err().to_string();
+    assert!(reported(" \n").contains("the file is empty") && reported("").contains("plumb model template"));
+    assert!(reported("q1_deg,p1_x_mm\n1,2\n").contains("this is a table of measurements, no model"));
 }
 
 #[test]

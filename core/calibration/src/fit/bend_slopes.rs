@@ -161,13 +161,13 @@ impl KeptSlopes {
         &self,
         row: usize,
         (down, deviations): (&Vector3<f64>, &[Deviation]),
-        say: impl Fn(&Slopes) -> T,
+        read: impl Fn(&Slopes) -> T,
     ) -> Option<T> {
         let mut earlier = self.earlier.as_ref();
         while let Some(kept) = earlier {
             let slopes = kept.of_row(row)?;
             if let Some(slopes) = slopes.as_ref().filter(|slopes| slopes.hold_at(down, deviations)) {
-                return Some(say(slopes));
+                return Some(read(slopes));
             }
             earlier = kept.earlier.as_ref();
         }

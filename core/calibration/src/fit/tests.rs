@@ -164,11 +164,11 @@ fn names_of_free_numbers_say_what_they_are() {
 
 #[test]
 fn too_few_measurements_are_refused_in_words() {
-    let said = |rows: usize, effects: &[&str]| {
+    let message = |rows: usize, effects: &[&str]| {
         fitted(&measured(rows, 0.05, 6), "", effects).err().unwrap().to_string()
     };
     let many = ["joint_zero(elbow)", "joint_zero(shoulder)", "link_length(elbow)", "link_length(shoulder)"];
-    assert!(said(1, &many).contains("measure more"), "{}", said(1, &many));
+    assert!(message(1, &many).contains("measure more"), "{}", message(1, &many));
     let model = Model::parse("planar.yaml", PLANAR).unwrap();
     let table = measured(4, 0.05, 6);
     let observations = Observations::new(&model, &table).unwrap();
@@ -222,14 +222,16 @@ fn numbers_that_the_rows_hardly_determine_stay_in_their_ranges_and_are_reported(
         let fit = fitted(&narrow(0.0, 1.0, seed), "", &effects).unwrap();
         let values: Vec<f64> = fit.state.effects.iter().flatten().copied().collect();
         assert!(values[0].abs() < 0.35 && values[1].abs() < 20.0 && values[2].abs() < 20.0, "{values:?}");
-        let said: Vec<String> = fit.doubts.iter().map(ToString::to_string).collect();
+        let message: Vec<String> = fit.doubts.iter().map(ToString::to_string).collect();
         assert!(
-            said.len() == 1 && said[0].contains("hardly determine") && said[0].contains("joint_zero(elbow)"),
-            "{said:?}"
+            message.len() == 1
+                && message[0].contains("hardly determine")
+                && message[0].contains("joint_zero(elbow)"),
+            "{message:?}"
         );
         assert!(
-            said[0].contains("plausible ranges were used as prior knowledge; measure more poses"),
-            "{said:?}"
+            message[0].contains("plausible ranges were used as prior knowledge; measure more poses"),
+            "{message:?}"
         );
         // What the rows do determine is as good as ever.
         assert!(fit.scale < 1.3, "{}", fit.scale);
@@ -334,10 +336,10 @@ fn a_number_that_no_machine_has_is_reported_where_the_rows_determine_it() {
         "{:?}",
         fit.state.effects
     );
-    let said = fit.doubts.iter().map(ToString::to_string).collect::<String>();
+    let message = fit.doubts.iter().map(ToString::to_string).collect::<String>();
     assert!(
-        said.contains("no machine has: joint_zero(elbow) (40.2") && said.contains("units and signs"),
-        "{said}"
+        message.contains("no machine has: joint_zero(elbow) (40.2") && message.contains("units and signs"),
+        "{message}"
     );
 }
 

@@ -229,9 +229,9 @@ noise: {azimuth_deg: 0.01, elevation_deg: 0.02}
         assert!(azimuth(&Vector3::new(0.0, 1e-6, 500.0)).is_some() && azimuth(&Vector3::zeros()).is_none());
         assert_eq!(elevation(&Vector3::new(0.0, 0.0, -5.0)).1, Vector3::zeros());
         // Measured there, an azimuth cannot be.
-        let said = residuals(FLAT, "p1_azimuth_deg,p1_elevation_deg", "0,0,10,-90").unwrap_err();
+        let message = residuals(FLAT, "p1_azimuth_deg,p1_elevation_deg", "0,0,10,-90").unwrap_err();
         assert_eq!(
-            said,
+            message,
             "t.csv: line 2: a target straight above or below the instrument has no azimuth; leave `p1_azimuth_deg` empty there"
         );
         assert_eq!(residuals(FLAT, "p1_azimuth_deg,p1_elevation_deg", "0,0,,-90").unwrap().len(), 1);
@@ -279,8 +279,8 @@ noise: {azimuth_deg: 0.01, elevation_deg: 0.02}
             ),
             ("p1_azimuth_deg,p1_azimuth_rad", "0,0,10,1", "it says the same as `p1_azimuth_deg`"),
         ] {
-            let said = residuals(FLAT, columns, cells).unwrap_err();
-            assert!(said.contains(part), "{columns}: {said}");
+            let message = residuals(FLAT, columns, cells).unwrap_err();
+            assert!(message.contains(part), "{columns}: {message}");
         }
     }
 

@@ -134,14 +134,14 @@ fn profiles_that_lack_something_are_refused_with_what_would_be_right() {
             "`plat` in column `on` is not in the model's `surfaces:`; did you mean `plate`?",
         ),
     ] {
-        let said = refused(&format!("{head}{row}"));
-        assert!(said.contains(part), "{part}: {said}");
+        let message = refused(&format!("{head}{row}"));
+        assert!(message.contains(part), "{part}: {message}");
     }
     let without = MODEL.replace("profile: {seen_by: p2}\n", "");
     let (model, table) =
         (Model::parse("model.yaml", &without).unwrap(), Table::parse("rows.csv", ROWS).unwrap());
-    let said = Observations::new(&model, &table).unwrap_err().to_string();
-    assert!(said.contains("`profile: {seen_by: p1}`"), "{said}");
+    let message = Observations::new(&model, &table).unwrap_err().to_string();
+    assert!(message.contains("`profile: {seen_by: p1}`"), "{message}");
     for (text, part) in [
         (MODEL.replace(", radius_mm: 12", ""), "radius_mm"),
         (MODEL.replace("radius_mm: 12", "radius_mm: -12"), "a ball of radius -12 mm cannot be"),
@@ -150,16 +150,16 @@ fn profiles_that_lack_something_are_refused_with_what_would_be_right() {
             "no target `p3` that could be the laser line sensor",
         ),
     ] {
-        let said = Model::parse("model.yaml", &text).unwrap_err().to_string();
-        assert!(said.contains(part), "{part}: {said}");
+        let message = Model::parse("model.yaml", &text).unwrap_err().to_string();
+        assert!(message.contains(part), "{part}: {message}");
     }
     for (header, part) in [
         ("profile_x,profile_z_mm", "the unit is missing: write profile_x_mm"),
         ("profile_x_px,profile_z_mm", "units are mm, m, in"),
         ("profile1_y_mm,profile1_z_mm", "across its plane it measures nothing"),
     ] {
-        let said = Table::parse("t.csv", &format!("q1_deg,q2_deg,q3_deg,{header},on\n1,2,3,4,5,plate\n"))
+        let message = Table::parse("t.csv", &format!("q1_deg,q2_deg,q3_deg,{header},on\n1,2,3,4,5,plate\n"))
             .unwrap_err();
-        assert!(said.to_string().contains(part), "{part}: {said}");
+        assert!(message.to_string().contains(part), "{part}: {message}");
     }
 }

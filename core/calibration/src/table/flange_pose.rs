@@ -104,8 +104,8 @@ mod tests {
             (format!("{place},{turn}\n1,,3,1,0,0,0\n"), "line 2, column 2 (`flange_y_mm`): empty"),
             (format!("{place},{turn}\n1,2,3,,,,\n"), "every row needs the orientation of its flange"),
         ] {
-            let said = Table::parse("t.csv", &text).unwrap_err().to_string();
-            assert!(said.contains(part), "{part}: {said}");
+            let message = Table::parse("t.csv", &text).unwrap_err().to_string();
+            assert!(message.contains(part), "{part}: {message}");
         }
     }
 }

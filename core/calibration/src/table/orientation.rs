@@ -277,8 +277,8 @@ mod tests {
             ("q1_deg,board_rx_rad,board_ry_rad\n1,0,0\n".to_owned(), ["board lacks its rz", "board_rz_rad"]),
             ("q1_deg,tvec_x,tvec_y_mm\n1,0,0\n".to_owned(), ["the unit is missing", "tvec_x_mm"]),
         ] {
-            let said = Table::parse("t.csv", &text).unwrap_err().to_string();
-            assert!(parts.iter().all(|part| said.contains(part)), "{text:?}: {said}");
+            let message = Table::parse("t.csv", &text).unwrap_err().to_string();
+            assert!(parts.iter().all(|part| message.contains(part)), "{text:?}: {message}");
         }
     }
 }

@@ -128,8 +128,8 @@ fn what_cannot_be_a_table_is_refused_with_its_place_and_what_would_be_right() {
         ("q1_deg,p1_x_mm\n1,1e12\n", ["too large to be meant", "line 2"]),
         ("q1_deg,on,signal\n1,table,up\n", ["`up` is nothing a sensor does", "`off`"]),
     ] {
-        let said = refused(text);
-        assert!(parts.iter().all(|part| said.contains(part)), "{text:?}: {said}");
+        let message = refused(text);
+        assert!(parts.iter().all(|part| message.contains(part)), "{text:?}: {message}");
     }
     let wide: Vec<String> = (0..1001).map(|column| format!("c{column}")).collect();
     assert!(refused(&format!("{}\n", wide.join(","))).contains("at most 1000"));

@@ -234,38 +234,41 @@ mod tests {
             ("number", json!(true), "`config.it` is true; it is a number"),
         ];
         let right = [json!({}), json!([]), json!("text"), json!(true), json!(2.0), json!(0.5)];
-        for ((kind, wrong, said), right) in kinds.into_iter().zip(right) {
+        for ((kind, wrong, reported), right) in kinds.into_iter().zip(right) {
             let schema =
                 json!({"type": "object", "properties": {"it": {"type": kind, "description": "So."}}});
             let found = mistakes(&json!({"it": wrong}), &schema, &[]);
-            assert_eq!(found, [(said.to_owned(), "So.".to_owned())]);
+            assert_eq!(found, [(reported.to_owned(), "So.".to_owned())]);
             assert!(mistakes(&json!({"it": right}), &schema, &[]).is_empty(), "{kind}");
         }
     }
 
     #[test]
     fn the_words_of_bounds_say_which_there_are() {
-        let said = |schema: Value, value: Value| {
+        let reported = |schema: Value, value: Value| {
             let schema = json!({"type": "object", "properties": {"it": schema}});
             config_mistakes(&json!({"it": value}), &schema).pop()
         };
         let both = json!({"minimum": 1, "maximum": 3});
         assert_eq!(
-            said(both.clone(), json!(0)).as_deref(),
+            reported(both.clone(), json!(0)).as_deref(),
             Some("`config.it` is 0 (it lies between 1 and 3)")
         );
-        assert_eq!((said(both.clone(), json!(1)), said(both.clone(), json!(3))), (None, None));
-        assert_eq!(said(both, json!(3.5)).as_deref(), Some("`config.it` is 3.5 (it lies between 1 and 3)"));
+        assert_eq!((reported(both.clone(), json!(1)), reported(both.clone(), json!(3))), (None, None));
         assert_eq!(
-            said(json!({"minimum": 1}), json!(0)).as_deref(),
+            reported(both, json!(3.5)).as_deref(),
+            Some("`config.it` is 3.5 (it lies between 1 and 3)")
+        );
+        assert_eq!(
+            reported(json!({"minimum": 1}), json!(0)).as_deref(),
             Some("`config.it` is 0 (it lies at 1 or above)")
         );
         assert_eq!(
-            said(json!({"maximum": 1}), json!(2)).as_deref(),
+            reported(json!({"maximum": 1}), json!(2)).as_deref(),
             Some("`config.it` is 2 (it lies at 1 or below)")
         );
         assert_eq!(
-            said(json!({"minLength": 2}), json!("a")).as_deref(),
+            reported(json!({"minLength": 2}), json!("a")).as_deref(),
             Some("`config.it` is `a` (its length lies at 2 or above)")
         );
         assert_eq!(

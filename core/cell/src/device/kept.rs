@@ -87,7 +87,7 @@ mod tests {
         shared.lock().unwrap().lose("arm", "arm is lost");
         assert_eq!(kept.lost().map(|lost| lost.device), Some("arm".to_owned()));
         assert_eq!(kept.lost(), None, "it is reported once");
-        shared.lock().unwrap().say("eye", "hello");
+        shared.lock().unwrap().log("eye", "hello");
         let lines: Vec<String> = kept.log_lines().into_iter().map(|line| line.message).collect();
         assert_eq!(lines, ["hello"]);
         kept.shut_down(false);

@@ -325,20 +325,24 @@ impl Arm {
             self.description.joints.iter().map(|joint| (joint.name.clone(), unit_of(joint.unit))).collect();
         self.link.watch(Box::new(move |state| {
             let zeros = lock(&zeros).clone();
-            let shown =
-                joints.iter().zip(state.joints.as_slice()).zip(&zeros).map(|(((name, unit), said), zero)| {
-                    NamedValue {
-                        name: name.clone(),
-                        value: unit.from_internal(said + zero),
-                        unit: unit.symbol().to_owned(),
-                        uncertainty: None,
-                    }
-                });
+            let shown = joints.iter().zip(state.joints.as_slice()).zip(&zeros).map(
+                |(((name, unit), message), zero)| NamedValue {
+                    name: name.clone(),
+                    value: unit.from_internal(message + zero),
+                    unit: unit.symbol().to_owned(),
+                    uncertainty: None,
+                },
+            );
             let (time_ns, moving) = (state.time_ns, state.is_moving());
             events.send(Event::Joints { device: name.clone(), time_ns, moving, joints: shown.collect() });
             if let Some(check) = &keep_out {
-                let corrected: Vec<f64> =
-                    state.joints.as_slice().iter().zip(&zeros).map(|(said, zero)| said + zero).collect();
+                let corrected: Vec<f64> = state
+                    .joints
+                    .as_slice()
+                    .iter()
+                    .zip(&zeros)
+                    .map(|(message, zero)| message + zero)
+                    .collect();
                 events.send(Event::Clearance { device: name.clone(), planes: check.clearances(&corrected) });
             }
         }));

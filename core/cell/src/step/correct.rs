@@ -322,7 +322,7 @@ mod tests {
     use crate::workcell::load_workcell;
 
     /// What is said of a step that corrects so.
-    fn said(correct: &str) -> String {
+    fn reported(correct: &str) -> String {
         let place = tempfile::tempdir().unwrap();
         let write = |name: &str, text: &str| std::fs::write(place.path().join(name), text).unwrap();
         write("cell.yaml", "cell: bench\ndevices: {eye: {plugin: light-stripe}}\nprocedures: [go.yaml]\n");
@@ -336,8 +336,8 @@ mod tests {
     #[test]
     fn a_correction_names_a_sensor_of_the_cell_and_what_it_is_worked_out_from() {
         let parameters = "parameters: {tilt_deg: {shift: 0.1, uncertainty: 0.1, plausible: 5}}";
-        assert_eq!(said(&format!("{{sensor: eye, {parameters}}}")), "");
-        let unknown = said(&format!("{{sensor: eyes, {parameters}}}"));
+        assert_eq!(reported(&format!("{{sensor: eye, {parameters}}}")), "");
+        let unknown = reported(&format!("{{sensor: eyes, {parameters}}}"));
         assert!(unknown.contains("eyes") && unknown.contains("eye"), "{unknown}");
         for (wrong, word) in [
             (parameters.replace("shift: 0.1", "shift: found.x"), "found"),
@@ -345,8 +345,8 @@ mod tests {
             ("parameters: {}".to_owned(), "this corrects nothing"),
             (parameters.replace("plausible: 5", "plausible: 0"), "`plausible`"),
         ] {
-            let said = said(&format!("{{sensor: eye, {wrong}}}"));
-            assert!(said.contains(word), "{wrong}: {said}");
+            let reported = reported(&format!("{{sensor: eye, {wrong}}}"));
+            assert!(reported.contains(word), "{wrong}: {reported}");
         }
     }
 }

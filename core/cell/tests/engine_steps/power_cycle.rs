@@ -67,14 +67,14 @@ fn a_drive_that_was_switched_off_loses_its_zeros_until_a_run_finds_them_again() 
     let (outcome, events) = turn(&cell, &record, &world);
     assert_eq!(outcome, RunOutcome::NeedsOperator);
     assert_eq!(outcome.exit_code(), 4);
-    let said = losses(&events);
-    assert_eq!(said.len(), 1, "{said:?}");
+    let message = losses(&events);
+    assert_eq!(message.len(), 1, "{message:?}");
     assert!(
-        said[0].starts_with("arm waist shoulder elbow: its drive reads 0.000 deg at the waist"),
-        "{said:?}"
+        message[0].starts_with("arm waist shoulder elbow: its drive reads 0.000 deg at the waist"),
+        "{message:?}"
     );
-    assert!(said[0].contains("and run 1 left it at"), "{said:?}");
-    assert!(said[0].contains("its keep-out planes are not watched"), "{said:?}");
+    assert!(message[0].contains("and run 1 left it at"), "{message:?}");
+    assert!(message[0].contains("its keep-out planes are not watched"), "{message:?}");
     assert!(message_of(&events).contains("arm has lost its zeros"), "{}", message_of(&events));
     let help = "Find them with a procedure that says `finds_zeros` first";
     assert!(message_of(&events).contains(help), "{}", message_of(&events));

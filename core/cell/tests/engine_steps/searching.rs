@@ -139,8 +139,8 @@ fn a_search_goes_as_far_as_the_joint_does_and_says_so() {
         format!("\nsteps:\n  - {{id: up, {}}}\n", search("travel_deg: 500, fast: {chunk_deg: 30, speed: 1}"));
     let found = searched_in(&place(), &steps);
     assert_eq!(found.outcome, RunOutcome::Failed);
-    let said = "eye stayed OFF while shoulder went from 41.00 to 183.35 deg, and shoulder goes no further. Move the arm nearer";
-    assert!(found.message.contains(said), "{}", found.message);
+    let sentence = "eye stayed OFF while shoulder went from 41.00 to 183.35 deg, and shoulder goes no further. Move the arm nearer";
+    assert!(found.message.contains(sentence), "{}", found.message);
     assert_ways(&found.ways, &[41.0, 71.0, 101.0, 131.0, 161.0, 3.2_f64.to_degrees()]);
     let steps = format!("\nsteps:\n  - {{id: up, {}}}\n", search("travel_deg: 0"));
     let found = searched_in(&place(), &steps);

@@ -36,7 +36,7 @@ fn scale(cell: &mut String, factor: f64) {
 fn message(model: &str, table: &str) -> String {
     let options = Options { holdout: Holdout::None, ..Options::default() };
     match try_laboratory(model, table, options) {
-        Err(said) => said,
+        Err(reported) => reported,
         Ok(laboratory) => match laboratory.compare(&Progress::unwatched()) {
             Err(error) => error.to_string(),
             Ok(comparison) => format!("no error, but: {:?}", comparison.warnings),

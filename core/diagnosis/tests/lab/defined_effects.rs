@@ -141,7 +141,7 @@ fn message(adds: &str) -> String {
     let define =
         format!("  - name: mine\n    adds: {adds}\n    parameters: {{a: {{unit: deg, range: [-1, 1]}}}}\n");
     match try_laboratory(&model(&define), &table(|q| q, still), Options::default()) {
-        Err(said) => said,
+        Err(reported) => reported,
         Ok(_) => "no error".to_owned(),
     }
 }
@@ -240,9 +240,9 @@ fn names_shapes_and_places_of_formulas_are_checked() {
 #[test]
 fn names_of_the_library_cannot_be_taken() {
     let define = BELT.replace("belt_error", "joint_zero");
-    let said = try_laboratory(&model(&define), &table(|q| q, still), Options::default()).unwrap_err();
-    says(&said, &["there is an effect `joint_zero` already\n", "choose another name"]);
+    let reported = try_laboratory(&model(&define), &table(|q| q, still), Options::default()).unwrap_err();
+    says(&reported, &["there is an effect `joint_zero` already\n", "choose another name"]);
     let twice = format!("{BELT}{BELT}");
-    let said = try_laboratory(&model(&twice), &table(|q| q, still), Options::default()).unwrap_err();
-    says(&said, &["there is an effect `belt_error` already"]);
+    let reported = try_laboratory(&model(&twice), &table(|q| q, still), Options::default()).unwrap_err();
+    says(&reported, &["there is an effect `belt_error` already"]);
 }

@@ -86,6 +86,6 @@ fn where_the_arm_works_in_part_of_its_reach_only_what_matters_there_is_reported(
 #[test]
 fn a_working_volume_that_is_none_is_refused_with_its_place() {
     let model = format!("{TWO_LINKS}working_volume: {{x_mm: [3, 2], y_mm: [0, 1], z_mm: [0, 1]}}\n");
-    let said = try_laboratory(&model, &measured(0.0, 60.0, 10), Options::default()).err().unwrap();
-    assert!(said.contains(":11:17: ") && said.contains("a least and a greater number"), "{said}");
+    let message = try_laboratory(&model, &measured(0.0, 60.0, 10), Options::default()).err().unwrap();
+    assert!(message.contains(":11:17: ") && message.contains("a least and a greater number"), "{message}");
 }

@@ -32,8 +32,11 @@ fn a_template_of_every_robot_reads_and_its_table_has_a_column_for_every_joint() 
         assert_eq!(table.joints, model.chain.len(), "{robot}");
         assert!(table.covariates.is_empty() && table.warnings.is_empty(), "{robot}: {:?}", table.warnings);
     }
-    let said = Template::of("pumma560").unwrap_err().to_string();
-    assert!(said.contains("did you mean `puma560`?") && said.contains("a number of joints"), "{said}");
+    let message = Template::of("pumma560").unwrap_err().to_string();
+    assert!(
+        message.contains("did you mean `puma560`?") && message.contains("a number of joints"),
+        "{message}"
+    );
     assert!(Template::of("0").unwrap_err().to_string().contains("from 1 to 12"));
 }
 

@@ -70,9 +70,12 @@ fn what_no_effect_predicts_is_mapped_and_the_map_commands_the_arm_where_was_meas
     };
     assert!(miss(&model) < 0.6 * miss(&effects.model), "{} {}", miss(&model), miss(&effects.model));
     // Outside it is refused, with what would help.
-    let said = model.holds_at(&[0.0, 2.6, -1.0]).unwrap_err();
-    assert!(said.contains("shoulder would be at 148.9") && said.contains("the residual map"), "{said}");
-    assert!(said.contains("measure there and `grow` again"), "{said}");
+    let message = model.holds_at(&[0.0, 2.6, -1.0]).unwrap_err();
+    assert!(
+        message.contains("shoulder would be at 148.9") && message.contains("the residual map"),
+        "{message}"
+    );
+    assert!(message.contains("measure there and `grow` again"), "{message}");
 }
 
 #[test]
@@ -137,6 +140,9 @@ fn a_correction_says_where_it_was_measured() {
     let growth = laboratory.grow_with_corrections(&Progress::unwatched()).unwrap();
     assert!(!growth.model.corrections.is_empty());
     let model = Model::parse("model.yaml", &model_text(&growth.model)).unwrap();
-    let said = model.holds_at(&[0.0, 0.5, 1.0]).unwrap_err();
-    assert!(said.contains("elbow would be at 57.296 deg") && said.contains("the correction"), "{said}");
+    let message = model.holds_at(&[0.0, 0.5, 1.0]).unwrap_err();
+    assert!(
+        message.contains("elbow would be at 57.296 deg") && message.contains("the correction"),
+        "{message}"
+    );
 }

@@ -282,7 +282,7 @@ fn diagnosed(model: &Model, table: &Table) -> Diagnosis {
 }
 
 /// What a user acts on: verdict, name with its place, the site, the ties in any order.
-fn said(diagnosis: &Diagnosis) -> (Verdict, Option<String>, Option<String>, Vec<String>) {
+fn message(diagnosis: &Diagnosis) -> (Verdict, Option<String>, Option<String>, Vec<String>) {
     let label =
         |effect: &plumb_diagnosis::EffectPlace| format!("{}({}) {:?}", effect.effect, effect.place, effect.n);
     let mut tied: Vec<String> = diagnosis.tied.iter().map(label).collect();
@@ -328,7 +328,7 @@ fn the_same_arm_gets_the_same_verdict_however_it_is_written() {
             .map(|(way, model, mirrored)| {
                 let diagnosis = diagnosed(model, &table(&arm, hidden, 7000 + number, *mirrored));
                 let size = diagnosis.named.as_ref().map_or(0.0, |named| named.size.abs());
-                (*way, said(&diagnosis), size, diagnosis_sentence(&diagnosis))
+                (*way, message(&diagnosis), size, diagnosis_sentence(&diagnosis))
             })
             .collect();
         (hidden, verdicts)

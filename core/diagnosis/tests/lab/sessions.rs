@@ -46,11 +46,11 @@ fn every_session_has_a_base_of_its_own() {
 fn a_base_for_each_session_needs_sessions_and_no_locked_session() {
     let unnamed: String =
         table(82).lines().map(|line| format!("{}\n", line.rsplit_once(',').unwrap().0)).collect();
-    let said = try_laboratory(&model("{per: session}"), &unnamed, Options::default()).unwrap_err();
-    assert!(said.contains("needs the column `session`"), "{said}");
+    let message = try_laboratory(&model("{per: session}"), &unnamed, Options::default()).unwrap_err();
+    assert!(message.contains("needs the column `session`"), "{message}");
     let options = Options { holdout: Holdout::Session, ..Options::default() };
-    let said = try_laboratory(&model("{per: session}"), &table(82), options).unwrap_err();
-    assert!(said.contains("choose another `--holdout`"), "{said}");
+    let message = try_laboratory(&model("{per: session}"), &table(82), options).unwrap_err();
+    assert!(message.contains("choose another `--holdout`"), "{message}");
 }
 
 #[test]

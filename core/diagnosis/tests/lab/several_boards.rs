@@ -164,22 +164,22 @@ fn boards_all_seen_from_one_place_cannot_be_distinguished_from_the_camera() {
 fn names_of_boards_that_lead_nowhere_are_refused_with_those_there_are() {
     let refused = |model: &str, table: &str| try_laboratory(model, table, Options::default()).unwrap_err();
     let plain = two(5, 5, 3, &SOUND);
-    let said = refused(&model("[]", "{}"), &plain.replacen(",wall", ",wal", 1));
+    let message = refused(&model("[]", "{}"), &plain.replacen(",wall", ",wal", 1));
     assert!(
-        said.contains("line 2: `wal` in column `board` is not in the model's `boards:` (floor, wall)")
-            && said.contains("did you mean"),
-        "{said}"
+        message.contains("line 2: `wal` in column `board` is not in the model's `boards:` (floor, wall)")
+            && message.contains("did you mean"),
+        "{message}"
     );
-    let said = refused(&model("[]", "{}"), &plain.replacen(",wall", ",", 1));
+    let message = refused(&model("[]", "{}"), &plain.replacen(",wall", ",", 1));
     assert!(
-        said.contains("line 2: say in column `board` which of the model's boards is seen: floor, wall"),
-        "{said}"
+        message.contains("line 2: say in column `board` which of the model's boards is seen: floor, wall"),
+        "{message}"
     );
     let one = model("[]", "{}")
         .replace("boards: {floor: {seen_by: p1}, wall: {seen_by: p1}}", "board: {seen_by: p1}");
-    let said = refused(&one, &plain);
-    assert!(said.contains("names 2 boards, and the model has one: write `boards: {wall: {seen_by: p1}, floor: {seen_by: p1}}`"), "{said}");
+    let message = refused(&one, &plain);
+    assert!(message.contains("names 2 boards, and the model has one: write `boards: {wall: {seen_by: p1}, floor: {seen_by: p1}}`"), "{message}");
     let both = model("[]", "{}") + "board: {seen_by: p1}\n";
-    let said = refused(&both, &plain);
-    assert!(said.contains("put all of them under `boards`"), "{said}");
+    let message = refused(&both, &plain);
+    assert!(message.contains("put all of them under `boards`"), "{message}");
 }

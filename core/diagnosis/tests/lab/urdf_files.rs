@@ -86,8 +86,8 @@ fn beside_the_file_a_joint_may_have_limits_a_sign_and_a_gear_ratio() {
 fn what_does_not_go_with_a_urdf_file_is_refused_with_its_place() {
     let says = |model: &str, parts: &[&str]| {
         let (_folder, read) = read(model);
-        let said = read.err().unwrap();
-        assert!(parts.iter().all(|part| said.contains(part)), "{said}");
+        let message = read.err().unwrap();
+        assert!(parts.iter().all(|part| message.contains(part)), "{message}");
     };
     says("arm: a\nconvention: {urdf: nowhere.urdf}\n", &[":2:", "nowhere.urdf", "from this file's folder"]);
     says("arm: a\nconvention: urdf\n", &[":2:", "which URDF file?"]);

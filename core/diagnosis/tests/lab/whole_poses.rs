@@ -191,7 +191,7 @@ fn orientations_of_another_convention_are_recognized_and_reported() {
     let model = tracked_model("{free: true}", "{}");
     let refused = |text: &str| match try_laboratory(&model, text, Options::default()) {
         Ok(lab) => format!("taken: {:?}", lab.table().warnings),
-        Err(said) => said,
+        Err(message) => message,
     };
     let mirrored = |turn: &UnitQuaternion<f64>| vec![turn.w, -turn.i, -turn.j, turn.k];
     for (text, expected) in [
@@ -214,12 +214,13 @@ fn orientations_of_another_convention_are_recognized_and_reported() {
             "as radians (the columns then end in _rad)",
         ),
     ] {
-        let said = refused(&text);
+        let message = refused(&text);
         assert!(
-            said.contains("the orientations of p1 cannot be meant as written") && said.contains(expected),
-            "{expected}: {said}"
+            message.contains("the orientations of p1 cannot be meant as written")
+                && message.contains(expected),
+            "{expected}: {message}"
         );
-        assert!(!said.contains(", or "), "the places say which: {said}");
+        assert!(!message.contains(", or "), "the places say which: {message}");
     }
     // Without places, w last is an inverted orientation in other axes: both are reported.
     let bare = |line: &str| {
@@ -234,16 +235,18 @@ fn orientations_of_another_convention_are_recognized_and_reported() {
         )
     };
     let alone: String = quaternions(|turn| vec![turn.i, turn.j, turn.k, turn.w]).lines().map(bare).collect();
-    let said = refused(&alone);
+    let message = refused(&alone);
     assert!(
-        said.contains("with w last") && said.contains(", or ") && said.contains("inverted, as the rotation"),
-        "{said}"
+        message.contains("with w last")
+            && message.contains(", or ")
+            && message.contains("inverted, as the rotation"),
+        "{message}"
     );
     assert_eq!(refused(&quaternions(plain)), "taken: []");
     // Degrees under a header of radians are more than a turn.
-    let said =
+    let message =
         refused(&vectors("rad", |turn| turn.scaled_axis().iter().map(|part| part.to_degrees()).collect()));
-    assert!(said.contains("more than a whole turn") && said.contains("line 2, column 10"), "{said}");
+    assert!(message.contains("more than a whole turn") && message.contains("line 2, column 10"), "{message}");
     // Axes that are none of these: each row turned at random.
     let mut rng = Xorshift::seeded(9);
     let header = format!("{},p1_qw,p1_qx,p1_qy,p1_qz\n", of_positions());
@@ -258,8 +261,8 @@ fn orientations_of_another_convention_are_recognized_and_reported() {
             format!("{},{}\n", kept.join(","), cells(quaternion(&turn)))
         })
         .collect();
-    let said = refused(&format!("{header}{rows}"));
-    assert!(said.contains("have little to do with those the model expects"), "{said}");
+    let message = refused(&format!("{header}{rows}"));
+    assert!(message.contains("have little to do with those the model expects"), "{message}");
 }
 
 #[test]
@@ -458,12 +461,15 @@ fn next_poses_keep_the_board_in_view_and_distinguish_effects() {
 fn a_board_that_no_camera_of_the_model_sees_and_a_body_it_lacks_are_refused() {
     let text = pictures(5, (0.1, 0.02), 66, &[0.0; 6], false);
     let bare = format!("{ARM}targets: {{p1: {{}}}}\nfree: []\n");
-    let said = try_laboratory(&bare, &text, Options::default()).unwrap_err();
-    assert!(said.contains("`board: {seen_by: p1}`") && said.contains("is a target: p1_x_mm"), "{said}");
+    let message = try_laboratory(&bare, &text, Options::default()).unwrap_err();
+    assert!(
+        message.contains("`board: {seen_by: p1}`") && message.contains("is a target: p1_x_mm"),
+        "{message}"
+    );
     let lost = hand_eye_model("[]", "{}").replace("seen_by: p1", "seen_by: p3");
-    let said = try_laboratory(&lost, &text, Options::default()).unwrap_err();
-    assert!(said.contains("there is no target `p3` that could be the camera"), "{said}");
+    let message = try_laboratory(&lost, &text, Options::default()).unwrap_err();
+    assert!(message.contains("there is no target `p3` that could be the camera"), "{message}");
     let text = format!("{HEADER}p4_qw,p4_qx,p4_qy,p4_qz\n1,2,3,4,5,6,1,0,0,0\n");
-    let said = try_laboratory(&bare, &text, Options::default()).unwrap_err();
-    assert!(said.contains("add `p4` under `targets:`"), "{said}");
+    let message = try_laboratory(&bare, &text, Options::default()).unwrap_err();
+    assert!(message.contains("add `p4` under `targets:`"), "{message}");
 }

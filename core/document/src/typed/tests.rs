@@ -162,15 +162,15 @@ fn what_a_type_refuses_in_its_own_words_is_shown_where_it_is_and_reading_goes_on
 
 #[test]
 fn a_variant_is_one_key_or_one_word() {
-    let said = |optics: &str| read(&format!("{GOOD}optics: {optics}\n")).1;
-    assert_eq!(said("none"), [""; 0]);
+    let reported = |optics: &str| read(&format!("{GOOD}optics: {optics}\n")).1;
+    assert_eq!(reported("none"), [""; 0]);
     assert_eq!(
-        said("spot"),
+        reported("spot"),
         ["4:9 `optics`: `spot` has keys of its own: write `spot:` with them under it = "]
     );
-    assert_eq!(said("nine"), ["4:9 `optics` is `nine`, which is not known = did you mean `none`?"]);
+    assert_eq!(reported("nine"), ["4:9 `optics` is `nine`, which is not known = did you mean `none`?"]);
     assert_eq!(
-        said("{ideal: {height_mm: 1}, spot: {diameter_mm: 2}}"),
+        reported("{ideal: {height_mm: 1}, spot: {diameter_mm: 2}}"),
         ["4:9 `optics` has one key; this has 2 = there are `none`, `ideal`, `spot`"]
     );
 }

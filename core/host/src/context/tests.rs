@@ -58,7 +58,7 @@ impl Bench {
     }
 
     /// The next line of the log.
-    fn said(&mut self) -> (LogLevel, String, u64) {
+    fn message(&mut self) -> (LogLevel, String, u64) {
         match self.next() {
             FromHost::Log { level, text, span } => (level, text, span),
             other => panic!("{other:?}"),
@@ -106,7 +106,7 @@ fn a_message_of_another_clock_is_refused_and_the_next_call_fails_with_the_first_
     for later_s in [5, 7] {
         let wrong = state(&bench.context, later_s);
         assert_eq!(bench.context.emit("joints", bytemuck::bytes_of(&wrong)), Status::REFUSED);
-        let (level, text, _) = bench.said();
+        let (level, text, _) = bench.message();
         assert_eq!(level, LogLevel::Error);
         assert!(text.starts_with("the clock of arm is ") && text.contains("a message on `joints`"), "{text}");
     }
@@ -127,11 +127,11 @@ fn a_stream_or_input_the_plugin_does_not_have_is_refused_with_those_it_has() {
     );
     let sent = state(&bench.context, 0);
     assert_eq!(bench.context.emit("joint", bytemuck::bytes_of(&sent)), Status::REFUSED);
-    assert_eq!(bench.said().1, "the plugin uses stream 'joint'; it has joints, spare");
+    assert_eq!(bench.message().1, "the plugin uses stream 'joint'; it has joints, spare");
     assert_eq!(bench.context.loan("joint", size_of::<JointState>()), Err(Status::REFUSED));
-    assert_eq!(bench.said().1, "the plugin uses stream 'joint'; it has joints, spare");
+    assert_eq!(bench.message().1, "the plugin uses stream 'joint'; it has joints, spare");
     assert_eq!(bench.context.receive("line", &mut [0; 8]), Err(Status::REFUSED));
-    assert!(bench.said().1.starts_with("the plugin uses input 'line'; it has"));
+    assert!(bench.message().1.starts_with("the plugin uses input 'line'; it has"));
 }
 
 #[test]
@@ -150,7 +150,10 @@ fn an_input_gives_its_messages_whole_or_says_how_long_they_are() {
     assert_eq!(bench.context.receive("from", &mut target[..length]), Ok(length), "just room enough");
     sender.emit(bytemuck::bytes_of(&sent)).unwrap();
     assert_eq!(bench.context.receive("from", &mut target[..8]), Err(Status::REFUSED));
-    assert_eq!(bench.said().1, format!("a message of input 'from' has {length} bytes; the plugin takes 8"));
+    assert_eq!(
+        bench.message().1,
+        format!("a message of input 'from' has {length} bytes; the plugin takes 8")
+    );
 }
 
 #[test]
@@ -160,18 +163,18 @@ fn a_message_is_built_in_what_was_lent_and_sent_once() {
     let length = size_of::<JointState>();
     let lent = bench.context.loan("joints", length).unwrap();
     assert_eq!(bench.context.loan("joints", length), Err(Status::REFUSED), "one at a time");
-    assert!(bench.said().1.starts_with("the plugin asks for a second message"));
+    assert!(bench.message().1.starts_with("the plugin asks for a second message"));
     // A message of time 0 is of no clock of the cell's: nothing is sent.
     assert_eq!(bench.context.publish(lent, true), Status::REFUSED);
-    bench.said();
+    bench.message();
     let lent = bench.context.loan("joints", length).unwrap();
     assert_eq!(bench.context.publish(lent, false), Status::OK, "taken back");
     assert_eq!(receiver.receive::<JointState>(), Ok(None));
     let lent = bench.context.loan("joints", length).unwrap();
     assert_eq!(bench.context.publish(lent.wrapping_add(8), true), Status::REFUSED);
-    assert!(bench.said().1.starts_with("the plugin publishes another message than"));
+    assert!(bench.message().1.starts_with("the plugin publishes another message than"));
     assert_eq!(bench.context.publish(lent, true), Status::REFUSED);
-    assert_eq!(bench.said().1, "the plugin publishes a message it was not lent");
+    assert_eq!(bench.message().1, "the plugin publishes a message it was not lent");
     assert!(bench.context.loan("joints", length + 8).is_err(), "a length that is not the layout's");
 }
 
@@ -181,8 +184,8 @@ fn what_is_said_names_the_call_it_served_and_progress_stays_between_0_and_1() {
     bench.context.report(LogLevel::Info, "one");
     bench.context.serve_under(7);
     bench.context.announce(LogLevel::Warn, "two");
-    assert_eq!(bench.said(), (LogLevel::Info, "one".to_owned(), 0));
-    assert_eq!(bench.said(), (LogLevel::Warn, "two".to_owned(), 7));
+    assert_eq!(bench.message(), (LogLevel::Info, "one".to_owned(), 0));
+    assert_eq!(bench.message(), (LogLevel::Warn, "two".to_owned(), 7));
     for (given, shown) in [(0.25, 0.25), (1.5, 1.0), (-0.5, 0.0), (f64::NAN, 0.0), (f64::INFINITY, 0.0)] {
         bench.context.progress(given, "on");
         let FromHost::Progress { fraction, text, span } = bench.next() else { panic!("{given}") };

@@ -167,9 +167,9 @@ mod tests {
         assert_eq!(loaded.check_required("plumb.robot/1", 96, [].into_iter()), Ok(()));
         let error =
             loaded.check_required("plumb.robot/1", 8, ["move_joints", "stop"].into_iter()).unwrap_err();
-        let said = "the plugin says it is a robot, and its table 'plumb.robot/1' of 8 bytes lacks move_joints, stop (set `size` to \
+        let reported = "the plugin says it is a robot, and its table 'plumb.robot/1' of 8 bytes lacks move_joints, stop (set `size` to \
                     sizeof(plumb_robot_functions)";
-        assert!(error.starts_with(said), "{error}");
+        assert!(error.starts_with(reported), "{error}");
     }
 
     #[test]

@@ -95,13 +95,13 @@ mod tests {
 
     #[test]
     fn every_end_is_reported_in_words() {
-        let said = |code: u8| ended(Some(code.into()), None, &[]).to_string();
-        assert_eq!(said(0), "ended in good order");
-        assert_eq!(said(exit_code::WATCHDOG), "ended itself: its plugin hung in a call");
-        assert!(said(exit_code::ORPHANED).starts_with("ended itself: it was asked to end, or nobody"));
-        assert_eq!(said(exit_code::BUS), "ended itself: its shared memory failed");
-        assert!(said(exit_code::MEMORY).contains("`memory_limit_mb:`"));
-        assert_eq!(said(77), "ended with code 77");
+        let reported = |code: u8| ended(Some(code.into()), None, &[]).to_string();
+        assert_eq!(reported(0), "ended in good order");
+        assert_eq!(reported(exit_code::WATCHDOG), "ended itself: its plugin hung in a call");
+        assert!(reported(exit_code::ORPHANED).starts_with("ended itself: it was asked to end, or nobody"));
+        assert_eq!(reported(exit_code::BUS), "ended itself: its shared memory failed");
+        assert!(reported(exit_code::MEMORY).contains("`memory_limit_mb:`"));
+        assert_eq!(reported(77), "ended with code 77");
         assert_eq!(ended(None, Some("SIGSEGV"), &[]).to_string(), "was ended by SIGSEGV");
         assert_eq!(ended(None, None, &[]).to_string(), "ended");
         let killed =

@@ -10,7 +10,7 @@ use crate::c_plugin::compiled_from_text;
 use crate::place::{LONG, Place, until, waist_to};
 
 /// What was said so far, as text.
-fn said(events: &Receiver<HostEvent>) -> Vec<String> {
+fn reported(events: &Receiver<HostEvent>) -> Vec<String> {
     let text = |event| match event {
         HostEvent::Output { text } | HostEvent::Log { text, .. } => Some(text),
         _ => None,
@@ -31,7 +31,7 @@ fn assert_flood_is_cut(fault: &str, most: usize) {
     robot.move_joints(&waist_to(0.01), LONG).unwrap();
     drop(robot);
     host.finish(LONG);
-    let lines = said(&events);
+    let lines = reported(&events);
     let shown = lines.iter().filter(|line| line.starts_with("line ")).count();
     assert!(shown > 100 && shown <= most, "{shown} lines were shown");
     let left_out = |line: &String| line.contains(" lines (") && line.contains("left out here");
@@ -107,7 +107,7 @@ fn what_a_plugin_in_c_prints_arrives_without_a_flush_also_when_it_dies() {
     let (host, events) = place.spawn_listening(&HostArguments::new("arm", &place.domain, &plugin));
     let mut lines = Vec::new();
     until("what was printed in create", || {
-        lines.extend(said(&events));
+        lines.extend(reported(&events));
         lines.iter().any(|line| line == "printed in create").then_some(())
     });
     let robot = host.robot().unwrap();
@@ -115,6 +115,6 @@ fn what_a_plugin_in_c_prints_arrives_without_a_flush_also_when_it_dies() {
     let target = plumb_plugin::JointVector::from_slice(&[0.1, 0.0]).unwrap();
     let error = robot.move_joints(&plumb_plugin::Motion::absolute(target, 1.0), LONG).unwrap_err();
     assert!(error.to_string().ends_with("the last it wrote: half a line"), "{error}");
-    lines.extend(said(&events));
+    lines.extend(reported(&events));
     assert!(lines.iter().any(|line| line == "printed in move"), "{lines:?}");
 }

@@ -182,7 +182,7 @@ mod tests {
     use crate::Manifest;
 
     /// What a manifest with such a schema of its configuration says.
-    fn said(schema: &str) -> String {
+    fn reported(schema: &str) -> String {
         let text = format!(
             "id: gauge\ntitle: A gauge\nversion: 0.1.0\ncontract: [1, 0]\nkind: sensor\nlibrary: libgauge.so\nquantities: []\nconfig:\n{schema}"
         );
@@ -191,15 +191,15 @@ mod tests {
 
     #[test]
     fn a_key_that_nobody_reads_is_named_with_its_place_and_what_comes_near() {
-        let said = said("  type: object\n  propertees:\n    port: {type: string}\n");
-        assert!(said.contains("plugin.yaml:10:3: a schema has no key `propertees`"), "{said}");
-        assert!(said.contains("did you mean `properties`?"), "{said}");
-        assert_eq!(said.matches("plugin.yaml:").count(), 1, "{said}");
+        let reported = reported("  type: object\n  propertees:\n    port: {type: string}\n");
+        assert!(reported.contains("plugin.yaml:10:3: a schema has no key `propertees`"), "{reported}");
+        assert!(reported.contains("did you mean `properties`?"), "{reported}");
+        assert_eq!(reported.matches("plugin.yaml:").count(), 1, "{reported}");
     }
 
     #[test]
     fn a_type_or_a_bound_that_is_none_is_named_however_deep_it_lies() {
-        let said = said(
+        let reported = reported(
             "  type: object\n  properties:\n    port: {type: sting}\n    rate: {type: [integer, nul], minimum: low}\n    list: {items: [string], minItems: 0.5}\n  additionalProperties: 3\n  required: port\n",
         );
         for expected in [
@@ -212,16 +212,16 @@ mod tests {
             "`additionalProperties` is a schema, or `true` or `false`; this is a number",
             "`required` is a list; this is a text",
         ] {
-            assert!(said.contains(expected), "{expected}: {said}");
+            assert!(reported.contains(expected), "{expected}: {reported}");
         }
     }
 
     #[test]
     fn what_manifests_use_is_taken() {
         let good = "  type: object\n  additionalProperties: false\n  oneOf: [{required: [port]}, {required: [file]}]\n  properties:\n    port: {description: \"A port, such as /dev/ttyS0.\", type: string, default: a}\n    file: {enum: [a, 2, null], needs_input: line}\n";
-        assert_eq!(said(good), "");
+        assert_eq!(reported(good), "");
         assert!(
-            said("  type: object\n  properties:\n    a: {description: A port, such as this}\n")
+            reported("  type: object\n  properties:\n    a: {description: A port, such as this}\n")
                 .contains("quote a text")
         );
     }

@@ -115,15 +115,15 @@ mod tests {
     #[test]
     fn where_poses_do_not_do_the_other_way_is_said_or_that_there_is_none() {
         let way = |way| Instead::Way { way, separation: 12.3, poses: 4 };
-        let said = |instead| next_poses_sentence(&poses(&["a", "b"], rivals(false, &[]), Some(instead)));
+        let message = |instead| next_poses_sentence(&poses(&["a", "b"], rivals(false, &[]), Some(instead)));
         assert_eq!(
-            said(way(OtherWay::Load(3.0))),
+            message(way(OtherWay::Load(3.0))),
             "No pose within reach distinguishes a and b (4.4 standard errors in 5 poses); a load of 3 kg would distinguish them (12 standard errors in 4 poses)."
         );
-        assert!(said(way(OtherWay::WholePositions)).contains("whole positions of p1 would distinguish"));
-        assert!(said(way(OtherWay::SecondPoint)).contains("well off its axis, would distinguish"));
-        assert!(said(Instead::Same).contains("they are the same thing"));
-        assert!(said(Instead::BelowNoise).contains("less than these readings show"));
+        assert!(message(way(OtherWay::WholePositions)).contains("whole positions of p1 would distinguish"));
+        assert!(message(way(OtherWay::SecondPoint)).contains("well off its axis, would distinguish"));
+        assert!(message(Instead::Same).contains("they are the same thing"));
+        assert!(message(Instead::BelowNoise).contains("less than these readings show"));
     }
 
     #[test]

@@ -5,7 +5,7 @@ use plumb_diagnosis::Note;
 /// A note, as part of a list.
 pub fn note_in_words(note: &Note) -> String {
     match note {
-        Note::Noticed(said) => said.clone(),
+        Note::Noticed(message) => message.clone(),
         Note::OutsideRegion { outside, rows } => format!(
             "{outside} of {rows} rows lie outside the region in which the model's corrections were measured: there they are no more than a guess, and a residual map is left out"
         ),

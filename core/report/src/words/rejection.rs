@@ -78,15 +78,15 @@ mod tests {
     #[test]
     fn rivals_and_places_are_in_the_reason() {
         let rivals = ["a(x)", "b(x)", "c(y)"].map(str::to_owned).to_vec();
-        let said = |rejection: Rejection| rejection_in_words(&rejection);
+        let message = |rejection: Rejection| rejection_in_words(&rejection);
         assert_eq!(
-            said(Rejection::IndistinguishableFrom(rivals)),
+            message(Rejection::IndistinguishableFrom(rivals)),
             "indistinguishable from a(x), b(x) and c(y)"
         );
-        assert_eq!(said(Rejection::WorseThan("a(x)".to_owned())), "worse than a(x)");
-        assert!(said(Rejection::UnlistedAt("elbow".to_owned())).ends_with("at elbow"));
-        assert_eq!(said(Rejection::MoreLeftAt("elbow".to_owned())), "too much else is left at elbow");
-        assert!(said(Rejection::HeldGeometry("geometry(*)")).ends_with("free `geometry(*)`"));
+        assert_eq!(message(Rejection::WorseThan("a(x)".to_owned())), "worse than a(x)");
+        assert!(message(Rejection::UnlistedAt("elbow".to_owned())).ends_with("at elbow"));
+        assert_eq!(message(Rejection::MoreLeftAt("elbow".to_owned())), "too much else is left at elbow");
+        assert!(message(Rejection::HeldGeometry("geometry(*)")).ends_with("free `geometry(*)`"));
     }
 
     #[test]

@@ -58,10 +58,10 @@ mod tests {
     #[test]
     fn a_note_says_in_how_many_rows_the_map_acts() {
         let note = MapNote { not_understood: 0.123, rows_inside: 30, rows: 40 };
-        let said = map_in_words(&note);
+        let message = map_in_words(&note);
         assert!(
-            said.contains("takes 12 % of the variance") && said.contains("acts in 30 of 40 rows"),
-            "{said}"
+            message.contains("takes 12 % of the variance") && message.contains("acts in 30 of 40 rows"),
+            "{message}"
         );
     }
 }

@@ -80,12 +80,12 @@ fn six_values_are_taken_as_degrees_and_any_other_number_is_refused() {
 
 #[test]
 fn after_a_refusal_the_arm_is_where_it_was_and_after_any_other_error_nobody_knows() {
-    let said = |line: &str| MonitorError::ControllerError(ControllerError { line: line.to_owned() });
-    assert!(leaves_the_arm_known(&said("*Joint 3 out of range*")));
-    assert!(leaves_the_arm_known(&said("*Unknown command*")));
-    assert!(!leaves_the_arm_known(&said("*Robot power off*")));
-    assert!(!leaves_the_arm_known(&said("*Program aborted*")));
-    assert!(!leaves_the_arm_known(&said("*Moon in the way*")));
+    let message = |line: &str| MonitorError::ControllerError(ControllerError { line: line.to_owned() });
+    assert!(leaves_the_arm_known(&message("*Joint 3 out of range*")));
+    assert!(leaves_the_arm_known(&message("*Unknown command*")));
+    assert!(!leaves_the_arm_known(&message("*Robot power off*")));
+    assert!(!leaves_the_arm_known(&message("*Program aborted*")));
+    assert!(!leaves_the_arm_known(&message("*Moon in the way*")));
     let (port, command) = ("/dev/ttyS9".to_owned(), "WHERE".to_owned());
     let silent = LineError { port, command, failure: LineFailure::Silent };
     assert!(!leaves_the_arm_known(&MonitorError::Line(silent)));

@@ -35,8 +35,12 @@ impl Relay {
         let path = ttyname(&pair.slave).unwrap();
         let controller = SerialLine::open(&port.display().to_string(), 9600).unwrap();
         let ended = Arc::new(AtomicBool::new(false));
-        let passing =
-            Passing { driver: pair.master.into(), controller, pauses: pauses.to_vec(), said: String::new() };
+        let passing = Passing {
+            driver: pair.master.into(),
+            controller,
+            pauses: pauses.to_vec(),
+            message: String::new(),
+        };
         let thread = std::thread::spawn({
             let ended = Arc::clone(&ended);
             move || passing.run(&ended)
@@ -59,7 +63,7 @@ struct Passing {
     controller: SerialLine,
     pauses: Vec<(&'static str, Duration)>,
     /// What the controller has said.
-    said: String,
+    message: String,
 }
 
 impl Passing {
@@ -72,13 +76,13 @@ impl Passing {
                     return;
                 }
             }
-            let Ok(said) = self.controller.read(Duration::from_micros(500)) else { return };
-            for byte in said {
+            let Ok(message) = self.controller.read(Duration::from_micros(500)) else { return };
+            for byte in message {
                 if self.driver.write_all(&[byte]).is_err() {
                     return;
                 }
-                self.said.push(char::from(byte));
-                if let Some((_, pause)) = self.pauses.iter().find(|(word, _)| self.said.ends_with(word)) {
+                self.message.push(char::from(byte));
+                if let Some((_, pause)) = self.pauses.iter().find(|(word, _)| self.message.ends_with(word)) {
                     std::thread::sleep(*pause);
                 }
             }

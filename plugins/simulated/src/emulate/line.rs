@@ -138,7 +138,7 @@ impl Line {
     }
 
     /// Puts a byte of the arm's on the line; `pause` ns pass before it.
-    pub(super) fn say(&mut self, byte: u8, pause: u64, now: u64) {
+    pub(super) fn reply(&mut self, byte: u8, pause: u64, now: u64) {
         self.from_arm.put(byte, pause, now);
     }
 

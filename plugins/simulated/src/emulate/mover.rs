@@ -5,7 +5,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, TryRecvError, channel}
 use std::time::Duration;
 
 use crate::client::{ClientError, WorldClient};
-use crate::protocol::{Reading, Say, Verb};
+use crate::protocol::{Reading, Response, Verb};
 
 /// How a motion ended.
 type End = Result<Reading, ClientError>;
@@ -87,7 +87,7 @@ fn make(world: &mut WorldClient, motion: Verb, report: &Sender<News>) -> End {
         || false,
         |say| {
             // The world says where the arm is as soon as the motion has begun.
-            if matches!(say, Say::Joints(_)) && !begun {
+            if matches!(say, Response::Joints(_)) && !begun {
                 begun = true;
                 // Where nobody waits for it, the motion ends as any other.
                 let _ = report.send(News::Begun);
@@ -95,7 +95,7 @@ fn make(world: &mut WorldClient, motion: Verb, report: &Sender<News>) -> End {
         },
     )?;
     match end {
-        Say::Reading(reading) => Ok(reading),
+        Response::Reading(reading) => Ok(reading),
         other => Err(ClientError::Garbled(format!("{other:?} instead of a reading"))),
     }
 }

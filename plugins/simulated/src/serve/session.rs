@@ -11,7 +11,7 @@ use super::shared::{Order, Shared, State};
 use crate::lines::{Lines, Received};
 use crate::physics::rigid::Vector;
 use crate::protocol::{
-    Answer, Axis, Call, Hello, Instrument, PIXELS_A_LINE, PROTOCOL, Pace, Reading, Say, SomeJoints, Verb,
+    Answer, Axis, Call, Hello, Instrument, PIXELS_A_LINE, PROTOCOL, Pace, Reading, Response, SomeJoints, Verb,
 };
 use crate::served_world::{Exposure, MotionRequest, Use};
 
@@ -74,7 +74,7 @@ impl Session {
             let line = self.listen()?;
             match read_line::<Call>(&line) {
                 Ok(call) => self.answer(call)?,
-                Err(why) => self.say(0, Say::Refused { why })?,
+                Err(why) => self.respond(0, Response::Refused { why })?,
             }
             if self.shared.is_ending() {
                 return Ok(());
@@ -98,7 +98,7 @@ impl Session {
                 format!("a client begins with {{\"protocol\":{PROTOCOL},\"client\":\"NAME\"}}: {why}")
             }
         };
-        self.say(0, Say::Refused { why: refusal })?;
+        self.respond(0, Response::Refused { why: refusal })?;
         Err(Gone)
     }
 
@@ -164,10 +164,10 @@ impl Session {
             Verb::Shine { laser, filter } => self.change(id, |state| state.shine(laser, filter)),
             Verb::Shutter { every_ms } => self.change(id, |state| state.set_shutter(every_ms)),
             Verb::Expose {} => self.answer_expose(id),
-            Verb::Reveal {} => self.answer_with(id, |state| Say::Revealed { text: state.reveal() }),
+            Verb::Reveal {} => self.answer_with(id, |state| Response::Revealed { text: state.reveal() }),
             Verb::Shutdown {} => {
                 self.shared.end();
-                self.say(id, Say::Done {})
+                self.respond(id, Response::Done {})
             }
         }
     }
@@ -183,20 +183,20 @@ impl Session {
         let changed = change(&mut self.shared.now());
         match changed {
             Ok(()) => self.finish(id, false),
-            Err(why) => self.say(id, Say::Refused { why }),
+            Err(why) => self.respond(id, Response::Refused { why }),
         }
     }
 
     /// Ends the call with what is found out.
-    fn answer_with(&mut self, id: u64, find_out: impl FnOnce(&mut State) -> Say) -> Result<(), Gone> {
+    fn answer_with(&mut self, id: u64, find_out: impl FnOnce(&mut State) -> Response) -> Result<(), Gone> {
         let found = find_out(&mut self.shared.now());
-        self.say(id, found)
+        self.respond(id, found)
     }
 
     fn answer_motion(&mut self, id: u64, order: &Order) -> Result<(), Gone> {
         match self.make_motion(id, order)? {
             Ok(ended) => self.finish(id, matches!(ended, Ended::CutShort)),
-            Err(why) => self.say(id, Say::Refused { why }),
+            Err(why) => self.respond(id, Response::Refused { why }),
         }
     }
 
@@ -209,8 +209,8 @@ impl Session {
     ) -> Result<(), Gone> {
         match attitudes {
             Ok(Some(attitudes)) => self.answer_place(id, &attitudes),
-            Ok(None) => self.say(id, Say::Refused { why: why_not.to_owned() }),
-            Err(why) => self.say(id, Say::Refused { why }),
+            Ok(None) => self.respond(id, Response::Refused { why: why_not.to_owned() }),
+            Err(why) => self.respond(id, Response::Refused { why }),
         }
     }
 
@@ -221,7 +221,7 @@ impl Session {
             match self.make_motion(id, &Order::Joints(order))? {
                 Ok(Ended::Arrived) => {}
                 Ok(Ended::CutShort) => return self.finish(id, true),
-                Err(why) => return self.say(id, Say::Refused { why }),
+                Err(why) => return self.respond(id, Response::Refused { why }),
             }
             if self.shared.now().world.is_at(attitudes) {
                 return self.finish(id, false);
@@ -230,7 +230,7 @@ impl Session {
         let touching = self.shared.now().world.truth().is_ok_and(|truth| truth.touching);
         let held = if touching { "; it touches something solid" } else { "" };
         let why = format!("the operator cannot bring the arm there{held}");
-        self.say(id, Say::Refused { why })
+        self.respond(id, Response::Refused { why })
     }
 
     /// The operator looks at the bubble, turns the joint, and looks again.
@@ -243,13 +243,13 @@ impl Session {
                 Ok(Some(order)) => match self.make_motion(id, &Order::Joints(order))? {
                     Ok(Ended::Arrived) => {}
                     Ok(Ended::CutShort) => return self.finish(id, true),
-                    Err(why) => return self.say(id, Say::Refused { why }),
+                    Err(why) => return self.respond(id, Response::Refused { why }),
                 },
-                Err(why) => return self.say(id, Say::Refused { why }),
+                Err(why) => return self.respond(id, Response::Refused { why }),
             }
         }
         let why = format!("the operator cannot bring the bubble to the middle with `{joint}`");
-        self.say(id, Say::Refused { why })
+        self.respond(id, Response::Refused { why })
     }
 
     /// Takes a picture. The world goes on while it is made and sent.
@@ -257,24 +257,24 @@ impl Session {
         let exposure = self.shared.now().expose();
         let exposure = match exposure {
             Ok(exposure) => exposure,
-            Err(why) => return self.say(id, Say::Refused { why }),
+            Err(why) => return self.respond(id, Response::Refused { why }),
         };
         let picture = exposure.light.picture(&exposure.world_from_flange, exposure.switches, exposure.number);
         const DIGITS: &[u8; 16] = b"0123456789abcdef";
         let digit = |value: u8| char::from(DIGITS.get(usize::from(value)).copied().unwrap_or(b'0'));
         for pixels in picture.pixels.chunks(PIXELS_A_LINE) {
             let hex = pixels.iter().flat_map(|pixel| [digit(pixel >> 4), digit(pixel & 15)]).collect();
-            self.say(id, Say::Pixels { hex })?;
+            self.respond(id, Response::Pixels { hex })?;
         }
         let (width, height) = (picture.width as u32, picture.height as u32);
         let Exposure { time_ns, waiting, .. } = exposure;
-        self.say(id, Say::Exposed { time_ns, width, height, waiting })
+        self.respond(id, Response::Exposed { time_ns, width, height, waiting })
     }
 
     fn answer_wait(&mut self, id: u64, ms: u64) -> Result<(), Gone> {
         if ms > LONGEST_WAIT_MS {
             let why = format!("a wait lasts at most {LONGEST_WAIT_MS} ms; wait again after it");
-            return self.say(id, Say::Refused { why });
+            return self.respond(id, Response::Refused { why });
         }
         let duration = Duration::from_millis(ms);
         let end = Instant::now() + duration;
@@ -287,7 +287,7 @@ impl Session {
                     Received::Line(line) => self.interrupt(&line)?,
                     _ => {
                         let reading = self.send_changes(id)?;
-                        self.say(id, Say::Joints(reading))?;
+                        self.respond(id, Response::Joints(reading))?;
                     }
                 }
             }
@@ -308,7 +308,7 @@ impl Session {
         };
         let began_ns = beginning.time_ns;
         // Where and when it began: who asks where the arm was at a moment of its way needs both ends, and that it moved from the first one on.
-        self.say(id, Say::Joints(Reading { moving: true, ..beginning }))?;
+        self.respond(id, Response::Joints(Reading { moving: true, ..beginning }))?;
         let ended = self.follow_motion(id, cut_short_before, began_ns);
         if ended.is_err() {
             self.shared.now().halt();
@@ -330,7 +330,7 @@ impl Session {
             }
             if reading.time_ns >= reported_ns + REPORT_NS {
                 reported_ns = reading.time_ns;
-                self.say(id, Say::Joints(reading))?;
+                self.respond(id, Response::Joints(reading))?;
             }
             match self.watch(SLICE)? {
                 Received::Line(line) => self.interrupt(&line)?,
@@ -357,16 +357,16 @@ impl Session {
             }
             Ok(call) => {
                 let why = "a call is under way; only `stop` is heard until it ends".to_owned();
-                self.say(call.id, Say::Refused { why })
+                self.respond(call.id, Response::Refused { why })
             }
-            Err(why) => self.say(0, Say::Refused { why }),
+            Err(why) => self.respond(0, Response::Refused { why }),
         }
     }
 
     /// Ends a call with what the controller knows, after all that happened before.
     fn finish(&mut self, id: u64, stopped: bool) -> Result<(), Gone> {
         let reading = self.send_changes(id)?;
-        self.say(id, Say::Reading(Reading { stopped, ..reading }))
+        self.respond(id, Response::Reading(Reading { stopped, ..reading }))
     }
 
     /// Reports the changes of the input lines the client has not heard of, and returns the reading that holds after them.
@@ -379,56 +379,56 @@ impl Session {
             Ok(changes) => {
                 for change in changes {
                     self.reported = change.number;
-                    self.say(id, Say::Change(change.into()))?;
+                    self.respond(id, Response::Change(change.into()))?;
                 }
                 Ok(reading)
             }
             Err(missing) => {
                 let why = format!("{missing} changes of the input lines are forgotten; read more often");
-                self.say(id, Say::Refused { why })?;
+                self.respond(id, Response::Refused { why })?;
                 Err(Gone)
             }
         }
     }
 
-    fn say(&mut self, id: u64, say: Say) -> Result<(), Gone> {
-        Ok(self.lines.send(&Answer { id, say })?)
+    fn respond(&mut self, id: u64, response: Response) -> Result<(), Gone> {
+        Ok(self.lines.send(&Answer { id, response })?)
     }
 }
 
-fn look(state: &State) -> Say {
+fn look(state: &State) -> Response {
     if !state.is_revealed() {
         let why = "this world is sealed: what is true in it stays hidden until it is revealed".to_owned();
-        return Say::Refused { why };
+        return Response::Refused { why };
     }
     match state.truth() {
-        Ok(truth) => Say::Truth(Box::new(truth)),
-        Err(why) => Say::Refused { why },
+        Ok(truth) => Response::Truth(Box::new(truth)),
+        Err(why) => Response::Refused { why },
     }
 }
 
-fn measure(state: &mut State, used: &Use<'_>) -> Say {
+fn measure(state: &mut State, used: &Use<'_>) -> Response {
     match state.world.measure(used) {
-        Ok((value, unit)) => Say::Measured { value, unit: unit.to_owned() },
-        Err(why) => Say::Refused { why },
+        Ok((value, unit)) => Response::Measured { value, unit: unit.to_owned() },
+        Err(why) => Response::Refused { why },
     }
 }
 
-fn read_profile(state: &mut State, of: &str, point: usize, axis: Axis) -> Say {
+fn read_profile(state: &mut State, of: &str, point: usize, axis: Axis) -> Response {
     match state.world.read_profile(of, point, axis) {
-        Ok(value) => Say::Measured { value, unit: "mm".to_owned() },
-        Err(why) => Say::Refused { why },
+        Ok(value) => Response::Measured { value, unit: "mm".to_owned() },
+        Err(why) => Response::Refused { why },
     }
 }
 
-fn read_point(state: &State, axis: u8, ahead_mm: f64) -> Say {
+fn read_point(state: &State, axis: u8, ahead_mm: f64) -> Response {
     let Some(switch) = state.world.switch() else {
         let why = "there is no measuring arm at this arm's target".to_owned();
-        return Say::Refused { why };
+        return Response::Refused { why };
     };
     match switch.read_point(usize::from(axis), ahead_mm) {
-        Ok(value) => Say::Measured { value, unit: "mm".to_owned() },
-        Err(why) => Say::Refused { why },
+        Ok(value) => Response::Measured { value, unit: "mm".to_owned() },
+        Err(why) => Response::Refused { why },
     }
 }
 

@@ -213,10 +213,10 @@ impl Step {
             (Err(error), None) => panic!("{place}: {error}"),
             (Err(error), Some(expected)) => {
                 let expected = expected.replace("PORT", port);
-                let said = error.to_string();
+                let message = error.to_string();
                 assert!(
-                    alike(&said, &expected),
-                    "{place}:\n  it said:     {said}\n  it should:   {expected}"
+                    alike(&message, &expected),
+                    "{place}:\n  it said:     {message}\n  it should:   {expected}"
                 );
                 if let Some(kind) = &self.kind {
                     assert!(
@@ -250,12 +250,12 @@ impl Step {
 }
 
 /// Whether a text is another in which `...` means any text.
-fn alike(said: &str, expected: &str) -> bool {
+fn alike(message: &str, expected: &str) -> bool {
     match expected.split_once("...") {
-        None => said == expected,
-        Some((beginning, rest)) => said
+        None => message == expected,
+        Some((beginning, rest)) => message
             .strip_prefix(beginning)
-            .is_some_and(|said| said.char_indices().any(|(place, _)| alike(&said[place..], rest))),
+            .is_some_and(|message| message.char_indices().any(|(place, _)| alike(&message[place..], rest))),
     }
 }
 

@@ -148,8 +148,8 @@ fn a_place_beyond_the_arms_stops_ends_in_the_controllers_own_words() {
     cell.arm.activate().unwrap();
     let error = cell.go([0.0, 30.0, 0.0, -90.0, 0.0, 0.0]).unwrap_err();
     assert!(error.text().contains("protective stop"), "{error}");
-    let said = cell.arm.read_joints().unwrap_err();
-    assert!(said.text().contains("protective stop"), "{said}");
+    let message = cell.arm.read_joints().unwrap_err();
+    assert!(message.text().contains("protective stop"), "{message}");
 }
 
 #[test]

@@ -34,7 +34,7 @@ fn answers_are_read_whatever_pieces_they_come_in() {
         (Kind::RequestVersion, version),
         (Kind::ControllerVersion, software),
         (Kind::SetUpOutputs, outputs),
-        (Kind::Text, said),
+        (Kind::Text, message),
     ] = found.as_slice()
     else {
         panic!("{found:?}")
@@ -42,7 +42,7 @@ fn answers_are_read_whatever_pieces_they_come_in() {
     assert_eq!(accepted(Kind::RequestVersion, version), Ok(true));
     assert_eq!(controller_version(software), Ok([5, 19, 0, 1_210_663]));
     assert_eq!(recipe(Kind::SetUpOutputs, outputs), Ok((1, vec!["DOUBLE".to_owned()])));
-    assert_eq!(text(said), "hi");
+    assert_eq!(text(message), "hi");
 }
 
 /// A state by hand: recipe 1, 12.5 s, joints 0.1 to 0.6, at rest, running, normal, stopped, programs 7 and 6.

@@ -172,14 +172,14 @@ pub(crate) fn changes_with_time(effect: &str) -> bool {
 /// Cuts every trial of a cell in two.
 pub(super) fn replicated(work: &Work, seed: u64, count: usize) -> Result<Vec<Row>, BenchmarkError> {
     let found = over_cases(work, seed, count, |case| {
-        let said = agreements(&case.model_yaml(), &case.table_csv(), case.truth.seed);
-        let said =
-            said.map_err(|source| BenchmarkError::Lab { seed: case.truth.seed, source: Box::new(source) })?;
-        Ok((goes_by_time(case), said))
+        let diagnosed = agreements(&case.model_yaml(), &case.table_csv(), case.truth.seed);
+        let diagnosed = diagnosed
+            .map_err(|source| BenchmarkError::Lab { seed: case.truth.seed, source: Box::new(source) })?;
+        Ok((goes_by_time(case), diagnosed))
     })?;
-    let all: Vec<&Vec<Agreement>> = found.iter().map(|(_, said)| said).collect();
+    let all: Vec<&Vec<Agreement>> = found.iter().map(|(_, diagnosed)| diagnosed).collect();
     let steady: Vec<&Vec<Agreement>> =
-        found.iter().filter(|(timed, _)| !timed).map(|(_, said)| said).collect();
+        found.iter().filter(|(timed, _)| !timed).map(|(_, diagnosed)| diagnosed).collect();
     let by_order = rows(true, &steady).into_iter().filter(|row| row.cut == Cut::Order);
     Ok(rows(false, &all).into_iter().chain(by_order).collect())
 }
@@ -205,11 +205,11 @@ pub(super) fn heading() -> String {
 /// Lines of the table.
 pub(super) fn lines(title: &str, rows: &[Row]) -> String {
     let line = |row: &Row| {
-        let said = format!("{} of {}", row.replicated.trials, row.tables);
+        let diagnosed = format!("{} of {}", row.replicated.trials, row.tables);
         let without = if row.steady { ", nothing that goes by time" } else { "" };
         let name = format!("{}{without}", row.cut.name());
         let (same, other) = (row.replicated.percent(), row.contrary.percent());
-        format!("  {name:<58} {said:>12} {same:>24} {other:>22}\n")
+        format!("  {name:<58} {diagnosed:>12} {same:>24} {other:>22}\n")
     };
     format!("{title}\n{}", rows.iter().map(line).collect::<String>())
 }

@@ -55,10 +55,10 @@ fn open(case: &Case) -> Result<Laboratory, LaboratoryError> {
 }
 
 /// What the lab says, read as any other program would read its JSON.
-fn as_reported(said: &impl Serialize) -> Result<Diagnosis, LaboratoryError> {
+fn as_reported(diagnosed: &impl Serialize) -> Result<Diagnosis, LaboratoryError> {
     let refused = |error: serde_json::Error| LaboratoryError::Refused(error.to_string());
     let mut diagnosis: Diagnosis =
-        serde_json::from_value(serde_json::to_value(said).map_err(refused)?).map_err(refused)?;
+        serde_json::from_value(serde_json::to_value(diagnosed).map_err(refused)?).map_err(refused)?;
     // The benchmark asks what is found. What is only said not to show is scored in cells, where it is measured further.
     diagnosis.not_shown.clear();
     Ok(diagnosis)

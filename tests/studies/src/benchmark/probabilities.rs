@@ -11,14 +11,14 @@ use crate::reliability::Forecast;
 
 /// What was said in some trials.
 #[derive(Debug, Default, serde::Serialize)]
-pub(super) struct Said {
+pub(super) struct Forecasts {
     /// Of each candidate that was given a probability: that it is hidden. Effects of one name at one place are one candidate.
     pub(super) candidates: Vec<Forecast>,
     /// Of what is named, located or tied: that what is hidden is among it.
     pub(super) verdicts: Vec<Forecast>,
 }
 
-impl Said {
+impl Forecasts {
     /// Adds what another says.
     pub(super) fn take(&mut self, other: Self) {
         self.candidates.extend(other.candidates);
@@ -76,12 +76,12 @@ fn is_in_set(diagnosis: &Diagnosis, hides: &impl Fn(&str, &str) -> bool) -> bool
 }
 
 /// What is said in every trial of a cell.
-pub(super) fn said(work: &Work, seed: u64, count: usize) -> Result<Said, BenchmarkError> {
+pub(super) fn forecasts(work: &Work, seed: u64, count: usize) -> Result<Forecasts, BenchmarkError> {
     let reported = over_cases(work, seed, count, |case| {
         let refused = |source| BenchmarkError::Lab { seed: case.truth.seed, source: Box::new(source) };
-        Ok(Said::of(&lab::in_full(case).map_err(refused)?, &case.truth))
+        Ok(Forecasts::of(&lab::in_full(case).map_err(refused)?, &case.truth))
     })?;
-    let mut all = Said::default();
+    let mut all = Forecasts::default();
     reported.into_iter().for_each(|one| all.take(one));
     Ok(all)
 }

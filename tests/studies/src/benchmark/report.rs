@@ -28,7 +28,7 @@ struct Wrong {
     arm: String,
     hidden: Vec<String>,
     verdict: Verdict,
-    said: Vec<String>,
+    diagnosed: Vec<String>,
     size_error_over_se: Option<f64>,
 }
 
@@ -73,7 +73,7 @@ pub(super) fn summary(cell: &'static str, analyst: Analyst, trials: Vec<Trial>) 
             arm: trial.arm,
             hidden: trial.hidden.iter().map(describe).collect(),
             verdict: trial.verdict,
-            said: trial.said,
+            diagnosed: trial.diagnosed,
             size_error_over_se: trial.score.size_error_over_se,
         });
     Row {

@@ -9,7 +9,7 @@ use super::cells::Work;
 use super::error::BenchmarkError;
 use super::lab;
 use super::report::describe;
-use super::trials::{over_cases, said};
+use super::trials::{diagnosed, over_cases};
 use crate::interval::Share;
 use plumb::commands::trial::score::{Diagnosis, Score};
 
@@ -90,8 +90,8 @@ pub(super) fn settle(work: &Work, seed: u64, count: usize) -> Result<Row, Benchm
                 seed: case.truth.seed,
                 arm: case.specification.arm.name.clone(),
                 hidden: case.truth.hidden.iter().map(describe).collect(),
-                first: said(&first),
-                then: said(&then),
+                first: diagnosed(&first),
+                then: diagnosed(&then),
                 outcome: outcome(&then, case),
             })
         };

@@ -63,7 +63,7 @@ pub(super) struct Trial {
     /// Whether the library has a name for what is hidden.
     pub(super) can_be_named: bool,
     pub(super) verdict: Verdict,
-    pub(super) said: Vec<String>,
+    pub(super) diagnosed: Vec<String>,
     pub(super) score: Score,
     /// Whether growing the model added just what is hidden; asked where several effects are.
     pub(super) grown: Option<bool>,
@@ -151,7 +151,7 @@ fn judge(case: &Case, analysts: &[Analyst]) -> Result<Vec<Trial>, BenchmarkError
             hidden: truth.hidden.clone(),
             can_be_named: !truth.effects.is_empty(),
             verdict: diagnosis.verdict,
-            said: said(&diagnosis),
+            diagnosed: diagnosed(&diagnosis),
             score: Score::of(&diagnosis, truth),
             grown,
             seconds,
@@ -161,13 +161,13 @@ fn judge(case: &Case, analysts: &[Analyst]) -> Result<Vec<Trial>, BenchmarkError
 }
 
 /// What a diagnosis says, in short.
-pub(super) fn said(diagnosis: &Diagnosis) -> Vec<String> {
+pub(super) fn diagnosed(diagnosis: &Diagnosis) -> Vec<String> {
     let label = |one: &Candidate| format!("{}({})", one.effect, one.place);
-    let said = match &diagnosis.located {
+    let diagnosed = match &diagnosis.located {
         Some(located) if diagnosis.named.is_none() => {
             vec![format!("{}: {}", located.place, located.family.join(", "))]
         }
         _ => diagnosis.named.iter().chain(&diagnosis.tied).take(3).map(label).collect(),
     };
-    said.into_iter().chain(diagnosis.besides.iter().map(|one| format!("besides {one}"))).collect()
+    diagnosed.into_iter().chain(diagnosis.besides.iter().map(|one| format!("besides {one}"))).collect()
 }

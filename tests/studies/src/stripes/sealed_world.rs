@@ -19,10 +19,10 @@ pub(super) enum StudyError {
     File { path: PathBuf, cause: io::Error },
     #[error("{}: {what}", path.display())]
     Content { path: PathBuf, what: &'static str },
-    #[error("`plumb run {} {procedure}` failed: {said}", cell.display())]
-    Run { cell: PathBuf, procedure: &'static str, said: String },
-    #[error("`plumb stripe {command}` failed: {said}")]
-    Stripe { command: &'static str, said: String },
+    #[error("`plumb run {} {procedure}` failed: {diagnosed}", cell.display())]
+    Run { cell: PathBuf, procedure: &'static str, diagnosed: String },
+    #[error("`plumb stripe {command}` failed: {diagnosed}")]
+    Stripe { command: &'static str, diagnosed: String },
 }
 
 /// Named effects are added, one after the other, so many at most.
@@ -149,8 +149,8 @@ impl SealedWorld<'_> {
         let events = self.run_cell(cell, folder, procedure, &["most_mm=100".to_owned()])?;
         let finished = |event: &&Value| event["event"] == "step_finished" && event["step"] == "spread";
         let error = events.iter().find(finished).and_then(|event| event["values"][0]["value"].as_f64());
-        let said = "it reported no spread".to_owned();
-        error.ok_or(StudyError::Run { cell: cell.to_owned(), procedure, said })
+        let diagnosed = "it reported no spread".to_owned();
+        error.ok_or(StudyError::Run { cell: cell.to_owned(), procedure, diagnosed })
     }
 
     /// Gathers stripes; the folder they lie in.
@@ -158,8 +158,8 @@ impl SealedWorld<'_> {
         let procedure = "gather";
         let events = self.run_cell(cell, folder, procedure, &[])?;
         let run = events.iter().find_map(|event| event["run"].as_u64());
-        let said = "it reported no number of its run".to_owned();
-        let run = run.ok_or(StudyError::Run { cell: cell.to_owned(), procedure, said })?;
+        let diagnosed = "it reported no number of its run".to_owned();
+        let run = run.ok_or(StudyError::Run { cell: cell.to_owned(), procedure, diagnosed })?;
         Ok(folder.join("record").join(format!("run-{run}")))
     }
 
@@ -191,8 +191,8 @@ impl SealedWorld<'_> {
             return Ok(events);
         }
         let last = events.last().and_then(|event| event["message"].as_str()).unwrap_or_default();
-        let said = format!("{last} {}", String::from_utf8_lossy(&output.stderr)).trim().to_owned();
-        Err(StudyError::Run { cell: cell.to_owned(), procedure, said })
+        let diagnosed = format!("{last} {}", String::from_utf8_lossy(&output.stderr)).trim().to_owned();
+        Err(StudyError::Run { cell: cell.to_owned(), procedure, diagnosed })
     }
 }
 
@@ -204,7 +204,7 @@ fn stripe(
     added: &[String],
     options: &[&OsStr],
 ) -> Result<Vec<u8>, StudyError> {
-    let failed = |said: String| StudyError::Stripe { command, said };
+    let failed = |diagnosed: String| StudyError::Stripe { command, diagnosed };
     let program = std::env::current_exe().map_err(|cause| failed(cause.to_string()))?;
     let output = Command::new(program)
         .args(["stripe", command])
@@ -225,7 +225,7 @@ fn stripe(
 /// The verdict of the diagnosis with these effects added already, and what it names.
 fn diagnosis(cell: &Path, scans: &Path, added: &[String]) -> Result<(String, Option<String>), StudyError> {
     let printed = stripe("diagnose", cell, scans, added, &["--json".as_ref()])?;
-    let no_json = |said: String| StudyError::Stripe { command: "diagnose", said };
+    let no_json = |diagnosed: String| StudyError::Stripe { command: "diagnose", diagnosed };
     let diagnosis: Value = serde_json::from_slice(&printed).map_err(|error| no_json(error.to_string()))?;
     let text = |pointer: &str| diagnosis.pointer(pointer).and_then(Value::as_str).map(str::to_owned);
     let verdict = text("/verdict").ok_or_else(|| no_json("its JSON has no `verdict`".to_owned()))?;

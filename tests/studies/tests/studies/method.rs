@@ -13,13 +13,17 @@ fn an_ideal_cell_repeats_to_what_three_cycles_leave() {
         "    zero_error",
         "    start_within: {waist_deg: 3, shoulder_deg: 3, elbow_deg: 5}\n    zero_error",
     );
-    let said = lab.plumb(&["repeatability", "cell.yaml", "-n", "4", "--seed", "7", "-o", "out"]);
-    assert_eq!(said.code(), 0, "{}", said.all());
-    let line =
-        said.out().lines().find(|line| line.starts_with("height_mm")).map(str::to_owned).unwrap_or_default();
+    let diagnosed = lab.plumb(&["repeatability", "cell.yaml", "-n", "4", "--seed", "7", "-o", "out"]);
+    assert_eq!(diagnosed.code(), 0, "{}", diagnosed.all());
+    let line = diagnosed
+        .out()
+        .lines()
+        .find(|line| line.starts_with("height_mm"))
+        .map(str::to_owned)
+        .unwrap_or_default();
     let spread: f64 =
         line.split_whitespace().nth(2).and_then(|number| number.parse().ok()).unwrap_or(f64::NAN);
-    assert!(spread < 1e-3, "{}", said.out());
+    assert!(spread < 1e-3, "{}", diagnosed.out());
     let rows = fs::read_to_string(lab.path("out/repeatability-runs.csv")).unwrap();
     assert_eq!(rows.lines().count(), 5, "{rows}");
     assert!(rows.lines().skip(1).all(|row| row.contains("Passed")), "{rows}");
@@ -28,15 +32,16 @@ fn an_ideal_cell_repeats_to_what_three_cycles_leave() {
     let table = |text: &str| {
         text.lines().take_while(|line| !line.contains("a second")).map(str::to_owned).collect::<Vec<_>>()
     };
-    assert_eq!(table(&said.out()), table(&again.out()), "the same seeds give the same table");
+    assert_eq!(table(&diagnosed.out()), table(&again.out()), "the same seeds give the same table");
 }
 
 #[test]
 fn a_run_made_after_others_is_what_it_is_alone() {
     let lab = Lab::new();
     let study = |first: &str, count: &str| {
-        let said = lab.plumb(&["repeatability", "cell-worn.yaml", "-n", count, "--seed", first, "-o", "out"]);
-        assert_eq!(said.code(), 0, "{}", said.all());
+        let diagnosed =
+            lab.plumb(&["repeatability", "cell-worn.yaml", "-n", count, "--seed", first, "-o", "out"]);
+        assert_eq!(diagnosed.code(), 0, "{}", diagnosed.all());
         let rows = fs::read_to_string(lab.path("out/repeatability-runs.csv")).unwrap();
         rows.lines().last().unwrap_or_default().to_owned()
     };
@@ -70,9 +75,9 @@ figures:
 fn a_study_that_is_written_down_makes_a_table_its_failures_and_its_figures() {
     let lab = Lab::new();
     lab.write("small.yaml", STUDY);
-    let said = lab.plumb(&["imperfections", "small.yaml", "-o", "out"]);
-    assert_eq!(said.code(), 0, "{}", said.all());
-    let out = said.out();
+    let diagnosed = lab.plumb(&["imperfections", "small.yaml", "-o", "out"]);
+    assert_eq!(diagnosed.code(), 0, "{}", diagnosed.all());
+    let out = diagnosed.out();
     assert!(out.contains("as it is") && out.contains("2/2"), "{out}");
     assert!(out.contains("0/2") && out.contains("nothing to see: 2 of 2 did not pass: step `"), "{out}");
     assert!(fs::read_to_string(lab.path("out/small-tilt.csv")).unwrap().lines().count() == 3);
@@ -84,9 +89,9 @@ fn a_study_that_cannot_be_made_says_why() {
     let lab = Lab::new();
     let refused = |text: &str, expected: &str| {
         lab.write("wrong.yaml", text);
-        let said = lab.plumb(&["imperfections", "wrong.yaml"]);
-        assert_eq!(said.code(), 2, "{}", said.all());
-        assert!(said.err().contains(expected), "{}", said.err());
+        let diagnosed = lab.plumb(&["imperfections", "wrong.yaml"]);
+        assert_eq!(diagnosed.code(), 2, "{}", diagnosed.all());
+        assert!(diagnosed.err().contains(expected), "{}", diagnosed.err());
     };
     refused(
         &STUDY.replace("vary: world.", "vary: "),

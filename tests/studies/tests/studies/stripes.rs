@@ -8,8 +8,8 @@ use crate::lab::Lab;
 fn a_shoulder_that_gives_way_is_named_and_the_error_measured_afresh_falls_below_a_millimetre() {
     let lab = Lab::of("light-stripe");
     let study = ["stripes", "cell.yaml", "--hidden", "shoulder", "-n", "1", "--seed", "5", "-o", "study"];
-    let said = lab.plumb(&study);
-    assert_eq!(said.code(), 0, "{}", said.all());
+    let diagnosed = lab.plumb(&study);
+    assert_eq!(diagnosed.code(), 0, "{}", diagnosed.all());
     let table = fs::read_to_string(lab.path("study/direction-error.csv")).unwrap();
     let row = table.lines().nth(1).unwrap().to_owned();
     assert!(row.ends_with("named,\"joint_compliance(shoulder)\""), "{row}");
@@ -21,8 +21,8 @@ fn a_shoulder_that_gives_way_is_named_and_the_error_measured_afresh_falls_below_
     // A study that goes on where it was left does not study again what it has.
     let result = "study/cell-shoulder-gives-way-5/result.csv";
     lab.edit(result, ",5,", ",5,9");
-    let said = lab.plumb(&study);
-    assert!(said.code() == 0 && said.out().contains(" 9"), "{}", said.all());
+    let diagnosed = lab.plumb(&study);
+    assert!(diagnosed.code() == 0 && diagnosed.out().contains(" 9"), "{}", diagnosed.all());
 }
 
 /// A hidden effect is named by stripes that came through the line, and the direction-dependent error falls to the floor.
@@ -30,8 +30,8 @@ fn a_shoulder_that_gives_way_is_named_and_the_error_measured_afresh_falls_below_
 fn a_hidden_effect_is_named_over_the_line_and_the_direction_error_falls_to_the_floor() {
     let lab = Lab::of("light-stripe");
     let study = ["stripes", "cell-serial.yaml", "--hidden", "wheel", "-n", "1", "--seed", "3", "-o", "study"];
-    let said = lab.plumb(&study);
-    assert_eq!(said.code(), 0, "{}", said.all());
+    let diagnosed = lab.plumb(&study);
+    assert_eq!(diagnosed.code(), 0, "{}", diagnosed.all());
     let table = fs::read_to_string(lab.path("study/direction-error.csv")).unwrap();
     let row = table.lines().nth(1).unwrap().to_owned();
     assert!(row.starts_with("cell-serial,") && row.contains("named,\"joint_harmonic(shoulder"), "{row}");

@@ -28,8 +28,8 @@ pub(super) enum MailError {
     Start { program: PathBuf, cause: io::Error },
     #[error("the mailer {} took longer than {} s, and was ended", .0.display(), WITHIN.as_secs())]
     Slow(PathBuf),
-    #[error("the mailer {} refused the message ({status}){said}", program.display())]
-    Refused { program: PathBuf, status: ExitStatus, said: String },
+    #[error("the mailer {} refused the message ({status}){reported}", program.display())]
+    Refused { program: PathBuf, status: ExitStatus, reported: String },
 }
 
 /// Whom to write, and through what.
@@ -72,8 +72,8 @@ impl Mail {
             None => Err(MailError::Slow(self.program.clone())),
             Some(status) if status.success() => Ok(()),
             Some(status) => {
-                let said = first_line(&mut child);
-                Err(MailError::Refused { program: self.program.clone(), status, said })
+                let reported = first_line(&mut child);
+                Err(MailError::Refused { program: self.program.clone(), status, reported })
             }
         }
     }
@@ -118,9 +118,9 @@ fn wait(child: &mut Child) -> io::Result<Option<ExitStatus>> {
 
 /// What it said, where it said something short.
 fn first_line(child: &mut Child) -> String {
-    let mut said = [0_u8; 300];
-    let read = child.stderr.as_mut().and_then(|stderr| stderr.read(&mut said).ok()).unwrap_or(0);
-    let text = String::from_utf8_lossy(said.get(..read).unwrap_or_default()).into_owned();
+    let mut reported = [0_u8; 300];
+    let read = child.stderr.as_mut().and_then(|stderr| stderr.read(&mut reported).ok()).unwrap_or(0);
+    let text = String::from_utf8_lossy(reported.get(..read).unwrap_or_default()).into_owned();
     text.lines().next().map(|line| format!(": {line}")).unwrap_or_default()
 }
 

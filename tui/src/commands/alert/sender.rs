@@ -6,7 +6,7 @@ use super::channel::{Channel, Delivery};
 use super::reported::Reported;
 use super::trouble::Trouble;
 use crate::failure::with_causes;
-use crate::say::say;
+use crate::print_line::print_line;
 
 /// How long until a message that did not arrive is sent again.
 const TRY_AGAIN: Duration = Duration::from_secs(30);
@@ -58,7 +58,7 @@ impl Sender {
             Ok(()) => {
                 self.reported.note(&trouble.key, &channel_key)?;
                 // The next channel is tried also where nobody reads along any more.
-                let _unread = say!("{name}: reported {}", trouble.text);
+                let _unread = print_line!("{name}: reported {}", trouble.text);
                 Ok(true)
             }
             Err(error) => {

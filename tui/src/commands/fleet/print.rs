@@ -7,7 +7,7 @@ use plumb_record::today;
 
 use super::series::SeriesPoint;
 use super::words::{calibration, doing, minute, queued, summary};
-use crate::say::say;
+use crate::print_line::print_line;
 
 /// Standard deviations from the other machines from which on a machine counts as different; as Shewhart's limits.
 pub(super) const DIFFERENT_SIGMAS: f64 = 3.0;
@@ -16,20 +16,20 @@ pub(super) const DIFFERENT_SIGMAS: f64 = 3.0;
 pub(super) fn cells(cells: &[CellState], json: bool) -> Result<(), Box<dyn Error>> {
     if json {
         for cell in cells {
-            say!("{}", serde_json::to_string(cell)?)?;
+            print_line!("{}", serde_json::to_string(cell)?)?;
         }
         return Ok(());
     }
     if cells.is_empty() {
-        say!("no cell has shipped anything yet: `plumb ship --to ...` beside each cell does")?;
+        print_line!("no cell has shipped anything yet: `plumb ship --to ...` beside each cell does")?;
         return Ok(());
     }
     let width = cells.iter().map(|cell| cell.cell.chars().count()).max().unwrap_or(4).max(4);
-    say!("{:width$}  {:16}  {:14}  since, UTC        what it does", "cell", "host", "state")?;
+    print_line!("{:width$}  {:16}  {:14}  since, UTC        what it does", "cell", "host", "state")?;
     let today = today();
     for cell in cells {
         let since = cell.ended.as_deref().unwrap_or(&cell.started);
-        say!(
+        print_line!(
             "{:width$}  {:16}  {:14}  {}  {}{}{}",
             cell.cell,
             cell.host,
@@ -40,7 +40,7 @@ pub(super) fn cells(cells: &[CellState], json: bool) -> Result<(), Box<dyn Error
             calibration(cell, &today)
         )?;
     }
-    say!("\n{}", summary(cells))?;
+    print_line!("\n{}", summary(cells))?;
     Ok(())
 }
 
@@ -48,12 +48,12 @@ pub(super) fn cells(cells: &[CellState], json: bool) -> Result<(), Box<dyn Error
 pub(super) fn series(points: &[SeriesPoint], json: bool) -> Result<(), Box<dyn Error>> {
     if json {
         for point in points {
-            say!("{}", serde_json::to_string(point)?)?;
+            print_line!("{}", serde_json::to_string(point)?)?;
         }
         return Ok(());
     }
     if points.is_empty() {
-        say!("no cell has shipped a value of it")?;
+        print_line!("no cell has shipped a value of it")?;
         return Ok(());
     }
     for quantity in points.chunk_by(|one, other| one.what == other.what) {
@@ -73,11 +73,11 @@ fn one_series(series: &[SeriesPoint]) -> Result<(), Box<dyn Error>> {
     let Some(first) = series.first() else { return Ok(()) };
     let values: Vec<f64> = series.iter().map(|point| point.value).collect();
     let limits = ControlLimits::of(&values);
-    say!("{}, {}", first.cell, first.what)?;
+    print_line!("{}, {}", first.cell, first.what)?;
     for point in series {
         let mark = if limits.is_some_and(|limits| limits.excludes(point.value)) { "  OUTSIDE" } else { "" };
         let give_or_take = point.uncertainty.map(|sigma| format!(" ± {sigma:.2e}")).unwrap_or_default();
-        say!(
+        print_line!(
             "  {}  {}{give_or_take} {}{mark}",
             point.time.get(..19).unwrap_or(&point.time).replace('T', " "),
             number(point.value),
@@ -85,13 +85,13 @@ fn one_series(series: &[SeriesPoint]) -> Result<(), Box<dyn Error>> {
         )?;
     }
     match limits {
-        Some(limits) => say!(
+        Some(limits) => print_line!(
             "  control limits (mean and three sigmas of neighbours): {} to {}, centre {}\n",
             number(limits.lower),
             number(limits.upper),
             number(limits.centre)
         )?,
-        None => say!(
+        None => print_line!(
             "  no control limits: they need {FEWEST_VALUES} values that differ, here are {}\n",
             values.len()
         )?,
@@ -112,15 +112,18 @@ pub(super) fn cell_values(cells: &[&[SeriesPoint]]) -> Vec<CellValues> {
 fn comparison(cells: &[&[SeriesPoint]]) -> Result<(), Box<dyn Error>> {
     let found = compare(&cell_values(cells));
     let what = cells.first().and_then(|cell| cell.first()).map_or("", |point| &point.what);
-    say!("{what}, cell beside cell")?;
+    print_line!("{what}, cell beside cell")?;
     let width = found.iter().map(|cell| cell.cell.chars().count()).max().unwrap_or(4).max(4);
-    say!("  {:width$}  values  mean          deviation     newest        from the others, sigmas", "cell")?;
+    print_line!(
+        "  {:width$}  values  mean          deviation     newest        from the others, sigmas",
+        "cell"
+    )?;
     for cell in &found {
         let optional = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), number);
         let from_others = cell.from_others.map_or_else(|| "-".to_owned(), |sigmas| format!("{sigmas:+.1}"));
         let different = cell.from_others.is_some_and(|sigmas| sigmas.abs() > DIFFERENT_SIGMAS);
         let mark = if different { "  DIFFERENT" } else { "" };
-        say!(
+        print_line!(
             "  {:width$}  {:6}  {:12}  {:12}  {:12}  {from_others}{mark}",
             cell.cell,
             cell.count,
@@ -129,7 +132,7 @@ fn comparison(cells: &[&[SeriesPoint]]) -> Result<(), Box<dyn Error>> {
             number(cell.last)
         )?;
     }
-    say!()?;
+    print_line!()?;
     Ok(())
 }
 

@@ -18,7 +18,7 @@ use tokio::signal::unix::{SignalKind, signal};
 use super::page;
 use super::series::{Asked, points};
 use crate::failure::with_causes;
-use crate::say::say;
+use crate::print_line::print_line;
 use crate::web::{self, file, refusal};
 
 /// How old the list of cells may be. All readers share it: a hundred cost the database no more than one.
@@ -77,7 +77,7 @@ pub(super) async fn serve(
         .with_state(shared);
     let listener =
         TcpListener::bind(listen).await.map_err(|cause| ServeError::Listen { address: listen, cause })?;
-    say!("http://{}/ (read only); Ctrl-C ends", listener.local_addr()?)?;
+    print_line!("http://{}/ (read only); Ctrl-C ends", listener.local_addr()?)?;
     let mut terminate = signal(SignalKind::terminate())?;
     let mut interrupt = signal(SignalKind::interrupt())?;
     tokio::select! {

@@ -8,7 +8,7 @@ use plumb_record::{Record, TrendPoint};
 
 use super::Arguments;
 use crate::failure::CommandResult;
-use crate::say::say;
+use crate::print_line::print_line;
 
 /// Columns of the little plot.
 const WIDTH: usize = 31;
@@ -40,17 +40,17 @@ pub(super) fn print(record: &Record, place: &str, arguments: &Arguments) -> Comm
     points.drain(..points.len().saturating_sub(arguments.number as usize));
     if arguments.json {
         for point in &points {
-            say!("{}", serde_json::to_string(point)?)?;
+            print_line!("{}", serde_json::to_string(point)?)?;
         }
         return Ok(ExitCode::SUCCESS);
     }
     if arguments.csv {
-        say!("run,time,cell,quantity,old,new,uncertainty,unit,revision,in_force")?;
+        print_line!("run,time,cell,quantity,old,new,uncertainty,unit,revision,in_force")?;
         for point in &points {
             let TrendPoint { time, cell, quantity, old, new, unit, in_force, .. } = point;
             let uncertainty = point.uncertainty.map(|value| value.to_string()).unwrap_or_default();
             let revision = point.revision.map(|revision| revision.to_string()).unwrap_or_default();
-            say!(
+            print_line!(
                 "{},{time},{cell},{quantity},{old},{new},{uncertainty},{unit},{revision},{in_force}",
                 run_number(point)
             )?;
@@ -73,7 +73,7 @@ fn print_for_people(place: &str, points: &[TrendPoint]) -> io::Result<()> {
     let several = cells.len() > 1;
     for (index, (cell, found)) in cells.iter().enumerate() {
         if index > 0 {
-            say!()?;
+            print_line!()?;
         }
         let of_cell = if several { format!(" of cell {cell}") } else { String::new() };
         print_table(place, &of_cell, found)?;
@@ -86,8 +86,8 @@ fn print_table(place: &str, of_cell: &str, points: &[&TrendPoint]) -> io::Result
     let unit = &newest.unit;
     let (least, most) = range(points);
     let unit_in_words = if unit.is_empty() { String::new() } else { format!(", {unit}") };
-    say!("{}{of_cell}{unit_in_words}; the newest last", title(&newest.quantity, place))?;
-    say!(
+    print_line!("{}{of_cell}{unit_in_words}; the newest last", title(&newest.quantity, place))?;
+    print_line!(
         "{:>5}  {:<16}  {:>11}  {:>16}  {:>10}  {:<8}",
         "run",
         "found (UTC)",
@@ -98,7 +98,7 @@ fn print_table(place: &str, of_cell: &str, points: &[&TrendPoint]) -> io::Result
     )?;
     for point in points {
         let time = point.time.get(..16).unwrap_or(&point.time).replace('T', " ");
-        say!(
+        print_line!(
             "{:>5}  {time:<16}  {:>11}  {:>16}  {:>10}  {:<8}  {}",
             run_number(point),
             decimals(point.new, ""),
@@ -110,7 +110,7 @@ fn print_table(place: &str, of_cell: &str, points: &[&TrendPoint]) -> io::Result
     }
     if points.len() > 1 {
         let (mean, spread) = statistics(points);
-        say!(
+        print_line!(
             "{} findings: mean {mean:.4} {unit}, spread {spread:.4} {unit} (1 sigma), from {least:.4} to {most:.4}",
             points.len()
         )?;

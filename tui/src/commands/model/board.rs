@@ -123,7 +123,7 @@ mod tests {
         );
         assert_eq!(camera_numbers("8,9,1,2,-0.1,0.2").unwrap().distortion, [-0.1, 0.2, 0.0, 0.0, 0.0]);
         for wrong in ["800,810,640", "0,810,640,360", "1,2,3,4,5,6,7,8,9,10", "a,b,c,d", "1,2,3,nan"] {
-            assert!(camera_numbers(wrong).is_err_and(|said| said.contains("fx,fy,cx,cy")), "{wrong}");
+            assert!(camera_numbers(wrong).is_err_and(|message| message.contains("fx,fy,cx,cy")), "{wrong}");
         }
         assert_eq!(inner_corners("9x6"), Ok((9, 6)));
         assert!(inner_corners("9").is_err() && inner_corners("1x6").is_err() && above_zero("-1").is_err());

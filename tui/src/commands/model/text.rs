@@ -165,12 +165,12 @@ pub(super) fn noise_lines(noise: &[ReadingNoise]) -> String {
         return String::new();
     }
     let line = |one: &ReadingNoise| {
-        let said = match one.source {
+        let message = match one.source {
             NoiseSource::Declared => "declared",
             NoiseSource::Estimated => "estimated from the fit",
             NoiseSource::Unknown => "not known",
         };
-        format!("  noise of {}: {}, {said}\n", one.reading, figure(one.sigma))
+        format!("  noise of {}: {}, {message}\n", one.reading, figure(one.sigma))
     };
     noise.iter().map(line).collect()
 }

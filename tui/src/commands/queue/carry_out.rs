@@ -13,8 +13,8 @@ use super::list::what;
 use crate::commands::run::prepare::{Refused, absolute, operator};
 use crate::commands::run::{OfQueue, queued};
 use crate::failure::CommandResult;
+use crate::print_line::print_line;
 use crate::record_directory::record_directory;
-use crate::say::say;
 use crate::signals::{EndingSignals, SignalsInTurn};
 
 /// How often an empty queue, or a cell that somebody else runs, is looked at.
@@ -187,7 +187,7 @@ impl Queue<'_> {
         if self.arguments.json {
             return Ok(());
         }
-        say!("{line}").map_err(|cause| CarryOutError::Unread(cause.to_string()))
+        print_line!("{line}").map_err(|cause| CarryOutError::Unread(cause.to_string()))
     }
 }
 

@@ -10,8 +10,8 @@ use super::arguments::List;
 use crate::commands::answer::is_alive;
 use crate::commands::run::prepare::absolute;
 use crate::failure::CommandResult;
+use crate::print_line::print_line;
 use crate::record_directory::record_directory;
-use crate::say::say;
 
 /// Prints one queue, or all.
 pub(super) fn print(list: &List) -> CommandResult {
@@ -22,7 +22,7 @@ pub(super) fn print(list: &List) -> CommandResult {
         return Ok(ExitCode::SUCCESS);
     }
     for entry in record.queue(cell_file.as_deref())? {
-        say!("{}", serde_json::to_string(&entry)?)?;
+        print_line!("{}", serde_json::to_string(&entry)?)?;
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -32,14 +32,14 @@ pub(super) fn print_queue(record: &Record, cell_file: Option<&str>) -> Result<()
     let entries = record.queue(cell_file)?;
     if entries.is_empty() {
         let option = record_option(record.directory());
-        say!("nothing waits; `plumb queue add CELL{option}` queues a run")?;
+        print_line!("nothing waits; `plumb queue add CELL{option}` queues a run")?;
         return Ok(());
     }
     for queue in entries.chunk_by(|one, other| one.cell_file == other.cell_file) {
         let Some(first) = queue.first() else { continue };
-        say!("{}, {}", first.cell, first.cell_file)?;
+        print_line!("{}, {}", first.cell, first.cell_file)?;
         for entry in queue {
-            say!("  {:>4}  {:24} {}", entry.id, state(record, entry)?, what(entry))?;
+            print_line!("  {:>4}  {:24} {}", entry.id, state(record, entry)?, what(entry))?;
         }
     }
     Ok(())

@@ -12,7 +12,7 @@ use plumb_record::{
 
 use super::{Rollback, Zeros};
 use crate::failure::CommandResult;
-use crate::say::say;
+use crate::print_line::print_line;
 
 /// What cannot be listed or brought back.
 #[derive(Debug, thiserror::Error)]
@@ -32,27 +32,27 @@ pub(super) fn list(record: &Record, arguments: &Zeros) -> CommandResult {
     let revisions = revisions_of(record, &arguments.cell)?;
     if arguments.json {
         for revision in &revisions {
-            say!("{}", serde_json::to_string(revision)?)?;
+            print_line!("{}", serde_json::to_string(revision)?)?;
         }
         return Ok(ExitCode::SUCCESS);
     }
     for device in devices(&revisions) {
         let in_force = record.corrections_in_force(&arguments.cell, device)?;
-        say!("{device} of cell {}: in force now", arguments.cell)?;
+        print_line!("{device} of cell {}: in force now", arguments.cell)?;
         let loss = record.zero_loss(&arguments.cell, device)?;
         for one in &in_force {
             let lost = is_lost(record, &arguments.cell, one, loss.as_ref())?;
-            say!("  {}{}", in_force_in_words(one), if lost { "   LOST" } else { "" })?;
+            print_line!("  {}{}", in_force_in_words(one), if lost { "   LOST" } else { "" })?;
         }
         if let Some(loss) = &loss {
-            say!("zeros last lost in run {}: {}", loss.run, loss.reason)?;
+            print_line!("zeros last lost in run {}: {}", loss.run, loss.reason)?;
         }
-        say!("revisions, the oldest first")?;
+        print_line!("revisions, the oldest first")?;
         for revision in revisions.iter().filter(|revision| revision.device == *device) {
             print(revision, &in_force)?;
         }
     }
-    say!(
+    print_line!(
         "`plumb record rollback {} REVISION{}` brings a revision back; 0 is what was before the first",
         arguments.cell,
         record_option(record.directory())
@@ -75,10 +75,10 @@ fn is_lost(
 
 fn print(revision: &Revision, in_force: &[AppliedCorrection]) -> io::Result<()> {
     let made = revision.made.get(..16).unwrap_or(&revision.made).replace('T', " ");
-    say!("  {:>4}  {made}  {}", revision.revision, revision.reason)?;
+    print_line!("  {:>4}  {made}  {}", revision.revision, revision.reason)?;
     for one in &revision.corrections {
         let now = in_force.iter().any(|known| known.key == one.key && known.revision == revision.revision);
-        say!("          {}{}", stored_in_words(one), if now { "   in force" } else { "" })?;
+        print_line!("          {}{}", stored_in_words(one), if now { "   in force" } else { "" })?;
     }
     Ok(())
 }
@@ -106,7 +106,7 @@ pub(super) fn bring_back(record: &mut Record, arguments: &Rollback) -> CommandRe
     let revisions = revisions_of(record, &arguments.cell)?;
     let device = device_of(&revisions, arguments)?;
     let done = roll_back(record, &arguments.cell, &device, arguments.revision)?;
-    say!(
+    print_line!(
         "revision {} is in force: {device} of cell {} as at revision {}",
         done.revision,
         arguments.cell,
@@ -114,10 +114,16 @@ pub(super) fn bring_back(record: &mut Record, arguments: &Rollback) -> CommandRe
     )?;
     for one in &done.changed {
         let around = give_or_take(one.uncertainty, &one.unit);
-        say!("  {:<28} {:>10.4} -> {:>10.4} {} ({around})", name(&one.key), one.old, one.new, one.unit)?;
+        print_line!(
+            "  {:<28} {:>10.4} -> {:>10.4} {} ({around})",
+            name(&one.key),
+            one.old,
+            one.new,
+            one.unit
+        )?;
     }
     for key in &done.left {
-        say!(
+        print_line!(
             "  {:<28} is kept by the controller and stays: bring the arm to the pose and declare it anew",
             name(key)
         )?;

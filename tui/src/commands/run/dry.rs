@@ -9,7 +9,7 @@ use plumb_cell::event::RunOutcome;
 use super::Arguments;
 use super::headless::duration;
 use super::prepare::{Refused, Wanted, wanted};
-use crate::say::say;
+use crate::print_line::print_line;
 use crate::step_numbers::{step_count, step_numbers, steps_in_words};
 
 /// Prints what the run would do. The exit code is 4 when it could not start without somebody there.
@@ -17,7 +17,7 @@ pub(super) fn plan(arguments: &Arguments) -> Result<ExitCode, Refused> {
     let Wanted { request, .. } = wanted(arguments)?;
     let plan = dry_run(&request)?;
     if arguments.json {
-        say!("{}", serde_json::to_string_pretty(&plan)?)?;
+        print_line!("{}", serde_json::to_string_pretty(&plan)?)?;
     } else {
         print(&plan)?;
     }
@@ -54,15 +54,15 @@ pub(super) fn beyond_limits(plan: &DryRun) -> Vec<String> {
 }
 
 fn print(plan: &DryRun) -> io::Result<()> {
-    say!("{} in {}: {}", plan.procedure, plan.cell, plan.title)?;
+    print_line!("{} in {}: {}", plan.procedure, plan.cell, plan.title)?;
     let parameters: Vec<String> =
         plan.parameters.iter().map(|(name, value)| format!("{name} = {value}")).collect();
     if !parameters.is_empty() {
-        say!("parameters: {}", parameters.join(", "))?;
+        print_line!("parameters: {}", parameters.join(", "))?;
     }
     let asks = plan.steps.iter().filter(|step| step.asks).count();
     let depths: Vec<u32> = plan.steps.iter().map(|step| step.depth).collect();
-    say!(
+    print_line!(
         "{}, {asks} of which ask; {}, prompts left out; nothing was started",
         steps_in_words(&depths),
         match plan.least_s {
@@ -75,13 +75,13 @@ fn print(plan: &DryRun) -> io::Result<()> {
             None => format!("about {}", duration(plan.estimate_s)),
         }
     )?;
-    say!()?;
+    print_line!()?;
     for (number, step) in step_numbers(&depths).into_iter().zip(&plan.steps) {
         print_step(number, step_count(&depths), step)?;
     }
-    say!()?;
+    print_line!()?;
     for sentence in &plan.safety {
-        say!("{sentence}")?;
+        print_line!("{sentence}")?;
     }
     Ok(())
 }
@@ -107,14 +107,19 @@ fn print_step(number: Option<usize>, all: usize, step: &DryStep) -> io::Result<(
     };
     let asks = if step.asks { ", asks" } else { "" };
     let indent = "  ".repeat(step.depth as usize);
-    say!("[{number:>width$}/{all}] {indent}{}: {} ({}{asks}{time})", step.step, step.title, step.kind)?;
+    print_line!(
+        "[{number:>width$}/{all}] {indent}{}: {} ({}{asks}{time})",
+        step.step,
+        step.title,
+        step.kind
+    )?;
     let margin = " ".repeat(2 * width + 4);
     if let Some(when) = &step.when {
         let left_out = if step.is_left_out { ", which does not hold" } else { "" };
-        say!("{margin}{indent}only when {when}{left_out}")?;
+        print_line!("{margin}{indent}only when {when}{left_out}")?;
     }
     for motion in &step.moves {
-        say!("{margin}{indent}{}", moved(motion))?;
+        print_line!("{margin}{indent}{}", moved(motion))?;
     }
     Ok(())
 }

@@ -29,10 +29,10 @@ pub(super) enum ControllerError {
     #[error("the emulated controller cannot be started: {0}")]
     Start(#[from] io::Error),
     /// It ended at once.
-    #[error("the emulated controller ended at once: {said}")]
+    #[error("the emulated controller ended at once: {message}")]
     Ended {
         /// What it said.
-        said: String,
+        message: String,
     },
 }
 
@@ -73,11 +73,11 @@ impl EmulatedController {
             BufReader::new(output).read_line(&mut first_line)?;
         }
         if first_line.trim().is_empty() {
-            let mut said = String::new();
+            let mut message = String::new();
             if let Some(errors) = &mut started.child.stderr {
-                errors.read_to_string(&mut said)?;
+                errors.read_to_string(&mut message)?;
             }
-            return Err(ControllerError::Ended { said: said.trim().to_owned() });
+            return Err(ControllerError::Ended { message: message.trim().to_owned() });
         }
         started.port = PathBuf::from(first_line.trim());
         Ok(started)

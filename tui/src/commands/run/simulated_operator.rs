@@ -5,7 +5,7 @@ use std::path::Path;
 use plumb_cell::device::Act;
 use plumb_document::did_you_mean;
 use plumb_simulated::client::WorldClient;
-use plumb_simulated::protocol::{Axis, Instrument, Say, Verb};
+use plumb_simulated::protocol::{Axis, Instrument, Response, Verb};
 
 /// What procedures may ask for under `simulated:`, with its numbers and its words.
 const ACTS: [(&str, &[&str], &[&str]); 14] = [
@@ -31,7 +31,7 @@ pub(super) fn operate(socket: &Path, act: &Act) -> Result<Option<f64>, String> {
     let mut world = WorldClient::connect(socket, "operator").map_err(|error| error.to_string())?;
     match world.call(verb, || false, |_| ()) {
         // As one writes it down: no instrument is read to more than a millionth.
-        Ok(Say::Measured { value, .. }) => Ok(Some((value * 1e6).round() / 1e6)),
+        Ok(Response::Measured { value, .. }) => Ok(Some((value * 1e6).round() / 1e6)),
         Ok(_) => Ok(None),
         Err(error) => Err(format!("the simulated operator cannot do `{}`: {error}", act.name)),
     }

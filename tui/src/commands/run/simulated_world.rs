@@ -26,12 +26,12 @@ pub enum WorldError {
     #[error("the simulated world cannot be started: {0}")]
     Start(#[from] io::Error),
     /// It ended at once.
-    #[error("the simulated world of {file} ended at once: {said}")]
+    #[error("the simulated world of {file} ended at once: {message}")]
     Ended {
         /// The world file.
         file: String,
         /// What it said.
-        said: String,
+        message: String,
     },
     /// It does not listen.
     #[error("the simulated world did not listen at {socket} within {} s", READY_WITHIN.as_secs())]
@@ -76,7 +76,7 @@ impl SimulatedWorld {
         if let Some(parent) = socket.parent() {
             create_owner_only_directory(parent)?;
         }
-        let mut said = File::options()
+        let mut message = File::options()
             .create(true)
             .read(true)
             .write(true)
@@ -92,7 +92,7 @@ impl SimulatedWorld {
             .arg("--pace")
             .arg(self.pace.name())
             .arg("--owns-directory");
-        command.stdin(Stdio::null()).stdout(said.try_clone()?).stderr(said.try_clone()?);
+        command.stdin(Stdio::null()).stdout(message.try_clone()?).stderr(message.try_clone()?);
         // A group of its own: the keyboard's interrupt, meant for this program, does not end the world.
         command.process_group(0);
         let mut child = command.spawn()?;
@@ -104,11 +104,11 @@ impl SimulatedWorld {
             }
             if child.try_wait()?.is_some() {
                 let mut text = String::new();
-                said.rewind()?;
-                said.read_to_string(&mut text)?;
+                message.rewind()?;
+                message.read_to_string(&mut text)?;
                 return Err(WorldError::Ended {
                     file: setting.file.display().to_string(),
-                    said: text.trim().to_owned(),
+                    message: text.trim().to_owned(),
                 });
             }
             std::thread::sleep(Duration::from_millis(5));

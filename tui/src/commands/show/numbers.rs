@@ -8,13 +8,13 @@ use serde_json::Value;
 
 use super::answer_in_words;
 use crate::failure::CommandResult;
-use crate::say::say;
+use crate::print_line::print_line;
 use plumb_report::csv::csv_field;
 
 /// Prints them.
 pub(super) fn print(record: &Record, run: &RunSummary) -> CommandResult {
     let id = run.run;
-    say!("kind,step,name,value,unit,uncertainty")?;
+    print_line!("kind,step,name,value,unit,uncertainty")?;
     for reading in record.readings(id)? {
         let uncertainty = reading.uncertainty.map(|value| value.to_string()).unwrap_or_default();
         line([
@@ -54,5 +54,5 @@ pub(super) fn print(record: &Record, run: &RunSummary) -> CommandResult {
 }
 
 fn line(fields: [&str; 6]) -> io::Result<()> {
-    say!("{}", fields.map(csv_field).join(","))
+    print_line!("{}", fields.map(csv_field).join(","))
 }

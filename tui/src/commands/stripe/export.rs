@@ -9,7 +9,7 @@ use plumb_cloud::CloudCamera;
 use plumb_light_stripe::geometry::read_rig;
 
 use crate::failure::CommandResult;
-use crate::say::say;
+use crate::print_line::print_line;
 
 /// Write a stored cloud for another program: PLY, PCD, E57, or MCAP with Foxglove's PointCloud and the camera's calibration.
 #[derive(Debug, clap::Args)]
@@ -56,6 +56,6 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
     let time_ns =
         taken.and_then(|time| time.duration_since(UNIX_EPOCH).ok()).map_or(0, |time| time.as_nanos() as u64);
     plumb_cloud::write(&cloud, &arguments.to, time_ns, camera.as_ref())?;
-    say!("{} points in {}", cloud.points.len(), arguments.to.display())?;
+    print_line!("{} points in {}", cloud.points.len(), arguments.to.display())?;
     Ok(ExitCode::SUCCESS)
 }

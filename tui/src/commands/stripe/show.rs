@@ -8,7 +8,7 @@ use clap::ValueEnum;
 use plumb_cloud::Cloud;
 
 use crate::failure::CommandResult;
-use crate::say::say;
+use crate::print_line::print_line;
 use crate::screens;
 use crate::screens::scan::{Colouring, PictureSize, ScanState, Strokes, Viewpoint, picture};
 
@@ -97,9 +97,9 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
     let failed = |what: String| ShowError::Picture { path: path.clone(), what };
     let bytes = picture(&scan, arguments.size, arguments.stereo).map_err(failed)?;
     fs::write(path, bytes).map_err(|cause| failed(cause.to_string()))?;
-    say!("{} points of {} stripes, {}", scan.points.len(), scan.stripes, scan.eye.describe())?;
+    print_line!("{} points of {} stripes, {}", scan.points.len(), scan.stripes, scan.eye.describe())?;
     if let (true, Some(band)) = (arguments.edge_on, &scan.band) {
-        say!(
+        print_line!(
             "band {:.3} mm thick (95 % of the {} points in it), {:.3} mm rms",
             band.thickness(),
             band.points,

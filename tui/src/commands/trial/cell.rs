@@ -263,7 +263,7 @@ mod tests {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../workcells/scara");
         let place = tempfile::tempdir().unwrap();
         let built = new(&folder.display().to_string(), Some("none"), 1, place.path()).unwrap();
-        assert!(built.said.contains("scara.model.yaml"), "{}", built.said);
+        assert!(built.message.contains("scara.model.yaml"), "{}", built.message);
         assert!(open(place.path()).unwrap().hidden.is_empty());
         assert!(place.path().join("procedures/verify.yaml").exists());
     }

@@ -76,13 +76,13 @@ pub(super) fn run(arguments: &InjectArguments) -> Result<Outcome, TrialError> {
     let table = Table::read_named(&arguments.data, &named)
         .map_err(LaboratoryError::from)
         .map_err(InjectionError::from)?;
-    let (said, truth, injected) = watched(|progress| inject(arguments, &wanted, model, table, progress))?;
+    let (message, truth, injected) = watched(|progress| inject(arguments, &wanted, model, table, progress))?;
     let failed = |source| TrialError::Write { path: arguments.output.clone(), source };
     fs::create_dir_all(&arguments.output).map_err(failed)?;
     write(&arguments.output.join(TABLE), &table_text(&injected))?;
     fs::copy(&arguments.model, arguments.output.join(MODEL)).map_err(failed)?;
     write(&arguments.output.join(ANSWER), &format!("{truth:#}\n"))?;
-    Ok(Outcome::done(said))
+    Ok(Outcome::done(message))
 }
 
 /// What is said, the truth, and the measurements with the effect in them.
@@ -105,7 +105,7 @@ fn inject(
     let unit = first.hidden.mechanism.unit_on(own.arm());
     let (size, shown, left) = (first.hidden.size, first.visible_mm, own.left_mm());
     let directory = arguments.output.display();
-    let mut said = format!(
+    let mut message = format!(
         "{effect}({place}) of {} is hidden in {directory}: {shown:.3} mm of it can be seen beside the {left:.3} mm that the model leaves.\n",
         shown_size(size, unit)
     );
@@ -113,7 +113,7 @@ fn inject(
         let times = one.visible_mm / own.left_mm().max(f64::MIN_POSITIVE);
         // Writing to a text cannot fail.
         let (size, found) = (shown_size(one.hidden.size, unit), one.found.words());
-        let _ = writeln!(said, "  {times:5.2} times ({size}): {found}. {}", one.sentence);
+        let _ = writeln!(message, "  {times:5.2} times ({size}): {found}. {}", one.sentence);
     };
     show(&first);
     let factor = if first.found == Found::Named { 0.5 } else { 2.0 };
@@ -130,7 +130,7 @@ fn inject(
             break;
         }
     }
-    said.push_str(&match least {
+    message.push_str(&match least {
         Some(size) => format!("The lab would name it from about {} on.\n", shown_size(size, unit)),
         None => {
             format!("The lab would not name it in these measurements, up to {}.\n", shown_size(size, unit))
@@ -141,7 +141,7 @@ fn inject(
         "visible_mm": first.visible_mm, "left_mm": own.left_mm(), "named_from": least,
     });
     let injected = own.with(&first.hidden)?;
-    Ok((said, truth, injected))
+    Ok((message, truth, injected))
 }
 
 fn tried(

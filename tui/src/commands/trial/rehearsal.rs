@@ -107,13 +107,13 @@ pub(super) fn run(arguments: &RehearsalArguments) -> Result<Outcome, TrialError>
         }
     }
     show_progress("");
-    let said = match arguments.json {
+    let message = match arguments.json {
         true => format!("{:#}\n", serde_json::to_value(&done).unwrap_or_default()),
         false => report::table(&done),
     };
     let failed = done.iter().any(|one| matches!(one.end, End::Failed(_)));
     let right = done.iter().all(|one| !matches!(&one.end, End::Scored(scored) if !scored.right));
-    Ok(Outcome { said, right, failed })
+    Ok(Outcome { message, right, failed })
 }
 
 /// One trial, whatever becomes of it.

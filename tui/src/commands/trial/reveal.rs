@@ -36,12 +36,12 @@ pub(super) fn run(arguments: &RevealArguments) -> Result<Outcome, TrialError> {
         Some(path) => Some(Score::of(&read_diagnosis(path)?, &truth)),
         None => None,
     };
-    let said = if arguments.json {
+    let message = if arguments.json {
         format!("{:#}\n", serde_json::json!({"truth": answer(&truth), "score": score}))
     } else {
         format!("{}{}", describe(&truth), score.as_ref().map_or_else(String::new, describe_score))
     };
-    Ok(Outcome { said, right: score.is_none_or(|score| score.right), failed: false })
+    Ok(Outcome { message, right: score.is_none_or(|score| score.right), failed: false })
 }
 
 fn read_diagnosis(path: &Path) -> Result<Diagnosis, TrialError> {

@@ -303,14 +303,18 @@ mod tests {
 
     #[test]
     fn nothing_seen_is_right_where_what_is_hidden_is_said_not_to_show_at_such_a_size() {
-        let said = |unseen: &str| score(&format!(r#"{{"verdict": "at_floor", "not_shown": [{unseen}]}}"#));
-        assert!(said(r#"{"effect": "joint_backlash", "where": "elbow", "size": null, "unit": "deg"}"#).right);
-        assert!(said(r#"{"effect": "joint_backlash", "where": "elbow", "size": 0.05, "unit": "deg"}"#).right);
+        let message = |unseen: &str| score(&format!(r#"{{"verdict": "at_floor", "not_shown": [{unseen}]}}"#));
         assert!(
-            !said(r#"{"effect": "joint_backlash", "where": "elbow", "size": 0.03, "unit": "deg"}"#).right
+            message(r#"{"effect": "joint_backlash", "where": "elbow", "size": null, "unit": "deg"}"#).right
         );
         assert!(
-            !said(r#"{"effect": "joint_backlash", "where": "waist", "size": null, "unit": "deg"}"#).right
+            message(r#"{"effect": "joint_backlash", "where": "elbow", "size": 0.05, "unit": "deg"}"#).right
+        );
+        assert!(
+            !message(r#"{"effect": "joint_backlash", "where": "elbow", "size": 0.03, "unit": "deg"}"#).right
+        );
+        assert!(
+            !message(r#"{"effect": "joint_backlash", "where": "waist", "size": null, "unit": "deg"}"#).right
         );
     }
 

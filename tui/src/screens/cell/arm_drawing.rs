@@ -28,7 +28,7 @@ fn in_plane(shape: &ArmShape, joints: &[NamedValue]) -> Option<Vec<PlanePoint>> 
 /// Draws the first robot of the cell from the side; says what is missing where it cannot.
 pub(crate) fn side_view(cell: &CellState, theme: &Theme, frame: &mut Frame, area: Rect) {
     let Some(shape) = &cell.shape else {
-        return say(
+        return draw_text(
             "The lengths of this arm are not known: the cell names no model file for it.",
             theme,
             frame,
@@ -38,10 +38,10 @@ pub(crate) fn side_view(cell: &CellState, theme: &Theme, frame: &mut Frame, area
     let Some(robot) =
         cell.devices.iter().find(|device| device.name == shape.device && !device.joints.is_empty())
     else {
-        return say("The arm has not yet reported its position.", theme, frame, area);
+        return draw_text("The arm has not yet reported its position.", theme, frame, area);
     };
     let Some(points) = in_plane(shape, &robot.joints) else {
-        return say("The reported joints do not fit the arm's model file.", theme, frame, area);
+        return draw_text("The reported joints do not fit the arm's model file.", theme, frame, area);
     };
     let triggers: Vec<PlanePoint> =
         cell.triggers.iter().filter_map(|joints| in_plane(shape, joints)?.last().copied()).collect();
@@ -56,7 +56,7 @@ pub(crate) fn side_view(cell: &CellState, theme: &Theme, frame: &mut Frame, area
 }
 
 /// Says why nothing is drawn.
-pub(super) fn say(text: &str, theme: &Theme, frame: &mut Frame, area: Rect) {
+pub(super) fn draw_text(text: &str, theme: &Theme, frame: &mut Frame, area: Rect) {
     let line = Paragraph::new(TextLine::styled(text.to_owned(), theme.faint));
     frame.render_widget(line.wrap(ratatui::widgets::Wrap { trim: true }), area);
 }

@@ -10,7 +10,7 @@ use ratatui::text::Line as TextLine;
 use ratatui::widgets::canvas::{Canvas, Circle, Context, Line, Points};
 
 use super::CellState;
-use super::arm_drawing::say;
+use super::arm_drawing::draw_text;
 use crate::screens::theme::Theme;
 
 /// Where the hand is, over the target and the table.
@@ -81,7 +81,7 @@ pub(crate) fn plan_view(cell: &CellState, theme: &Theme, frame: &mut Frame, area
         Some((shape, shape.points(joints)?))
     });
     let Some((shape, points)) = drawn else {
-        return say(
+        return draw_text(
             "The arm has not yet reported its position, or its lengths are not known.",
             theme,
             frame,

@@ -26,8 +26,8 @@ pub(crate) fn view(state: &State, frame: &mut Frame, area: Rect) {
         (area, None)
     };
     let cell = &state.cell;
-    let said = cell.devices.iter().filter(|device| !device.message.is_empty()).count();
-    let devices = rows((cell.devices.len() + said).max(1));
+    let message = cell.devices.iter().filter(|device| !device.message.is_empty()).count();
+    let devices = rows((cell.devices.len() + message).max(1));
     let joints = rows(cell.devices.iter().map(|device| device.joints.len()).sum::<usize>().max(1));
     let moving =
         if cell.is_moving() { "Joints, the last 30 s \u{b7} moving" } else { "Joints, the last 30 s" };
@@ -89,14 +89,14 @@ fn device_lines(cell: &CellState, theme: &Theme, width: usize) -> Vec<Line<'stat
                 Span::styled(format!("{:<12} ", state_word(device.state)), style),
                 Span::styled(device.plugin.clone(), theme.faint),
             ]);
-            let said = (!device.message.is_empty()).then(|| {
+            let message = (!device.message.is_empty()).then(|| {
                 let text = pane::fitted(&device.message, width.saturating_sub(6));
                 Line::styled(
                     format!("    {text}"),
                     if device.state == DeviceState::Lost { theme.bad } else { theme.faint },
                 )
             });
-            [Some(row), said].into_iter().flatten()
+            [Some(row), message].into_iter().flatten()
         })
         .collect()
 }

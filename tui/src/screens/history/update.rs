@@ -54,7 +54,7 @@ pub(crate) fn bring_back(state: &mut State, command: Command) -> Vec<Action> {
             history.bring_back = Some(back);
             state.overlay = Some(Overlay::BringBack);
         }
-        Err(reason) => state.say(Severity::Info, reason),
+        Err(reason) => state.notify(Severity::Info, reason),
     }
     Vec::new()
 }
@@ -115,8 +115,8 @@ pub(crate) fn take(state: &mut State, answer: ArchiveAnswer) {
                 opened.lines = lines;
             }
         }
-        ArchiveAnswer::BroughtBack(message) => state.say(Severity::Info, message),
-        ArchiveAnswer::NotBroughtBack(reason) => state.say(Severity::Error, reason),
+        ArchiveAnswer::BroughtBack(message) => state.notify(Severity::Info, message),
+        ArchiveAnswer::NotBroughtBack(reason) => state.notify(Severity::Error, reason),
         ArchiveAnswer::Failed(reason) => history.problem = Some(reason),
     }
 }

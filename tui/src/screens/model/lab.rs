@@ -206,13 +206,13 @@ impl Worker {
         self.thread.begin_judging();
         let Some(top) = self.layers.last() else { return Ok(()) };
         let fall: Vec<FallStep> = self.layers.iter().map(|layer| layer.step.clone()).collect();
-        self.thread.say(LabAnswer::Compared(Box::new(summary::compared(comparison, &fall))));
+        self.thread.report(LabAnswer::Compared(Box::new(summary::compared(comparison, &fall))));
         let progress = self.progress();
         let diagnosis = top.laboratory.with_hypothesis(top.laboratory.diagnose(&progress)?, &progress)?;
         let plots =
             top.laboratory.effect_plots(&summary::plotted(comparison, &diagnosis), &self.progress())?;
         self.thread
-            .say(LabAnswer::Examined(Box::new(summary::examined(comparison, &diagnosis, plots, &fall))));
+            .report(LabAnswer::Examined(Box::new(summary::examined(comparison, &diagnosis, plots, &fall))));
         self.judged = Some(diagnosis);
         Ok(())
     }
@@ -242,7 +242,7 @@ impl Worker {
         let preview = top.laboratory.preview(effect, &self.progress())?;
         let residuals = Residuals { rows: preview.rows, series: preview.series };
         let preview = Preview { candidate: effect.to_owned(), rms_mm: preview.after.fit, residuals };
-        self.thread.say(LabAnswer::Previewed(Box::new(preview)));
+        self.thread.report(LabAnswer::Previewed(Box::new(preview)));
         Ok(())
     }
 
@@ -257,7 +257,7 @@ impl Worker {
         let objection = self.judged.as_ref().and_then(|diagnosis| laboratory.objection_by(diagnosis, id));
         let Some(objection) = objection else { return self.add(&effect) };
         let reason = objection_in_words(&objection);
-        self.thread.say(LabAnswer::Doubted(Doubtful { effect, reason, is_chosen: false }));
+        self.thread.report(LabAnswer::Doubted(Doubtful { effect, reason, is_chosen: false }));
         Ok(())
     }
 
@@ -276,7 +276,7 @@ impl Worker {
         news.extend(
             addition.moved.iter().map(|moved| format!("moved by more than two standard errors: {moved}")),
         );
-        self.thread.say(LabAnswer::Did(news));
+        self.thread.report(LabAnswer::Did(news));
         // In full: how much of what is left now could be explained, and which effects were added.
         self.look_again()
     }
@@ -294,7 +294,7 @@ impl Worker {
         if let Some(top) = self.layers.last_mut() {
             top.number = entry.number;
         }
-        self.thread.say(LabAnswer::Did(vec![news]));
+        self.thread.report(LabAnswer::Did(vec![news]));
         self.look_again()
     }
 }

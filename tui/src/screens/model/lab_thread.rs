@@ -77,8 +77,8 @@ impl LabThread {
     pub(super) fn end(&self, done: Result<(), impl WorkError>) {
         match done {
             Ok(()) => {}
-            Err(error) if error.is_cancelled() => self.say(LabAnswer::GaveUp { judging: self.judging }),
-            Err(error) => self.say(LabAnswer::Failed(error.to_string())),
+            Err(error) if error.is_cancelled() => self.report(LabAnswer::GaveUp { judging: self.judging }),
+            Err(error) => self.report(LabAnswer::Failed(error.to_string())),
         }
     }
 
@@ -88,7 +88,7 @@ impl LabThread {
     }
 
     /// Reports to the screens; screens that are gone hear nothing.
-    pub(super) fn say(&self, answer: LabAnswer) {
+    pub(super) fn report(&self, answer: LabAnswer) {
         let _gone = self.to_screens.send(answer);
     }
 }

@@ -138,12 +138,12 @@ impl Worker {
         let Adjusted { laboratory, comparison } =
             self.adjusted.as_ref().ok_or(StripeLabError::NotAdjusted)?;
         self.thread.begin_judging();
-        self.thread.say(LabAnswer::Compared(of_stripes(summary::compared(comparison, &self.fall))));
+        self.thread.report(LabAnswer::Compared(of_stripes(summary::compared(comparison, &self.fall))));
         let progress = self.thread.progress();
         let diagnosis = laboratory.diagnose(&progress)?;
         let plots = laboratory.effect_plots(&summary::plotted(comparison, &diagnosis), &progress)?;
         let examined = summary::examined(comparison, &diagnosis, plots, &self.fall);
-        self.thread.say(LabAnswer::Examined(of_stripes(examined)));
+        self.thread.report(LabAnswer::Examined(of_stripes(examined)));
         self.judged = Some(diagnosis);
         Ok(())
     }
@@ -167,7 +167,7 @@ impl Worker {
         let preview = adjusted.laboratory.preview(effect, &self.thread.progress())?;
         let residuals = Residuals { rows: preview.rows, series: preview.series };
         let preview = Preview { candidate: effect.to_owned(), rms_mm: preview.after.fit, residuals };
-        self.thread.say(LabAnswer::Previewed(Box::new(preview)));
+        self.thread.report(LabAnswer::Previewed(Box::new(preview)));
         Ok(())
     }
 
@@ -188,7 +188,7 @@ impl Worker {
             judged.and_then(|(adjusted, diagnosis)| adjusted.laboratory.objection_by(diagnosis, &id));
         let Some(objection) = objection else { return self.add(&effect) };
         let reason = objection_in_words(&objection);
-        self.thread.say(LabAnswer::Doubted(Doubtful { effect, reason, is_chosen: false }));
+        self.thread.report(LabAnswer::Doubted(Doubtful { effect, reason, is_chosen: false }));
         Ok(())
     }
 
@@ -203,7 +203,7 @@ impl Worker {
         let news = format!(
             "{effect} added; `plumb stripe adjust ... --add '{effect}' -o CELL` writes a cell with it"
         );
-        self.thread.say(LabAnswer::Did(vec![news]));
+        self.thread.report(LabAnswer::Did(vec![news]));
         self.judge()
     }
 
@@ -220,7 +220,7 @@ impl Worker {
             (self.stripes.added, self.fall) = (added, fall);
             return Err(error);
         }
-        self.thread.say(LabAnswer::Did(vec!["undone".to_owned()]));
+        self.thread.report(LabAnswer::Did(vec!["undone".to_owned()]));
         self.judge()
     }
 }

@@ -91,14 +91,14 @@ fn ask(state: &mut State, command: Command) -> Vec<Action> {
     let named = model.naming.take();
     if let Some(busy) = model.busy.as_ref().filter(|busy| !busy.only_judges) {
         let text = format!("The lab is at work ({}); c gives that up.", busy.doing);
-        state.say(Severity::Info, text);
+        state.notify(Severity::Info, text);
         return Vec::new();
     }
     let chosen = model.card().map(|card| card.key.clone());
     let doubtful = model.doubtful.take();
     let is_added = model.card().is_some_and(|card| card.status == CardStatus::InModel);
     if is_added && matches!(command, Command::Add | Command::Preview) {
-        state.say(Severity::Info, "That is in the model already; u takes what was added last away.");
+        state.notify(Severity::Info, "That is in the model already; u takes what was added last away.");
         return Vec::new();
     }
     let request = match command {
@@ -118,7 +118,7 @@ fn ask(state: &mut State, command: Command) -> Vec<Action> {
             Command::Judge => "The candidates are judged, or being judged.",
             _ => "There is no candidate to take.",
         };
-        state.say(Severity::Info, text);
+        state.notify(Severity::Info, text);
         return Vec::new();
     };
     if let (LabRequest::Add(effect) | LabRequest::AddNamed(effect), false) =
@@ -227,7 +227,7 @@ pub(crate) fn take(state: &mut State, answer: LabAnswer) -> Vec<Action> {
                     1 => " One fitted value moved: see Log.".to_owned(),
                     count => format!(" {count} fitted values moved: see Log."),
                 };
-                state.say(Severity::Info, format!("{first}.{more}"));
+                state.notify(Severity::Info, format!("{first}.{more}"));
             }
         }
         LabAnswer::GaveUp { judging } => {
@@ -237,12 +237,12 @@ pub(crate) fn take(state: &mut State, answer: LabAnswer) -> Vec<Action> {
                     (false, Some(_)) => "Given up; the model is as it was.",
                     (false, None) => "Given up before anything was fitted; j starts over.",
                 };
-                state.say(Severity::Info, text);
+                state.notify(Severity::Info, text);
             }
         }
         LabAnswer::Failed(reason) => {
             model.busy = None;
-            state.say(Severity::Error, reason);
+            state.notify(Severity::Error, reason);
         }
     }
     Vec::new()

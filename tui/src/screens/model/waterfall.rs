@@ -106,19 +106,19 @@ fn legend(
 ) -> Vec<Line<'static>> {
     let roomy = height >= ROOM_FOR_LEGEND;
     let mut lines = Vec::new();
-    let mut say = |text: String, style: Style| {
+    let mut push = |text: String, style: Style| {
         lines.extend(wrapped(&text, width).into_iter().map(|line| Line::styled(line, style)));
     };
     match (summary.floor_of_a_point_mm, summary.floor_mm) {
-        (Some(point), Some(reading)) if roomy => say(
+        (Some(point), Some(reading)) if roomy => push(
             format!("{NOISE} noise of a point {point:.4} ({reading:.4} a reading, {})", summary.floor_source),
             theme.good,
         ),
-        (Some(point), _) => say(format!("{NOISE} noise {point:.4}"), theme.good),
-        _ => say("noise unknown: no repeats, none declared".to_owned(), theme.good),
+        (Some(point), _) => push(format!("{NOISE} noise {point:.4}"), theme.good),
+        _ => push("noise unknown: no repeats, none declared".to_owned(), theme.good),
     }
     if let Some(bound) = summary.not_predictable_mm {
-        say(format!("{BOUND} not predictable {bound:.4}"), theme.preview);
+        push(format!("{BOUND} not predictable {bound:.4}"), theme.preview);
     }
     if !roomy {
         return lines;
@@ -128,7 +128,7 @@ fn legend(
         true => ", \u{2524} cross-validation",
         false => "",
     };
-    say(format!("{SOLID} fit{correction}{validated}"), theme.faint);
+    push(format!("{SOLID} fit{correction}{validated}"), theme.faint);
     lines
 }
 

@@ -65,7 +65,7 @@ pub(crate) fn scroll(state: &mut State, by: isize) {
 /// Does what a key that concerns the run asks for.
 pub(crate) fn obey(state: &mut State, command: Command) -> Vec<Action> {
     if state.only_watches() && !matches!(command, Command::Large | Command::SwapViews) {
-        state.say(Severity::Info, "Watching only: the run is controlled where it was started.");
+        state.notify(Severity::Info, "Watching only: the run is controlled where it was started.");
         return Vec::new();
     }
     let paused = state.run.as_ref().is_some_and(|run| matches!(run.phase, Phase::Paused { .. }));
@@ -76,13 +76,13 @@ pub(crate) fn obey(state: &mut State, command: Command) -> Vec<Action> {
         Command::MoveArm => return answer(state, |prompt| decided(prompt, Decision::Move)),
         Command::GoBack => return answer(state, |prompt| decided(prompt, Decision::Back)),
         Command::Skip => return answer(state, |prompt| decided(prompt, Decision::Skip)),
-        Command::Pause if paused => state.say(Severity::Info, "The run is paused already: r goes on."),
+        Command::Pause if paused => state.notify(Severity::Info, "The run is paused already: r goes on."),
         Command::Pause => {
-            state.say(Severity::Info, "Pausing before the next step; Esc stops at once.");
+            state.notify(Severity::Info, "Pausing before the next step; Esc stops at once.");
             return vec![Action::Send(RunCommand::Pause { when: PauseWhen::BeforeNextStep })];
         }
         Command::Resume if paused => return vec![Action::Send(RunCommand::Resume)],
-        Command::Resume => state.say(Severity::Info, "The run is not paused."),
+        Command::Resume => state.notify(Severity::Info, "The run is not paused."),
         Command::Abort => state.overlay = Some(Overlay::Abort),
         Command::AbortNow => {
             state.overlay = None;

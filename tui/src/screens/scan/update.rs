@@ -55,7 +55,7 @@ pub(crate) fn take(state: &mut State, event: &Event) {
 pub(crate) fn obey(state: &mut State, command: ScanCommand) -> Vec<Action> {
     use ScanCommand as Do;
     let Some(scan) = &mut state.scan else { return Vec::new() };
-    let mut said = None;
+    let mut reported = None;
     match command {
         Do::TurnLeft => scan.eye.turn(-TURN, 0.0),
         Do::TurnRight => scan.eye.turn(TURN, 0.0),
@@ -71,7 +71,7 @@ pub(crate) fn obey(state: &mut State, command: ScanCommand) -> Vec<Action> {
         Do::Farther => scan.eye.zoom(1.0 / ZOOM),
         Do::Wider => scan.eye.open(TURN),
         Do::Narrower => scan.eye.open(-TURN),
-        Do::NextSide => said = Some(next_side(scan)),
+        Do::NextSide => reported = Some(next_side(scan)),
         Do::Whole => scan.eye.see_all(scan.points.iter().map(|point| point.position)),
         Do::Strokes => {
             scan.strokes = match scan.strokes {
@@ -82,7 +82,7 @@ pub(crate) fn obey(state: &mut State, command: ScanCommand) -> Vec<Action> {
         Do::Colour => next_colouring(scan),
         Do::EdgeOn => {
             if !scan.toggle_edge_on() {
-                said = Some("There is no plane in these points to look along.".to_owned());
+                reported = Some("There is no plane in these points to look along.".to_owned());
             }
         }
         Do::AimLeft => aim(scan, -AIM, 0.0),
@@ -90,7 +90,7 @@ pub(crate) fn obey(state: &mut State, command: ScanCommand) -> Vec<Action> {
         Do::AimUp => aim(scan, 0.0, AIM),
         Do::AimDown => aim(scan, 0.0, -AIM),
         Do::Mark if scan.cursor.is_none() => {
-            said =
+            reported =
                 Some("Point at something first: h, j, k and l move the cross, a click sets it.".to_owned());
         }
         Do::Mark => scan.mark = if scan.mark == scan.cursor { None } else { scan.cursor },
@@ -100,8 +100,8 @@ pub(crate) fn obey(state: &mut State, command: ScanCommand) -> Vec<Action> {
         }
     }
     scan.eye_is_set |= moves_the_eye(command);
-    if let Some(said) = said {
-        state.say(Severity::Info, said);
+    if let Some(reported) = reported {
+        state.notify(Severity::Info, reported);
     }
     Vec::new()
 }

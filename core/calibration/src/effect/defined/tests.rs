@@ -71,8 +71,8 @@ fn what_is_no_formula_is_refused_with_what_would_be_right() {
         ("sin(q1)", "must grow in proportion to its parameters"),
         ("0*a", "depends on none of the parameters"),
     ] {
-        let said = formula(text).map(|_| String::new()).unwrap_or_else(|error| error.to_string());
-        assert!(said.contains(part), "{text}: {said:?}");
+        let message = formula(text).map(|_| String::new()).unwrap_or_else(|error| error.to_string());
+        assert!(message.contains(part), "{text}: {message:?}");
     }
     // A slope that begins far out is one all the same.
     for text in ["a*max(0, q1 - 300)", "a*max(0, -40 - m2)", "a*max(0, q1 - 2)"] {
@@ -245,8 +245,8 @@ fn a_definition_looks_at_what_its_formulas_speak_of() {
         LooksAt::Point,
         "what an instrument reads comes last"
     );
-    let said = defining("joint: arm, deg: \"a*x\"", "deg").unwrap_err();
-    assert!(said.contains("can only change what an instrument reads"), "{said}");
+    let message = defining("joint: arm, deg: \"a*x\"", "deg").unwrap_err();
+    assert!(message.contains("can only change what an instrument reads"), "{message}");
     for (adds, depends) in
         [("\"a*q1\"", false), ("\"a*m2\"", false), ("\"a*side1\"", true), ("\"a*t_s\"", true)]
     {
@@ -272,7 +272,7 @@ fn definitions_are_the_same_where_all_they_say_is() {
 
 #[test]
 fn a_formula_without_a_value_somewhere_is_reported_with_the_line_and_the_numbers() {
-    let said = |formula: &str| {
+    let message = |formula: &str| {
         let model = defining(&format!("joint: arm, deg: \"{formula}\""), "deg").unwrap();
         let rows = "q1_deg,q2_deg,q3_mm,p1_x_mm\n0,0,1,5\n0,0,0,6\n";
         let table = Table::parse("t.csv", rows).unwrap();
@@ -280,10 +280,14 @@ fn a_formula_without_a_value_somewhere_is_reported_with_the_line_and_the_numbers
         let machine = ResidualModel::new(&model, &table, &observations, &[]).unwrap();
         machine.check_formulas().map_or_else(|error| error.to_string(), |()| String::new())
     };
-    let divided = said("a/q3");
+    let divided = message("a/q3");
     assert!(divided.contains("gives no finite number in line 3 of t.csv (q3 = 0.0000)"), "{divided}");
     assert!(divided.contains("it divides by zero there"), "{divided}");
-    assert!(said("a*ln(q3)").contains("a root or logarithm has no value there"), "{}", said("a*ln(q3)"));
-    assert!(said("a*q3^-400").contains("it grows beyond all numbers there"));
-    assert_eq!(said("a*q3"), "");
+    assert!(
+        message("a*ln(q3)").contains("a root or logarithm has no value there"),
+        "{}",
+        message("a*ln(q3)")
+    );
+    assert!(message("a*q3^-400").contains("it grows beyond all numbers there"));
+    assert_eq!(message("a*q3"), "");
 }

@@ -179,8 +179,8 @@ fn what_is_written_wrongly_is_refused_with_what_would_be_right() {
         ("base_tilt(elbow)", "write base_tilt"),
         ("joint_zero(*)", "one effect at one place"),
     ] {
-        let said = refused(&model, text);
-        assert!(said.contains(part), "{text}: {said}");
+        let message = refused(&model, text);
+        assert!(message.contains(part), "{text}: {message}");
     }
 }
 
@@ -198,18 +198,18 @@ fn an_effect_says_what_the_model_lacks_for_it() {
         ("clock_skew", "is of the rig of a light stripe, which no model file holds"),
         ("axis_pitch(elbow)", "is of a joint that slides"),
     ] {
-        let said = refused(&model, text);
-        assert!(said.contains(part), "{text}: {said}");
+        let message = refused(&model, text);
+        assert!(message.contains(part), "{text}: {message}");
     }
     for text in ["sensor_tilt", "trigger_spot", "trigger_hysteresis", "reflectance(table)"] {
-        let said = refused(&without(&["sensor:"]), text);
-        assert!(said.contains("needs the arm's sensor described in the model file"), "{text}: {said}");
+        let message = refused(&without(&["sensor:"]), text);
+        assert!(message.contains("needs the arm's sensor described in the model file"), "{text}: {message}");
     }
     for text in
         ["base_reset", "base_shifted(x)", "reading_reset(x)", "target_reset(p1)", "joint_zero_reset(elbow)"]
     {
-        let said = refused(&without(&["epochs:"]), text);
-        assert!(said.contains("needs rows among which something was re-set"), "{text}: {said}");
+        let message = refused(&without(&["epochs:"]), text);
+        assert!(message.contains("needs rows among which something was re-set"), "{text}: {message}");
     }
     // Places that no text can name: an effect put together in memory.
     for (id, part) in [
@@ -226,8 +226,8 @@ fn an_effect_says_what_the_model_lacks_for_it() {
         ),
         (EffectId::at("warm_up", Site::Joint(0)), "warm_up(elbow, zero): the joint"),
     ] {
-        let said = build(&id, &model).unwrap_err().to_string();
-        assert!(said.contains(part), "{id:?}: {said}");
+        let message = build(&id, &model).unwrap_err().to_string();
+        assert!(message.contains(part), "{id:?}: {message}");
     }
     let of_nothing =
         EffectId { inner: Some(-5.0), of: Some(Quantity::Zero), ..EffectId::at("warm_up", Site::Joint(0)) };

@@ -135,23 +135,24 @@ fn not_seen(places: &[f64], effect: &str) -> Option<String> {
 #[test]
 fn what_positions_cannot_show_is_said_with_those_that_would() {
     let whole: Vec<f64> = (0..15).map(|place| 5.0 * f64::from(place)).collect();
-    let said = not_seen(&whole, "screw_wave(lift, 1)").unwrap();
-    assert!(said.contains("whole pitches apart, it is the same everywhere"), "{said}");
+    let message = not_seen(&whole, "screw_wave(lift, 1)").unwrap();
+    assert!(message.contains("whole pitches apart, it is the same everywhere"), "{message}");
     // A quarter of the pitch apart, over two pitches.
-    assert!(said.contains("a run of positions 1.25 mm apart over 10.0 mm"), "{said}");
+    assert!(message.contains("a run of positions 1.25 mm apart over 10.0 mm"), "{message}");
     let wide: Vec<f64> = (0..16).map(|place| 6.0 * f64::from(place)).collect();
-    let said = not_seen(&wide, "screw_wave(lift, 1)").unwrap();
+    let message = not_seen(&wide, "screw_wave(lift, 1)").unwrap();
     assert!(
-        said.contains("it looks like a slow wave of 3") || said.contains("it looks like a slow wave of 2"),
-        "{said}"
+        message.contains("it looks like a slow wave of 3")
+            || message.contains("it looks like a slow wave of 2"),
+        "{message}"
     );
-    let said = not_seen(&[1.0, 2.0, 3.0], "screw_wave(lift, 1)").unwrap();
-    assert!(said.contains("lift was measured at 3 positions, and it takes 5"), "{said}");
+    let message = not_seen(&[1.0, 2.0, 3.0], "screw_wave(lift, 1)").unwrap();
+    assert!(message.contains("lift was measured at 3 positions, and it takes 5"), "{message}");
     let fine: Vec<f64> = (0..40).map(|place| 1.3 * f64::from(place)).collect();
     assert_eq!(not_seen(&fine, "screw_wave(lift, 1)"), None);
     assert_eq!(not_seen(&whole, "joint_gain(lift)"), None, "it asks for no positions");
-    let said = not_seen(&[0.0, 10.0, 20.0, 90.0, 100.0], "positioning_error(lift, 4)").unwrap();
-    assert!(said.contains("was not measured near the middle of 25.0 to 75.0 mm"), "{said}");
+    let message = not_seen(&[0.0, 10.0, 20.0, 90.0, 100.0], "positioning_error(lift, 4)").unwrap();
+    assert!(message.contains("was not measured near the middle of 25.0 to 75.0 mm"), "{message}");
 }
 
 #[test]
@@ -162,8 +163,11 @@ fn waves_of_screws_that_were_not_shown_are_listed_with_their_reasons() {
         let summary = of(&format!("q1_deg,q2_mm,p1_x_mm\n{rows}"));
         waves_not_shown(&CandidateContext { model: &model, summary: &summary })
     };
-    let said = listed(&[0.0, 5.0, 10.0, 15.0, 20.0, 25.0]);
-    assert!(said.len() == 1 && said[0].starts_with("screw_wave(lift, 1) cannot be identified"), "{said:?}");
+    let message = listed(&[0.0, 5.0, 10.0, 15.0, 20.0, 25.0]);
+    assert!(
+        message.len() == 1 && message[0].starts_with("screw_wave(lift, 1) cannot be identified"),
+        "{message:?}"
+    );
     assert!(listed(&[7.0, 7.0]).is_empty(), "a slide that stood still was not measured along its travel");
     assert!(listed(&(0..40).map(|place| 1.3 * f64::from(place)).collect::<Vec<_>>()).is_empty());
 }

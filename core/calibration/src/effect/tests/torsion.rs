@@ -100,8 +100,8 @@ fn the_twist_of_a_link_along_a_joints_axis_goes_by_the_name_of_the_joints_compli
     }
     let model = Model::parse("arm.yaml", FOREARM).unwrap();
     let twin = |effect: &str| build(&parse(effect, &model).unwrap(), &model).unwrap().twin(&model.chain);
-    let said = twin("joint_compliance(roll)").unwrap();
-    assert!(said.starts_with("link_torsion(roll) would be the same"), "{said}");
+    let message = twin("joint_compliance(roll)").unwrap();
+    assert!(message.starts_with("link_torsion(roll) would be the same"), "{message}");
     assert_eq!(twin("joint_compliance(shoulder)"), None);
     let summary = DatasetSummary::of(&model, &Table::parse("table.csv", rows).unwrap());
     let candidates =

@@ -89,8 +89,8 @@ fitted: [{effect: joint_gain, where: x, values: {gain: 0.01}}]
 #[test]
 fn a_joint_without_limits_has_no_table_and_a_measured_region_narrows_it() {
     let endless = Model::parse("axis.yaml", &AXIS.replace(", limits_mm: [0, 100]", "")).unwrap();
-    let said = compensation(&endless, 0, 3).unwrap_err();
-    assert!(matches!(&said, CompensationError::NoLimits(name) if name == "x"), "{said}");
+    let message = compensation(&endless, 0, 3).unwrap_err();
+    assert!(matches!(&message, CompensationError::NoLimits(name) if name == "x"), "{message}");
     assert!(compensation(&axis(""), 7, 3).is_err(), "there is no such joint");
     let mut model = axis("");
     model.measured_region = MeasuredRegion::of(&model.chain, &[vec![20.0], vec![60.0], vec![130.0]]);
@@ -183,8 +183,8 @@ fn a_ur_drivers_calibration_names_six_links_in_metres() {
 fn an_arm_that_keeps_an_attitude_has_no_rigid_form() {
     let model = TURNS
         .replace("{name: lift, slides: true, limits_mm: [0, 250]}", "{name: elbow, a_mm: 10, less: waist}");
-    let said = RigidArm::of(&Model::parse("t.yaml", &model).unwrap()).unwrap_err().to_string();
-    assert!(said.contains("joint `elbow` turns by its coordinate less another joint's"), "{said}");
+    let message = RigidArm::of(&Model::parse("t.yaml", &model).unwrap()).unwrap_err().to_string();
+    assert!(message.contains("joint `elbow` turns by its coordinate less another joint's"), "{message}");
 }
 
 const PUMA: &str = include_str!("../../../../../workcells/arms/puma560.yaml");
@@ -210,21 +210,22 @@ fn targets_are_made_anew_for_the_arm_that_it_is() {
 #[test]
 fn targets_of_another_arm_in_another_unit_or_beyond_a_limit_are_refused() {
     let puma = Model::parse("puma.yaml", PUMA).unwrap();
-    let said = |model: &Model, rows: &str| {
+    let message = |model: &Model, rows: &str| {
         let poses = Table::parse("poses.csv", rows).unwrap();
         compensated_targets(model, model, &poses).unwrap_err().to_string()
     };
     let axis = axis("");
-    assert!(said(&axis, "q1_mm\n5\n").contains("an arm has six joints or more; `axis` has 1"));
-    assert!(said(&puma, "q1_deg\n5\n").contains("poses.csv: poses of 1 joints for an arm of 6"));
-    let unit = said(&puma, "q1_deg,q2_mm,q3_deg,q4_deg,q5_deg,q6_deg\n1,2,3,4,5,6\n");
+    assert!(message(&axis, "q1_mm\n5\n").contains("an arm has six joints or more; `axis` has 1"));
+    assert!(message(&puma, "q1_deg\n5\n").contains("poses.csv: poses of 1 joints for an arm of 6"));
+    let unit = message(&puma, "q1_deg,q2_mm,q3_deg,q4_deg,q5_deg,q6_deg\n1,2,3,4,5,6\n");
     assert!(unit.contains("column `q2_mm` is in mm, and joint `shoulder` turns: write it in deg"), "{unit}");
-    let far = said(&puma, "q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg\n0,0,60,0,0,0\n179,-40,70,10,40,10\n");
+    let far =
+        message(&puma, "q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg\n0,0,60,0,0,0\n179,-40,70,10,40,10\n");
     assert!(far.contains("poses.csv: line 3: `waist` would have to go to 179.000 deg; it goes from -160.000 deg to 160.000 deg"), "{far}");
     let mut bare = puma.clone();
     bare.targets.clear();
     assert!(
-        said(&bare, "q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg\n0,0,60,0,0,0\n")
+        message(&bare, "q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg\n0,0,60,0,0,0\n")
             .contains("the model has no target")
     );
 }

@@ -18,7 +18,7 @@ fn parse(more: &str) -> Result<Model, String> {
 }
 
 /// What is said of a file with these lines, or of the arm's own lines after a change.
-fn said(more: &str) -> String {
+fn reported(more: &str) -> String {
     parse(more).map_or_else(|error| error, |_| String::new())
 }
 
@@ -119,17 +119,17 @@ fn sections_are_held_to_what_they_name() {
         ("tip: hand", "`tip:` goes with `convention: urdf`"),
         ("effect: [joint_zero]", "effect"),
     ] {
-        let found = said(more);
+        let found = reported(more);
         assert!(says(&found, part), "{more}: {found:?}");
     }
-    assert_eq!(said("epochs: {rows: [2]}"), "", "the second epoch may begin with row 2");
-    assert_eq!(said("sensor: {working_mm: 8, peak_mm: 5, hysteresis_percent: 89}"), "");
+    assert_eq!(reported("epochs: {rows: [2]}"), "", "the second epoch may begin with row 2");
+    assert_eq!(reported("sensor: {working_mm: 8, peak_mm: 5, hysteresis_percent: 89}"), "");
 }
 
 #[test]
 fn definitions_are_held_to_what_can_be_worked_out() {
     let define = |name: &str, adds: &str, parameters: &str| {
-        said(&format!("define:\n  - {{name: {name}, adds: {{{adds}}}, parameters: {{{parameters}}}}}"))
+        reported(&format!("define:\n  - {{name: {name}, adds: {{{adds}}}, parameters: {{{parameters}}}}}"))
     };
     let (adds, a) = ("joint: turn, deg: \"a*q1\"", "a: {unit: deg, range: [-1, 1]}");
     assert_eq!(define("own", adds, a), "");
@@ -161,7 +161,11 @@ fn definitions_are_held_to_what_can_be_worked_out() {
     }
     let elsewhere =
         "define:\n  - {name: own, where: bace, adds: {base_x_mm: \"a\"}, parameters: {a: {range: [-1, 1]}}}";
-    assert!(says(&said(elsewhere), "there is no place `bace`; did you mean `base`?"), "{}", said(elsewhere));
+    assert!(
+        says(&reported(elsewhere), "there is no place `bace`; did you mean `base`?"),
+        "{}",
+        reported(elsewhere)
+    );
 }
 
 #[test]
@@ -340,7 +344,7 @@ fn an_arm_of_a_urdf_file_takes_limits_signs_and_gears_from_the_model_file() {
 #[test]
 fn effects_are_looked_at_only_where_no_other_mistake_was_found() {
     let wrong_effect = "free: [\"joint_zero(trun)\"]";
-    assert!(said(wrong_effect).contains("none called `trun`"));
-    let both = said(&format!("level: {{after: trun}}\n{wrong_effect}"));
+    assert!(reported(wrong_effect).contains("none called `trun`"));
+    let both = reported(&format!("level: {{after: trun}}\n{wrong_effect}"));
     assert!(both.contains("there is no joint `trun`") && !both.contains("none called"), "{both}");
 }

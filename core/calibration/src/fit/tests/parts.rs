@@ -328,20 +328,21 @@ fn a_number_of_the_geometry_is_out_of_its_range_beyond_its_ends() {
         assert_eq!(out(0.351, 0.0), [(0, 0.351)]);
         assert_eq!(out(-0.351, 0.0), [(0, -0.351)]);
         assert!(out(f64::NAN, 0.0).len() == 1, "not a number is in no range");
-        let said = |zero: f64| {
+        let message = |zero: f64| {
             let state = State { effects: vec![vec![zero], vec![0.0]], ..machine.start() };
             let doubts = range_doubts(machine, &[(0, zero)], &state);
             doubts.iter().map(ToString::to_string).collect::<Vec<_>>()
         };
-        assert!(said(0.1)[0].contains("hardly determine joint_zero(elbow)"), "{:?}", said(0.1));
+        assert!(message(0.1)[0].contains("hardly determine joint_zero(elbow)"), "{:?}", message(0.1));
         assert!(
-            said(0.5)[0].contains("no machine has: joint_zero(elbow) (28.648 outside -20.054 to 20.054 deg)"),
+            message(0.5)[0]
+                .contains("no machine has: joint_zero(elbow) (28.648 outside -20.054 to 20.054 deg)"),
             "{:?}",
-            said(0.5)
+            message(0.5)
         );
         // Ten ranges off a number means nothing.
-        assert!(said(3.6)[0].contains("joint_zero(elbow) (far outside"), "{:?}", said(3.6));
-        assert!(said(3.4)[0].contains("joint_zero(elbow) (194.8"), "{:?}", said(3.4));
+        assert!(message(3.6)[0].contains("joint_zero(elbow) (far outside"), "{:?}", message(3.6));
+        assert!(message(3.4)[0].contains("joint_zero(elbow) (194.8"), "{:?}", message(3.4));
     });
 }
 
@@ -461,7 +462,7 @@ fn the_sensor_looks_ahead_on_the_first_plane_no_flatter_than_fifteen_degrees() {
 
 #[test]
 fn a_fit_of_one_row_or_one_pose_is_refused_with_its_reason() {
-    let said = |rows: &str, mask: &[bool]| {
+    let message = |rows: &str, mask: &[bool]| {
         let mut found = String::new();
         with(PLANAR, rows, &["joint_zero(elbow)"], |machine| {
             let fit = machine.fit(&machine.start(), mask, FitOptions::default(), &Progress::default());
@@ -469,11 +470,11 @@ fn a_fit_of_one_row_or_one_pose_is_refused_with_its_reason() {
         });
         found
     };
-    assert!(said(POINTS, &[false, true, false]).contains("line 3: only one row is left to fit"));
+    assert!(message(POINTS, &[false, true, false]).contains("line 3: only one row is left to fit"));
     let same = "q1_deg,q2_deg,p1_x_mm,p1_y_mm,p1_z_mm\n5,6,700,0,0\n5,6,450,480,1\n";
-    assert!(said(same, &[true, true]).contains("all 2 rows have the same pose"));
-    assert!(said(POINTS, &[false; 3]).contains("no rows are left to fit"));
-    assert_eq!(said(POINTS, &[true; 3]), "");
+    assert!(message(same, &[true, true]).contains("all 2 rows have the same pose"));
+    assert!(message(POINTS, &[false; 3]).contains("no rows are left to fit"));
+    assert_eq!(message(POINTS, &[true; 3]), "");
 }
 
 #[test]

@@ -236,29 +236,31 @@ fn what_a_row_refers_to_and_the_model_lacks_is_named() {
         ("q1_deg,q2_deg\n0,0\n", "nothing was measured; the table needs p1_x_mm ..."),
         ("q1_deg,q2_deg,X\n0,0,5\n", "--columns X=p1_x_mm"),
     ] {
-        let said = observed("", table).unwrap_err();
-        assert!(said.contains(part), "{table}: {said}");
+        let message = observed("", table).unwrap_err();
+        assert!(message.contains(part), "{table}: {message}");
     }
 }
 
 #[test]
 fn what_the_model_has_not_got_at_all_is_said_in_other_words() {
     let bare = "arm: bare\nconvention: distal\njoints: [{name: one, a_mm: 400}]\n";
-    let said = |more: &str, table: &str| {
+    let message = |more: &str, table: &str| {
         let model = Model::parse("m.yaml", &format!("{bare}{more}")).unwrap();
         let table = Table::parse("t.csv", table).unwrap();
         Observations::new(&model, &table).unwrap_err().to_string()
     };
     let point = "targets: {p1: {}}\n";
     assert!(
-        said(point, "q1_deg,height_mm\n0,5\n")
+        message(point, "q1_deg,height_mm\n0,5\n")
             .contains("column `height_mm` needs a plane in the model's `surfaces:`")
     );
-    assert!(said(point, "q1_deg,tilt_x_deg\n0,5\n").contains("columns `tilt_*` need `level:` in the model"));
+    assert!(
+        message(point, "q1_deg,tilt_x_deg\n0,5\n").contains("columns `tilt_*` need `level:` in the model")
+    );
     let nail = "surfaces: {nail: {point_mm: [0, 0, 0]}}\n";
     let turned = "targets: {p2: {}}\n";
-    assert!(said(turned, "q1_deg,touch\n0,a\n").contains("column `touch` needs a target p1 in the model"));
-    let no_target = said(nail, "q1_deg,on\n0,nail\n");
+    assert!(message(turned, "q1_deg,touch\n0,a\n").contains("column `touch` needs a target p1 in the model"));
+    let no_target = message(nail, "q1_deg,on\n0,nail\n");
     assert!(no_target.contains("column `on` needs a target p1 in the model"), "{no_target}");
     let slide = "arm: s\nconvention: distal\njoints: [{name: x, slides: true}]\ntargets: {p1: {}}\n";
     let model = Model::parse("m.yaml", slide).unwrap();

@@ -84,8 +84,8 @@ fn a_quantity_in_no_unit_or_the_wrong_one_is_refused_with_its_units() {
         ("temperature", "write temperature_c"),
         ("payload", "write payload_kg"),
     ] {
-        let said = parse(name).unwrap_err();
-        assert!(said.contains(part), "{name}: {said}");
+        let message = parse(name).unwrap_err();
+        assert!(message.contains(part), "{name}: {message}");
     }
 }
 
@@ -216,10 +216,10 @@ fn values_from_both_sides_of_what_can_be() {
 
 #[test]
 fn all_headers_that_cannot_be_read_are_reported_at_once() {
-    let said = refused("q1,p1_x,time\n1,2,3\n");
-    assert!(said.contains("3 columns of line 1 cannot be read"), "{said}");
+    let message = refused("q1,p1_x,time\n1,2,3\n");
+    assert!(message.contains("3 columns of line 1 cannot be read"), "{message}");
     for part in ["column 1 (`q1`)", "column 2 (`p1_x`)", "column 3 (`time`)"] {
-        assert!(said.contains(part), "{said}");
+        assert!(message.contains(part), "{message}");
     }
 }
 

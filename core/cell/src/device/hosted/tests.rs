@@ -51,7 +51,7 @@ impl HostedDevices {
     }
 
     /// A device says something.
-    pub(in crate::device) fn say(&mut self, device: &str, message: &str) {
+    pub(in crate::device) fn log(&mut self, device: &str, message: &str) {
         let line = DeviceLog {
             device: device.to_owned(),
             level: event::LogLevel::Info,
@@ -242,8 +242,8 @@ fn what_a_host_says_becomes_a_line_of_its_level_and_a_good_end_becomes_none() {
         (LogLevel::Warn, event::LogLevel::Warning),
         (LogLevel::Error, event::LogLevel::Error),
     ] {
-        let said = HostEvent::Log { level, text: "so".into() };
-        assert_eq!(line(&said), Some((expected, "so".to_owned())));
+        let logged = HostEvent::Log { level, text: "so".into() };
+        assert_eq!(line(&logged), Some((expected, "so".to_owned())));
     }
     let printed = HostEvent::Output { text: "oops".into() };
     assert_eq!(line(&printed), Some((event::LogLevel::Warning, "oops".to_owned())));

@@ -6,12 +6,12 @@ use crate::device::{joint_ranges, own_limits};
 use crate::joint_range::JointRange;
 
 /// What is said of a cell in which one piece of the good one is another.
-fn said(old: &str, new: &str) -> Vec<String> {
+fn errors(old: &str, new: &str) -> Vec<String> {
     assert!(CELL.contains(old), "{old}");
-    said_of(&CELL.replace(old, new), &[])
+    errors_of(&CELL.replace(old, new), &[])
 }
 
-fn said_of(text: &str, lines: &[InputLines]) -> Vec<String> {
+fn errors_of(text: &str, lines: &[InputLines]) -> Vec<String> {
     let (place, catalogue) = plugins();
     let cell = cell_in(&place, text);
     match check_plugins(&cell, &catalogue, lines) {
@@ -30,34 +30,37 @@ fn sentences(problems: &FileProblems) -> Vec<String> {
 
 /// Exactly one thing is said, with these words.
 fn assert_said(old: &str, new: &str, words: &[&str]) {
-    let said = said(old, new);
-    assert_eq!(said.len(), 1, "{said:?}");
+    let errors = errors(old, new);
+    assert_eq!(errors.len(), 1, "{errors:?}");
     for word in words {
-        assert!(said[0].contains(word), "{word}: {}", said[0]);
+        assert!(errors[0].contains(word), "{word}: {}", errors[0]);
     }
 }
 
 #[test]
 fn a_cell_that_fits_its_plugins_is_in_order() {
-    assert!(said("", "").is_empty(), "{:?}", said("", ""));
+    assert!(errors("", "").is_empty(), "{:?}", errors("", ""));
 }
 
 #[test]
 fn a_plugin_that_is_not_there_is_reported_with_those_that_are() {
-    let said = said("plugin: test-sensor", "plugin: test-sensr");
-    assert_eq!(said.len(), 1, "{said:?}");
-    assert!(said[0].contains("test-sensr") && said[0].contains("test-sensor"), "{said:?}");
+    let errors = errors("plugin: test-sensor", "plugin: test-sensr");
+    assert_eq!(errors.len(), 1, "{errors:?}");
+    assert!(errors[0].contains("test-sensr") && errors[0].contains("test-sensor"), "{errors:?}");
 }
 
 #[test]
 fn a_device_under_robots_has_to_be_one_and_a_robot_has_to_be_there() {
     let both = "arm: {joints: {waist: deg, lift: mm}}\n  eye: {joints: {waist: deg}}";
-    let said = said("arm: {joints: {waist: deg, lift: mm}}", both);
-    assert!(said.iter().any(|one| one.contains("device `eye` is under `robots:`")), "{said:?}");
+    let errors = errors("arm: {joints: {waist: deg, lift: mm}}", both);
+    assert!(errors.iter().any(|one| one.contains("device `eye` is under `robots:`")), "{errors:?}");
     let none = CELL.replace("robots:\n  arm: {joints: {waist: deg, lift: mm}}\n", "");
-    let said = said_of(&none, &[]);
-    assert_eq!(said.len(), 1, "{said:?}");
-    assert!(said[0].contains("device `arm` is a robot, and the cell file says nothing about it"), "{said:?}");
+    let errors = errors_of(&none, &[]);
+    assert_eq!(errors.len(), 1, "{errors:?}");
+    assert!(
+        errors[0].contains("device `arm` is a robot, and the cell file says nothing about it"),
+        "{errors:?}"
+    );
 }
 
 #[test]
@@ -75,7 +78,7 @@ fn an_input_is_wired_to_a_stream_that_is_there_and_fits() {
     assert_said(wired, "inputs: {line: arm/input}", &["device `arm` has no stream `input`", "inputs"]);
     let message = "input `line` takes digital-inputs/1, but this stream carries joint-state/1";
     assert_said(wired, "inputs: {line: arm/joints}", &[message, "wire a stream of the same kind"]);
-    assert!(said(wired, &added("joints: arm/joints")).is_empty());
+    assert!(errors(wired, &added("joints: arm/joints")).is_empty());
 }
 
 #[test]
@@ -101,7 +104,7 @@ fn a_setting_that_means_an_input_needs_it_wired() {
 
 #[test]
 fn a_line_is_one_of_those_the_robot_has() {
-    assert!(said("bit: 1", "bit: 0").is_empty());
+    assert!(errors("bit: 1", "bit: 0").is_empty());
     assert_said("bit: 1", "bit: 2", &["`config.bit` is 2", "`arm` has 2 input lines: 0 to 1"]);
     assert_eq!(lines_in_words(0), "`arm` has no input lines");
     assert_eq!(lines_in_words(1), "`arm` has one input line: 0");
@@ -172,7 +175,7 @@ fn joints_go_as_far_as_the_manifest_or_the_robot_itself_says() {
 #[test]
 fn what_a_procedure_corrects_is_something_the_sensor_takes() {
     let (place, catalogue) = plugins();
-    let said = |key: &str| {
+    let errors = |key: &str| {
         let procedure = format!(
             "procedure: level\nsteps:\n  - {{id: set, do: {{correct: {{sensor: eye, parameters: {{{key}: {{shift: 0.1, uncertainty: 0.1, plausible: 5}}}}}}}}}}\n"
         );
@@ -180,8 +183,8 @@ fn what_a_procedure_corrects_is_something_the_sensor_takes() {
         let cell = cell_in(&place, &CELL.replace("procedures: []", "procedures: [level.yaml]"));
         check_plugins(&cell, &catalogue, &[]).err().map(|problems| sentences(&problems).concat())
     };
-    assert_eq!(said("tilt_deg"), None);
-    let message = said("tilt_mm").unwrap();
+    assert_eq!(errors("tilt_deg"), None);
+    let message = errors("tilt_mm").unwrap();
     assert!(
         message.contains(
             "procedure `level` corrects its `tilt_mm`, and plugin `test-sensor` takes no such correction"
@@ -205,6 +208,6 @@ fn joints_that_a_setting_lists_count_where_its_schema_marks_them() {
     let [waist] = ranges.as_slice() else { panic!("{ranges:?}") };
     assert!((waist.most.to_degrees() - 20.0).abs() < 1e-9, "{waist:?}");
     let problems = check_plugins(&cell, &catalogue, &[]).expect_err("it has no lift");
-    let said = sentences(&problems);
-    assert!(said.len() == 1 && said[0].contains("its plugin has no joint `lift`"), "{said:?}");
+    let errors = sentences(&problems);
+    assert!(errors.len() == 1 && errors[0].contains("its plugin has no joint `lift`"), "{errors:?}");
 }

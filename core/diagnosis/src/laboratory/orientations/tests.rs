@@ -169,7 +169,7 @@ fn wall() -> Pose {
 }
 
 /// What is said of the orientations of a table.
-fn said(lines: &str, table: &str) -> Result<Vec<String>, ImplausibleError> {
+fn message(lines: &str, table: &str) -> Result<Vec<String>, ImplausibleError> {
     let model =
         Model::parse("model.yaml", &format!("{}free: []\n{lines}\n", crate::testing::THREE_JOINTS)).unwrap();
     let table = Table::parse("table.csv", table).unwrap();
@@ -199,14 +199,17 @@ fn held(base_free: bool, base_off: f64, body_free: bool, off: f64) -> String {
 
 #[test]
 fn orientations_that_follow_the_hand_are_let_be() {
-    assert_eq!(said(ALL_FREE, &tracked(&anywhere(12), |_, seen| seen)), Ok(Vec::new()));
-    assert_eq!(said(&held(false, 0.0, false, 0.0), &tracked(&anywhere(12), |_, seen| seen)), Ok(Vec::new()));
+    assert_eq!(message(ALL_FREE, &tracked(&anywhere(12), |_, seen| seen)), Ok(Vec::new()));
+    assert_eq!(
+        message(&held(false, 0.0, false, 0.0), &tracked(&anywhere(12), |_, seen| seen)),
+        Ok(Vec::new())
+    );
 }
 
 #[test]
 fn another_convention_is_refused_with_what_would_fit_from_six_rows_on() {
     let inverted = |_: usize, seen: Pose| rigid_of(seen.rotation.inverse(), seen.translation.vector);
-    let refused = said(ALL_FREE, &tracked(&anywhere(FEWEST), inverted));
+    let refused = message(ALL_FREE, &tracked(&anywhere(FEWEST), inverted));
     let Err(ImplausibleError::Orientation { table, body, what, left_deg, .. }) = refused else {
         panic!("{refused:?}")
     };
@@ -215,7 +218,7 @@ fn another_convention_is_refused_with_what_would_fit_from_six_rows_on() {
         what.starts_with("inverted, as") && !what.contains(", or ") && left_deg < 1e-3,
         "{what} {left_deg}"
     );
-    assert_eq!(said(ALL_FREE, &tracked(&anywhere(FEWEST - 1), inverted)), Ok(Vec::new()));
+    assert_eq!(message(ALL_FREE, &tracked(&anywhere(FEWEST - 1), inverted)), Ok(Vec::new()));
 }
 
 #[test]
@@ -226,7 +229,7 @@ fn orientations_that_nothing_explains_are_odd_from_what_is_foreign_on() {
             let by = if row.is_multiple_of(2) { deg } else { -deg };
             seen * rigid_of(turned(0.0, by, 0.0), Vector3::zeros())
         };
-        said(ALL_FREE, &tracked(&anywhere(60), change)).unwrap()
+        message(ALL_FREE, &tracked(&anywhere(60), change)).unwrap()
     };
     let foreign = FOREIGN.to_degrees();
     assert_eq!(wobbling(0.95 * foreign), Vec::<String>::new());
@@ -241,7 +244,7 @@ fn orientations_that_nothing_explains_are_odd_from_what_is_foreign_on() {
 #[test]
 fn a_body_or_a_base_that_is_held_turned_otherwise_is_said_with_what_would_fit() {
     let table = tracked(&anywhere(12), |_, seen| seen);
-    let odd = |lines: String| said(&lines, &table).unwrap();
+    let odd = |lines: String| message(&lines, &table).unwrap();
     let foreign = FOREIGN.to_degrees();
     let of_body = format!("`rpy_deg: {}` of p1", rpy(&body().rotation));
     let of_base = format!("`rpy_deg: {}` of the base", rpy(&base().rotation));
@@ -278,7 +281,7 @@ fn about_one_axis(rows: usize, deg: f64) -> Vec<[f64; 3]> {
 
 #[test]
 fn a_hand_that_turned_about_one_axis_cannot_separate_base_and_body() {
-    let odd = |lines: &str, rows: &[[f64; 3]]| said(lines, &tracked(rows, |_, seen| seen)).unwrap();
+    let odd = |lines: &str, rows: &[[f64; 3]]| message(lines, &tracked(rows, |_, seen| seen)).unwrap();
     let noted = odd(ALL_FREE, &about_one_axis(8, 0.0));
     assert!(
         noted.len() == 1 && noted[0].starts_with("between all poses the hand turned about one axis only ("),
@@ -300,7 +303,7 @@ fn a_hand_that_turned_about_one_axis_cannot_separate_base_and_body() {
 
 #[test]
 fn fewer_than_three_poses_cannot_separate_base_and_body_however_they_turn() {
-    let odd = |rows: usize| said(ALL_FREE, &tracked(&anywhere(rows), |_, seen| seen)).unwrap();
+    let odd = |rows: usize| message(ALL_FREE, &tracked(&anywhere(rows), |_, seen| seen)).unwrap();
     let noted = odd(1);
     assert!(
         noted.len() == 1
@@ -310,7 +313,7 @@ fn fewer_than_three_poses_cannot_separate_base_and_body_however_they_turn() {
         "{noted:?}"
     );
     assert_eq!(odd(FEWEST_OF_A_CAMERA), Vec::<String>::new());
-    let still = said(ALL_FREE, &tracked(&about_one_axis(2, 0.0), |_, seen| seen)).unwrap();
+    let still = message(ALL_FREE, &tracked(&about_one_axis(2, 0.0), |_, seen| seen)).unwrap();
     assert!(still.len() == 1 && still[0].starts_with("2 poses"), "{still:?}");
     // Of a table without any orientation of the body nothing is said.
     let none: String = tracked(&anywhere(8), |_, seen| seen)
@@ -324,7 +327,7 @@ fn fewer_than_three_poses_cannot_separate_base_and_body_however_they_turn() {
             }
         })
         .collect();
-    assert_eq!(said(ALL_FREE, &none), Ok(Vec::new()));
+    assert_eq!(message(ALL_FREE, &none), Ok(Vec::new()));
 }
 
 const BOARDS: &str = "targets: {p1: {}}\nboards: {floor: {seen_by: p1}, wall: {seen_by: p1}}";
@@ -335,7 +338,7 @@ fn a_board_in_few_pictures_is_placed_by_a_camera_that_another_board_determines()
         let of_floor = floor_rows.iter().map(|q| (*q, "floor", floor()));
         let rows: Vec<_> =
             of_floor.chain(anywhere(of_wall).into_iter().map(|q| (q, "wall", wall()))).collect();
-        said(BOARDS, &pictures(&rows)).unwrap()
+        message(BOARDS, &pictures(&rows)).unwrap()
     };
     let one = with_wall(1, &anywhere(12));
     assert!(
@@ -372,9 +375,9 @@ fn a_board_that_is_held_turned_otherwise_is_said_by_the_base_it_asks_for() {
         )
     };
     let table = pictures(&rows);
-    assert_eq!(said(&lines(0.0, false), &table), Ok(Vec::new()));
-    assert_eq!(said(&lines(40.0, true), &table), Ok(Vec::new()), "it is looked for");
-    let odd = said(&lines(40.0, false), &table).unwrap();
+    assert_eq!(message(&lines(0.0, false), &table), Ok(Vec::new()));
+    assert_eq!(message(&lines(40.0, true), &table), Ok(Vec::new()), "it is looked for");
+    let odd = message(&lines(40.0, false), &table).unwrap();
     assert!(
         odd.len() == 1 && odd[0].starts_with("the orientations of the board floor are 40 deg off"),
         "{odd:?}"

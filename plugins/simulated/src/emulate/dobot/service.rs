@@ -144,7 +144,7 @@ impl Controls for Service {
             }
             let Some(body) = self.controller.take(&command, now)? else { continue };
             for (place, byte) in self.mishaps.befall(answer(&command, &body)).into_iter().enumerate() {
-                line.say(byte, if place == 0 { THINKS_NS } else { 0 }, now);
+                line.reply(byte, if place == 0 { THINKS_NS } else { 0 }, now);
             }
         }
         self.controller.work(now)?;

@@ -131,12 +131,12 @@ impl Controls for Service {
         let now = line.now();
         while let Some((arrived, byte)) = line.heard(now) {
             if self.echo {
-                line.say(byte, 0, arrived);
+                line.reply(byte, 0, arrived);
             }
             let Some(request) = self.incoming.push(byte, arrived) else { continue };
             for (delay, bytes) in self.bus.hear(&request, now)? {
                 for (place, byte) in bytes.into_iter().enumerate() {
-                    line.say(byte, if place == 0 { delay } else { 0 }, now);
+                    line.reply(byte, if place == 0 { delay } else { 0 }, now);
                 }
             }
         }

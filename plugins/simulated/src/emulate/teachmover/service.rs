@@ -116,7 +116,7 @@ impl Service {
         }
         let (bytes, pause) = self.controller.take_reply();
         for byte in bytes {
-            line.say(byte, pause, now);
+            line.reply(byte, pause, now);
         }
     }
 }

@@ -113,7 +113,7 @@ impl Controls for Service {
         }
         let received = self.device.receive()?;
         for byte in &received {
-            line.say(*byte, 0, now);
+            line.reply(*byte, 0, now);
         }
         Ok(self.add(Sender::Device, received, now)?)
     }

@@ -63,7 +63,7 @@ impl Controls for Service {
             answers.extend(self.player.hear(byte));
         }
         for byte in answers {
-            line.say(byte, 0, now);
+            line.reply(byte, 0, now);
         }
         Ok(())
     }

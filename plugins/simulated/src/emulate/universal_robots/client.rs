@@ -72,8 +72,8 @@ impl Client {
             ended: blocking,
         };
         match client.speaks {
-            Speaks::Dashboard => client.say(dashboard::GREETING.into()),
-            Speaks::Scripts => client.say(primary::version(controller)),
+            Speaks::Dashboard => client.send(dashboard::GREETING.into()),
+            Speaks::Scripts => client.send(primary::version(controller)),
             Speaks::Rtde(_) => {}
         }
         client
@@ -111,9 +111,9 @@ impl Client {
     }
 
     fn understand(&mut self, bytes: &[u8], controller: &mut Controller, claimed_by_others: &[usize]) {
-        let said = match &mut self.speaks {
+        let reported = match &mut self.speaks {
             Speaks::Rtde(session) => match session.hear(bytes, controller, claimed_by_others) {
-                Some(said) => said,
+                Some(reported) => reported,
                 None => {
                     self.ended = true;
                     return;
@@ -128,23 +128,23 @@ impl Client {
             }
             Speaks::Dashboard => {
                 self.heard.extend(bytes);
-                let mut said = String::new();
+                let mut reported = String::new();
                 while let Some(end) = self.heard.iter().position(|byte| *byte == b'\n') {
                     let line: Vec<u8> = self.heard.drain(..=end).collect();
-                    said += &dashboard::answer(controller, &String::from_utf8_lossy(&line));
+                    reported += &dashboard::answer(controller, &String::from_utf8_lossy(&line));
                 }
-                said.into()
+                reported.into()
             }
         };
         self.ended |= self.heard.len() > LONGEST_PROGRAM;
-        self.say(said);
+        self.send(reported);
     }
 
     /// Reports how the robot is, if it is time; `slow` where the slower interfaces are due.
     pub(super) fn send_state(&mut self, controller: &Controller, trouble: &Trouble, slow: bool) {
         match &mut self.speaks {
             Speaks::Dashboard => {}
-            Speaks::Scripts if slow => self.say(primary::state(controller)),
+            Speaks::Scripts if slow => self.send(primary::state(controller)),
             Speaks::Scripts => {}
             Speaks::Rtde(session) => {
                 let Some(state) = session.state(controller) else { return };
@@ -166,7 +166,7 @@ impl Client {
     /// Reports an error or a text to those who hear about them.
     pub(super) fn send_message(&mut self, message: &[u8]) {
         if matches!(self.speaks, Speaks::Scripts) {
-            self.say(message.to_vec());
+            self.send(message.to_vec());
         }
     }
 
@@ -175,7 +175,7 @@ impl Client {
         matches!(self.speaks, Speaks::Rtde(_))
     }
 
-    fn say(&mut self, bytes: Vec<u8>) {
+    fn send(&mut self, bytes: Vec<u8>) {
         if !bytes.is_empty() {
             self.out.push_back((Instant::now(), bytes));
         }

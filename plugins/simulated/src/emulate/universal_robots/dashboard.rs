@@ -15,12 +15,12 @@ pub(super) fn answer(controller: &mut Controller, line: &str) -> String {
             "robotmode" | "safetymode" | "safetystatus" | "programState" | "running" | "PolyscopeVersion"
         ) || command == "is in remote control"
     };
-    let said = if controller.series == Series::E && !controller.remote && !asks(command) {
+    let message = if controller.series == Series::E && !controller.remote && !asks(command) {
         format!("Command is not allowed due to safety reasons: {command}")
     } else {
         obeyed(controller, command)
     };
-    said + "\n"
+    message + "\n"
 }
 
 fn obeyed(controller: &mut Controller, command: &str) -> String {

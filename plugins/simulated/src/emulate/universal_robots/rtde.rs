@@ -152,7 +152,7 @@ impl RtdeSession {
         claimed_by_others: &[usize],
     ) -> Option<Vec<u8>> {
         self.heard.extend(bytes);
-        let mut said = Vec::new();
+        let mut message = Vec::new();
         while let Some(length) =
             self.heard.first_chunk().map(|length| usize::from(u16::from_be_bytes(*length)))
         {
@@ -164,9 +164,9 @@ impl RtdeSession {
             }
             let whole: Vec<u8> = self.heard.drain(..length).collect();
             let (kind, body) = (*whole.get(2)?, whole.get(HEADER..)?);
-            said.extend(self.answer(kind, body, controller, claimed_by_others)?);
+            message.extend(self.answer(kind, body, controller, claimed_by_others)?);
         }
-        Some(said)
+        Some(message)
     }
 
     fn answer(
@@ -226,9 +226,9 @@ impl RtdeSession {
             found.iter().all(Option::is_some) && (1.0..=controller.series.most_hz()).contains(&hz);
         self.outputs = found.into_iter().flatten().collect();
         self.every_s = if hz > 0.0 { 1.0 / hz } else { 1.0 };
-        let mut said = if self.version == 1 { Vec::new() } else { vec![u8::from(self.outputs_known)] };
-        said.extend(types.join(",").bytes());
-        Some(package(b'O', &said))
+        let mut message = if self.version == 1 { Vec::new() } else { vec![u8::from(self.outputs_known)] };
+        message.extend(types.join(",").bytes());
+        Some(package(b'O', &message))
     }
 
     fn set_up_inputs(&mut self, body: &[u8], claimed_by_others: &[usize]) -> Vec<u8> {
@@ -249,9 +249,9 @@ impl RtdeSession {
             self.inputs.push(found.into_iter().flatten().collect());
             number = u8::try_from(self.inputs.len()).unwrap_or(u8::MAX);
         }
-        let mut said = vec![number];
-        said.extend(types.join(",").bytes());
-        package(b'I', &said)
+        let mut message = vec![number];
+        message.extend(types.join(",").bytes());
+        package(b'I', &message)
     }
 
     fn take_inputs(&self, body: &[u8], controller: &mut Controller) -> Option<()> {

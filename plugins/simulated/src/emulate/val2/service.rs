@@ -169,7 +169,7 @@ impl Service {
     /// Puts what the monitor says on the line.
     fn speak(&mut self, at: u64, line: &mut Line) {
         for byte in self.monitor.take_said() {
-            line.say(byte, 0, at);
+            line.reply(byte, 0, at);
         }
     }
 }

@@ -79,8 +79,10 @@ impl Bench {
             .output()
             .map_err(|error| failed(error.to_string()))?;
         if !output.status.success() {
-            let said = [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned());
-            let mut last = said.iter().flat_map(|text| text.lines()).filter(|line| !line.trim().is_empty());
+            let message =
+                [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned());
+            let mut last =
+                message.iter().flat_map(|text| text.lines()).filter(|line| !line.trim().is_empty());
             return Err(failed(last.next_back().unwrap_or("it does not say why").to_owned()));
         }
         Ok(String::from_utf8_lossy(&output.stdout).into_owned())
@@ -93,9 +95,9 @@ impl Bench {
     }
 
     pub(super) fn json(&self, arguments: &[&str]) -> Result<Value, TrialError> {
-        let said = self.plumb(arguments)?;
+        let message = self.plumb(arguments)?;
         let command = arguments.join(" ");
-        serde_json::from_str(&said)
+        serde_json::from_str(&message)
             .map_err(|error| TrialError::Rehearsal { command, cause: format!("it prints no JSON: {error}") })
     }
 

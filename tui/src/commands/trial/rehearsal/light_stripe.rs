@@ -20,15 +20,15 @@ pub(super) fn floor(bench: &Bench) -> Result<f64, TrialError> {
 pub(super) fn rehearse(bench: &Bench, floor_mm: f64) -> Result<End, TrialError> {
     let scans = gather(bench)?;
     let before_mm = adjusted(bench, &scans, "classical", None)?;
-    let said = bench.json(&["stripe", "diagnose", CELL, "--scans", &scans, "--json"])?;
-    let (verdict, sentence) = (word(&said, "verdict"), word(&said, "sentence"));
-    let first = first_in_question(&said).unwrap_or_default();
+    let message = bench.json(&["stripe", "diagnose", CELL, "--scans", &scans, "--json"])?;
+    let (verdict, sentence) = (word(&message, "verdict"), word(&message, "sentence"));
+    let first = first_in_question(&message).unwrap_or_default();
     let found = ["named", "tied"].contains(&verdict.as_str()) && !first.is_empty();
     let after_mm = match found {
         true => adjusted(bench, &scans, "true", Some(first))?,
         false => before_mm,
     };
-    let score = bench.score(&said)?;
+    let score = bench.score(&message)?;
     Ok(End::Scored(Rehearsal {
         at_first: None,
         verdict,
@@ -45,8 +45,8 @@ pub(super) fn rehearse(bench: &Bench, floor_mm: f64) -> Result<End, TrialError> 
 }
 
 /// What a diagnosis names, or the likeliest of what it cannot distinguish, as it is added.
-fn first_in_question(said: &Value) -> Option<&str> {
-    let candidates = said.get("candidates")?.as_array()?;
+fn first_in_question(message: &Value) -> Option<&str> {
+    let candidates = message.get("candidates")?.as_array()?;
     let is_named = |one: &&Value| one.get("rejected").is_none_or(Value::is_null);
     candidates.iter().find(is_named).or(candidates.first())?.get("label")?.as_str()
 }

@@ -7,7 +7,7 @@ use super::{End, Ending, Motors, MotorsError, Pendant};
 use crate::client::{ClientError, WorldClient};
 use crate::emulate::mover::Mover;
 use crate::emulate::teachmover::event::Key;
-use crate::protocol::{PendantKey, Reading, Say, Verb};
+use crate::protocol::{PendantKey, Reading, Response, Verb};
 
 /// How often a motion under way is looked at, ns.
 const LOOK_NS: u64 = 1_000_000;
@@ -135,7 +135,7 @@ impl Motors for MotorsInWorld {
 
     fn put_between_fingers(&mut self, width_mm: f64) -> Result<bool, MotorsError> {
         match self.client.call(Verb::Hold { width_mm }, || false, |_| {}) {
-            Ok(Say::Reading(reading)) => {
+            Ok(Response::Reading(reading)) => {
                 self.last = reading;
                 Ok(true)
             }

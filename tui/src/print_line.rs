@@ -2,11 +2,11 @@
 
 /// Writes a line to standard output, formatted as by `println!`; gives an [`std::io::Result`].
 #[macro_export]
-macro_rules! say {
+macro_rules! print_line {
     ($($words:tt)*) => {{
         use std::io::Write as _;
         writeln!(std::io::stdout(), $($words)*)
     }};
 }
 
-pub(crate) use say;
+pub(crate) use print_line;
