@@ -29,7 +29,7 @@ struct Conversation {
 #[serde(rename_all = "snake_case")]
 enum Turn {
     /// The host sends these bytes.
-    Response(String),
+    Send(String),
     /// The host hears exactly these bytes; nothing, if empty.
     Hear(String),
     /// Something happens to the arm.
@@ -81,7 +81,7 @@ fn play(file: &Path) {
     for (place, turn) in conversation.line.iter().enumerate() {
         let place = format!("{}, turn {} ({})", file.display(), place + 1, conversation.title);
         match turn {
-            Turn::Response(text) => host.send(text),
+            Turn::Send(text) => host.send(text),
             Turn::Hear(text) if text.is_empty() => assert_eq!(host.hear(1, SILENCE), "", "{place}"),
             Turn::Hear(text) => {
                 let heard = host.hear(text.len(), PATIENCE);

@@ -69,7 +69,7 @@ impl Changes {
     pub(super) fn add(&mut self, contributions: &[Contribution], values: &[f64]) {
         for contribution in contributions {
             let amount = contribution.rate * values.get(contribution.parameter).copied().unwrap_or(0.0);
-            self.add_one(contribution.dof, amount);
+            self.add_one(&contribution.dof, amount);
         }
     }
 
@@ -86,8 +86,8 @@ impl Changes {
         }
     }
 
-    fn add_one(&mut self, dof: Dof, amount: f64) {
-        let part = match dof {
+    fn add_one(&mut self, dof: &Dof, amount: f64) {
+        let part = match *dof {
             Dof::Joint(joint, dh_parameter) => {
                 if let Some(deviation) = self.deviations.get_mut(joint) {
                     deviation.add(dh_parameter, amount);

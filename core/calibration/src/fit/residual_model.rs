@@ -390,25 +390,33 @@ impl<'a> ResidualModel<'a> {
     ) {
         // Chain rule: the prediction by the subject's point and attitude, these by each number.
         let (by_point, by_turn) = (prediction.by_point * scale, prediction.by_turn * scale);
-        // What the sensor adds is subtracted from the distance: its derivative is minus one.
-        let by_sensor = what.kind.sensor_dof(self.model, what).map_or(0.0, |_| scale);
         let motion = &scratch.motion;
-        let motions = motion.linear.iter().zip(&motion.angular).zip(&motion.sensor);
-        for (entry, ((linear, angular), sensor)) in entries.iter_mut().zip(motions) {
-            *entry = (by_point.dot(linear) + by_turn.dot(angular)) * (1.0 + stretch) - by_sensor * sensor;
+        let entries = entries.as_mut_slice();
+        for (entry, linear) in entries.iter_mut().zip(&motion.linear) {
+            *entry = by_point.dot(linear) * (1.0 + stretch);
         }
-        let channel = what.kind.channel(what);
-        for (entry, read_out) in entries.iter_mut().zip(&motion.reading) {
-            // Read is `predicted (1 + scale) + zero`: by the scale it grows by the prediction, by the zero by one.
-            if let Some((own, zero, stretch)) = read_out
-                && channel == Some(*own)
-            {
-                *entry += (zero + stretch * prediction.value) * scale;
+        // Coordinates of a point do not depend on how its subject is turned, and most equations are coordinates.
+        if by_turn != Vector3::zeros() {
+            for (entry, angular) in entries.iter_mut().zip(&motion.angular) {
+                *entry += by_turn.dot(angular) * (1.0 + stretch);
             }
         }
-        for (entry, by_rig) in entries.iter_mut().zip(&motion.rig) {
-            if let Some((number, rate)) = by_rig {
-                let moved = scratch.seen.moved(*number);
+        // What the sensor adds is subtracted from the distance: its derivative is minus one.
+        if what.kind.sensor_dof(self.model, what).is_some() {
+            for (entry, sensor) in entries.iter_mut().zip(&motion.sensor) {
+                *entry -= scale * sensor;
+            }
+        }
+        let channel = what.kind.channel(what);
+        for rates in motion.readings.iter().filter(|rates| channel == Some(rates.channel)) {
+            // Read is `predicted (1 + scale) + zero`: by the scale it grows by the prediction, by the zero by one.
+            if let Some(entry) = entries.get_mut(rates.index) {
+                *entry += (rates.zero + rates.scale * prediction.value) * scale;
+            }
+        }
+        for (index, number, rate) in &motion.rig {
+            let moved = scratch.seen.moved(*number);
+            if let Some(entry) = entries.get_mut(*index) {
                 *entry += rate * what.kind.by_seen_points(what, context, moved) * scale;
             }
         }

@@ -10,6 +10,19 @@ use crate::effect::{Channel, Contribution, Dof};
 /// A small motion of the subject: of its point (mm) and attitude (rad), frame of the measurements.
 pub(super) type Motion = (Vector3<f64>, Vector3<f64>);
 
+/// How one free number or probe changes a number that is read.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct ReadingRates {
+    /// Which of the free numbers and probes.
+    pub(super) index: usize,
+    /// The number that is read.
+    pub(super) channel: Channel,
+    /// How fast its zero grows, mm or rad.
+    pub(super) zero: f64,
+    /// How fast its scale grows.
+    pub(super) scale: f64,
+}
+
 /// The subject's motion per free number and probe.
 #[derive(Default)]
 pub(crate) struct SubjectMotion {
@@ -17,10 +30,10 @@ pub(crate) struct SubjectMotion {
     pub(super) angular: Vec<Vector3<f64>>,
     /// How the sensor's own number (its height, at an edge the place left of it) grows, mm.
     pub(super) sensor: Vec<f64>,
-    /// The number that is read that it changes, and how fast its zero (mm or rad) and its scale grow.
-    pub(super) reading: Vec<Option<(Channel, f64, f64)>>,
-    /// The number of the light stripe's rig that it moves, and how fast.
-    pub(super) rig: Vec<Option<(RigNumber, f64)>>,
+    /// Of the few that change a number that is read.
+    pub(super) readings: Vec<ReadingRates>,
+    /// Of the few that move a number of the light stripe's rig: which number of the fit, which of the rig, and how fast.
+    pub(super) rig: Vec<(usize, RigNumber, f64)>,
     /// Numbers whose motion is worked out so far.
     used: usize,
 }
@@ -35,10 +48,8 @@ impl SubjectMotion {
         self.angular.resize(width, Vector3::zeros());
         self.sensor.clear();
         self.sensor.resize(width, 0.0);
-        self.reading.clear();
-        self.reading.resize(width, None);
+        self.readings.clear();
         self.rig.clear();
-        self.rig.resize(width, None);
     }
 
     /// The next so many numbers; returns the first of them.
@@ -49,19 +60,23 @@ impl SubjectMotion {
     }
 
     /// Adds what a number changes of what is read out.
-    pub(super) fn add_reading(&mut self, index: usize, dof: Dof, rate: f64) {
-        if let (Dof::Rig(number), Some(entry)) = (dof, self.rig.get_mut(index)) {
-            *entry = Some((number, rate));
-            return;
-        }
-        let (channel, zero, scale) = match dof {
+    pub(super) fn add_reading(&mut self, index: usize, dof: &Dof, rate: f64) {
+        let (channel, zero, scale) = match *dof {
+            Dof::Rig(number) => {
+                self.rig.retain(|(known, ..)| *known != index);
+                self.rig.push((index, number, rate));
+                return;
+            }
             Dof::ReadingZero(channel) => (channel, rate, 0.0),
             Dof::ReadingScale(channel) => (channel, 0.0, rate),
             _ => return,
         };
-        if let Some(entry) = self.reading.get_mut(index) {
-            let (_, known_zero, known_scale) = entry.unwrap_or((channel, 0.0, 0.0));
-            *entry = Some((channel, known_zero + zero, known_scale + scale));
+        match self.readings.iter_mut().find(|known| known.index == index) {
+            Some(known) => {
+                known.zero += zero;
+                known.scale += scale;
+            }
+            None => self.readings.push(ReadingRates { index, channel, zero, scale }),
         }
     }
 
@@ -94,13 +109,13 @@ mod tests {
         let channel = Channel::TiltX;
         let mut motion = SubjectMotion::default();
         motion.begin(2);
-        motion.add_reading(1, Dof::ReadingZero(channel), 2.0);
-        motion.add_reading(1, Dof::ReadingScale(channel), 3.0);
-        motion.add_reading(1, Dof::ReadingZero(channel), 5.0);
-        motion.add_reading(1, Dof::ReadingScale(channel), -1.0);
-        assert!(motion.reading[1].is_some_and(|(_, zero, scale)| (zero, scale) == (7.0, 2.0)));
-        motion.add_reading(0, Dof::BaseShift(0), 4.0);
-        assert!(motion.reading[0].is_none(), "a shift of the base is no number that is read");
+        motion.add_reading(1, &Dof::ReadingZero(channel), 2.0);
+        motion.add_reading(1, &Dof::ReadingScale(channel), 3.0);
+        motion.add_reading(1, &Dof::ReadingZero(channel), 5.0);
+        motion.add_reading(1, &Dof::ReadingScale(channel), -1.0);
+        // A shift of the base is no number that is read.
+        motion.add_reading(0, &Dof::BaseShift(0), 4.0);
+        assert_eq!(motion.readings, [ReadingRates { index: 1, channel, zero: 7.0, scale: 2.0 }]);
         assert_eq!((motion.extend(1), motion.extend(3), motion.extend(1)), (0, 1, 4));
     }
 }

@@ -49,9 +49,9 @@ impl SubjectFrames<'_> {
     }
 
     /// How the subject's point and attitude move with one degree of freedom.
-    fn with(&self, dof: Dof) -> Motion {
+    fn with(&self, dof: &Dof) -> Motion {
         let pose = self.pose;
-        match dof {
+        match *dof {
             // What lies beyond the base does not tilt it.
             Dof::Joint(..) if self.subject == Subject::Frame(Frame::Base) => STILL,
             Dof::Twist { after: joint, .. } if self.is_beyond(joint) => STILL,
@@ -141,8 +141,8 @@ impl SubjectFrames<'_> {
             {
                 *own += contribution.rate;
             }
-            motion.add(index, self.with(contribution.dof), contribution.rate);
-            motion.add_reading(index, contribution.dof, contribution.rate);
+            motion.add(index, self.with(&contribution.dof), contribution.rate);
+            motion.add_reading(index, &contribution.dof, contribution.rate);
         }
     }
 }
@@ -195,7 +195,7 @@ impl ResidualModel<'_> {
         for effect in taking_part.chain(probes.iter().copied()) {
             frames.add_effect(effect, &sample, sensor, contributions, motion);
         }
-        seen.move_by(motion.rig.iter().flatten().map(|(number, _)| *number), stretch, pose);
+        seen.move_by(motion.rig.iter().map(|(_, number, _)| *number), stretch, pose);
         (read, shift)
     }
 
@@ -230,7 +230,7 @@ impl ResidualModel<'_> {
                 FreeParameter::Effect(..) => continue,
             };
             let index = motion.extend(1);
-            motion.add(index, frames.with(dof), 1.0);
+            motion.add(index, frames.with(&dof), 1.0);
         }
     }
 

@@ -206,19 +206,45 @@ pub(super) fn symmetric_inverse(matrix: &DMatrix<f64>) -> Option<(DMatrix<f64>, 
     }
     let half = size / 2;
     let rest = size - half;
-    let across = matrix.view((half, 0), (rest, half)).into_owned();
-    let (first, before) = symmetric_inverse(&matrix.view((0, 0), (half, half)).into_owned())?;
-    let through = &across * &first;
-    let beyond = matrix.view((half, half), (rest, rest)) - &through * across.transpose();
+    let block = |row: usize, column: usize, rows: usize, columns: usize| {
+        let mut block = DMatrix::zeros(rows, columns);
+        copy(matrix, (row, column), &mut block, (0, 0), (rows, columns));
+        block
+    };
+    let (mut first, before) = symmetric_inverse(&block(0, 0, half, half))?;
+    let through = block(half, 0, rest, half) * &first;
+    let mut beyond = block(half, half, rest, rest);
+    beyond.gemm(-1.0, &through, &block(0, half, half, rest), 1.0);
     let (second, behind) = symmetric_inverse(&beyond)?;
-    let lower = &second * &through;
+    let lower = -(&second * &through);
     let upper = lower.transpose();
+    first.gemm(-1.0, &upper, &through, 1.0);
     let mut inverse = DMatrix::zeros(size, size);
-    inverse.view_mut((0, 0), (half, half)).copy_from(&(first + &upper * &through));
-    inverse.view_mut((half, 0), (rest, half)).copy_from(&-lower);
-    inverse.view_mut((0, half), (half, rest)).copy_from(&-upper);
-    inverse.view_mut((half, half), (rest, rest)).copy_from(&second);
+    copy(&first, (0, 0), &mut inverse, (0, 0), (half, half));
+    copy(&lower, (0, 0), &mut inverse, (half, 0), (rest, half));
+    copy(&upper, (0, 0), &mut inverse, (0, half), (half, rest));
+    copy(&second, (0, 0), &mut inverse, (half, half), (rest, rest));
     Some((inverse, before + behind))
+}
+
+/// Copies a block of `size` (rows, columns) from one matrix into another, column by column.
+fn copy(
+    from: &DMatrix<f64>,
+    (from_row, from_column): (usize, usize),
+    into: &mut DMatrix<f64>,
+    (into_row, into_column): (usize, usize),
+    (rows, columns): (usize, usize),
+) {
+    let (from_rows, into_rows) = (from.nrows(), into.nrows());
+    for column in 0..columns {
+        let source = (from_column + column) * from_rows + from_row;
+        let target = (into_column + column) * into_rows + into_row;
+        let source = from.as_slice().get(source..source + rows);
+        let target = into.as_mut_slice().get_mut(target..target + rows);
+        if let (Some(source), Some(target)) = (source, target) {
+            target.copy_from_slice(source);
+        }
+    }
 }
 
 #[cfg(test)]
