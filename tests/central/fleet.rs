@@ -278,7 +278,7 @@ fn the_fleets_page_is_read_on_a_desk_and_on_a_telephone_with_the_keyboard_alone(
     assert!(html.find("cell-03").unwrap() < html.find("cell-00").unwrap(), "who waits comes first");
     assert!(
         html.contains("Lay the target &amp; fix it")
-            && html.contains("20 cells; 1 wait for an answer, 1 are silent"),
+            && html.contains("20 cells; 1 waits for an answer, 1 is silent"),
         "{html}"
     );
     assert!(html.contains("class=\"over\">2026-02-01 (level)"), "{html}");

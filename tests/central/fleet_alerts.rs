@@ -139,7 +139,7 @@ fn a_cell_that_is_switched_off_in_good_order_is_off_and_nobody_is_called() {
         "{messages:?}"
     );
     let fleet = lab.plumb(&["fleet", "--from", &address]).out();
-    assert!(fleet.contains("(off for 9 h)") && fleet.contains("1 are silent, 1 are off"), "{fleet}");
+    assert!(fleet.contains("(off for 9 h)") && fleet.contains("1 is silent, 1 is off"), "{fleet}");
 
     // On again, and gone without a word.
     let shipper = Shipper::start(&lab, &address);

@@ -19,7 +19,7 @@ fn the_fleets_screen_shows_who_waits_first_and_goes_on_when_the_database_is_back
     fleet(&lab, &server);
     server.ask("UPDATE records SET last_seen = now() + interval '1 hour'");
     let mut session = start(&address, 80, 24);
-    let page = session.wait_for("20 cells; 1 wait for an answer, 0 are silent");
+    let page = session.wait_for("20 cells; 1 waits for an answer, 0 are silent");
     let lines: Vec<&str> = page.lines().collect();
     assert!(
         lines[2].starts_with("> cell-03") && lines[2].contains("WAITS for") && lines[3].contains("cell-00"),
@@ -37,7 +37,7 @@ fn the_fleets_screen_shows_who_waits_first_and_goes_on_when_the_database_is_back
     session.wait_for("cell-18 (19 of 20)");
     // What is written meanwhile is seen, and the same cell stays chosen.
     server.ask("UPDATE records SET last_seen = now() - interval '3 hours' WHERE directory LIKE '%-0'");
-    session.wait_for("1 are silent");
+    session.wait_for("1 is silent");
     session.wait_for("> cell-18");
 
     // The database goes, and comes back.

@@ -105,7 +105,7 @@ fn a_run_is_shipped_row_by_row_and_the_fleet_shows_it() {
 
     let fleet = lab.plumb(&["fleet", "--from", &address]);
     assert!(fleet.out().contains("teachmover") && fleet.out().contains("passed"), "{}", fleet.all());
-    assert!(fleet.out().contains("1 cells; 0 wait for an answer, 0 are silent"), "{}", fleet.out());
+    assert!(fleet.out().contains("1 cell; 0 wait for an answer, 0 are silent"), "{}", fleet.out());
     let trend = lab.plumb(&["fleet", "--from", &address, "--trend", "arm.waist"]);
     assert!(trend.out().contains("1.7000"), "{}", trend.all());
     assert!(trend.out().contains("no control limits: they need 8 values"), "{}", trend.out());
@@ -129,7 +129,7 @@ fn a_prompt_that_waits_is_on_the_fleets_page_within_two_seconds() {
     });
     assert!(lag < LAG, "{lag:?}");
     let page = lab.plumb(&["fleet", "--from", &address]).out();
-    assert!(page.contains("WAITS for") && page.contains("1 wait for an answer"), "{page}");
+    assert!(page.contains("WAITS for") && page.contains("1 waits for an answer"), "{page}");
     running.signal(nix::sys::signal::Signal::SIGTERM);
     running.end();
 }

@@ -205,7 +205,7 @@ fn what_does_not_pass_stops_the_queue_until_a_person_takes_it_off() {
     add(&lab, &["waist-initialization"]);
     let stopped = lab.plumb(&["queue", "run", "cell.yaml", "--pace", "fast"]);
     assert_eq!(stopped.code(), 1, "{}", stopped.all());
-    assert!(stopped.out().contains("the queue stops at entry 1; 1 wait"), "{}", stopped.all());
+    assert!(stopped.out().contains("the queue stops at entry 1; 1 waits"), "{}", stopped.all());
     let again = lab.plumb(&["queue", "run", "cell.yaml", "--pace", "fast"]);
     assert_eq!(again.code(), 4, "{}", again.all());
     assert!(

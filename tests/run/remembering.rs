@@ -221,7 +221,7 @@ fn the_record_is_copied_whole_and_never_over_something() {
     assert_eq!(again.code(), 2);
     assert!(again.err().contains("is there already: give a new file for the copy"), "{}", again.err());
     let check = lab.plumb(&["record", "check", "--record", "copy"]);
-    assert_eq!((check.code(), check.out().trim_end()), (0, "copy: sound; 1 runs"));
+    assert_eq!((check.code(), check.out().trim_end()), (0, "copy: sound; 1 run"));
     let original = lab.plumb(&["show", "1", "--json"]).out();
     assert_eq!(lab.plumb(&["show", "1", "--json", "--record", "copy"]).out(), original);
 }

@@ -11,6 +11,7 @@ use std::process::ExitCode;
 mod command_line;
 pub mod commands;
 mod completion;
+mod counted;
 pub mod failure;
 pub mod interrupt;
 mod logging;

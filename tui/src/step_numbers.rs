@@ -1,5 +1,7 @@
 //! How steps are counted wherever they are shown: those that do something, not those that only hold others.
 
+use crate::counted::counted;
+
 /// The number of each step of a plan, from 1, by how deep it is; none for a `call` or a `repeat` that holds the deeper ones after it.
 pub(crate) fn step_numbers(depths: &[u32]) -> Vec<Option<usize>> {
     let holds = |place: usize| depths.get(place + 1) > depths.get(place);
@@ -21,10 +23,7 @@ pub(crate) fn step_count(depths: &[u32]) -> usize {
 
 /// The same in words: `1 step`, `7 steps`.
 pub(crate) fn steps_in_words(depths: &[u32]) -> String {
-    match step_count(depths) {
-        1 => "1 step".to_owned(),
-        several => format!("{several} steps"),
-    }
+    counted(step_count(depths), "step", "steps")
 }
 
 #[cfg(test)]

@@ -10,6 +10,7 @@ use clap_complete::ArgValueCandidates;
 use plumb_record::Record;
 
 use crate::completion;
+use crate::counted::counted;
 use crate::failure::CommandResult;
 use crate::print_line::print_line;
 use crate::record_directory::record_directory;
@@ -107,9 +108,9 @@ pub(crate) fn run(command: &RecordCommand) -> CommandResult {
             record.back_up(&backup.to)?;
             let size = std::fs::metadata(&backup.to)?.len();
             print_line!(
-                "{}: {} runs, {} kB",
+                "{}: {}, {} kB",
                 backup.to.display(),
-                record.number_of_runs()?,
+                counted(record.number_of_runs()?, "run", "runs"),
                 size.div_ceil(1000)
             )?;
             Ok(ExitCode::SUCCESS)
@@ -117,7 +118,8 @@ pub(crate) fn run(command: &RecordCommand) -> CommandResult {
         RecordCommand::Check(_) => {
             let damage = record.damage()?;
             if damage.is_empty() {
-                print_line!("{}: sound; {} runs", directory.display(), record.number_of_runs()?)?;
+                let runs = counted(record.number_of_runs()?, "run", "runs");
+                print_line!("{}: sound; {runs}", directory.display())?;
                 return Ok(ExitCode::SUCCESS);
             }
             for line in &damage {

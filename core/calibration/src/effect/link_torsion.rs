@@ -75,7 +75,7 @@ pub(super) const KIND: Kind = Kind {
     driven_by: DrivenBy::Weights,
     sentence: "The link after the joint twists about its own axis under the torque of what it carries, like a shaft.",
     how_to_see: "The weight to one side of the link and to the other: the wrist turned out level both ways, the link level and upright, with and without a load. \
-                 A link along the axis of its joint, or of the next, cannot be told from joint_compliance there.",
+                 A link along the axis of its joint, or of the next, cannot be distinguished from joint_compliance there.",
     sketch: ["  ┃━━━━━━━━┓ ↻ seen", "           ╲  from its", "            ▼ end"],
     build: |setting: &Setting<'_>| {
         // The reciprocal of G J: 0.1 for a N m2 is an open channel of sheet aluminium (60 mm wide, 2 mm thick); a closed tube is hundreds of times as stiff.

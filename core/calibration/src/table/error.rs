@@ -58,7 +58,7 @@ pub enum TableError {
         reason: String,
     },
     /// A row has more or fewer cells than the header.
-    #[error("{path}: line {line}: {found} cells where the header has {expected}{hint}")]
+    #[error("{path}: line {line}: {cells} where the header has {expected}{hint}", cells = cells(*found))]
     RowLength {
         /// The file.
         path: String,
@@ -91,4 +91,8 @@ pub struct HeaderProblem {
     pub name: String,
     /// What is wrong and what would be right.
     pub reason: String,
+}
+
+fn cells(count: usize) -> String {
+    if count == 1 { "1 cell".to_owned() } else { format!("{count} cells") }
 }

@@ -120,7 +120,7 @@ fn what_cannot_be_a_table_is_refused_with_its_place_and_what_would_be_right() {
         ("q1_deg,p1_x_mm\n1,x\n", ["line 2, column 2 (`p1_x_mm`)", "`x`"]),
         ("q1_deg,p1_x_mm\n,2\n", ["line 2, column 1 (`q1_deg`)", "every joint needs"]),
         ("q1_deg,p1_x_mm\n1,2,3\n", ["line 2: 3 cells", "decimal commas"]),
-        ("q1_deg,p1_x_mm\n1.5;2.5\n", ["line 2: 1 cells", "semicolons"]),
+        ("q1_deg,p1_x_mm\n1.5;2.5\n", ["line 2: 1 cell ", "semicolons"]),
         ("q1_deg,approach_q1\n1,2\n", ["2 is no way of arriving", "1 is one where the coordinate grew"]),
         ("q1_deg,p1_x_mm,std_x_mm\n1,2,0\n", ["a sigma of 0", "above zero"]),
         ("q1_deg,payload_kg\n1,-2\n", ["a load of -2 kg", "line 2"]),

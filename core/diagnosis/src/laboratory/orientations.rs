@@ -377,10 +377,10 @@ fn one_axis(machine: &ResidualModel<'_>, poses: &[SeenPose], body: SeenBody) -> 
         return None;
     }
     if poses.len() < FEWEST_OF_A_CAMERA {
+        let few = if poses.len() == 1 { "1 pose".to_owned() } else { format!("{} poses", poses.len()) };
         return Some(format!(
-            "{} poses with an orientation cannot tell how {name} sits on the flange and where {other} is: measure three at least, between which the hand turns about different \
-             axes; ten and more show how sure it is",
-            poses.len()
+            "{few} with an orientation cannot determine how {name} sits on the flange and where {other} is: measure three at least, between which the hand turns about different \
+             axes; ten and more show how sure it is"
         ));
     }
     Some(format!(

@@ -256,7 +256,7 @@ fn remark(effect: &EffectValue) -> String {
 /// Why an effect is not estimated.
 fn why_held(effect: &EffectValue) -> String {
     let why = effect.held_because.as_ref().map(why_held_in_words);
-    why.unwrap_or_else(|| "these rows cannot tell it from others".to_owned())
+    why.unwrap_or_else(|| "these rows cannot distinguish it from others".to_owned())
 }
 
 /// What is fitted, with its sizes.

@@ -9,6 +9,7 @@ use plumb_simulated::client::WorldClient;
 use super::finding::Finding;
 use super::processes::{LOOK, PUTTING_AWAY};
 use crate::commands::run::simulated_world::SimulatedWorld;
+use crate::counted::counted;
 
 const TOPIC: &str = "cells";
 
@@ -62,7 +63,7 @@ fn left_behind(remains: &Remains) -> Finding {
         );
         return Finding::note(TOPIC, text).mend("plumb doctor --clean removes it");
     }
-    let mut what = vec![format!("{} files in shared memory", remains.files)];
+    let mut what = vec![format!("{} in shared memory", counted(remains.files, "file", "files"))];
     what.extend(world.map(|world| format!("a simulated world (process {})", world.welcome().pid)));
     what.extend(remains.users.iter().map(|user| format!("the {user}")));
     let by =

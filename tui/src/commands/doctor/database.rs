@@ -6,6 +6,7 @@ use plumb_central::{Central, CentralError, Inspection, Shipment};
 use plumb_record::{Record, RecordError};
 
 use super::finding::Finding;
+use crate::counted::counted;
 use crate::failure::with_causes;
 use crate::record_directory::record_directory;
 
@@ -142,9 +143,13 @@ fn shipped(shipment: Option<&Shipment>, newest: i64) -> Finding {
     let behind = (newest - up_to).max(0);
     if *silent_s > SILENT_S {
         let text = format!(
-            "this machine's record: {behind} rows behind, and its shipper was not heard of for {silent_s:.0} s"
+            "this machine's record: {} behind, and its shipper was not heard of for {silent_s:.0} s",
+            counted(behind, "row", "rows")
         );
         return Finding::wrong(TOPIC, text, start);
     }
-    Finding::good(TOPIC, format!("this machine's record is shipped: {behind} rows behind"))
+    Finding::good(
+        TOPIC,
+        format!("this machine's record is shipped: {} behind", counted(behind, "row", "rows")),
+    )
 }

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use plumb_record::Record;
 
 use super::finding::{Finding, size, space_at};
+use crate::counted::counted;
 use crate::record_directory::record_directory;
 
 const TOPIC: &str = "record";
@@ -66,7 +67,9 @@ fn readable_by_others(directory: &Path) -> Option<Finding> {
 fn soundness(directory: &Path) -> Finding {
     let mend = "keep the damaged file, and go on with the last copy that `plumb record backup` made";
     match Record::open(directory).and_then(|record| Ok((record.damage()?, record.number_of_runs()?))) {
-        Ok((damage, runs)) if damage.is_empty() => Finding::good(TOPIC, format!("sound; {runs} runs")),
+        Ok((damage, runs)) if damage.is_empty() => {
+            Finding::good(TOPIC, format!("sound; {}", counted(runs, "run", "runs")))
+        }
         Ok((damage, _)) => Finding::wrong(TOPIC, format!("damaged: {}", damage.join("; ")), mend),
         Err(error) => Finding::wrong(TOPIC, error.to_string(), mend),
     }

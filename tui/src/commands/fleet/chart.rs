@@ -6,6 +6,7 @@ use plumb_central::{CellValues, ControlLimits};
 
 use super::print::number;
 use super::words::day_number;
+use crate::counted::counted;
 use crate::web::escaped;
 
 /// Width of a picture in its own units; the page scales it.
@@ -116,7 +117,7 @@ pub(super) fn beside(cells: &[CellValues], over: Range, unit: &str) -> String {
     let height = ROW * cells.len() as f64 + BELOW;
     let left = LEFT + 40.0;
     let x = |value: f64| left + over.part(value) * (WIDTH - left - MARGIN);
-    let mut svg = begin(height, &format!("{} cells beside each other", cells.len()));
+    let mut svg = begin(height, &format!("{} beside each other", counted(cells.len(), "cell", "cells")));
     for (row, cell) in cells.iter().enumerate() {
         let y = ROW * (row as f64 + 0.5);
         let short: String = cell.cell.chars().take(18).collect();

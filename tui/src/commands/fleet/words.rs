@@ -2,6 +2,8 @@
 
 use plumb_central::CellState;
 
+use crate::counted::counted;
+
 /// A cell that was not heard of for so long counts as silent, s: three times what a shipper lets pass.
 pub(super) const SILENT_AFTER_S: f64 = 15.0;
 
@@ -55,8 +57,13 @@ pub(super) fn summary(cells: &[CellState]) -> String {
     let waiting = cells.iter().filter(|cell| cell.waits_for.is_some()).count();
     let silent = cells.iter().filter(|cell| is_silent(cell)).count();
     let off = cells.iter().filter(|cell| is_off(cell)).count();
-    let off = if off == 0 { String::new() } else { format!(", {off} are off") };
-    format!("{} cells; {waiting} wait for an answer, {silent} are silent{off}", cells.len())
+    let off = if off == 0 { String::new() } else { format!(", {} off", counted(off, "is", "are")) };
+    format!(
+        "{}; {} for an answer, {} silent{off}",
+        counted(cells.len(), "cell", "cells"),
+        counted(waiting, "waits", "wait"),
+        counted(silent, "is", "are")
+    )
 }
 
 /// Runs that wait for the cell, where there are any.

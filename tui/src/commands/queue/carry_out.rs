@@ -12,6 +12,7 @@ use super::arguments::Run;
 use super::list::what;
 use crate::commands::run::prepare::{Refused, absolute, operator};
 use crate::commands::run::{OfQueue, queued};
+use crate::counted::counted;
 use crate::failure::CommandResult;
 use crate::print_line::print_line;
 use crate::record_directory::record_directory;
@@ -150,8 +151,8 @@ impl Queue<'_> {
                 let waiting = self.record.queue(Some(&self.cell_file))?;
                 let waiting = waiting.iter().filter(|entry| entry.is_waiting()).count();
                 // Where it cannot be written, that may be why the run was aborted: its exit code says more.
-                let _unread =
-                    self.print_line(&format!("the queue stops at entry {}; {waiting} wait", entry.id));
+                let waiting = counted(waiting, "waits", "wait");
+                let _unread = self.print_line(&format!("the queue stops at entry {}; {waiting}", entry.id));
                 Ok(Some(ExitCode::from(outcome.exit_code())))
             }
             // Taken off, or begun by another program, between the look and the start.

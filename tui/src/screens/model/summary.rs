@@ -283,7 +283,7 @@ fn added(effect: &EffectValue) -> Card {
         effect: effect.effect.clone(),
         place: arguments.trim_end_matches(')').to_owned(),
         size: match effect.held {
-            true => "not estimated: these rows cannot tell it".to_owned(),
+            true => "not estimated: these rows cannot determine it".to_owned(),
             false => measured(effect.size, effect.se, &effect.unit),
         },
         status: CardStatus::InModel,

@@ -228,7 +228,7 @@ fn of_rows_of_a_wrong_length_it_is_said_what_may_have_gone_wrong() {
     let longer = refused("q1_deg,p1_x_mm\n1,2,x\n");
     assert!(longer.contains("give every row one cell a column"), "words are no decimals: {longer}");
     let shorter = refused("q1_deg,p1_x_mm\n1\n");
-    assert!(shorter.contains("line 2: 1 cells where the header has 2; give every row one cell"), "{shorter}");
+    assert!(shorter.contains("line 2: 1 cell where the header has 2; give every row one cell"), "{shorter}");
     let commas = refused("q1_deg,p1_x_mm\n1,-5,2,5\n");
     assert!(commas.contains("if the commas are decimal commas"), "{commas}");
     let semicolons = refused("q1_deg;p1_x_mm\n1;2;3\n");

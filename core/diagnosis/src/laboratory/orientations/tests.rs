@@ -308,7 +308,7 @@ fn fewer_than_three_poses_cannot_separate_base_and_body_however_they_turn() {
     assert!(
         noted.len() == 1
             && noted[0].starts_with(
-                "1 poses with an orientation cannot tell how p1 sits on the flange and where the base is"
+                "1 pose with an orientation cannot determine how p1 sits on the flange and where the base is"
             ),
         "{noted:?}"
     );
