@@ -352,7 +352,7 @@ fn a_board_in_few_pictures_is_placed_by_a_camera_that_another_board_determines()
     assert!(with_wall(1, &anywhere(FEWEST_OF_A_CAMERA))[0].contains("hardly anything confirms it"));
     let neither = with_wall(1, &anywhere(FEWEST_OF_A_CAMERA - 1));
     assert!(
-        neither.iter().any(|noted| noted.starts_with("1 poses") && noted.contains("where the board wall is")),
+        neither.iter().any(|noted| noted.starts_with("1 pose ") && noted.contains("where the board wall is")),
         "{neither:?}"
     );
     let turned = with_wall(1, &about_one_axis(12, 0.0));
@@ -360,7 +360,7 @@ fn a_board_in_few_pictures_is_placed_by_a_camera_that_another_board_determines()
         turned.iter().any(|noted| noted.contains("cannot be distinguished from the board floor")),
         "{turned:?}"
     );
-    assert!(turned.iter().any(|noted| noted.starts_with("1 poses")), "{turned:?}");
+    assert!(turned.iter().any(|noted| noted.starts_with("1 pose ")), "{turned:?}");
 }
 
 #[test]
