@@ -1,8 +1,8 @@
 //! What is said over the world's socket: a JSON value a line, both ways.
 //!
 //! A client begins with [`Hello`] and is answered with [`Welcome`], or with a refusal that names both versions. From then on it
-//! sends [`Call`]s. Each call is answered by any number of lines that report what happens meanwhile ([`Say::Joints`],
-//! [`Say::Change`]) and then by exactly one that ends it; every line bears the call's number. `stop` may be sent while a motion
+//! sends [`Call`]s. Each call is answered by any number of lines that report what happens meanwhile ([`Response::Joints`],
+//! [`Response::Change`]) and then by exactly one that ends it; every line bears the call's number. `stop` may be sent while a motion
 //! is under way, on the same connection or another. A client that goes away stops the motion it began.
 
 use serde::{Deserialize, Serialize};
@@ -112,9 +112,9 @@ pub type SomeJoints = Vec<Option<f64>>;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Verb {
-    /// What the controller knows: ends with [`Say::Reading`].
+    /// What the controller knows: ends with [`Response::Reading`].
     Read {},
-    /// Moves joints; ends with [`Say::Reading`] when the arm is at rest.
+    /// Moves joints; ends with [`Response::Reading`] when the arm is at rest.
     Move {
         /// Where to, or by how much.
         joints: SomeJoints,
@@ -126,79 +126,79 @@ pub enum Verb {
         speed: f64,
     },
     /// A cycle of a controller that leads its servos along a way of its own: from where they are the joints go evenly to these, in place of where they
-    /// were to go. Ends at once with [`Say::Reading`]; the next cycle may come before this one is over.
+    /// were to go. Ends at once with [`Response::Reading`]; the next cycle may come before this one is over.
     Follow {
         /// Where the servos shall be at the end of the cycle, as the controller counts, rad or mm.
         joints: JointValues,
         /// How long the cycle lasts, ms.
         ms: f64,
     },
-    /// Stops whatever moves; ends with [`Say::Reading`].
+    /// Stops whatever moves; ends with [`Response::Reading`].
     Stop {},
-    /// Sets the output lines; ends with [`Say::Reading`].
+    /// Sets the output lines; ends with [`Response::Reading`].
     Outputs {
         /// A bit for each line.
         bits: u64,
     },
-    /// Has the controller believe that the joints are so; ends with [`Say::Reading`].
+    /// Has the controller believe that the joints are so; ends with [`Response::Reading`].
     SetZero {
         /// What the joints shall read.
         joints: JointValues,
     },
-    /// Hands the arm to its teach pendant or takes it back; ends with [`Say::Reading`].
+    /// Hands the arm to its teach pendant or takes it back; ends with [`Response::Reading`].
     Pendant {
         /// Whether the pendant drives.
         on: bool,
     },
-    /// The operator presses a key of the pendant. STOP stops the arm and gives it back; ends with [`Say::Reading`].
+    /// The operator presses a key of the pendant. STOP stops the arm and gives it back; ends with [`Response::Reading`].
     Key {
         /// Which key.
         key: PendantKey,
     },
     /// The operator drives the arm with the pendant until its true attitudes look so, going again where play left it short; ends
-    /// with [`Say::Reading`].
+    /// with [`Response::Reading`].
     Place {
         /// True attitudes.
         joints: SomeJoints,
     },
-    /// What is so, whether or not anybody knows it: ends with [`Say::Truth`].
+    /// What is so, whether or not anybody knows it: ends with [`Response::Truth`].
     Look {},
-    /// Changes how time runs; ends with [`Say::Reading`].
+    /// Changes how time runs; ends with [`Response::Reading`].
     Pace {
         /// How time shall run.
         pace: Pace,
     },
-    /// Lets time pass; ends with [`Say::Reading`].
+    /// Lets time pass; ends with [`Response::Reading`].
     Wait {
         /// How much of the world's time, ms.
         ms: u64,
     },
-    /// Drives the motors themselves, as a controller does; ends with [`Say::Reading`] when the arm is at rest.
+    /// Drives the motors themselves, as a controller does; ends with [`Response::Reading`] when the arm is at rest.
     Step {
         /// Half-steps of each motor: base, shoulder, elbow, right wrist, left wrist, gripper.
         half_steps: JointValues,
         /// Speed of the motor with the most, half-steps/s.
         rate: f64,
     },
-    /// The operator turns the sensor's trim resistor; ends with [`Say::Reading`].
+    /// The operator turns the sensor's trim resistor; ends with [`Response::Reading`].
     Trim {
         /// By how much the level at which it fires changes, as a share of the most light there can be.
         by: f64,
     },
-    /// The operator puts something between the fingers, or takes it away; ends with [`Say::Reading`].
+    /// The operator puts something between the fingers, or takes it away; ends with [`Response::Reading`].
     Hold {
         /// Its width, mm; 0 for nothing.
         width_mm: f64,
     },
-    /// The operator turns the trim resistor until the sensor just fires at what it sees; ends with [`Say::Reading`].
+    /// The operator turns the trim resistor until the sensor just fires at what it sees; ends with [`Response::Reading`].
     TrimToFire {},
     /// The operator lowers the hand by the shoulder onto a gauge block under the sensor and takes the block away; ends with
-    /// [`Say::Reading`].
+    /// [`Response::Reading`].
     RestOnGauge {
         /// The block's height, mm.
         height_mm: f64,
     },
-    /// The operator brings the sensor's face over a point with the pendant, as well as he sees; ends with [`Say::Reading`].
+    /// The operator brings the sensor's face over a point with the pendant, as well as he sees; ends with [`Response::Reading`].
     PlaceHand {
         /// Away from the waist's axis, along its zero, mm.
         x_mm: f64,
@@ -207,7 +207,7 @@ pub enum Verb {
         /// Height over the table, mm; it is felt or gauged, not seen.
         z_mm: f64,
     },
-    /// The operator measures; ends with [`Say::Measured`].
+    /// The operator measures; ends with [`Response::Measured`].
     Measure {
         /// With what.
         with: Instrument,
@@ -221,13 +221,13 @@ pub enum Verb {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         axis: Option<Axis>,
     },
-    /// The operator hangs a weight on the flange, or puts it into the fingers, in place of what was there; ends with [`Say::Reading`].
+    /// The operator hangs a weight on the flange, or puts it into the fingers, in place of what was there; ends with [`Response::Reading`].
     Hang {
         /// kg; 0 takes it away.
         mass_kg: f64,
     },
     /// A measuring arm that is on the target, a borrowed one, reports where a point ahead of the sensor's face truly is, in the target's own
-    /// frame; ends with [`Say::Measured`].
+    /// frame; ends with [`Response::Measured`].
     ReadPoint {
         /// Which coordinate: 0 x, 1 y, 2 z.
         axis: u8,
@@ -235,7 +235,7 @@ pub enum Verb {
         ahead_mm: f64,
     },
     /// A laser line sensor on the hand shows one coordinate of one point of the profile of a thing; x of the first point takes a new profile, the rest is read from
-    /// the last. Ends with [`Say::Measured`].
+    /// the last. Ends with [`Response::Measured`].
     ReadProfile {
         /// Of what.
         of: String,
@@ -245,7 +245,7 @@ pub enum Verb {
         axis: Axis,
     },
     /// The operator drives one joint with the pendant until the bubble of a spirit level is in the middle; ends with
-    /// [`Say::Reading`].
+    /// [`Response::Reading`].
     Level {
         /// Which joint.
         joint: String,
@@ -258,7 +258,7 @@ pub enum Verb {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         rising: Option<bool>,
     },
-    /// Switches the light stripe's laser, puts its filter before the lens or takes it away; ends with [`Say::Reading`].
+    /// Switches the light stripe's laser, puts its filter before the lens or takes it away; ends with [`Response::Reading`].
     Shine {
         /// Whether the laser shines; left out, as it is.
         #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -267,24 +267,24 @@ pub enum Verb {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         filter: Option<bool>,
     },
-    /// Has the camera take a picture every so many milliseconds by itself while the arm moves, or only when it is asked; ends with [`Say::Reading`].
+    /// Has the camera take a picture every so many milliseconds by itself while the arm moves, or only when it is asked; ends with [`Response::Reading`].
     Shutter {
         /// From picture to picture, ms; left out, it takes them when it is asked. What waits is thrown away.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         every_ms: Option<f64>,
     },
-    /// Takes a picture with the camera on the hand, or gives the first of those it took by itself; ends with [`Say::Exposed`], after its
-    /// [`Say::Pixels`].
+    /// Takes a picture with the camera on the hand, or gives the first of those it took by itself; ends with [`Response::Exposed`], after its
+    /// [`Response::Pixels`].
     Expose {},
-    /// Breaks the seal of a sealed world, so that `look` is answered; ends with [`Say::Revealed`].
+    /// Breaks the seal of a sealed world, so that `look` is answered; ends with [`Response::Revealed`].
     Reveal {},
     /// Lets the world begin again as its file describes it, what is left to chance drawn from this seed; its clock runs on. Ends with
-    /// [`Say::Reading`].
+    /// [`Response::Reading`].
     Again {
         /// In place of the file's.
         seed: u64,
     },
-    /// Ends the world; ends with [`Say::Done`].
+    /// Ends the world; ends with [`Response::Done`].
     Shutdown {},
 }
 
