@@ -76,6 +76,14 @@ fn planes_are_not_trusted_while_a_run_is_finding_the_zeros_although_all_are_know
         let world = World::new([0.0; 3]);
         let (outcome, events) = watch(start(request(&cell, &record), &world), |_, _| {});
         assert_eq!(outcome, ended, "{}", message_of(&events));
+        let guards = world.guards.lock().expect("no test panicked").clone();
+        let planes = guards.iter().map(|guard| guard["planes"].as_array().map_or(0, Vec::len));
+        let expected = if head.is_empty() { cell.keep_out.len() } else { 0 };
+        assert_eq!(
+            planes.collect::<Vec<_>>(),
+            [expected],
+            "the host checks by planes of zeros that are trusted: {guards:?}"
+        );
     }
 }
 

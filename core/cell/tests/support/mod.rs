@@ -28,6 +28,8 @@ pub type OnMove = Box<dyn Fn(usize) + Send>;
 
 /// What outlives hosts: where the arm is, and what breaks next.
 pub struct World {
+    /// What the arm's host was given to check moves by, each time it was connected.
+    pub guards: Mutex<Vec<plumb_plugin::Value>>,
     joints: Mutex<[f64; 6]>,
     edges: Mutex<Vec<ProximityEdge>>,
     fired: AtomicBool,
@@ -105,6 +107,7 @@ impl World {
 
     fn fresh() -> Self {
         Self {
+            guards: Mutex::new(Vec::new()),
             joints: Mutex::new([0.0; 6]),
             edges: Mutex::new(Vec::new()),
             fired: AtomicBool::new(false),
@@ -372,13 +375,14 @@ impl SensorLink for Eye {
 pub struct Devices(pub Arc<World>);
 
 impl DeviceLinks for Devices {
-    fn connect(&mut self, device: &DeviceSetting, _guard: plumb_plugin::Value) -> Result<Link, DeviceError> {
+    fn connect(&mut self, device: &DeviceSetting, guard: plumb_plugin::Value) -> Result<Link, DeviceError> {
         let world = Arc::clone(&self.0);
         if world.connections.fetch_add(1, Ordering::SeqCst) >= world.connects_at_most.load(Ordering::SeqCst) {
             return Err(died(&device.name, "connect"));
         }
         Ok(match device.name.as_str() {
             "arm" => {
+                lock(&world.guards).push(guard);
                 let mut description = arm_description();
                 if let Some(waist) = description.joints.first_mut() {
                     waist.max_speed = *lock(&world.waist_speed);

@@ -172,6 +172,18 @@ fn joints_go_as_far_as_the_manifest_or_the_robot_itself_says() {
     assert!(own_limits(&cell, "leg", &ranges).is_empty());
 }
 
+/// Numbers of a procedure are a drive's: they go as far beyond a joint's own limits as its zero may be put elsewhere.
+#[test]
+fn limits_reach_as_far_as_a_procedure_may_shift_the_zero() {
+    let (place, catalogue) = plugins();
+    let procedure = "procedure: find\nsteps:\n  - {id: near, do: {apply: {robot: arm, joint_zero: {waist: {shift_deg: 1, uncertainty_deg: 1, plausible_deg: 4}}}}}\n  - {id: far, do: {apply: {robot: arm, joint_zero: {waist: {shift_deg: 1, uncertainty_deg: 1, plausible_deg: 6}, lift: {shift_mm: 1, uncertainty_mm: 1, plausible_mm: 3}}}}}\n";
+    std::fs::write(place.path().join("find.yaml"), procedure).unwrap();
+    let cell = cell_in(&place, &CELL.replace("procedures: []", "procedures: [find.yaml]"));
+    let limits = own_limits(&cell, "arm", &joint_ranges(&cell, &catalogue, &[]));
+    let shifts: Vec<_> = limits.iter().map(|limit| (limit.joint.as_str(), limit.zero_shift)).collect();
+    assert_eq!(shifts, [("waist", 6.0_f64.to_radians()), ("lift", 3.0)], "the furthest of its steps");
+}
+
 #[test]
 fn what_a_procedure_corrects_is_something_the_sensor_takes() {
     let (place, catalogue) = plugins();
