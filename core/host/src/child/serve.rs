@@ -307,3 +307,25 @@ fn described(device: &Device, plugin: &Plugin) -> Result<Description, PluginErro
 fn drain(listeners: &[Listener]) -> Result<u64, plumb_bus::SignalError> {
     listeners.iter().map(Listener::drain).sum()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of `abc` in FIPS 180-2, appendix B.1.
+    const ABC: &str = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
+
+    #[test]
+    fn a_library_that_was_exchanged_while_the_run_goes_on_is_not_loaded() {
+        let directory = tempfile::tempdir().expect("a directory");
+        let library = directory.path().join("libarm.so");
+        let missing = check_unchanged(&library, ABC).expect_err("there is no file");
+        assert!(missing.contains("libarm.so: cannot be read"), "{missing}");
+        std::fs::write(&library, "abc").expect("written");
+        assert_eq!(check_unchanged(&library, ABC), Ok(()));
+        std::fs::write(&library, "abd").expect("written");
+        let changed = check_unchanged(&library, ABC).expect_err("it is another");
+        assert!(changed.contains("(SHA-256 ba7816bf8f01 when it began, "), "{changed}");
+        assert!(changed.contains("put the old file back, or begin a new run"), "{changed}");
+    }
+}
