@@ -181,7 +181,7 @@ fn bad_pitches_maps_and_columns_are_refused_with_what_would_be_right() {
     lab.edit("axis.yaml", ", screw_pitch_mm: 5", "");
     let unknown = add(&lab, "screw_wave(x, 1)");
     assert!(unknown.code() == 2 && unknown.err().contains("as in `screw_pitch_mm: 5`"), "{}", unknown.all());
-    for (from, to, printed) in [
+    for (from, to, sentence) in [
         (
             "limits_mm: [0, 200]",
             "limits_mm: [0, 200], screw_pitch_mm: 0",
@@ -196,7 +196,7 @@ fn bad_pitches_maps_and_columns_are_refused_with_what_would_be_right() {
     ] {
         lab.edit("axis.yaml", from, to);
         let refused = model(&lab, &["compare", "axis.yaml", "--data", "axis.csv"]);
-        assert!(refused.code() == 2 && refused.err().contains(printed), "{}", refused.all());
+        assert!(refused.code() == 2 && refused.err().contains(sentence), "{}", refused.all());
     }
     lab.write("axis.yaml", AXIS);
     lab.edit("axis.csv", "q1_mm", "q1_deg");
@@ -254,8 +254,8 @@ fn play_that_differs_from_place_to_place_is_not_called_settling() {
     let lab = lab(&uneven_play([9.0, 12.0, 14.0, 13.0, 12.0, 20.0, 20.0, 8.0]));
     let output = model(&lab, &["diagnose", "axis.yaml", "--data", "axis.csv"]);
     assert_eq!(output.code(), 0, "{}", output.all());
-    let printed = "TIED. joint_settling(x) and joint_backlash(x) cannot be distinguished with these data: what depends on the direction of arrival differs from pose to pose by 0.002";
-    assert!(output.out().contains(printed), "{}", output.all());
+    let sentence = "TIED. joint_settling(x) and joint_backlash(x) cannot be distinguished with these data: what depends on the direction of arrival differs from pose to pose by 0.002";
+    assert!(output.out().contains(sentence), "{}", output.all());
     let grown = model(&lab, &["grow", "axis.yaml", "--data", "axis.csv"]);
     assert!(!grown.out().contains("+ joint_settling"), "{}", grown.all());
     let written = model(&lab, &["export", "axis.yaml", "--as", "linuxcnc"]);

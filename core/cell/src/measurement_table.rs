@@ -242,10 +242,10 @@ impl Maker<'_> {
     fn model_joints(&self, joints: &Value, position: usize) -> Result<Vec<f64>, TableError> {
         let mut drive = Vec::new();
         for (joint, unit) in &self.robot.joints {
-            let (message, value) =
+            let (reported, value) =
                 joint_of(joints, joint).ok_or_else(|| TableError::NoJoint(joint.clone()))?;
-            let zero = self.zero(joint).unwrap_or(value - message);
-            drive.push(unit.to_internal(message + zero + self.declared_since(joint, position)));
+            let zero = self.zero(joint).unwrap_or(value - reported);
+            drive.push(unit.to_internal(reported + zero + self.declared_since(joint, position)));
         }
         let shown = |(joint, value): (usize, f64)| {
             if self.model.slides(joint) { value } else { value.to_degrees() }

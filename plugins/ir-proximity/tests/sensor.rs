@@ -80,7 +80,7 @@ fn a_change_of_the_settings_takes_effect() {
 
 #[test]
 fn bad_configurations_are_refused_with_what_would_be_right() {
-    for (config, reported) in [
+    for (config, sentence) in [
         (Value::Null, "invalid type: null"),
         (json!({}), "say where the sensor's line ends, once: `bit: 0` for an input of the robot"),
         (json!({"bit": 64}), "`bit` is 64; a line's bit is 0 to 63"),
@@ -90,7 +90,7 @@ fn bad_configurations_are_refused_with_what_would_be_right() {
     ] {
         let error = IrProximity::create(&config, RecordingHost::new().host()).unwrap_err();
         assert!(matches!(error, PluginError::Refused(_)));
-        assert!(error.to_string().contains(reported), "{error}");
+        assert!(error.to_string().contains(sentence), "{error}");
     }
 }
 

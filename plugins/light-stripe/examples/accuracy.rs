@@ -135,7 +135,7 @@ impl Case {
 #[derive(Default)]
 struct Found {
     square: f64,
-    message: f64,
+    stated: f64,
     rows: f64,
     far: usize,
 }
@@ -152,7 +152,7 @@ fn find(case: &Case, centre: Centre) -> Found {
             let away = f64::from(point.centre) - case.centre(number, point.row as usize);
             found.far += usize::from(away.abs() > 2.0);
             found.square += away * away;
-            found.message += f64::from(point.sigma).powi(2);
+            found.stated += f64::from(point.sigma).powi(2);
             found.rows += 1.0;
         }
     }
@@ -175,7 +175,7 @@ fn main() {
             case.name,
             rms(binary.square, &binary),
             rms(centroid.square, &centroid),
-            rms(centroid.message, &centroid),
+            rms(centroid.stated, &centroid),
             rms(derivative.square, &derivative),
             100.0 * centroid.rows / (PICTURES as f64 * SIZE as f64),
             binary.far,

@@ -165,7 +165,7 @@ fn lines_and_zero_are_set() {
 #[test]
 fn bad_configurations_are_refused_with_what_would_be_right() {
     let served = Served::start("world-ideal.yaml", Pace::Fast);
-    for (config, reported) in [
+    for (config, sentence) in [
         (
             json!(null),
             "a simulated robot takes the name of its world's arm, as {arm: teachmover}, {arm: puma560} or what an arm file says, and, from the cell, the socket of its world",
@@ -179,7 +179,7 @@ fn bad_configurations_are_refused_with_what_would_be_right() {
     ] {
         let error = SimulatedRobot::create(&config, RecordingHost::new().host()).unwrap_err();
         assert!(matches!(error, PluginError::Refused(_)), "{error:?}");
-        assert!(error.to_string().contains(reported), "{error}");
+        assert!(error.to_string().contains(sentence), "{error}");
     }
 }
 

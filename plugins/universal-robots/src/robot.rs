@@ -407,11 +407,11 @@ impl UniversalRobot {
         if let Err(error) = self.require_remote() {
             return error;
         }
-        let message = self.error_messages();
-        let why = if message.is_empty() {
+        let errors = self.error_messages();
+        let why = if errors.is_empty() {
             "look at the pendant for what it wants".to_owned()
         } else {
-            format!("it says: {message}")
+            format!("it says: {errors}")
         };
         PluginError::Failed(format!(
             "the controller did not begin the move within {} s; {why}",
@@ -421,27 +421,27 @@ impl UniversalRobot {
 
     /// The program has ended before the move did.
     fn was_ended(&self) -> PluginError {
-        let message = self.error_messages();
-        let why = if message.is_empty() {
+        let errors = self.error_messages();
+        let why = if errors.is_empty() {
             "somebody stopped it at the pendant, or another program took its place".to_owned()
         } else {
-            format!("the controller says: {message}")
+            format!("the controller says: {errors}")
         };
         PluginError::Failed(format!("the move was ended before the arm arrived; {why}"))
     }
 
     /// An error of the arm's modes, with the controller's own reason where it has reported one.
     fn with_what_it_says(&self, error: PluginError) -> PluginError {
-        let message = self.error_messages();
-        if message.is_empty() {
+        let errors = self.error_messages();
+        if errors.is_empty() {
             return error;
         }
-        PluginError::NotReady(format!("{}; the controller says: {message}", error.text()))
+        PluginError::NotReady(format!("{}; the controller says: {errors}", error.text()))
     }
 
     fn error_messages(&self) -> String {
-        let message = self.scripts.take_messages();
-        let words = message.into_iter().map(|message| match message {
+        let messages = self.scripts.take_messages();
+        let words = messages.into_iter().map(|message| match message {
             PrimaryMessage::Error { line, column, text } => format!("line {line}, column {column}: {text}"),
             PrimaryMessage::Text(text) => text,
         });
@@ -450,9 +450,8 @@ impl UniversalRobot {
 
     /// Puts what the controller has said into the log.
     fn report_texts(&self) {
-        let message = self.error_messages();
-        for text in
-            self.link.take_texts().into_iter().chain(Some(message).filter(|message| !message.is_empty()))
+        let errors = self.error_messages();
+        for text in self.link.take_texts().into_iter().chain(Some(errors).filter(|errors| !errors.is_empty()))
         {
             self.host.log(LogLevel::Info, &format!("the controller says: {text}"));
         }

@@ -68,7 +68,7 @@ pub(crate) enum ModelCommand {
 
 /// Runs one of the commands.
 pub(crate) fn run(command: &ModelCommand) -> CommandResult {
-    let message = match command {
+    let printed = match command {
         ModelCommand::Screen(arguments) => return screen::run(arguments),
         ModelCommand::Compare(arguments) => compare::run(arguments)?,
         ModelCommand::Diagnose(arguments) => diagnose::run(arguments)?,
@@ -87,7 +87,7 @@ pub(crate) fn run(command: &ModelCommand) -> CommandResult {
         ModelCommand::Undo(arguments) => history::undo(arguments)?,
     };
     let mut out = io::stdout().lock();
-    out.write_all(message.as_bytes())?;
+    out.write_all(printed.as_bytes())?;
     out.flush()?;
     Ok(ExitCode::SUCCESS)
 }

@@ -27,12 +27,12 @@ pub(crate) enum ReportCommand {
 
 /// Runs one of the commands.
 pub(crate) fn run(command: &ReportCommand) -> CommandResult {
-    let message = match command {
+    let text = match command {
         ReportCommand::Iso230(arguments) => iso230::run(arguments)?,
         ReportCommand::Iso9283(arguments) => iso9283::run(arguments)?,
     };
     let mut out = io::stdout().lock();
-    out.write_all(message.as_bytes())?;
+    out.write_all(text.as_bytes())?;
     out.flush()?;
     Ok(ExitCode::SUCCESS)
 }

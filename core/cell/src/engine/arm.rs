@@ -326,9 +326,9 @@ impl Arm {
         self.link.watch(Box::new(move |state| {
             let zeros = lock(&zeros).clone();
             let shown = joints.iter().zip(state.joints.as_slice()).zip(&zeros).map(
-                |(((name, unit), message), zero)| NamedValue {
+                |(((name, unit), reported), zero)| NamedValue {
                     name: name.clone(),
-                    value: unit.from_internal(message + zero),
+                    value: unit.from_internal(reported + zero),
                     unit: unit.symbol().to_owned(),
                     uncertainty: None,
                 },
@@ -341,7 +341,7 @@ impl Arm {
                     .as_slice()
                     .iter()
                     .zip(&zeros)
-                    .map(|(message, zero)| message + zero)
+                    .map(|(reported, zero)| reported + zero)
                     .collect();
                 events.send(Event::Clearance { device: name.clone(), planes: check.clearances(&corrected) });
             }

@@ -354,7 +354,7 @@ mod tests {
         let region = "measured_region: {ranges: {shoulder: [0, 60], elbow: [10, 80], quill: [0, 100], spin: [-180, 180]}, reach: 9, poses: [[30, 40, 50, 0]]}\n";
         let map = "residual_map: {not_understood: 0.5, along: [{joint: elbow, weights: [0.2]}, {joint: quill, weights: [1.5]}]}\n";
         let correction = "effects: [{effect: joint_gain, where: shoulder, values: {gain: 0.001}, claim: correction, may_be: []}]\n";
-        for (more, reported) in [
+        for (more, sentence) in [
             (map, "the residual map of the model holds"),
             (correction, "the correction joint_gain(shoulder) of the model holds"),
         ] {
@@ -377,7 +377,7 @@ mod tests {
             let refused = sent(point([35.0, 45.0, 140.0, 0.0])).unwrap_err();
             assert!(
                 refused.contains("quill would be at 140.000 mm, and was measured from 0.000 to 100.000 mm")
-                    && refused.contains(reported),
+                    && refused.contains(sentence),
                 "{refused}"
             );
         }

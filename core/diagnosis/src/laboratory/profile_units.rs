@@ -139,9 +139,9 @@ mod tests {
         let reaching = |far: f64| {
             let text =
                 format!("q1_deg,on,profile1_x_mm,profile1_z_mm\n0,plate,0,{}\n1,plate,0,{far}\n", 0.5 * far);
-            let message =
+            let checked =
                 check(&Model::parse("m.yaml", model).unwrap(), &Table::parse("t.csv", &text).unwrap());
-            message.map_err(|error| match error {
+            checked.map_err(|error| match error {
                 ImplausibleError::ProfileUnit { as_what, .. } => as_what,
                 other => panic!("{other:?}"),
             })

@@ -51,7 +51,7 @@ impl Played {
                 if line_end.read_exact(&mut byte).is_err() || hung_up.load(Ordering::Relaxed) {
                     return;
                 }
-                let message = match byte[0] {
+                let reply = match byte[0] {
                     3 => {
                         line.clear();
                         lines.lock().unwrap().push(CONTROL_C.to_owned());
@@ -67,7 +67,7 @@ impl Played {
                         char::from(other).to_string()
                     }
                 };
-                if line_end.write_all(message.as_bytes()).is_err() {
+                if line_end.write_all(reply.as_bytes()).is_err() {
                     return;
                 }
             }

@@ -56,14 +56,14 @@ pub(super) fn view(frame: &mut Frame, shown: &Shown<'_>, theme: &Theme) {
         Constraint::Length(details),
         Constraint::Length(1),
     ];
-    let [head, message, list, pane, foot] = Layout::vertical(parts).areas(area);
+    let [head, summary_area, list, pane, foot] = Layout::vertical(parts).areas(area);
     let title = Line::from(vec![
         Span::styled("plumb fleet", theme.heading),
         Span::styled(format!("   {}", summary(shown.cells)), theme.text),
     ]);
     frame.render_widget(title, head);
     let lines: Vec<Line<'_>> = trouble.into_iter().map(|line| Line::styled(line, theme.bad)).collect();
-    frame.render_widget(Paragraph::new(lines), message);
+    frame.render_widget(Paragraph::new(lines), summary_area);
     draw_list(frame, list, shown, theme);
     if details > 0 {
         draw_chosen(frame, pane, shown, theme);

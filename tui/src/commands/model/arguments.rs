@@ -114,26 +114,26 @@ impl PairArguments {
     /// A table that says with which model it was measured is of the cell with that model: its joints mean something else in another. The
     /// model is the same when its file is called so, whatever revision it is, or when its text is the same, whatever it is called.
     fn require_own_table(&self, table: &Table) -> Result<(), OpenError> {
-        let message = |what: &str| {
+        let comment = |what: &str| {
             table
                 .comments
                 .iter()
                 .find_map(|line| line.strip_prefix(what)?.strip_prefix(": ").map(str::to_owned))
         };
-        let Some(measured_with) = message(MODEL_COMMENT) else { return Ok(()) };
+        let Some(measured_with) = comment(MODEL_COMMENT) else { return Ok(()) };
         let family = Family::of(&self.model)?;
         let same_name =
             Family::of(Path::new(&measured_with)).is_ok_and(|theirs| theirs.original() == family.original());
         let text = std::fs::read(&self.model).unwrap_or_default();
-        if same_name || message(HASH_COMMENT) == Some(plumb_record::sha256_hex(&text)) {
+        if same_name || comment(HASH_COMMENT) == Some(plumb_record::sha256_hex(&text)) {
             return Ok(());
         }
         let unknown = || "unknown".to_owned();
         Err(OpenError::OtherModel {
             table: self.data.clone(),
             measured_with,
-            cell: message("cell").unwrap_or_else(unknown),
-            run: message("run").unwrap_or_else(unknown),
+            cell: comment("cell").unwrap_or_else(unknown),
+            run: comment("run").unwrap_or_else(unknown),
         })
     }
 

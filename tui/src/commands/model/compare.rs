@@ -17,7 +17,7 @@ use crate::progress::watched;
 pub(super) fn run(arguments: &CompareArguments) -> Result<String, Box<dyn Error>> {
     let opened = arguments.pair.open()?;
     let comparison = watched(|progress| opened.laboratory.compare_in_full(progress))?;
-    let mut message = match arguments.pair.json {
+    let mut printed = match arguments.pair.json {
         true => super::json(&json::comparison(&comparison)?)?,
         false => describe(&comparison),
     };
@@ -26,13 +26,13 @@ pub(super) fn run(arguments: &CompareArguments) -> Result<String, Box<dyn Error>
             let path = arguments.output();
             std::fs::write(path, plot::svg(&comparison)).map_err(|error| super::not_written(path, &error))?;
             if !arguments.pair.json {
-                writeln!(message, "Drawn to {}.", path.display())?;
+                writeln!(printed, "Drawn to {}.", path.display())?;
             }
         }
-        Some(PlotFormat::Term) if !arguments.pair.json => message.push_str(&plot::terminal(&comparison, 78)),
+        Some(PlotFormat::Term) if !arguments.pair.json => printed.push_str(&plot::terminal(&comparison, 78)),
         Some(PlotFormat::Term) | None => {}
     }
-    Ok(message)
+    Ok(printed)
 }
 
 fn describe(comparison: &Comparison) -> String {

@@ -136,9 +136,9 @@ fn errors_of_a_joint(
     };
     let joint = joint.ok_or_else(|| {
         let names: Vec<&str> = joints.iter().map(|joint| joint.name.as_str()).collect();
-        let message =
+        let problem =
             arguments.joint.as_ref().map_or_else(String::new, |name| format!("there is no joint `{name}`: "));
-        format!("{message}{what} is of one joint; say which, as in --joint {}", names.join(" or --joint "))
+        format!("{problem}{what} is of one joint; say which, as in --joint {}", names.join(" or --joint "))
     })?;
     let table = compensation(model, joint, usize::from(arguments.lines))?;
     if !table.left_out.is_empty() {

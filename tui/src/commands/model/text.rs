@@ -165,12 +165,12 @@ pub(super) fn noise_lines(noise: &[ReadingNoise]) -> String {
         return String::new();
     }
     let line = |one: &ReadingNoise| {
-        let message = match one.source {
+        let source = match one.source {
             NoiseSource::Declared => "declared",
             NoiseSource::Estimated => "estimated from the fit",
             NoiseSource::Unknown => "not known",
         };
-        format!("  noise of {}: {}, {message}\n", one.reading, figure(one.sigma))
+        format!("  noise of {}: {}, {source}\n", one.reading, figure(one.sigma))
     };
     noise.iter().map(line).collect()
 }

@@ -144,12 +144,12 @@ fn time_limits(manifest: &Manifest) -> String {
             "until it is ready 15 s, activate 60 s, set_zero 900 s, any other call but a move 5 s".to_owned()
         }
         DeviceKind::Sensor => {
-            let reported = if manifest.read_time_limit_s.is_some() {
+            let source = if manifest.read_time_limit_s.is_some() {
                 "as its manifest says"
             } else {
                 "unless its manifest has read_time_limit_s"
             };
-            format!("until it is ready 15 s, a reading {reading} s ({reported}), any other call 5 s")
+            format!("until it is ready 15 s, a reading {reading} s ({source}), any other call 5 s")
         }
     }
 }

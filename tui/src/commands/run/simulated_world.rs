@@ -76,7 +76,7 @@ impl SimulatedWorld {
         if let Some(parent) = socket.parent() {
             create_owner_only_directory(parent)?;
         }
-        let mut message = File::options()
+        let mut log = File::options()
             .create(true)
             .read(true)
             .write(true)
@@ -92,7 +92,7 @@ impl SimulatedWorld {
             .arg("--pace")
             .arg(self.pace.name())
             .arg("--owns-directory");
-        command.stdin(Stdio::null()).stdout(message.try_clone()?).stderr(message.try_clone()?);
+        command.stdin(Stdio::null()).stdout(log.try_clone()?).stderr(log.try_clone()?);
         // A group of its own: the keyboard's interrupt, meant for this program, does not end the world.
         command.process_group(0);
         let mut child = command.spawn()?;
@@ -104,8 +104,8 @@ impl SimulatedWorld {
             }
             if child.try_wait()?.is_some() {
                 let mut text = String::new();
-                message.rewind()?;
-                message.read_to_string(&mut text)?;
+                log.rewind()?;
+                log.read_to_string(&mut text)?;
                 return Err(WorldError::Ended {
                     file: setting.file.display().to_string(),
                     message: text.trim().to_owned(),

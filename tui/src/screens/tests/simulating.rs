@@ -11,7 +11,7 @@ use crate::screens::message::Action;
 #[test]
 fn in_a_simulated_cell_a_prompt_says_that_nothing_is_to_be_done_by_hand() {
     let acknowledge = PromptKind::Acknowledge { label: "It lies there".to_owned() };
-    for (kind, reported) in [
+    for (kind, sentence) in [
         (Some(acknowledge), "Simulated: done already, Enter goes on."),
         (None, "Simulated: Enter drives it there where you do not jog it."),
     ] {
@@ -22,7 +22,7 @@ fn in_a_simulated_cell_a_prompt_says_that_nothing_is_to_be_done_by_hand() {
             prompt.kind = kind.clone().unwrap_or(prompt.kind);
             deliver(&mut state, Event::PromptAsked { prompt });
             let shown = page(&state, 120, 40);
-            assert_eq!(shown.contains(reported), simulated, "{shown}");
+            assert_eq!(shown.contains(sentence), simulated, "{shown}");
             assert_eq!(shown.contains("s leaves this and all like it to the program."), simulated);
         }
     }

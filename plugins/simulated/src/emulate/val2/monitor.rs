@@ -56,7 +56,7 @@ pub(super) struct Monitor {
     speed: f64,
     power: bool,
     calibrated: bool,
-    message: Vec<u8>,
+    output: Vec<u8>,
 }
 
 impl Monitor {
@@ -70,13 +70,13 @@ impl Monitor {
             speed: 100.0,
             power: true,
             calibrated: true,
-            message: Vec::new(),
+            output: Vec::new(),
         }
     }
 
     /// What it has had to say since this was asked last.
     pub(super) fn take_said(&mut self) -> Vec<u8> {
-        std::mem::take(&mut self.message)
+        std::mem::take(&mut self.output)
     }
 
     /// Whether the arm is moved.
@@ -100,12 +100,12 @@ impl Monitor {
             }
             0x08 | 0x7f => {
                 if self.line.pop().is_some() {
-                    self.message.extend_from_slice(b"\x08 \x08");
+                    self.output.extend_from_slice(b"\x08 \x08");
                 }
                 Ok(())
             }
             b' '..=b'~' if self.line.len() < LONGEST_LINE => {
-                self.message.push(self.dialect.echo(byte));
+                self.output.push(self.dialect.echo(byte));
                 self.line.push(byte);
                 Ok(())
             }
@@ -185,8 +185,8 @@ impl Monitor {
         self.speed = 100.0;
         self.power = false;
         self.calibrated = false;
-        self.message.extend_from_slice(b"\r\n");
-        self.message.extend_from_slice(self.dialect.greeting().as_bytes());
+        self.output.extend_from_slice(b"\r\n");
+        self.output.extend_from_slice(self.dialect.greeting().as_bytes());
         self.back_to_commands();
     }
 
@@ -230,7 +230,7 @@ impl Monitor {
                 match parse(line) {
                     Ok(Command::Abort) => {
                         self.mode = Mode::Sure(Confirmed::Abort);
-                        self.message.extend_from_slice(self.dialect.sure().as_bytes());
+                        self.output.extend_from_slice(self.dialect.sure().as_bytes());
                         return Ok(());
                     }
                     Ok(Command::Nothing) => {}
@@ -345,7 +345,7 @@ impl Monitor {
             return self.end_with(ControllerError::PowerOff);
         }
         self.mode = Mode::Sure(confirmed);
-        self.message.extend_from_slice(self.dialect.sure().as_bytes());
+        self.output.extend_from_slice(self.dialect.sure().as_bytes());
         Ok(())
     }
 
@@ -409,7 +409,7 @@ impl Monitor {
         // A point has no hand.
         let shown = if self.dialect == Dialect::Late { columns(self.dialect, &values) } else { shown };
         self.say_line(&shown);
-        self.message.extend_from_slice(self.dialect.changes().as_bytes());
+        self.output.extend_from_slice(self.dialect.changes().as_bytes());
         self.mode = Mode::Changes(name, values);
     }
 
@@ -474,27 +474,27 @@ impl Monitor {
             self.newline();
         }
         self.mode = Mode::Command;
-        self.message.extend_from_slice(self.dialect.prompt().as_bytes());
+        self.output.extend_from_slice(self.dialect.prompt().as_bytes());
     }
 
     /// A program runs: every monitor shows that by a `*`.
     fn go_on_with_program(&mut self) {
         self.mode = Mode::Program;
-        self.message.extend_from_slice(self.dialect.busy_prompt().unwrap_or("*").as_bytes());
+        self.output.extend_from_slice(self.dialect.busy_prompt().unwrap_or("*").as_bytes());
     }
 
     fn busy_prompt(&mut self) {
         if let Some(prompt) = self.dialect.busy_prompt() {
-            self.message.extend_from_slice(prompt.as_bytes());
+            self.output.extend_from_slice(prompt.as_bytes());
         }
     }
 
     fn newline(&mut self) {
-        self.message.extend_from_slice(self.dialect.newline().as_bytes());
+        self.output.extend_from_slice(self.dialect.newline().as_bytes());
     }
 
     fn say_line(&mut self, text: &str) {
-        self.message.extend_from_slice(text.as_bytes());
+        self.output.extend_from_slice(text.as_bytes());
         self.newline();
     }
 }
