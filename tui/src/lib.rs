@@ -11,7 +11,6 @@ use std::process::ExitCode;
 mod command_line;
 pub mod commands;
 mod completion;
-mod counted;
 pub mod failure;
 pub mod interrupt;
 mod logging;

@@ -1,6 +1,6 @@
 //! How steps are counted wherever they are shown: those that do something, not those that only hold others.
 
-use crate::counted::counted;
+use plumb_document::counted;
 
 /// The number of each step of a plan, from 1, by how deep it is; none for a `call` or a `repeat` that holds the deeper ones after it.
 pub(crate) fn step_numbers(depths: &[u32]) -> Vec<Option<usize>> {

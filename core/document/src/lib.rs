@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 
+mod counted;
 mod error;
 mod file;
 mod kind;
@@ -14,6 +15,7 @@ mod suggestion;
 mod typed;
 mod value;
 
+pub use counted::counted;
 pub use error::ReadError;
 pub use file::read_document;
 pub use kind::FileKind;

@@ -7,10 +7,10 @@ use std::process::ExitCode;
 
 use clap::Subcommand;
 use clap_complete::ArgValueCandidates;
+use plumb_document::counted;
 use plumb_record::Record;
 
 use crate::completion;
-use crate::counted::counted;
 use crate::failure::CommandResult;
 use crate::print_line::print_line;
 use crate::record_directory::record_directory;

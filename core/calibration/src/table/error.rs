@@ -1,5 +1,6 @@
 //! Why a table cannot be read.
 
+use plumb_document::counted;
 use thiserror::Error;
 
 use crate::opened::why;
@@ -58,7 +59,7 @@ pub enum TableError {
         reason: String,
     },
     /// A row has more or fewer cells than the header.
-    #[error("{path}: line {line}: {cells} where the header has {expected}{hint}", cells = cells(*found))]
+    #[error("{path}: line {line}: {cells} where the header has {expected}{hint}", cells = counted(*found, "cell", "cells"))]
     RowLength {
         /// The file.
         path: String,
@@ -91,8 +92,4 @@ pub struct HeaderProblem {
     pub name: String,
     /// What is wrong and what would be right.
     pub reason: String,
-}
-
-fn cells(count: usize) -> String {
-    if count == 1 { "1 cell".to_owned() } else { format!("{count} cells") }
 }

@@ -9,6 +9,7 @@ use plumb_calibration::fit::hand_eye::{
 };
 use plumb_calibration::fit::{ResidualModel, SeenBody, State};
 use plumb_calibration::table::{Body, OrientationForm, Table};
+use plumb_document::counted;
 
 use super::plausible::ImplausibleError;
 
@@ -352,7 +353,7 @@ fn in_few_pictures(machine: &ResidualModel<'_>, state: &State, body: SeenBody) -
     let pictures = machine.seen_poses(state, &all, body).len();
     (pictures < FEWEST_OF_A_CAMERA).then(|| {
         let name = name_of(machine.model, body);
-        let times = if pictures == 1 { "1 picture".to_owned() } else { format!("{pictures} pictures") };
+        let times = counted(pictures, "picture", "pictures");
         format!("{name} is in {times} only: its place follows from the camera as the other boards give it, and hardly anything confirms it; take 3 at least, from several sides")
     })
 }
@@ -377,7 +378,7 @@ fn one_axis(machine: &ResidualModel<'_>, poses: &[SeenPose], body: SeenBody) -> 
         return None;
     }
     if poses.len() < FEWEST_OF_A_CAMERA {
-        let few = if poses.len() == 1 { "1 pose".to_owned() } else { format!("{} poses", poses.len()) };
+        let few = counted(poses.len(), "pose", "poses");
         return Some(format!(
             "{few} with an orientation cannot determine how {name} sits on the flange and where {other} is: measure three at least, between which the hand turns about different \
              axes; ten and more show how sure it is"

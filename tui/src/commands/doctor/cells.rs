@@ -4,12 +4,12 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use plumb_cell::device::{CellPlace, PlaceState, Remains};
+use plumb_document::counted;
 use plumb_simulated::client::WorldClient;
 
 use super::finding::Finding;
 use super::processes::{LOOK, PUTTING_AWAY};
 use crate::commands::run::simulated_world::SimulatedWorld;
-use crate::counted::counted;
 
 const TOPIC: &str = "cells";
 

@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 
 use plumb_central::{Central, CentralError, Inspection, Shipment};
+use plumb_document::counted;
 use plumb_record::{Record, RecordError};
 
 use super::finding::Finding;
-use crate::counted::counted;
 use crate::failure::with_causes;
 use crate::record_directory::record_directory;
 

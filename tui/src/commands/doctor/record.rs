@@ -4,10 +4,10 @@ use std::fs;
 use std::os::unix::fs::PermissionsExt as _;
 use std::path::{Path, PathBuf};
 
+use plumb_document::counted;
 use plumb_record::Record;
 
 use super::finding::{Finding, size, space_at};
-use crate::counted::counted;
 use crate::record_directory::record_directory;
 
 const TOPIC: &str = "record";

@@ -3,10 +3,10 @@
 use std::fmt::Write as _;
 
 use plumb_central::{CellValues, ControlLimits};
+use plumb_document::counted;
 
 use super::print::number;
 use super::words::day_number;
-use crate::counted::counted;
 use crate::web::escaped;
 
 /// Width of a picture in its own units; the page scales it.

@@ -1,8 +1,7 @@
 //! A cell in words, on the terminal and on the page alike.
 
 use plumb_central::CellState;
-
-use crate::counted::counted;
+use plumb_document::counted;
 
 /// A cell that was not heard of for so long counts as silent, s: three times what a shipper lets pass.
 pub(super) const SILENT_AFTER_S: f64 = 15.0;

@@ -6,13 +6,13 @@ use std::time::Duration;
 
 use plumb_cell::device::{CellPlace, PlaceState};
 use plumb_cell::event::RunOutcome;
+use plumb_document::counted;
 use plumb_record::{CellLock, QueueEntry, Record, RecordError, RunEnd, RunState, record_option};
 
 use super::arguments::Run;
 use super::list::what;
 use crate::commands::run::prepare::{Refused, absolute, operator};
 use crate::commands::run::{OfQueue, queued};
-use crate::counted::counted;
 use crate::failure::CommandResult;
 use crate::print_line::print_line;
 use crate::record_directory::record_directory;

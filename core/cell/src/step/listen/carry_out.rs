@@ -2,6 +2,7 @@
 
 use std::time::{Duration, Instant};
 
+use plumb_document::counted;
 use plumb_plugin::message::Layout;
 use serde_json::{Map, Value, json};
 
@@ -169,7 +170,7 @@ impl Engine {
             field_names(layout, robot.map(|robot| robot.joints.as_slice()).unwrap_or_default(), None);
         let value = |(kept, numbers): (&KeptValue, &Numbers)| {
             let Some(value) = numbers.value(kept.statistic) else {
-                let (name, stream, came) = (&kept.name, step.stream_name(), counted(heard.messages));
+                let (name, stream, came) = (&kept.name, step.stream_name(), messages(heard.messages));
                 return Err(StepError::error(format!(
                     "`{name}` needs more than one message of {stream}, and {came} came"
                 )));
@@ -254,7 +255,7 @@ impl Heard {
             format!(", {} {} {}", value.name, short_number(value.value), value.unit).trim_end().to_owned()
         });
         let message =
-            format!("{} of {}{}", counted(self.messages), step.stream_name(), shown.collect::<String>());
+            format!("{} of {}{}", messages(self.messages), step.stream_name(), shown.collect::<String>());
         Done { result: Value::Object(result), values, message }
     }
 
@@ -265,7 +266,7 @@ impl Heard {
                 "{} was silent for {:.3} s, after {}; `longest_gap_s` is {}",
                 step.stream_name(),
                 silent.as_secs_f64(),
-                counted(self.messages),
+                messages(self.messages),
                 longest.as_secs_f64()
             ))),
             None => Ok(()),
@@ -287,7 +288,7 @@ impl Heard {
                 0 => String::new(),
                 count => format!(
                     "; {} came late: the last is dated {old:.3} s before the step began",
-                    counted(count)
+                    messages(count)
                 ),
             };
             return Err(StepError::error(format!(
@@ -304,7 +305,7 @@ impl Heard {
             Some(until) => Err(StepError::Failed(format!(
                 "`{}` did not come about in {seconds} s: {} of {stream} came, the last with {}",
                 until.text(),
-                counted(self.messages),
+                messages(self.messages),
                 self.named_in(until.text())
             ))),
             None => Ok(()),
@@ -340,11 +341,8 @@ fn names_path(expression: &str, path: &str) -> bool {
     })
 }
 
-fn counted(messages: u64) -> String {
-    match messages {
-        1 => "1 message".to_owned(),
-        count => format!("{count} messages"),
-    }
+fn messages(count: u64) -> String {
+    counted(count, "message", "messages")
 }
 
 #[cfg(test)]

@@ -1,9 +1,9 @@
-//! A number before its noun or verb, as English has it: `1 run`, `2 runs`.
+//! A number before its noun or verb, as English has it: `1 run`, `2 runs`; for messages of all crates.
 
 use std::fmt::Display;
 
 /// The count with the word for one, or for several and none.
-pub(crate) fn counted<N: Display + PartialEq + From<u8>>(count: N, one: &str, several: &str) -> String {
+pub fn counted<N: Display + PartialEq + From<u8>>(count: N, one: &str, several: &str) -> String {
     let word = if count == N::from(1) { one } else { several };
     format!("{count} {word}")
 }
