@@ -99,9 +99,7 @@ fn done(
     in_pose(model, q, approach, link_frames, |sample| {
         let mut contributions = Vec::new();
         for (effect, values) in effects {
-            contributions.clear();
-            effect.contribute(sample, &mut contributions);
-            for contribution in &contributions {
+            for contribution in sample.contributions_of(*effect, &mut contributions) {
                 let amount = contribution.rate * values.get(contribution.parameter).copied().unwrap_or(0.0);
                 match contribution.dof {
                     Dof::Joint(joint, dh_parameter) => {

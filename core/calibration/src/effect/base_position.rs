@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
 use super::tool_offset::length_of;
-use super::{Contribution, Dof, Effect, EffectId, Parameter, Sample, Site, Size, Unit};
+use super::{Contribution, Dof, Effect, EffectId, LooksAt, Parameter, Sample, Site, Size, Unit};
 
 #[derive(Debug)]
 struct BasePosition {
@@ -14,6 +14,10 @@ struct BasePosition {
 impl Effect for BasePosition {
     fn parameters(&self) -> &[Parameter] {
         &self.parameters
+    }
+
+    fn looks_at(&self) -> LooksAt {
+        LooksAt::Nothing
     }
 
     fn contribute(&self, _: &Sample<'_>, contributions: &mut Vec<Contribution>) {

@@ -5,7 +5,7 @@ use plumb_kinematics::{LinkFrames, Motion};
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
 use super::tool_offset::length_of;
-use super::{Contribution, Dof, Effect, EffectId, Parameter, Sample, Site, Size, Unit};
+use super::{Contribution, Dof, Effect, EffectId, LooksAt, Parameter, Sample, Site, Size, Unit};
 use crate::arm_model::Model;
 
 #[derive(Debug)]
@@ -18,6 +18,10 @@ struct BaseTilt {
 impl Effect for BaseTilt {
     fn parameters(&self) -> &[Parameter] {
         &self.parameters
+    }
+
+    fn looks_at(&self) -> LooksAt {
+        LooksAt::Nothing
     }
 
     fn contribute(&self, _: &Sample<'_>, contributions: &mut Vec<Contribution>) {

@@ -1,7 +1,7 @@
 //! A joint's zero is not where its encoder says.
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
-use super::{Contribution, Effect, Parameter, Sample, Unit};
+use super::{Contribution, Effect, LooksAt, Parameter, Sample, Unit};
 
 #[derive(Debug)]
 struct JointZero {
@@ -12,6 +12,10 @@ struct JointZero {
 impl Effect for JointZero {
     fn parameters(&self) -> &[Parameter] {
         &self.parameters
+    }
+
+    fn looks_at(&self) -> LooksAt {
+        LooksAt::Nothing
     }
 
     fn contribute(&self, sample: &Sample<'_>, contributions: &mut Vec<Contribution>) {

@@ -246,6 +246,8 @@ pub(crate) fn standard_error(variance: f64) -> f64 {
 /// What of a row an effect looks at: what must be known before it can be computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LooksAt {
+    /// Nothing: it contributes the same in every row.
+    Nothing,
     /// Commanded coordinates and conditions only.
     Conditions,
     /// The moments of gravity, which depend on where the arm is.

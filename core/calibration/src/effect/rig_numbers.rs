@@ -5,7 +5,8 @@ use nalgebra::DMatrix;
 use super::kind::{CandidateContext, DrivenBy, Family, Kind, Places, Search, Setting, Sketch};
 use super::tool_offset::length_of;
 use super::{
-    Contribution, Dof, Effect, EffectId, EffectNameError, Parameter, Sample, Site, Size, Unit, standard_error,
+    Contribution, Dof, Effect, EffectId, EffectNameError, LooksAt, Parameter, Sample, Site, Size, Unit,
+    standard_error,
 };
 use crate::arm_model::RigNumber;
 
@@ -22,6 +23,10 @@ struct RigNumbers {
 impl Effect for RigNumbers {
     fn parameters(&self) -> &[Parameter] {
         &self.parameters
+    }
+
+    fn looks_at(&self) -> LooksAt {
+        LooksAt::Nothing
     }
 
     fn contribute(&self, _: &Sample<'_>, contributions: &mut Vec<Contribution>) {

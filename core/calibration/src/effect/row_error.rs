@@ -3,7 +3,7 @@
 use plumb_kinematics::DhParameter;
 
 use super::kind::Setting;
-use super::{Contribution, Dof, Effect, EffectNameError, Parameter, Sample};
+use super::{Contribution, Dof, Effect, EffectNameError, LooksAt, Parameter, Sample};
 
 /// A constant error of one number of a joint's row.
 #[derive(Debug)]
@@ -29,6 +29,10 @@ impl RowError {
 impl Effect for RowError {
     fn parameters(&self) -> &[Parameter] {
         &self.parameters
+    }
+
+    fn looks_at(&self) -> LooksAt {
+        LooksAt::Nothing
     }
 
     fn contribute(&self, _: &Sample<'_>, contributions: &mut Vec<Contribution>) {

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 use plumb_kinematics::{Chain, DhParameter, LinkFrames, Motion, Weights};
 
-use super::{Contribution, Dof};
+use super::{Contribution, Dof, Effect};
 use crate::arm_model::Sensor;
 
 /// One row of measurements as an effect sees it: pose, motion, time and load.
@@ -70,6 +70,17 @@ pub(super) fn way(moved: f64) -> f64 {
 const REFERENCE_TEMPERATURE: f64 = 20.0;
 
 impl Sample<'_> {
+    /// What an effect contributes, in place of what `room` held.
+    pub(crate) fn contributions_of<'c>(
+        &self,
+        effect: &dyn Effect,
+        room: &'c mut Vec<Contribution>,
+    ) -> &'c [Contribution] {
+        room.clear();
+        effect.contribute(self, room);
+        room
+    }
+
     /// How much warmer than 20 deg C (ISO 1) it was, K; 0 where no temperature is logged, for then nothing is known to have grown.
     pub fn warmer_than_reference(&self) -> f64 {
         if self.temperature.is_finite() { self.temperature - REFERENCE_TEMPERATURE } else { 0.0 }

@@ -1,7 +1,9 @@
 //! The measured point sits elsewhere on the flange than the model says.
 
 use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
-use super::{Contribution, Dof, Effect, EffectId, Parameter, Sample, Site, Size, Unit, standard_error};
+use super::{
+    Contribution, Dof, Effect, EffectId, LooksAt, Parameter, Sample, Site, Size, Unit, standard_error,
+};
 use nalgebra::DMatrix;
 
 #[derive(Debug)]
@@ -13,6 +15,10 @@ struct ToolOffset {
 impl Effect for ToolOffset {
     fn parameters(&self) -> &[Parameter] {
         &self.parameters
+    }
+
+    fn looks_at(&self) -> LooksAt {
+        LooksAt::Nothing
     }
 
     fn contribute(&self, _: &Sample<'_>, contributions: &mut Vec<Contribution>) {

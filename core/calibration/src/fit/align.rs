@@ -112,10 +112,10 @@ pub fn base_and_targets(
 
 /// The whole points among some rows, with the flange as the machine at `start` has it.
 pub(super) fn sights(machine: &ResidualModel<'_>, start: &State, rows: &[usize]) -> Vec<Sight> {
-    let mut scratch = super::scratch::Scratch::default();
+    let mut scratch = machine.scratch(start);
     let mut found = Vec::new();
     for row in rows {
-        let flange = machine.flange(start, *row, &mut scratch);
+        let flange = machine.flange(*row, &mut scratch);
         let equations = machine.observations.of_row(*row);
         found.extend(equations.windows(3).filter_map(|three| sight(three, flange)));
     }
@@ -234,14 +234,14 @@ pub(crate) fn place_touched(machine: &ResidualModel<'_>, state: &mut State, rows
         return;
     }
     let mut sums = vec![(Vector3::zeros(), 0.0); state.places.len()];
-    let mut scratch = super::scratch::Scratch::default();
-    let mut residuals = Vec::new();
     for place in &mut state.places {
         *place = Vector3::zeros();
     }
+    let mut scratch = machine.scratch(state);
+    let mut residuals = Vec::new();
     for row in rows {
         residuals.clear();
-        machine.row_residuals(state, *row, &mut scratch, &mut residuals);
+        machine.row_residuals(*row, &mut scratch, &mut residuals);
         for (equation, residual) in machine.observations.of_row(*row).iter().zip(&residuals) {
             let what = equation.measurand;
             if let Some(place) = what.kind.touched_place(what)

@@ -31,18 +31,26 @@ pub(crate) struct Changes {
 
 impl Changes {
     /// Nothing changed, for so many joints and targets.
-    pub(super) fn clear(&mut self, joints: usize, targets: usize) {
+    pub(super) fn none(joints: usize, targets: usize) -> Self {
+        Self {
+            deviations: vec![Deviation::default(); joints],
+            target_shifts: vec![Vector3::zeros(); targets],
+            ..Self::default()
+        }
+    }
+
+    /// The changes of `other` in place of its own.
+    pub(super) fn begin_with(&mut self, other: &Self) {
         // Rows are worked out one after the other in the same memory.
-        self.deviations.clear();
-        self.deviations.resize(joints, Deviation::default());
-        self.target_shifts.clear();
-        self.target_shifts.resize(targets, Vector3::zeros());
-        self.base_shift = Vector3::zeros();
-        self.base_turn = Vector3::zeros();
-        self.clear_bending();
-        self.trigger_height = 0.0;
-        self.rig = Default::default();
-        self.readings = Default::default();
+        self.deviations.clone_from(&other.deviations);
+        self.target_shifts.clone_from(&other.target_shifts);
+        self.base_shift = other.base_shift;
+        self.base_turn = other.base_turn;
+        self.bend_shift = other.bend_shift;
+        self.bend_turn = other.bend_turn;
+        self.trigger_height = other.trigger_height;
+        self.rig = other.rig;
+        self.readings = other.readings;
     }
 
     pub(super) fn clear_bending(&mut self) {
@@ -141,6 +149,8 @@ pub struct ArmPose {
     /// Orientation and origin of the base in the frame of the measurements.
     pub(super) base: Matrix3<f64>,
     pub(super) origin: Vector3<f64>,
+    /// From vectors of what hangs on the arm, base frame without what bent links add, to the frame of the measurements.
+    pub(super) carried: Matrix3<f64>,
     /// By how much effects turn the base, and how a small change of that rotation vector turns it further: both nearly the identity,
     /// except where sessions have bases of their own.
     pub(super) base_turned: Matrix3<f64>,
@@ -174,6 +184,8 @@ impl ArmPose {
         self.turn_by_vector = left_jacobian(&self.changes.base_turn);
         self.base = (turn * believed.rotation).into_inner();
         self.origin = believed.translation.vector + self.changes.base_shift;
+        // What bends is small: its turn is added as a vector product, and not as a rotation.
+        self.carried = self.base + self.base * self.changes.bend_turn.cross_matrix();
     }
 
     /// A target's point in the frame of the measurements and in the base's frame, mm.
@@ -185,21 +197,14 @@ impl ArmPose {
 
     /// A point that is fixed to the flange (mm, flange's frame) in the frame of the measurements and in the base's frame, mm.
     pub(super) fn at_flange(&self, point: Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
-        // What bends is small: its turn is added as a vector product, and not as a rotation.
         let stiff = (self.link_frames.flange * Point3::from(point)).coords;
-        let in_base = self.changes.bend_shift + self.carry(stiff);
+        let in_base = self.changes.bend_shift + stiff + self.changes.bend_turn.cross(&stiff);
         (self.base * in_base + self.origin, in_base)
     }
 
     /// A small shift in the flange's frame, in the frame of the measurements.
     pub(crate) fn turned_from_flange(&self, shift: Vector3<f64>) -> Vector3<f64> {
-        let stiff = self.link_frames.flange.rotation * shift;
-        self.base * self.carry(stiff)
-    }
-
-    /// A vector of what hangs on the arm, base frame, turned as bent links turn it.
-    pub(super) fn carry(&self, vector: Vector3<f64>) -> Vector3<f64> {
-        vector + self.changes.bend_turn.cross(&vector)
+        self.carried * (self.link_frames.flange.rotation * shift)
     }
 
     /// Where a point (base frame, mm) would be without what bent links add.

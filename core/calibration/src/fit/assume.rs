@@ -17,22 +17,13 @@ const BALANCED: f64 = 1e-11;
 
 impl ResidualModel<'_> {
     /// Brings the arm into a row's pose: deviations of all effects in, gravity in balance with what it bends.
-    pub(super) fn assume(&self, state: &State, row: usize, scratch: &mut Scratch) {
-        let Scratch { pose, contributions, .. } = scratch;
-        pose.changes.clear(self.model.chain.len(), state.targets.len());
+    pub(super) fn assume(&self, row: usize, scratch: &mut Scratch<'_>) {
+        let Scratch { state, constant, pose, contributions, .. } = scratch;
+        pose.changes.begin_with(constant);
         if let Some(Some(mapped)) = self.mapped.get(row) {
             pose.changes.add_map(mapped, &self.model.chain, &state.base.rotation);
         }
-        // Of these effects none asks for the frames.
-        let idle = LinkFrames::default();
-        let sample = self.sample(state, row, &idle, &[], None);
-        for (part, values) in self.parts.iter().zip(&state.effects) {
-            if part.looks_at == LooksAt::Conditions {
-                contributions.clear();
-                part.effect.contribute(&sample, contributions);
-                pose.changes.add(contributions, values);
-            }
-        }
+        self.add_conditions(state, row, contributions, &mut pose.changes);
         if self.parts.iter().any(|part| part.looks_at == LooksAt::Gravity) {
             self.balance(state, row, contributions, pose);
         }
@@ -40,6 +31,23 @@ impl ResidualModel<'_> {
         pose.rig = rig.map(|rig| rig.with(&pose.changes.rig));
         self.place(row, state, pose);
         pose.place_base(&state.base);
+    }
+
+    /// Adds what effects do that look at commanded coordinates and conditions.
+    fn add_conditions(
+        &self,
+        state: &State,
+        row: usize,
+        contributions: &mut Vec<Contribution>,
+        changes: &mut Changes,
+    ) {
+        if self.parts.iter().all(|part| part.looks_at != LooksAt::Conditions) {
+            return;
+        }
+        // Of these effects none asks for the frames.
+        let idle = LinkFrames::default();
+        let sample = self.sample(state, row, &idle, &[], None);
+        self.add_those_that_look_at(LooksAt::Conditions, state, &sample, contributions, changes);
     }
 
     /// Frames and moments for the changes that are known so far.
@@ -59,26 +67,25 @@ impl ResidualModel<'_> {
             changes.deviations.clone_from(&stiff);
             changes.clear_bending();
             let sample = self.sample(state, row, link_frames, moments, None);
-            self.add_bends(state, &sample, contributions, changes);
+            self.add_those_that_look_at(LooksAt::Gravity, state, &sample, contributions, changes);
             if changes.bends_as(&before, BALANCED) {
                 return;
             }
         }
     }
 
-    /// Adds what gravity bends in a sample.
-    pub(super) fn add_bends(
+    /// Adds what the effects that look at this change in a sample.
+    fn add_those_that_look_at(
         &self,
+        looks_at: LooksAt,
         state: &State,
         sample: &Sample<'_>,
         contributions: &mut Vec<Contribution>,
         changes: &mut Changes,
     ) {
         for (part, values) in self.parts.iter().zip(&state.effects) {
-            if part.looks_at == LooksAt::Gravity {
-                contributions.clear();
-                part.effect.contribute(sample, contributions);
-                changes.add(contributions, values);
+            if part.looks_at == looks_at {
+                changes.add(sample.contributions_of(part.effect.as_ref(), contributions), values);
             }
         }
     }

@@ -34,15 +34,15 @@ impl ResidualModel<'_> {
         Ok(())
     }
 
-    fn in_row(&self, state: &State, row: usize) -> Scratch {
-        let mut scratch = Scratch::default();
-        self.assume(state, row, &mut scratch);
+    fn in_row<'s>(&self, state: &'s State, row: usize) -> Scratch<'s> {
+        let mut scratch = self.scratch(state);
+        self.assume(row, &mut scratch);
         scratch
     }
 
     /// The flange in a row's pose, base frame.
-    pub(super) fn flange(&self, state: &State, row: usize, scratch: &mut Scratch) -> IsometryMatrix3<f64> {
-        self.assume(state, row, scratch);
+    pub(super) fn flange(&self, row: usize, scratch: &mut Scratch<'_>) -> IsometryMatrix3<f64> {
+        self.assume(row, scratch);
         *scratch.pose.flange()
     }
 

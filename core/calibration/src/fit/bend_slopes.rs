@@ -140,7 +140,7 @@ impl Slopes {
 /// Slopes that are kept from step to step, one place a row.
 #[derive(Debug, Default)]
 pub(super) struct KeptSlopes {
-    rows: Vec<Mutex<Option<Slopes>>>,
+    rows: Vec<Mutex<Option<Box<Slopes>>>>,
     /// Those of an earlier fit in which the same bends.
     earlier: Option<Arc<Self>>,
 }
@@ -175,7 +175,7 @@ impl KeptSlopes {
     }
 
     /// Those of a row, for as long as they are looked at.
-    pub(super) fn of_row(&self, row: usize) -> Option<MutexGuard<'_, Option<Slopes>>> {
+    pub(super) fn of_row(&self, row: usize) -> Option<MutexGuard<'_, Option<Box<Slopes>>>> {
         // Nobody panics while holding it, and what is in it is whole at all times.
         Some(self.rows.get(row)?.lock().unwrap_or_else(PoisonError::into_inner))
     }
@@ -272,9 +272,9 @@ mod tests {
             by_source: DMatrix::zeros(0, 0),
         };
         let first = Arc::new(KeptSlopes::for_rows(2));
-        *first.of_row(0).unwrap() = Some(at(0.0));
+        *first.of_row(0).unwrap() = Some(Box::new(at(0.0)));
         let second = Arc::new(KeptSlopes::after(&first));
-        *second.of_row(0).unwrap() = Some(at(0.1));
+        *second.of_row(0).unwrap() = Some(Box::new(at(0.1)));
         let third = KeptSlopes::after(&second);
         let found = |row: usize, theta: f64| {
             let wanted = at(theta);

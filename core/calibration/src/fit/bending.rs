@@ -17,8 +17,8 @@ const SMALL_SHIFT: f64 = 1e-3;
 
 impl ResidualModel<'_> {
     /// Works out how the arm of a row whose pose is known responds to small changes.
-    pub(super) fn response(&self, state: &State, row: usize, scratch: &mut Scratch) {
-        let Scratch { pose, contributions, .. } = scratch;
+    pub(super) fn response(&self, row: usize, scratch: &mut Scratch<'_>) {
+        let Scratch { state, pose, contributions, .. } = scratch;
         let bends = self.parts.iter().zip(&state.effects).any(|(part, values)| {
             part.looks_at == LooksAt::Gravity && values.iter().any(|value| *value != 0.0)
         });
@@ -52,7 +52,7 @@ impl ResidualModel<'_> {
         }
         let slopes = self.slopes(state, row, pose, contributions);
         let alone = slopes.alone(&state.effects, numbers);
-        *kept = self.kept_slopes.have_room_for(&slopes).then_some(slopes);
+        *kept = self.kept_slopes.have_room_for(&slopes).then(|| Box::new(slopes));
         alone
     }
 
@@ -122,9 +122,8 @@ impl ResidualModel<'_> {
         let numbers = DH_PARAMETERS.len() * self.model.chain.len();
         for (index, part) in self.parts.iter().enumerate() {
             if part.looks_at == LooksAt::Gravity {
-                contributions.clear();
-                part.effect.contribute(sample, contributions);
-                rates.add_contributions(index, contributions, numbers);
+                let all = sample.contributions_of(part.effect.as_ref(), contributions);
+                rates.add_contributions(index, all, numbers);
             }
         }
     }

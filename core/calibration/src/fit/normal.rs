@@ -61,13 +61,16 @@ impl ResidualModel<'_> {
         let mut total = DVector::zeros(self.free_parameters.len());
         over_chunks(
             rows,
-            || (DVector::zeros(self.free_parameters.len()), Scratch::default(), Vec::new()),
-            |(sum, scratch, residuals), chunk| {
+            || {
+                let scratches = [&ahead, &behind].map(|moved| self.scratch(moved));
+                (DVector::zeros(self.free_parameters.len()), scratches, Vec::new())
+            },
+            |(sum, scratches, residuals), chunk| {
                 let block = self.block(state, chunk, weights, &[]);
                 // Predictions grow as residuals fall.
                 let mut second = DVector::from_vec(block.residuals) * 2.0;
-                for moved in [&ahead, &behind] {
-                    self.scaled_residuals(moved, chunk, weights, scratch, residuals);
+                for scratch in scratches {
+                    self.scaled_residuals(chunk, weights, scratch, residuals);
                     second.iter_mut().zip(&*residuals).for_each(|(second, residual)| *second -= residual);
                 }
                 let squared = SECOND_DIFFERENCE * SECOND_DIFFERENCE;
@@ -81,16 +84,15 @@ impl ResidualModel<'_> {
     /// Residuals of some rows, divided by the sigmas and weighted as in a [`RowBlock`](super::RowBlock), in place of what `out` held.
     fn scaled_residuals(
         &self,
-        state: &State,
         rows: &[usize],
         weights: &[f64],
-        scratch: &mut Scratch,
+        scratch: &mut Scratch<'_>,
         out: &mut Vec<f64>,
     ) {
         out.clear();
         for row in rows {
             let first = out.len();
-            self.row_residuals(state, *row, scratch, out);
+            self.row_residuals(*row, scratch, out);
             let weight = weights.get(*row).copied().unwrap_or(1.0).sqrt();
             let own = out.iter_mut().skip(first);
             for (residual, equation) in own.zip(self.observations.of_row(*row)) {
@@ -104,9 +106,9 @@ impl ResidualModel<'_> {
         let mut total = 0.0;
         over_chunks(
             rows,
-            || (0.0, Scratch::default(), Vec::new()),
+            || (0.0, self.scratch(state), Vec::new()),
             |(sum, scratch, residuals), chunk| {
-                self.scaled_residuals(state, chunk, weights, scratch, residuals);
+                self.scaled_residuals(chunk, weights, scratch, residuals);
                 *sum += residuals.iter().map(|residual| residual * residual).sum::<f64>();
             },
             |(sum, _, _)| total += sum,
@@ -119,10 +121,10 @@ impl ResidualModel<'_> {
 
     /// Residuals of all equations of the table, mm and rad, in order.
     pub fn residuals(&self, state: &State) -> Vec<f64> {
-        let mut scratch = Scratch::default();
+        let mut scratch = self.scratch(state);
         let mut out = Vec::with_capacity(self.observations.equations.len());
         for row in 0..self.observations.rows() {
-            self.row_residuals(state, row, &mut scratch, &mut out);
+            self.row_residuals(row, &mut scratch, &mut out);
         }
         out
     }
@@ -143,12 +145,12 @@ impl ResidualModel<'_> {
                 *entry = *own;
             }
         }
-        let mut scratch = Scratch::default();
+        let mut scratch = self.scratch(&state);
         let mut out = vec![f64::NAN; self.observations.equations.len()];
         let mut residuals = Vec::new();
         for row in held {
             residuals.clear();
-            self.row_residuals(&state, *row, &mut scratch, &mut residuals);
+            self.row_residuals(*row, &mut scratch, &mut residuals);
             if let Some(entries) = out.get_mut(self.observations.range(*row)) {
                 entries.copy_from_slice(&residuals);
             }

@@ -4,7 +4,6 @@ use nalgebra::{IsometryMatrix3, Translation3, Vector3};
 
 use super::hand_eye::{SeenPose, base_rotation, body_rotation, places, rigid_of, two_rotations};
 use super::residual_model::ResidualModel;
-use super::scratch::Scratch;
 use super::state::State;
 use crate::table::Body;
 
@@ -81,11 +80,11 @@ impl ResidualModel<'_> {
 
     /// The poses of a body in some rows, with the flange as the machine at `state` has it.
     pub fn seen_poses(&self, state: &State, rows: &[usize], body: SeenBody) -> Vec<SeenPose> {
-        let mut scratch = Scratch::default();
+        let mut scratch = self.scratch(state);
         rows.iter()
             .filter_map(|row| {
                 let seen = self.seen_in(*row, body)?;
-                Some(SeenPose { flange: self.flange(state, *row, &mut scratch), seen })
+                Some(SeenPose { flange: self.flange(*row, &mut scratch), seen })
             })
             .collect()
     }

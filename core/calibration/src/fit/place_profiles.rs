@@ -6,7 +6,6 @@
 use nalgebra::{DMatrix, DVector, Matrix3, Point3, Rotation3, Vector3};
 
 use super::residual_model::ResidualModel;
-use super::scratch::Scratch;
 use super::state::{FreeParameter, State};
 use crate::arm_model::SurfaceShape;
 use plumb_estimation::RankRevealingCholesky;
@@ -50,7 +49,7 @@ fn points_by_surface(
     sensor: usize,
 ) -> Vec<Vec<Vector3<f64>>> {
     let mut points = vec![Vec::new(); state.surfaces.len()];
-    let mut scratch = Scratch::default();
+    let mut scratch = machine.scratch(state);
     for row in rows {
         let named = machine.table.on.name(*row).and_then(|name| machine.model.surface_position(name));
         let (Some(own), Some(turn), Some(place)) = (
@@ -60,7 +59,7 @@ fn points_by_surface(
         ) else {
             continue;
         };
-        let flange = state.base * machine.flange(state, *row, &mut scratch);
+        let flange = state.base * machine.flange(*row, &mut scratch);
         for columns in &machine.table.profiles {
             let [x, z] = columns.xz.get(*row).copied().unwrap_or([f64::NAN; 2]);
             if x.is_finite() && z.is_finite() {
@@ -133,12 +132,12 @@ fn put_surfaces(machine: &ResidualModel<'_>, state: &mut State, rows: &[usize], 
 /// Whether profiles are off by more than a good guess would leave, beside how far the flange went.
 fn far_off(machine: &ResidualModel<'_>, state: &State, rows: &[usize]) -> bool {
     let (mut squares, mut count) = (0.0, 0.0_f64);
-    let (mut scratch, mut residuals) = (Scratch::default(), Vec::new());
+    let (mut scratch, mut residuals) = (machine.scratch(state), Vec::new());
     let mut places = Vec::new();
     for row in rows {
-        places.push(machine.flange(state, *row, &mut scratch).translation.vector);
+        places.push(machine.flange(*row, &mut scratch).translation.vector);
         residuals.clear();
-        machine.row_residuals(state, *row, &mut scratch, &mut residuals);
+        machine.row_residuals(*row, &mut scratch, &mut residuals);
         for (equation, residual) in machine.observations.of_row(*row).iter().zip(&residuals) {
             if equation.measurand.kind.name() == "profile" {
                 squares += residual * residual;

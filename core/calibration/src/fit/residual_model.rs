@@ -4,12 +4,14 @@
 use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVectorViewMut, Vector3};
+use plumb_kinematics::LinkFrames;
 
+use super::arm_pose::Changes;
 use super::bend_slopes::KeptSlopes;
 use super::scratch::Scratch;
 use super::state::{FreeParameter, State};
 use crate::arm_model::{AddedEffect, MapEffect, Model};
-use crate::effect::{self, Effect, EffectId, EffectNameError, LooksAt};
+use crate::effect::{self, Contribution, Effect, EffectId, EffectNameError, LooksAt};
 use crate::measurement::{Equation, Measurand, Observations, Prediction, RowContext, SensorShift, Subject};
 use crate::table::Table;
 
@@ -22,13 +24,8 @@ pub struct Part {
     pub effect: Arc<dyn Effect>,
     /// What it looks at: asked for row by row, many times.
     pub(super) looks_at: LooksAt,
-}
-
-impl Part {
-    fn new(id: EffectId, effect: Arc<dyn Effect>) -> Self {
-        let looks_at = effect.looks_at();
-        Self { id, effect, looks_at }
-    }
+    /// What it contributes in every row alike; nothing of an effect that looks at something.
+    pub(super) constant: Vec<Contribution>,
 }
 
 /// A model and a table, ready to be compared.
@@ -89,26 +86,44 @@ impl<'a> ResidualModel<'a> {
                 (0..table.len()).map(|row| epochs.of_row(table, row)).collect()
             }),
             mapped: mapped_rows(model, table),
-            kept_slopes: Arc::new(KeptSlopes::for_rows(table.len())),
+            kept_slopes: Arc::default(),
         };
         for added in effects {
             let effect = effect::build(&added.id, model.model)?;
             let mut values = added.values.clone();
             // Values that a file leaves out begin at zero.
             values.resize(effect.parameters().len(), 0.0);
-            model.parts.push(Part::new(added.id.clone(), Arc::from(effect)));
+            model.parts.push(model.part(added.id.clone(), Arc::from(effect)));
             model.start_values.push(values);
         }
         model.free_parameters = model.all_free_parameters();
+        model.kept_slopes = model.no_slopes();
         Ok(model)
     }
 
     /// Lets one more effect take part, from these values on.
     pub fn admit(&mut self, id: EffectId, effect: Arc<dyn Effect>, values: Vec<f64>) {
-        self.parts.push(Part::new(id, effect));
+        self.parts.push(self.part(id, effect));
         self.start_values.push(values);
         self.free_parameters = self.all_free_parameters();
-        self.kept_slopes = Arc::new(KeptSlopes::for_rows(self.table.len()));
+        self.kept_slopes = self.no_slopes();
+    }
+
+    /// Room for slopes of every row, where gravity bends something.
+    fn no_slopes(&self) -> Arc<KeptSlopes> {
+        let bends = self.parts.iter().any(|part| part.looks_at == LooksAt::Gravity);
+        Arc::new(KeptSlopes::for_rows(if bends { self.table.len() } else { 0 }))
+    }
+
+    fn part(&self, id: EffectId, effect: Arc<dyn Effect>) -> Part {
+        let looks_at = effect.looks_at();
+        let mut constant = Vec::new();
+        if looks_at == LooksAt::Nothing {
+            // Any row would do.
+            let start = State::nominal(self.model, 0, Vec::new());
+            effect.contribute(&self.sample(&start, 0, &LinkFrames::default(), &[], None), &mut constant);
+        }
+        Part { id, effect, looks_at, constant }
     }
 
     /// Uses what an earlier fit worked out of how gravity bends the arm, where that is of the same model and table, and the same bends in both.
@@ -211,6 +226,15 @@ impl<'a> ResidualModel<'a> {
         State::nominal(self.model, self.observations.places.len(), self.start_values.clone())
     }
 
+    /// Room for the computation of rows in a state.
+    pub(crate) fn scratch<'s>(&self, state: &'s State) -> Scratch<'s> {
+        let mut constant = Changes::none(self.model.chain.len(), state.targets.len());
+        for (part, values) in self.parts.iter().zip(&state.effects) {
+            constant.add(&part.constant, values);
+        }
+        Scratch::new(state, constant)
+    }
+
     /// Direction of gravity in the base's frame.
     pub(super) fn down(&self, state: &State) -> Vector3<f64> {
         self.model.down(&state.base.rotation)
@@ -225,13 +249,13 @@ impl<'a> ResidualModel<'a> {
     /// What predictions of a row are made from.
     fn context<'s>(
         &'s self,
-        state: &'s State,
         row: usize,
-        scratch: &'s Scratch,
+        scratch: &'s Scratch<'_>,
         (point, sensor): (Vector3<f64>, SensorShift),
     ) -> RowContext<'s> {
-        let (model, table, pose, seen) = (self.model, self.table, &scratch.pose, &scratch.seen.points);
-        RowContext { model, table, row, state, pose, point, seen, up: self.up(state), sensor }
+        let Scratch { state, pose, seen, .. } = scratch;
+        let (model, table, up) = (self.model, self.table, self.up(state));
+        RowContext { model, table, row, state, pose, point, seen: &seen.points, up, sensor }
     }
 
     /// What an equation is of.
@@ -242,12 +266,11 @@ impl<'a> ResidualModel<'a> {
     /// A subject's point as the instrument reads it, and what the sensor adds to where it triggers there.
     fn read_point(
         &self,
-        state: &State,
         row: usize,
         subject: Subject,
-        scratch: &mut Scratch,
+        scratch: &mut Scratch<'_>,
     ) -> (Vector3<f64>, SensorShift) {
-        let Scratch { pose, contributions, seen, .. } = scratch;
+        let Scratch { state, pose, contributions, seen, .. } = scratch;
         let target = match subject {
             Subject::Target(target) | Subject::Body(target) => target,
             Subject::Camera(camera) => return (pose.point(state, camera).0, SensorShift::default()),
@@ -262,17 +285,17 @@ impl<'a> ResidualModel<'a> {
     }
 
     /// Residuals (measured less predicted, mm and rad) of one row's equations, appended to `out`.
-    pub(crate) fn row_residuals(&self, state: &State, row: usize, scratch: &mut Scratch, out: &mut Vec<f64>) {
-        self.assume(state, row, scratch);
+    pub(crate) fn row_residuals(&self, row: usize, scratch: &mut Scratch<'_>, out: &mut Vec<f64>) {
+        self.assume(row, scratch);
         let mut known = None;
         for equation in self.observations.of_row(row) {
             let subject = self.subject(equation);
             let read = match known {
                 Some((same, read)) if same == subject => read,
-                _ => self.read_point(state, row, subject, scratch),
+                _ => self.read_point(row, subject, scratch),
             };
             known = Some((subject, read));
-            let context = self.context(state, row, scratch, read);
+            let context = self.context(row, scratch, read);
             let what = equation.measurand;
             let (zero, scale) = scratch.pose.reading(what.kind.channel(what));
             out.push(equation.measured - what.kind.predict(what, &context).value * (1.0 + scale) - zero);
@@ -302,33 +325,24 @@ impl<'a> ResidualModel<'a> {
             RowBlock { residuals: Vec::with_capacity(equations), jacobian: DMatrix::zeros(width, equations) };
         let driven: usize = driving.iter().map(|effect| effect.parameters().len()).sum();
         let mut rates = DMatrix::zeros(driven, rows.len());
-        let mut scratch = Scratch::default();
+        let mut scratch = self.scratch(state);
         let mut column = 0;
         for (row, mut rates) in rows.iter().zip(rates.column_iter_mut()) {
             // The root: least squares squares it again.
             let weight = weights.get(*row).copied().unwrap_or(1.0).sqrt();
-            column = self.row_block(state, *row, weight, probes, &mut scratch, &mut block, column);
-            self.rates(state, *row, driving, &mut scratch, rates.as_mut_slice());
+            column = self.row_block(*row, weight, probes, &mut scratch, &mut block, column);
+            self.rates(*row, driving, &mut scratch, rates.as_mut_slice());
         }
         (block, rates)
     }
 
     /// The rate at which every parameter of some effects contributes, in a row whose configuration is known.
-    fn rates(
-        &self,
-        state: &State,
-        row: usize,
-        driving: &[&dyn Effect],
-        scratch: &mut Scratch,
-        rates: &mut [f64],
-    ) {
-        let Scratch { pose, contributions, .. } = scratch;
+    fn rates(&self, row: usize, driving: &[&dyn Effect], scratch: &mut Scratch<'_>, rates: &mut [f64]) {
+        let Scratch { state, pose, contributions, .. } = scratch;
         let sample = self.sample(state, row, &pose.link_frames, &pose.moments, None);
         let mut first = 0;
         for effect in driving {
-            contributions.clear();
-            effect.contribute(&sample, contributions);
-            for contribution in contributions.iter() {
+            for contribution in sample.contributions_of(*effect, contributions) {
                 if let Some(rate) = rates.get_mut(first + contribution.parameter) {
                     *rate += contribution.rate;
                 }
@@ -338,31 +352,26 @@ impl<'a> ResidualModel<'a> {
     }
 
     /// One row's part of a block, from `column` on; returns the column after it.
-    #[allow(
-        clippy::too_many_arguments,
-        reason = "one inner loop of the fit; a struct for its six parts would only be unpacked here"
-    )]
     fn row_block(
         &self,
-        state: &State,
         row: usize,
         weight: f64,
         probes: &[&dyn Effect],
-        scratch: &mut Scratch,
+        scratch: &mut Scratch<'_>,
         block: &mut RowBlock,
         mut column: usize,
     ) -> usize {
-        self.assume(state, row, scratch);
-        self.response(state, row, scratch);
+        self.assume(row, scratch);
+        self.response(row, scratch);
         let mut known = None;
         for equation in self.observations.of_row(row) {
             let subject = self.subject(equation);
             let read = match known {
                 Some((same, read)) if same == subject => read,
-                _ => self.motions(state, row, subject, probes, scratch),
+                _ => self.motions(row, subject, probes, scratch),
             };
             known = Some((subject, read));
-            let context = self.context(state, row, scratch, read);
+            let context = self.context(row, scratch, read);
             let prediction = equation.measurand.kind.predict(equation.measurand, &context);
             let channel = equation.measurand.kind.channel(equation.measurand);
             let (zero, stretch) = scratch.pose.reading(channel);
@@ -385,7 +394,7 @@ impl<'a> ResidualModel<'a> {
         what: Measurand,
         (context, prediction): (&RowContext<'_>, Prediction),
         (scale, stretch): (f64, f64),
-        scratch: &Scratch,
+        scratch: &Scratch<'_>,
         mut entries: DVectorViewMut<'_, f64>,
     ) {
         // Chain rule: the prediction by the subject's point and attitude, these by each number.

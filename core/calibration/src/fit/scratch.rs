@@ -2,8 +2,9 @@
 
 use nalgebra::Vector3;
 
-use super::arm_pose::ArmPose;
+use super::arm_pose::{ArmPose, Changes};
 use super::seen::Seen;
+use super::state::State;
 use crate::arm_model::RigNumber;
 use crate::effect::{Channel, Contribution, Dof};
 
@@ -88,9 +89,12 @@ impl SubjectMotion {
     }
 }
 
-/// Room for one row's computation.
-#[derive(Default)]
-pub(crate) struct Scratch {
+/// Room for the computation of rows in one state.
+pub(crate) struct Scratch<'s> {
+    /// The state; `constant` is of it.
+    pub(super) state: &'s State,
+    /// What effects that look at nothing change, in every row alike.
+    pub(super) constant: Changes,
     pub(super) pose: ArmPose,
     pub(super) contributions: Vec<Contribution>,
     pub(super) motion: SubjectMotion,
@@ -98,6 +102,21 @@ pub(crate) struct Scratch {
     pub(super) by_joint: Vec<Motion>,
     /// The points of the light stripe that is looked at.
     pub(super) seen: Seen,
+}
+
+impl<'s> Scratch<'s> {
+    /// Room for rows in a state in which every row has these changes.
+    pub(super) fn new(state: &'s State, constant: Changes) -> Self {
+        Self {
+            state,
+            constant,
+            pose: ArmPose::default(),
+            contributions: Vec::new(),
+            motion: SubjectMotion::default(),
+            by_joint: Vec::new(),
+            seen: Seen::default(),
+        }
+    }
 }
 
 #[cfg(test)]

@@ -188,9 +188,7 @@ impl ResidualModel<'_> {
             if part.looks_at != LooksAt::Point {
                 continue;
             }
-            contributions.clear();
-            part.effect.contribute(sample, contributions);
-            for contribution in contributions.iter() {
+            for contribution in sample.contributions_of(part.effect.as_ref(), contributions) {
                 take(
                     contribution.dof,
                     contribution.rate * values.get(contribution.parameter).copied().unwrap_or(0.0),

@@ -4,6 +4,8 @@
 //! A number of a joint's row moves all that lies beyond by a twist (Whitney, The mathematics of coordinated control of
 //! prosthetic arms and manipulators, 1972): a point p by `v + w x p`, an attitude by `w`.
 
+use std::cell::LazyCell;
+
 use nalgebra::Vector3;
 use plumb_kinematics::DhParameter;
 
@@ -11,9 +13,9 @@ use super::arm_pose::ArmPose;
 use super::residual_model::ResidualModel;
 use super::response::ResponseTo;
 use super::scratch::{Motion, Scratch, SubjectMotion};
-use super::state::{FreeParameter, State};
+use super::state::FreeParameter;
 use crate::arm_model::Frame;
-use crate::effect::{Contribution, Dof, Effect, Sample};
+use crate::effect::{Contribution, Dof, Effect, LooksAt};
 use crate::measurement::{SensorShift, Subject};
 use crate::table::Stretch;
 
@@ -35,8 +37,7 @@ impl SubjectFrames<'_> {
     fn with_joint(&self, joint: usize, dh_parameter: DhParameter) -> Motion {
         // The twist is worked out where the point would be without bent links, which then carry it on, and turned into the frame of the measurements.
         let twist = self.pose.link_frames.twist(joint, dh_parameter, &self.stiff);
-        let [linear, angular] = [twist.linear, twist.angular].map(|vector| self.pose.carry(vector));
-        (self.pose.base * linear, self.pose.base * angular)
+        (self.pose.carried * twist.linear, self.pose.carried * twist.angular)
     }
 
     /// Whether a joint's row lies beyond the frame whose attitude is measured, so that it does not turn it.
@@ -122,19 +123,16 @@ impl SubjectFrames<'_> {
         (axis.cross(&(self.point - self.pose.origin)), axis)
     }
 
-    /// Adds how the subject moves with an effect's parameters.
+    /// Adds how the subject moves with so many parameters of an effect that contributes this.
     fn add_effect(
         &self,
-        effect: &dyn Effect,
-        sample: &Sample<'_>,
+        parameters: usize,
+        contributions: &[Contribution],
         sensor: Option<Dof>,
-        contributions: &mut Vec<Contribution>,
         motion: &mut SubjectMotion,
     ) {
-        contributions.clear();
-        effect.contribute(sample, contributions);
-        let first = motion.extend(effect.parameters().len());
-        for contribution in contributions.iter() {
+        let first = motion.extend(parameters);
+        for contribution in contributions {
             let index = first + contribution.parameter;
             if sensor == Some(contribution.dof)
                 && let Some(own) = motion.sensor.get_mut(index)
@@ -152,13 +150,12 @@ impl ResidualModel<'_> {
     /// sensor adds to where it triggers there.
     pub(super) fn motions(
         &self,
-        state: &State,
         row: usize,
         subject: Subject,
         probes: &[&dyn Effect],
-        scratch: &mut Scratch,
+        scratch: &mut Scratch<'_>,
     ) -> (Vector3<f64>, SensorShift) {
-        let Scratch { pose, contributions, motion, by_joint, seen } = scratch;
+        let Scratch { state, pose, contributions, motion, by_joint, seen, .. } = scratch;
         let pose = &*pose;
         let stretch = self.stretch(subject);
         let (point, in_base) = match subject {
@@ -189,11 +186,18 @@ impl ResidualModel<'_> {
         motion.begin(self.free_parameters.len() + of_probes);
         self.move_by_free_parameters(&frames, motion);
         // With the point: effects of the instrument go by it.
-        let sample = self.sample(state, row, &pose.link_frames, &pose.moments, Some(point));
+        let sample = LazyCell::new(|| self.sample(state, row, &pose.link_frames, &pose.moments, Some(point)));
         let sensor = self.sensor_dof(row);
-        let taking_part = self.parts.iter().map(|part| part.effect.as_ref());
-        for effect in taking_part.chain(probes.iter().copied()) {
-            frames.add_effect(effect, &sample, sensor, contributions, motion);
+        for part in &self.parts {
+            let all = match part.looks_at {
+                LooksAt::Nothing => &part.constant,
+                _ => sample.contributions_of(part.effect.as_ref(), contributions),
+            };
+            frames.add_effect(part.effect.parameters().len(), all, sensor, motion);
+        }
+        for probe in probes {
+            let all = sample.contributions_of(*probe, contributions);
+            frames.add_effect(probe.parameters().len(), all, sensor, motion);
         }
         seen.move_by(motion.rig.iter().map(|(_, number, _)| *number), stretch, pose);
         (read, shift)

@@ -266,8 +266,8 @@ noise: NOISE
             let pose = Table::parse("pose.csv", &bare).unwrap();
             let observations = Observations::new(&model, &pose).unwrap();
             let machine = ResidualModel::new(&model, &pose, &observations, &[]).unwrap();
-            let mut scratch = super::super::scratch::Scratch::default();
-            let flange = machine.flange(&machine.start(), 0, &mut scratch);
+            let start = machine.start();
+            let flange = machine.flange(0, &mut machine.scratch(&start));
             text.push_str(&format!("{},{},{}", q[0], q[1], q[2]));
             for (target, sigma) in model.targets.iter().zip(sigmas) {
                 let mut point = (flange * nalgebra::Point3::from(target.xyz)).coords;

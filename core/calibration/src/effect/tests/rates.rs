@@ -6,7 +6,9 @@ use nalgebra::{Matrix3, Vector3};
 use plumb_kinematics::{DhParameter, LinkFrames, Weights};
 
 use crate::arm_model::{Epochs, Model, RigNumber, Sensor, StripeRig};
-use crate::effect::{Channel, Contribution, Dof, EffectId, Sample, Trigger, build, parse};
+use crate::effect::{
+    Channel, Contribution, Dof, EffectId, LooksAt, Sample, Trigger, build, expand, kinds, parse,
+};
 use crate::table::scalar::{DISTANCE, HEIGHT};
 
 /// A column that counts against its axis, an arm of 400 mm and a slide, with everything an effect may need.
@@ -371,4 +373,31 @@ fn a_sensor_of_no_hysteresis_lets_go_where_it_fires() {
     assert!(ideal.above(false, 0.0).abs() < 1e-9);
     assert!((ideal.falls_off() - 0.15).abs() < 1e-12, "2/5 - 2/8 a mm");
     assert!((ideal.early(true, 8.0, 0.0) - 1.0).abs() < 1e-3, "the whole spot has to be light");
+}
+
+#[test]
+fn an_effect_that_looks_at_nothing_contributes_the_same_in_every_row() {
+    let model = model();
+    let mut seen = Vec::new();
+    for kind in kinds() {
+        // Kinds that need more than a place have no effect of their name alone.
+        for id in expand(kind.name, &model).unwrap_or_default() {
+            if !build(&id, &model).is_ok_and(|effect| effect.looks_at() == LooksAt::Nothing) {
+                continue;
+            }
+            let elsewhere = contributions_in(&model, &id, |sample| {
+                sample.q = &[2.0, -1.0, 400.0];
+                sample.approach = &[1, -1, 1];
+                sample.speed = &[0.1, 0.2, 30.0];
+                (sample.time, sample.clock, sample.epoch) = (100.0, 200.0, 3);
+                sample.temperature = 45.0;
+                sample.moments = &[-7.0, 1.0, 4.0];
+                sample.point = Vector3::new(-500.0, 20.0, 90.0);
+                sample.trigger = Some(AT_EDGE);
+            });
+            assert_eq!(contributions_in(&model, &id, |_| ()), elsewhere, "{}", model.label(&id));
+            seen.push(kind.name);
+        }
+    }
+    assert!(["joint_zero", "link_length", "tool_offset"].iter().all(|name| seen.contains(name)), "{seen:?}");
 }

@@ -225,8 +225,7 @@ fn an_arm_that_gives_balances_with_what_pulls_where_it_has_come_to() {
 
 #[test]
 fn changes_add_up_each_where_it_belongs() {
-    let mut changes = Changes::default();
-    changes.clear(2, 1);
+    let mut changes = Changes::none(2, 1);
     let contribution = |parameter, dof, rate| Contribution { parameter, dof, rate };
     let contributions = [
         contribution(0, Dof::ReadingZero(Channel::of(&DISTANCE).unwrap()), 2.0),
