@@ -13,11 +13,12 @@ mod known;
 mod outcome;
 mod regression;
 mod residual_map;
+mod symmetric;
 
 #[cfg(test)]
 mod tests;
 
-pub(crate) use evidence::{Mixed, MixedFit};
+pub(crate) use evidence::{LeftOutRows, LeftOver, Mixed, MixedFit};
 pub(crate) use features::Features;
 pub use outcome::{BlockedExplainable, Explainable, ExplainableGroup};
 pub(crate) use residual_map::{FittedMap, residual_map};

@@ -6,6 +6,7 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
+use super::symmetric::{submatrix, symmetric_inverse};
 use crate::thresholds::EXPLAINABLE_FREEDOM;
 
 /// Rounds of estimating the variances at most.
@@ -19,9 +20,6 @@ const DAMPING: f64 = 1e-6;
 
 /// Least ratio of the noise's variance to a component's, relative to the number of equations: keeps the matrix invertible.
 pub(super) const LEAST_RATIO: f64 = 1e-9;
-
-/// Size below which a matrix is inverted by Cholesky's method and not by blocks.
-const BLOCK: usize = 48;
 
 /// Products of the columns of some equations with each other and with the readings.
 #[derive(Debug, Clone)]
@@ -146,8 +144,9 @@ impl Reduced {
     /// One round: the coefficients at these ratios, then better ratios. A component of hardly any effective degrees of freedom is given up: its ratio becomes
     /// infinite.
     fn round(&self, components: &[Range<usize>], active: &[usize], ratios: &mut [f64]) -> Option<Round> {
-        let columns: Vec<usize> =
-            active.iter().filter_map(|component| components.get(*component).cloned()).flatten().collect();
+        let ranges: Vec<Range<usize>> =
+            active.iter().filter_map(|component| components.get(*component).cloned()).collect();
+        let columns: Vec<usize> = ranges.iter().cloned().flatten().collect();
         if columns.is_empty() {
             return None;
         }
@@ -156,7 +155,7 @@ impl Reduced {
             .filter_map(|component| Some((components.get(*component)?.len(), *ratios.get(*component)?)))
             .flat_map(|(count, ratio)| std::iter::repeat_n(ratio, count))
             .collect();
-        let mut matrix = self.matrix.select_rows(&columns).select_columns(&columns);
+        let mut matrix = submatrix(&self.matrix, &ranges);
         for (index, ratio) in ratio_of.iter().enumerate() {
             matrix[(index, index)] += ratio;
         }
@@ -195,58 +194,6 @@ struct Round {
     freedom: f64,
 }
 
-/// The inverse of a symmetric positive definite matrix and the logarithm of its determinant, by blocks, so that most of the work is products of matrices; nothing
-/// if it is none.
-pub(super) fn symmetric_inverse(matrix: &DMatrix<f64>) -> Option<(DMatrix<f64>, f64)> {
-    let size = matrix.nrows();
-    if size <= BLOCK {
-        let factor = matrix.clone().cholesky()?;
-        let logarithm = 2.0 * factor.l_dirty().diagonal().iter().map(|one| one.ln()).sum::<f64>();
-        return Some((factor.inverse(), logarithm));
-    }
-    let half = size / 2;
-    let rest = size - half;
-    let block = |row: usize, column: usize, rows: usize, columns: usize| {
-        let mut block = DMatrix::zeros(rows, columns);
-        copy(matrix, (row, column), &mut block, (0, 0), (rows, columns));
-        block
-    };
-    let (mut first, before) = symmetric_inverse(&block(0, 0, half, half))?;
-    let through = block(half, 0, rest, half) * &first;
-    let mut beyond = block(half, half, rest, rest);
-    beyond.gemm(-1.0, &through, &block(0, half, half, rest), 1.0);
-    let (second, behind) = symmetric_inverse(&beyond)?;
-    let lower = -(&second * &through);
-    let upper = lower.transpose();
-    first.gemm(-1.0, &upper, &through, 1.0);
-    let mut inverse = DMatrix::zeros(size, size);
-    copy(&first, (0, 0), &mut inverse, (0, 0), (half, half));
-    copy(&lower, (0, 0), &mut inverse, (half, 0), (rest, half));
-    copy(&upper, (0, 0), &mut inverse, (0, half), (half, rest));
-    copy(&second, (0, 0), &mut inverse, (half, half), (rest, rest));
-    Some((inverse, before + behind))
-}
-
-/// Copies a block of `size` (rows, columns) from one matrix into another, column by column.
-fn copy(
-    from: &DMatrix<f64>,
-    (from_row, from_column): (usize, usize),
-    into: &mut DMatrix<f64>,
-    (into_row, into_column): (usize, usize),
-    (rows, columns): (usize, usize),
-) {
-    let (from_rows, into_rows) = (from.nrows(), into.nrows());
-    for column in 0..columns {
-        let source = (from_column + column) * from_rows + from_row;
-        let target = (into_column + column) * into_rows + into_row;
-        let source = from.as_slice().get(source..source + rows);
-        let target = into.as_mut_slice().get_mut(target..target + rows);
-        if let (Some(source), Some(target)) = (source, target) {
-            target.copy_from_slice(source);
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -255,17 +202,6 @@ mod tests {
     fn random(rows: usize, columns: usize, seed: u64) -> DMatrix<f64> {
         let mut random = Random::seeded(seed);
         DMatrix::from_fn(rows, columns, |_, _| random.normal())
-    }
-
-    #[test]
-    fn the_inverse_by_blocks_is_the_inverse() {
-        let columns = random(300, 170, 1);
-        let matrix = columns.transpose() * &columns;
-        let (inverse, logarithm) = symmetric_inverse(&matrix).unwrap();
-        assert!((inverse * &matrix - DMatrix::identity(170, 170)).amax() < 1e-9);
-        let exact: f64 = matrix.symmetric_eigenvalues().iter().map(|one| one.ln()).sum();
-        assert!((logarithm - exact).abs() < 1e-7 * exact.abs(), "{logarithm} {exact}");
-        assert!(symmetric_inverse(&-DMatrix::<f64>::identity(100, 100)).is_none());
     }
 
     /// Two fixed columns, ten that the readings follow with coefficients of variance 4, ten that they do not follow; noise of variance 0.25.

@@ -65,13 +65,25 @@ impl Bench<'_> {
 
     /// A set fitted in so many rounds at most, from these ratios on; nothing where the numbers break down, or a member adds nothing.
     pub(super) fn fitted(&self, members: &[usize], start: &[f64], rounds: usize) -> Option<Set> {
-        let fit = self.mixed.fit_within(rounds, &self.parameters(members), Some(start))?;
+        self.set_of(members, self.mixed.fit_within(rounds, &self.parameters(members), Some(start))?)
+    }
+
+    /// A set as it is fitted; nothing where a member adds nothing.
+    fn set_of(&self, members: &[usize], fit: MixedFit) -> Option<Set> {
         // Two that do the same in these rows count as one, and the smaller set is in the list already.
         if fit.rank < members.len() {
             return None;
         }
         let criterion = self.criterion(members, fit.deviance, fit.rank);
         Some(Set { members: members.to_vec(), fit, criterion })
+    }
+
+    /// Whether the criterion of a set falls below `bound` from these ratios on.
+    pub(super) fn is_below(&self, bound: f64, set: &Set, start: &[f64]) -> bool {
+        let charged = self.criterion(&set.members, 0.0, set.fit.rank);
+        let fit = self.mixed.fit_below(bound - charged, &self.parameters(&set.members), start);
+        let fitted = fit.and_then(|fit| self.set_of(&set.members, fit));
+        fitted.is_some_and(|fitted| fitted.criterion < bound)
     }
 
     /// Where a member's parameters are among those of its set.

@@ -29,7 +29,7 @@ use nalgebra::{DMatrix, DVector, DVectorView};
 use plumb_calibration::effect::{Effect, EffectId, Family, Site, build, kind};
 use plumb_estimation::chi_squared_tail;
 use predictions::{Predictions, errors_by_blocks};
-use sets::{LAST_ROUNDS, Sets};
+use sets::Sets;
 use suspects::{Asked, Who, suspects};
 
 /// Why the foremost effect is not identified.
@@ -170,8 +170,7 @@ impl Bench<'_> {
             return true;
         }
         let ratios = set.fit.ratios_without(&asked.own_functions);
-        let without = self.fitted(&set.members, &ratios, LAST_ROUNDS);
-        without.is_some_and(|without| without.criterion < asked.set.criterion + TIE_BIC)
+        self.is_below(asked.set.criterion + TIE_BIC, set, &ratios)
     }
 
     /// Whether something else is at work at the joint of a set's foremost, and explains more than [`SITE_LEFT`] of what that does: another of the set, or overtones of a wave.

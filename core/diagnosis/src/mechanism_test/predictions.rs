@@ -3,9 +3,9 @@
 use super::bench::{Bench, Foremost, Set};
 use crate::block_errors;
 use crate::cross_validation::{joint_blocks, pose_groups, region_blocks, session_blocks};
-use crate::explainable::MixedFit;
+use crate::explainable::{LeftOutRows, LeftOver, MixedFit};
 use crate::predictive_gain::Gain;
-use plumb_estimation::{huber_constant, median};
+use plumb_estimation::{for_each, huber_constant, median};
 
 /// What blocks of rows say of one effect.
 pub(super) struct Predictions {
@@ -46,24 +46,18 @@ impl Predictions {
         };
         for (number, blocks) in ways.iter().enumerate() {
             let equations = blocks.iter().map(|block| bench.equations_of(block)).collect();
+            let left_out = bench.mixed.leave_out(equations)?;
+            let blocks =
+                for_each(&left_out, |one| compared_without(bench, (&set.fit, &compared), one, scale));
             let mut falls = vec![vec![0.0; bench.mixed.equations()]; compared.len()];
-            for left_out in bench.mixed.leave_out(equations)? {
-                let (after, values) = bench.mixed.predict(&set.fit, &left_out)?;
-                for (falls, (before, other)) in falls.iter_mut().zip(&compared) {
-                    let (before, _) = bench.mixed.predict(before, &left_out)?;
-                    let other = match other {
-                        Some(other) => Some(bench.mixed.predict(other, &left_out)?.0),
-                        None => None,
-                    };
-                    for ((equation, before), (_, after)) in
-                        before.iter().zip(other.as_ref().unwrap_or(&after))
-                    {
-                        falls[*equation] = fall(*before, *after, scale);
-                    }
+            for (block, left_out) in blocks.into_iter().zip(&left_out) {
+                let (values, own) = block?;
+                for (falls, own) in falls.iter_mut().zip(&own) {
+                    own.iter().for_each(|(equation, fall)| falls[*equation] = *fall);
                 }
                 // The jackknife wants blocks of one kind: regions, the first way.
                 if number == 0 {
-                    let (_, plain_values) = bench.mixed.predict(&plain, &left_out)?;
+                    let (_, plain_values) = bench.mixed.predict(&plain, left_out)?;
                     predictions.values.push(bench.part(set, suspect, &values).to_vec());
                     predictions.plain_values.push(bench.part(set, suspect, &plain_values).to_vec());
                 }
@@ -80,9 +74,12 @@ impl Predictions {
     }
 }
 
+/// A fit without the suspect, and one with it where that is not the set's own.
+type Comparison = (MixedFit, Option<MixedFit>);
+
 /// What is compared: a fit without the suspect, and one with it where that is not the set's own. Without functions of the suspect's own kind there is nothing to leave out:
 /// the third comparison is the second.
-fn comparisons(without: &Set, asked: &Foremost<'_>) -> Vec<(MixedFit, Option<MixedFit>)> {
+fn comparisons(without: &Set, asked: &Foremost<'_>) -> Vec<Comparison> {
     let (own, with) = (&asked.own_functions, &asked.set.fit);
     let mut all = vec![(without.fit.clone(), None), (without.fit.at_ratios(with.ratios.clone()), None)];
     if !own.is_empty() {
@@ -90,6 +87,24 @@ fn comparisons(without: &Set, asked: &Foremost<'_>) -> Vec<(MixedFit, Option<Mix
         all.push((without.fit.at_ratios(ratios.clone()), Some(with.at_ratios(ratios))));
     }
     all
+}
+
+/// The set's own fit and each comparison without a block of rows: the values of the set's parameters, and by how much the loss falls at each of the block's equations.
+fn compared_without(
+    bench: &Bench<'_>,
+    (own, compared): (&MixedFit, &[Comparison]),
+    left_out: &LeftOutRows,
+    scale: f64,
+) -> Option<(Vec<f64>, Vec<LeftOver>)> {
+    let fits = compared.iter().flat_map(|(before, with)| [before, with.as_ref().unwrap_or(own)]);
+    let fits: Vec<&MixedFit> = std::iter::once(own).chain(fits).collect();
+    let predicted = bench.mixed.predict_each(&fits, left_out)?;
+    let ((_, values), pairs) = predicted.split_first()?;
+    let falls = pairs.as_chunks::<2>().0.iter().map(|[(before, _), (after, _)]| {
+        let equations = before.iter().zip(after);
+        equations.map(|((equation, before), (_, after))| (*equation, fall(*before, *after, scale))).collect()
+    });
+    Some((values.clone(), falls.collect()))
 }
 
 /// Standard errors of the values of the effect that is asked, beside the flexible part, as blocks of rows have them; nothing where what is left without a block does not
@@ -100,8 +115,9 @@ pub(super) fn errors_by_blocks(bench: &Bench<'_>, asked: &Foremost<'_>) -> Optio
     for blocks in block_errors::ways(bench.stage.fitted.machine.table, &bench.rows) {
         let equations = blocks.iter().map(|block| bench.equations_of(block)).collect();
         let mut without = Vec::new();
-        for left_out in bench.mixed.leave_out(equations)? {
-            let (_, values) = bench.mixed.predict(&set.fit, &left_out)?;
+        let left_out = bench.mixed.leave_out(equations)?;
+        for predicted in for_each(&left_out, |one| bench.mixed.predict(&set.fit, one)) {
+            let (_, values) = predicted?;
             without.push(bench.part(set, suspect, &values).to_vec());
         }
         block_errors::raise(&mut errors, &without);

@@ -20,7 +20,7 @@ const EXCHANGES: usize = 2;
 
 /// Rounds of estimating the flexible part's variances for a set that is tried; those near the best get as many as they need.
 const FIRST_ROUNDS: usize = 4;
-pub(super) const LAST_ROUNDS: usize = 16;
+const LAST_ROUNDS: usize = 16;
 
 /// How near, in [`TIE_BIC`].
 const NEAR: f64 = 3.0;

@@ -12,7 +12,7 @@ use crate::thresholds::{DESIGN_ROUNDS, PLENTY, POSES_TRIED, SETTLES};
 use plumb_calibration::effect::{self, Kind};
 use plumb_calibration::fit::ResidualModel;
 use plumb_calibration::measurement::Observations;
-use plumb_estimation::{Progress, Random};
+use plumb_estimation::{Progress, Random, for_each};
 
 /// First width of the changes to the best pose, as a fraction of each joint's range; halved each round.
 const FIRST_WIDTH: f64 = 0.15;
@@ -153,13 +153,13 @@ impl<'a> Chooser<'a> {
         let mut best: Option<Best> = None;
         for round in 0..=DESIGN_ROUNDS {
             let forecast = self.forecast(&designs, request)?;
-            for (index, design) in
-                designs.iter().enumerate().filter(|(index, _)| forecast.reach_allowed[*index])
-            {
-                let (worth, pairs) = self.worth(&forecast, index, known);
+            let allowed: Vec<usize> =
+                (0..designs.len()).filter(|index| forecast.reach_allowed[*index]).collect();
+            let worths = for_each(&allowed, |index| self.worth(&forecast, *index, known));
+            for (index, (worth, pairs)) in allowed.into_iter().zip(worths) {
                 if best.as_ref().is_none_or(|best| worth > best.worth) {
                     let rows = forecast.rivals.iter().map(|all| all[index].1.clone()).collect();
-                    best = Some(Best { worth, design: design.clone(), rows, pairs });
+                    best = Some(Best { worth, design: designs[index].clone(), rows, pairs });
                 }
             }
             let Some(Best { design: centre, .. }) = &best else { break };

@@ -202,3 +202,39 @@ fn a_fit_that_begins_where_another_ended_ends_there() {
     let all_rounds = mixed.fit_within(40, &[], Some(&nothing.ratios)).unwrap();
     assert!((again.deviance - all_rounds.deviance).abs() < SETTLED);
 }
+
+/// A fit from a start so far away that each round brings it a good way on.
+#[test]
+fn whether_a_fit_falls_below_a_bound_is_known_before_it_has_settled() {
+    let (features, t) = smooth(14, |t| 5.0 * (4.0 * t).sin());
+    let mixed = Mixed::new(&features, &column(&t, wave)).unwrap();
+    let far = [1000.0];
+    let [first, settled] =
+        [1, ROUNDS].map(|rounds| mixed.fit_within(rounds, &[], Some(&far)).unwrap().deviance);
+    assert!(first > settled + 20.0, "{first} {settled}");
+    for offset in [-1e6, -10.0, -0.5, 0.5, 10.0, 1e6] {
+        let bound = settled + offset;
+        let found = mixed.fit_below(bound, &[], &far).unwrap().deviance;
+        assert_eq!(found < bound, offset > 0.0, "{offset}: {found}");
+        // Far off the first round says it, near by the last.
+        let ended = if offset.abs() > 1e5 { first } else { found };
+        assert!((found - ended).abs() < 1e-9 && found > settled - 1e-9, "{offset}: {found}");
+    }
+}
+
+#[test]
+fn models_are_predicted_together_as_each_alone_whether_they_share_ratios_or_not() {
+    let (features, t) = smooth(15, |t| 2.0 * wave(t) + 3.0 * (4.0 * t).sin());
+    let mixed = Mixed::new(&features, &column(&t, wave)).unwrap();
+    let (_, with) = fall(&mixed, &[0]);
+    let without = mixed.fit(&[], None).unwrap();
+    let stiff = without.at_ratios(vec![f64::INFINITY]);
+    let beside = without.at_ratios(with.ratios.clone());
+    for left_out in mixed.leave_out(vec![(0..150).collect(), (150..300).collect()]).unwrap() {
+        let fits = [&with, &without, &beside, &stiff, &with];
+        let together = mixed.predict_each(&fits, &left_out).unwrap();
+        let alone: Vec<_> = fits.iter().map(|fit| mixed.predict(fit, &left_out).unwrap()).collect();
+        assert_eq!(together, alone);
+        assert!(together[1] != together[2] && together[2] != together[3] && together[0].1 != [] as [f64; 0]);
+    }
+}
