@@ -65,9 +65,9 @@ fn the_model_puts_the_cup_where_a_magician_reads_it() {
     let model = Model::read(&lab.path("magician.model.yaml")).unwrap();
     let cup = |base: f64, rear_arm: f64, forearm: f64| {
         let joints = [base, rear_arm, forearm, 0.0, 0.0].map(f64::to_radians);
-        let place = LinkFrames::of(&model.chain, &joints, &[]).flange.translation.vector;
+        let position = LinkFrames::of(&model.chain, &joints, &[]).flange.translation.vector;
         // The maker counts z from the shoulder.
-        [place.x, place.y, place.z - 138.0]
+        [position.x, position.y, position.z - 138.0]
     };
     let home = cup(0.0, 45.0, 45.0);
     for (modelled, read) in home.iter().zip([259.1198, 0.0, -8.5687]) {

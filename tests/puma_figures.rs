@@ -28,8 +28,8 @@ use hidden::{FLOOR_MM, Hidden};
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).filter(|argument| argument != "--bench").collect();
-    let number = |place: usize, default: u64| {
-        arguments.get(place).and_then(|argument| argument.parse().ok()).unwrap_or(default)
+    let number = |index: usize, default: u64| {
+        arguments.get(index).and_then(|argument| argument.parse().ok()).unwrap_or(default)
     };
     match arguments.first().map(String::as_str) {
         Some("zeros") => zeros_found(number(1, 200), number(2, 1001)),

@@ -56,10 +56,10 @@ fn last_lines(text: &str) -> String {
 
 #[test]
 fn the_serial_driver_finds_the_zeros_that_the_simulated_robot_finds() {
-    let place = tempfile::tempdir().unwrap();
-    copy_cells(place.path());
-    let simulated = zeros_found(place.path(), "cell.yaml");
-    let serial = zeros_found(place.path(), "cell-serial.yaml");
+    let folder = tempfile::tempdir().unwrap();
+    copy_cells(folder.path());
+    let simulated = zeros_found(folder.path(), "cell.yaml");
+    let serial = zeros_found(folder.path(), "cell-serial.yaml");
     for (joint, half_steps_per_degree) in HALF_STEPS_PER_DEGREE {
         let apart = (simulated[joint] - serial[joint]).abs() * half_steps_per_degree;
         assert!(apart <= 1.0, "{joint}: {} and {} deg", simulated[joint], serial[joint]);

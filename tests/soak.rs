@@ -136,8 +136,8 @@ fn look(lab: &Lab, running: &Running) -> Look {
     let mut hosts = hosts_of(program);
     hosts.sort_unstable();
     processes.extend(holds(program).map(|holds| ("the program".to_owned(), holds)));
-    for (place, host) in hosts.into_iter().enumerate() {
-        processes.extend(holds(host).map(|holds| (format!("host {}", place + 1), holds)));
+    for (index, host) in hosts.into_iter().enumerate() {
+        processes.extend(holds(host).map(|holds| (format!("host {}", index + 1), holds)));
     }
     Look { processes, shared: shared_memory(lab) }
 }
@@ -154,8 +154,8 @@ fn holds(process: u32) -> Option<Holds> {
 
 /// Bytes of the cell's files in shared memory.
 fn shared_memory(lab: &Lab) -> u64 {
-    let place = CellPlace::of_cell(&lab.path("cell.yaml")).unwrap();
-    let name = place.domain().root().file_name().unwrap().to_str().unwrap().to_owned();
+    let folder = CellPlace::of_cell(&lab.path("cell.yaml")).unwrap();
+    let name = folder.domain().root().file_name().unwrap().to_str().unwrap().to_owned();
     let number = name.strip_prefix("plumb-cell-").unwrap().to_owned();
     let entries = fs::read_dir("/dev/shm").unwrap().flatten();
     let own = entries.filter(|entry| entry.file_name().to_string_lossy().contains(&number));

@@ -505,15 +505,15 @@ fn an_effect_hidden_in_measurements_turns_their_orientations_too() {
             .collect::<Vec<_>>()
             .into_iter();
         let header: Vec<String> = lines.next().unwrap().split(',').map(str::to_owned).collect();
-        let place = |name: &str| header.iter().position(|known| known.starts_with(name)).unwrap();
-        let (x, y) = (place("p1_x"), place("p1_y"));
+        let index = |name: &str| header.iter().position(|known| known.starts_with(name)).unwrap();
+        let (x, y) = (index("p1_x"), index("p1_y"));
         // A turn about z alone, as a rotation vector or as a quaternion.
         let rotation_vector = header.iter().position(|known| known == "p1_rz_rad");
         lines
             .map(|line| {
                 let cells: Vec<f64> = line.split(',').map(|cell| cell.parse().unwrap_or(f64::NAN)).collect();
                 let turn = rotation_vector.map_or_else(
-                    || 2.0 * (cells[place("p1_qz")] / cells[place("p1_qw")]).atan(),
+                    || 2.0 * (cells[index("p1_qz")] / cells[index("p1_qw")]).atan(),
                     |column| cells[column],
                 );
                 (cells[y].atan2(cells[x]), turn)

@@ -28,20 +28,20 @@ pub(crate) fn measure(count: usize) -> Measured {
 }
 
 fn of_size(width: u32, height: u32, count: usize) -> Measured {
-    let place = Place::new()?;
+    let folder = Place::new()?;
     let (camera, sensor) = (plugin("simulated-camera")?, plugin("light-stripe")?);
     let stream = |plugin: &plumb_host::Plugin, name: &str| {
         let found = plugin.manifest.streams.iter().find(|stream| stream.name == name).cloned();
         found.ok_or_else(|| format!("no stream {name}"))
     };
     let (frames, points) = (stream(&camera, "frames")?, stream(&sensor, "points")?);
-    let mut publisher = place.bus()?.publisher("camera", &frames)?;
+    let mut publisher = folder.bus()?.publisher("camera", &frames)?;
     let wired = WiredInput { input: "frames".to_owned(), device: "camera".to_owned(), stream: frames };
     let config = json!({"threshold": {"fixed": 60}});
-    let host = place.host("stripe", &sensor, config, vec![wired])?;
+    let host = folder.host("stripe", &sensor, config, vec![wired])?;
     let device = host.sensor()?;
-    let mut subscriber = place.bus()?.subscriber("stripe", &points)?;
-    let bell = place.bus()?.stream_listener("stripe", &points)?;
+    let mut subscriber = folder.bus()?.subscriber("stripe", &points)?;
+    let bell = folder.bus()?.stream_listener("stripe", &points)?;
     device.activate()?;
     device.arm()?;
     let pictures: Vec<Vec<u8>> = (0..PICTURES).map(|number| picture(width, height, number)).collect();

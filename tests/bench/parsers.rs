@@ -119,12 +119,12 @@ impl Xorshift {
             bytes.extend_from_slice(says[self.below(says.len())]);
         }
         for _ in 0..self.below(8) {
-            let (place, byte) = (self.below(bytes.len()), self.below(256) as u8);
+            let (index, byte) = (self.below(bytes.len()), self.below(256) as u8);
             match self.below(4) {
-                0 => bytes.truncate(place),
-                1 => bytes.insert(place, byte),
-                2 if !bytes.is_empty() => drop(bytes.remove(place)),
-                _ => bytes.iter_mut().skip(place).take(1).for_each(|kept| *kept = byte),
+                0 => bytes.truncate(index),
+                1 => bytes.insert(index, byte),
+                2 if !bytes.is_empty() => drop(bytes.remove(index)),
+                _ => bytes.iter_mut().skip(index).take(1).for_each(|kept| *kept = byte),
             }
         }
         bytes

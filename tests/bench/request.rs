@@ -69,10 +69,10 @@ struct Raw {
 }
 
 impl Raw {
-    fn start(place: &Place) -> Result<Self, Box<dyn Error>> {
-        let (prefix, root) = (place.domain.prefix(), place.domain.root());
-        let answered = place.bus()?.listener("raw/answered")?;
-        let ask = place.bus()?.signal("raw/asked")?;
+    fn start(folder: &Place) -> Result<Self, Box<dyn Error>> {
+        let (prefix, root) = (folder.domain.prefix(), folder.domain.root());
+        let answered = folder.bus()?.listener("raw/answered")?;
+        let ask = folder.bus()?.signal("raw/asked")?;
         let mut command = Command::new(std::env::current_exe()?);
         command.arg(RAW_SERVER).arg(prefix).arg(root).stdin(Stdio::piped());
         let process = command.spawn()?;

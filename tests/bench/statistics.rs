@@ -5,8 +5,8 @@ use std::time::Duration;
 /// The value below which a share of the others lies; zero of none.
 pub(crate) fn quantile(values: &mut [Duration], share: f64) -> Duration {
     values.sort();
-    let place = ((values.len() as f64 * share).ceil() as usize).saturating_sub(1);
-    values.get(place).copied().unwrap_or_default()
+    let index = ((values.len() as f64 * share).ceil() as usize).saturating_sub(1);
+    values.get(index).copied().unwrap_or_default()
 }
 
 /// Mean and standard deviation.

@@ -89,7 +89,7 @@ impl Bench {
     fn start() -> Result<Self, Box<dyn Error>> {
         let options = LineOptions { baud: Some(9600), ..LineOptions::default() };
         let emulator = Emulator::start(options, Box::new(BareMotors::new(false, 40.0)))?;
-        let place = Place::new()?;
+        let folder = Place::new()?;
         let [waist_deg, shoulder_deg, elbow_deg, wrist_pitch_deg, wrist_roll_deg, gripper_mm] = HOME;
         let config = json!({
             "port": emulator.status().port,
@@ -98,9 +98,9 @@ impl Bench {
                 "wrist_pitch_deg": wrist_pitch_deg, "wrist_roll_deg": wrist_roll_deg, "gripper_mm": gripper_mm,
             },
         });
-        let host = place.host("arm", &plugin("teachmover")?, config, Vec::new())?;
+        let host = folder.host("arm", &plugin("teachmover")?, config, Vec::new())?;
         let robot = host.robot()?;
-        Ok(Self { emulator, host, robot, _place: place })
+        Ok(Self { emulator, host, robot, _place: folder })
     }
 
     /// Lets the driver's host hang or crash in the middle of a move, and stops it.

@@ -12,18 +12,18 @@ use crate::parts::{Place, plugin, steady_robot};
 use crate::{LONG, Measured};
 
 pub(crate) fn measure(count: usize) -> Measured {
-    let place = Place::new()?;
+    let folder = Place::new()?;
     let steady = steady_robot()?;
     let stream = |name: &str| {
         let found = steady.manifest.streams.iter().find(|stream| stream.name == name).cloned();
         found.ok_or_else(|| format!("no stream {name}"))
     };
-    let robot_host = place.host("arm", &steady, serde_json::Value::Null, Vec::new())?;
+    let robot_host = folder.host("arm", &steady, serde_json::Value::Null, Vec::new())?;
     let line = WiredInput { input: "line".to_owned(), device: "arm".to_owned(), stream: stream("inputs")? };
-    let sensor_host = place.host("eye", &plugin("ir-proximity")?, json!({"bit": 0}), vec![line])?;
+    let sensor_host = folder.host("eye", &plugin("ir-proximity")?, json!({"bit": 0}), vec![line])?;
     let (robot, sensor) = (robot_host.robot()?, sensor_host.sensor()?);
-    let mut subscriber = place.bus()?.subscriber("arm", &stream("joints")?)?;
-    let bell = place.bus()?.stream_listener("arm", &stream("joints")?)?;
+    let mut subscriber = folder.bus()?.subscriber("arm", &stream("joints")?)?;
+    let bell = folder.bus()?.stream_listener("arm", &stream("joints")?)?;
     robot.activate()?;
     sensor.activate()?;
     sensor.arm()?;

@@ -79,9 +79,9 @@ fn compliance(cell: usize, run: usize) -> f64 {
 }
 
 /// The record of one cell, written as the program's tables have it, so that the triggers fill the outbox.
-fn write_record(place: &Path, cell: usize) {
-    drop(Record::open(place).unwrap());
-    let mut file = rusqlite::Connection::open(place.join("plumb.sqlite3")).unwrap();
+fn write_record(folder: &Path, cell: usize) {
+    drop(Record::open(folder).unwrap());
+    let mut file = rusqlite::Connection::open(folder.join("plumb.sqlite3")).unwrap();
     let all = file.transaction().unwrap();
     let name = format!("cell-{cell:02}");
     let arm = if cell < 15 { "ur5" } else { "scara" };

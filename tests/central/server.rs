@@ -228,7 +228,8 @@ fn programs() -> Option<PathBuf> {
     for version in versions {
         places.insert(0, version.join("bin"));
     }
-    let whole =
-        |place: &Path| ["initdb", "postgres", "pg_ctl", "psql"].iter().all(|name| place.join(name).is_file());
-    places.into_iter().find(|place| whole(place))
+    let whole = |folder: &Path| {
+        ["initdb", "postgres", "pg_ctl", "psql"].iter().all(|name| folder.join(name).is_file())
+    };
+    places.into_iter().find(|folder| whole(folder))
 }

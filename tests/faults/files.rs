@@ -152,14 +152,14 @@ fn lab_that_names(bad: &str) -> Lab {
 }
 
 fn files_that_are_none() -> Happened {
-    let place = tempfile::tempdir().unwrap();
-    let long = place.path().join("long");
+    let folder = tempfile::tempdir().unwrap();
+    let long = folder.path().join("long");
     let mut file = File::create(&long).unwrap();
     (0..100).for_each(|_| file.write_all(&[b'a'; 1_000_000]).unwrap());
-    let pipe = place.path().join("pipe");
+    let pipe = folder.path().join("pipe");
     nix::unistd::mkfifo(&pipe, nix::sys::stat::Mode::S_IRWXU).unwrap();
     let mut most = Most::default();
-    for target in [Path::new("/dev/zero"), Path::new("/proc/kmsg"), &pipe, place.path(), &long] {
+    for target in [Path::new("/dev/zero"), Path::new("/proc/kmsg"), &pipe, folder.path(), &long] {
         for (ending, arguments) in READERS {
             let bad = format!("bad.{ending}");
             let lab = lab_that_names(&bad);
@@ -224,8 +224,8 @@ fn files_that_explode() -> Happened {
 
     // Eight levels of ten calls each.
     for level in 0..8 {
-        let call = |place: usize| {
-            format!("  - {{id: s{place}, do: {{call: {{procedure: p{}.yaml}}}}}}\n", level + 1)
+        let call = |index: usize| {
+            format!("  - {{id: s{index}, do: {{call: {{procedure: p{}.yaml}}}}}}\n", level + 1)
         };
         let steps: String = if level < 7 { (0..10).map(call).collect() } else { format!("  - {leaf}\n") };
         lab.write(&format!("procedures/p{level}.yaml"), &format!("procedure: p{level}\nsteps:\n{steps}"));

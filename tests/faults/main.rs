@@ -136,8 +136,8 @@ fn round(rows: &[&Row]) -> usize {
 }
 
 fn take<'r>(rows: &[&'r Row], next: &AtomicUsize) -> Option<(usize, &'r Row)> {
-    let place = next.fetch_add(1, Ordering::Relaxed);
-    rows.get(place).map(|row| (place, *row))
+    let index = next.fetch_add(1, Ordering::Relaxed);
+    rows.get(index).map(|row| (index, *row))
 }
 
 fn words(panic: &(dyn std::any::Any + Send)) -> String {

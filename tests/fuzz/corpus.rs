@@ -150,17 +150,17 @@ pub(crate) fn cloud(ending: &str) -> Vec<u8> {
         seen: StripePoint::default(),
     };
     let cloud = Cloud { points: (0..12).map(point).collect(), ..Cloud::default() };
-    let place = tempfile::tempdir().unwrap();
-    let path = place.path().join(format!("a.{ending}"));
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join(format!("a.{ending}"));
     plumb_cloud::write(&cloud, &path, 0, None).unwrap();
     fs::read(path).unwrap()
 }
 
 pub(crate) fn scan() -> Vec<u8> {
     let joints: Vec<String> = ["waist", "shoulder"].map(str::to_owned).into();
-    let place = tempfile::tempdir().unwrap();
-    Cloud::default().save(place.path(), "a", &joints, "plate").unwrap();
-    let text = |ending: &str| fs::read_to_string(place.path().join(ending)).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    Cloud::default().save(folder.path(), "a", &joints, "plate").unwrap();
+    let text = |ending: &str| fs::read_to_string(folder.path().join(ending)).unwrap();
     format!("{}====\n{}", text("a.poses.csv"), text("a.stripes.csv")).into_bytes()
 }
 
@@ -240,8 +240,8 @@ pub(crate) fn events() -> Vec<Vec<u8>> {
 
 /// A record with its tables, and its write-ahead log taken in.
 pub(crate) fn record() -> Vec<u8> {
-    let place = tempfile::tempdir().unwrap();
-    let record = plumb_record::Record::open(place.path()).unwrap();
-    record.back_up(&place.path().join("copy")).unwrap();
-    fs::read(place.path().join("copy")).unwrap()
+    let folder = tempfile::tempdir().unwrap();
+    let record = plumb_record::Record::open(folder.path()).unwrap();
+    record.back_up(&folder.path().join("copy")).unwrap();
+    fs::read(folder.path().join("copy")).unwrap()
 }

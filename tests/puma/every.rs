@@ -122,21 +122,21 @@ const SAME: [(&str, &str, &str); 1] = [("link_offset", "shoulder", "elbow")];
 /// What world `number` of those from `first` hides, and its seed.
 fn draw(number: u64, first: u64) -> (Drawn, u64) {
     let seed = first + number;
-    let place = &PLACES[(number % PLACES.len() as u64) as usize];
+    let index = &PLACES[(number % PLACES.len() as u64) as usize];
     // Splitmix64, so that neighbouring seeds have nothing in common.
     let mut bits = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15);
     bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
     let share = ((bits ^ (bits >> 31)) >> 11) as f64 / (1_u64 << 53) as f64;
-    let size = place.least + (place.most - place.least) * share;
+    let size = index.least + (index.most - index.least) * share;
     let (size, phase) = (format!("{size:.3e}"), (seed * 77) % 360);
-    let entry = place.entry.replace("SIZE", &size).replace("PHASE", &phase.to_string());
+    let entry = index.entry.replace("SIZE", &size).replace("PHASE", &phase.to_string());
     let drawn = Drawn {
-        effect: place.effect,
-        place: place.joint.to_owned(),
-        size: format!("{size} {}", place.unit),
-        words: place.words,
-        imperfection: format!("{{{}: {{joint: {}, {entry}}}}}", place.effect, place.joint),
+        effect: index.effect,
+        place: index.joint.to_owned(),
+        size: format!("{size} {}", index.unit),
+        words: index.words,
+        imperfection: format!("{{{}: {{joint: {}, {entry}}}}}", index.effect, index.joint),
     };
     (drawn, seed)
 }
@@ -215,8 +215,8 @@ impl Figures {
                 Verdict::Tied => 2,
                 Verdict::Wrong | Verdict::Nothing => 3,
             };
-            for (place, count) in counts.iter_mut().enumerate() {
-                *count += usize::from(place == 0 || place == column || place == 4 && at_floor);
+            for (index, count) in counts.iter_mut().enumerate() {
+                *count += usize::from(index == 0 || index == column || index == 4 && at_floor);
             }
         }
         self.worlds += 1;

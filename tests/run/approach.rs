@@ -14,9 +14,9 @@ fn json(lab: &Lab, arguments: &[&str]) -> Value {
 /// The cells of a column, by its header.
 fn column(table: &str, name: &str) -> Vec<f64> {
     let mut lines = table.lines().filter(|line| !line.starts_with('#'));
-    let place = lines.next().unwrap().split(',').position(|header| header == name);
-    let place = place.unwrap_or_else(|| panic!("no column {name}: {table}"));
-    lines.map(|line| line.split(',').nth(place).unwrap().parse().unwrap()).collect()
+    let index = lines.next().unwrap().split(',').position(|header| header == name);
+    let index = index.unwrap_or_else(|| panic!("no column {name}: {table}"));
+    lines.map(|line| line.split(',').nth(index).unwrap().parse().unwrap()).collect()
 }
 
 #[test]

@@ -11,11 +11,11 @@ use serde_json::Value;
 const OF_THE_FLOOR: f64 = 1.3;
 
 /// A whole trial, kept in `place`: what it came to.
-fn rehearsed(place: &Path, fault: &str, seed: u64) -> Value {
+fn rehearsed(folder: &Path, fault: &str, seed: u64) -> Value {
     let seed = seed.to_string();
     let mut command = Command::new(env!("CARGO_BIN_EXE_plumb"));
     command.args(["trial", "rehearse", "--cell", "teachmover", "--fault", fault, "--seed", &seed, "--json"]);
-    command.arg("-o").arg(place).current_dir(place).stdin(Stdio::null()).env("NO_COLOR", "1");
+    command.arg("-o").arg(folder).current_dir(folder).stdin(Stdio::null()).env("NO_COLOR", "1");
     let done = command.output().unwrap();
     let output = String::from_utf8_lossy(&done.stdout).into_owned();
     assert!(done.status.success(), "{output}{}", String::from_utf8_lossy(&done.stderr));
@@ -30,8 +30,8 @@ fn millimetres(rehearsed: &Value, key: &str) -> f64 {
 
 /// What is wrong is found in the cell, and the cell then does better by it.
 fn found_and_cured(fault: &str, seed: u64, effect: &str) -> Value {
-    let place = tempfile::tempdir().unwrap();
-    let trial = rehearsed(place.path(), fault, seed);
+    let folder = tempfile::tempdir().unwrap();
+    let trial = rehearsed(folder.path(), fault, seed);
     assert_eq!(trial["right"], true, "{trial:#}");
     if trial["verdict"] == "named" {
         assert_eq!(trial["added"], effect);
@@ -58,35 +58,35 @@ fn a_forearm_that_droops_is_distinguished_from_a_wheel_out_of_true_by_the_load_t
 
 #[test]
 fn poses_that_cannot_be_taken_are_refused_before_the_arm_moves_and_a_load_too_heavy_stops_the_run() {
-    let place = tempfile::tempdir().unwrap();
+    let folder = tempfile::tempdir().unwrap();
     plumb(
-        place.path(),
+        folder.path(),
         &["trial", "new", "--cell", "teachmover", "--fault", "none", "--seed", "1", "-o", "cell"],
     );
-    let poses = place.path().join("cell/poses.csv");
+    let poses = folder.path().join("cell/poses.csv");
     let asked = fs::read_to_string(&poses).unwrap();
     for (table, expected) in [
         (asked.replace("approach_q3", "side_q3"), "`poses` has no `approach_q3`"),
         (asked.replace("-105", "low"), "line 3: `low` under `q3_deg` is no number"),
     ] {
         fs::write(&poses, table).unwrap();
-        let (code, output) = plumb(place.path(), &["run", "cell/cell.yaml", "measure-poses", "--headless"]);
+        let (code, output) = plumb(folder.path(), &["run", "cell/cell.yaml", "measure-poses", "--headless"]);
         assert!(
             code == Some(2) && output.contains(expected) && !output.contains("high: Raise the arm"),
             "{output}"
         );
     }
     fs::write(&poses, asked.replace(",0.3,", ",2,")).unwrap();
-    let (code, output) = plumb(place.path(), &["run", "cell/cell.yaml", "measure-poses", "--headless"]);
+    let (code, output) = plumb(folder.path(), &["run", "cell/cell.yaml", "measure-poses", "--headless"]);
     // The run could be resumed: its world waits for that.
-    plumb(place.path(), &["doctor", "--clean", "cell/cell.yaml"]);
+    plumb(folder.path(), &["doctor", "--clean", "cell/cell.yaml"]);
     assert!(code == Some(2) && output.contains("this hand lifts 0 to 0.454 kg"), "{output}");
 }
 
 /// A command in a folder with a record of its own: its exit code, and what it said.
-fn plumb(place: &Path, arguments: &[&str]) -> (Option<i32>, String) {
+fn plumb(folder: &Path, arguments: &[&str]) -> (Option<i32>, String) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_plumb"));
-    command.args(arguments).current_dir(place).env("XDG_STATE_HOME", place.join("record"));
+    command.args(arguments).current_dir(folder).env("XDG_STATE_HOME", folder.join("record"));
     let done = command.stdin(Stdio::null()).env("NO_COLOR", "1").output().unwrap();
     let output = [done.stdout, done.stderr].map(|text| String::from_utf8_lossy(&text).into_owned());
     (done.status.code(), output.concat())
@@ -104,14 +104,14 @@ fn a_forearm_that_the_shoulder_drags_along_is_distinguished_from_a_wheel_out_of_
 
 #[test]
 fn lost_steps_are_dated_and_cured_by_finding_the_zeros_anew() {
-    let place = tempfile::tempdir().unwrap();
-    let trial = rehearsed(place.path(), "lost_steps(shoulder)", 16);
+    let folder = tempfile::tempdir().unwrap();
+    let trial = rehearsed(folder.path(), "lost_steps(shoulder)", 16);
     assert_eq!(trial["right"], true, "{trial:#}");
     assert_eq!(trial["added"], "joint_step(shoulder)");
     let sentence = trial["sentence"].as_str().unwrap();
     assert!(sentence.contains("find the zeros anew"), "{sentence}");
     let at = dated(sentence);
-    let table = fs::read_to_string(place.path().join("lost_steps-shoulder-16/table.csv")).unwrap();
+    let table = fs::read_to_string(folder.path().join("lost_steps-shoulder-16/table.csv")).unwrap();
     let (last_before, first_after) = around_the_haste(&table);
     assert!((last_before..=first_after + 0.5).contains(&at), "{last_before} to {first_after} s, dated {at}");
     let [again, anew, floor] = ["lost_again_mm", "anew_mm", "floor_mm"].map(|key| millimetres(&trial, key));
@@ -139,8 +139,8 @@ fn around_the_haste(table: &str) -> (f64, f64) {
 
 #[test]
 fn a_shoulder_that_droops_where_the_rows_do_not_show_it_is_not_called_at_the_floor_without_a_word() {
-    let place = tempfile::tempdir().unwrap();
-    let trial = rehearsed(place.path(), "droop(shoulder)", 5105);
+    let folder = tempfile::tempdir().unwrap();
+    let trial = rehearsed(folder.path(), "droop(shoulder)", 5105);
     assert_eq!(trial["right"], true, "{trial:#}");
     let [after, floor] = ["after_mm", "floor_mm"].map(|key| millimetres(&trial, key));
     let sentence = trial["sentence"].as_str().unwrap();
@@ -154,11 +154,11 @@ fn a_shoulder_that_droops_where_the_rows_do_not_show_it_is_not_called_at_the_flo
 
 #[test]
 fn a_trial_that_fails_does_not_take_the_others_with_it() {
-    let place = tempfile::tempdir().unwrap();
+    let folder = tempfile::tempdir().unwrap();
     // Where the second trial is to be there is a file.
-    fs::write(place.path().join("none-2"), "in the way").unwrap();
+    fs::write(folder.path().join("none-2"), "in the way").unwrap();
     let (code, output) = plumb(
-        place.path(),
+        folder.path(),
         &[
             "trial",
             "rehearse",
@@ -187,12 +187,12 @@ fn a_trial_that_fails_does_not_take_the_others_with_it() {
 
 #[test]
 fn what_cannot_be_hidden_is_refused_before_anything_is_run() {
-    let place = tempfile::tempdir().unwrap();
+    let folder = tempfile::tempdir().unwrap();
     for (arguments, expected) in [
         (["--cell", "teachmover", "--fault", "rust"], "known are none, spot, backlash"),
         (["--cell", "mill", "--fault", "none"], "there is no cell `mill`; known are teachmover"),
     ] {
-        let (code, output) = plumb(place.path(), &[&["trial", "rehearse"], arguments.as_slice()].concat());
+        let (code, output) = plumb(folder.path(), &[&["trial", "rehearse"], arguments.as_slice()].concat());
         assert!(code == Some(2) && output.contains(expected), "{output}");
     }
 }
@@ -200,11 +200,11 @@ fn what_cannot_be_hidden_is_refused_before_anything_is_run() {
 #[test]
 fn the_cell_of_every_trial_is_in_order() {
     for cell in ["teachmover", "puma", "light-stripe"] {
-        let place = tempfile::tempdir().unwrap();
+        let folder = tempfile::tempdir().unwrap();
         let (code, output) =
-            plumb(place.path(), &["trial", "new", "--cell", cell, "--seed", "3", "-o", "cell"]);
+            plumb(folder.path(), &["trial", "new", "--cell", cell, "--seed", "3", "-o", "cell"]);
         assert_eq!(code, Some(0), "{output}");
-        let (code, output) = plumb(place.path(), &["check", "cell/cell.yaml"]);
+        let (code, output) = plumb(folder.path(), &["check", "cell/cell.yaml"]);
         assert_eq!(code, Some(0), "{cell}: {output}");
     }
 }

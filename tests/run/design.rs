@@ -2,10 +2,10 @@
 
 #[test]
 fn a_study_designs_the_papers_target_for_any_arm_and_says_what_an_arm_lacks() {
-    let place = tempfile::tempdir().unwrap();
+    let folder = tempfile::tempdir().unwrap();
     let plumb = |arguments: &[&str]| {
         let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_plumb"));
-        let done = command.args(arguments).current_dir(place.path()).env("NO_COLOR", "1").output().unwrap();
+        let done = command.args(arguments).current_dir(folder.path()).env("NO_COLOR", "1").output().unwrap();
         let output = [done.stdout, done.stderr].map(|text| String::from_utf8_lossy(&text).into_owned());
         (done.status.code(), output.concat())
     };
@@ -17,7 +17,7 @@ fn a_study_designs_the_papers_target_for_any_arm_and_says_what_an_arm_lacks() {
         "{output}"
     );
     for name in ["design-08-back-rotation.svg", "design-09-distance.csv", "design-10-trigger-height.csv"] {
-        assert!(place.path().join("figures").join(name).exists(), "{name}");
+        assert!(folder.path().join("figures").join(name).exists(), "{name}");
     }
     let (code, output) = plumb(&["study", "design", &arm("scara4.yaml")]);
     assert!(code == Some(2) && output.contains("right angle"), "{output}");

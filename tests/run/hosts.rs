@@ -400,11 +400,11 @@ fn what_a_cell_shares_and_records_is_its_owners_alone() {
     let lab = Lab::new();
     let mut running = lab.start(&["run", "cell.yaml", "--pace", "real"]);
     running.until_moving_in("waist.lower");
-    let place = CellPlace::of_cell(&lab.path("cell.yaml")).unwrap();
-    let root = place.domain().root().to_owned();
-    let mut paths = place.domain().shared_memory();
+    let folder = CellPlace::of_cell(&lab.path("cell.yaml")).unwrap();
+    let root = folder.domain().root().to_owned();
+    let mut paths = folder.domain().shared_memory();
     assert!(paths.len() > 5, "{paths:?}");
-    paths.extend([root, place.lock_file(), place.world_socket().parent().unwrap().to_owned()]);
+    paths.extend([root, folder.lock_file(), folder.world_socket().parent().unwrap().to_owned()]);
     let record = lab.path("../state/plumb");
     paths.extend(fs::read_dir(&record).unwrap().map(|entry| entry.unwrap().path()));
     paths.push(record);

@@ -83,21 +83,21 @@ fn shipped() -> Vec<String> {
 
 #[test]
 fn every_example_comes_with_what_it_needs_and_is_in_order() {
-    let place = Elsewhere::new();
-    let list = place.plumb(&["init", "--list"]).out();
+    let folder = Elsewhere::new();
+    let list = folder.plumb(&["init", "--list"]).out();
     let names: Vec<&str> = list.lines().filter_map(|line| line.split_whitespace().next()).collect();
     assert_eq!(names, shipped(), "{list}");
     assert!(names.contains(&"teachmover"), "the hour's own: {list}");
     assert!(list.lines().all(|line| line.len() > 20), "each has a title: {list}");
     for name in &names {
-        let output = place.plumb(&["init", name, "--cell", name]);
+        let output = folder.plumb(&["init", name, "--cell", name]);
         assert_eq!(output.code(), 0, "{name}: {}", output.all());
         let page = format!("Read on in {name}/{name}/README.md");
         assert!(output.out().contains(&page), "{}", output.out());
-        let cells = files_with(&place.path(name), "cell: ");
+        let cells = files_with(&folder.path(name), "cell: ");
         assert!(!cells.is_empty() || *name == "arms", "{name} holds a cell");
         for cell in cells {
-            let checked = place.plumb(&["check", cell.to_str().unwrap()]);
+            let checked = folder.plumb(&["check", cell.to_str().unwrap()]);
             assert_eq!(checked.code(), 0, "{}: {}", cell.display(), checked.all());
         }
     }
@@ -105,29 +105,29 @@ fn every_example_comes_with_what_it_needs_and_is_in_order() {
 
 #[test]
 fn what_is_there_is_not_overwritten_and_nothing_else_is_written_then() {
-    let place = Elsewhere::new();
-    fs::create_dir_all(place.path("lab/puma")).unwrap();
-    let output = place.plumb(&["init", "lab", "--cell", "ur5", "--cell", "light-stripe"]);
+    let folder = Elsewhere::new();
+    fs::create_dir_all(folder.path("lab/puma")).unwrap();
+    let output = folder.plumb(&["init", "lab", "--cell", "ur5", "--cell", "light-stripe"]);
     assert_eq!(output.code(), 2);
     assert!(
         output.err().starts_with("plumb: lab/puma is there already, and nothing is overwritten"),
         "{}",
         output.err()
     );
-    assert!(!place.path("lab/ur5").exists() && !place.path("lab/light-stripe").exists());
-    assert_eq!(fs::read_dir(place.path("lab/puma")).unwrap().count(), 0);
+    assert!(!folder.path("lab/ur5").exists() && !folder.path("lab/light-stripe").exists());
+    assert_eq!(fs::read_dir(folder.path("lab/puma")).unwrap().count(), 0);
 }
 
 #[test]
 fn an_example_whose_files_another_uses_too_may_be_there_already() {
-    let place = Elsewhere::new();
-    assert_eq!(place.plumb(&["init", "lab", "--cell", "puma"]).code(), 0);
-    let own = place.path("lab/puma/cell.yaml");
+    let folder = Elsewhere::new();
+    assert_eq!(folder.plumb(&["init", "lab", "--cell", "puma"]).code(), 0);
+    let own = folder.path("lab/puma/cell.yaml");
     fs::write(&own, format!("{}\n# mine\n", fs::read_to_string(&own).unwrap())).unwrap();
-    let output = place.plumb(&["init", "lab", "--cell", "light-stripe"]);
+    let output = folder.plumb(&["init", "lab", "--cell", "light-stripe"]);
     assert_eq!(output.code(), 0, "{}", output.all());
     assert!(fs::read_to_string(&own).unwrap().ends_with("# mine\n"), "it is left as it is");
-    let output = place.plumb(&["init", "other", "--cell", "light-stripe"]);
+    let output = folder.plumb(&["init", "other", "--cell", "light-stripe"]);
     assert!(
         output.out().contains("other/puma: ") && output.out().contains("whose files are used too"),
         "{}",
@@ -137,26 +137,26 @@ fn an_example_whose_files_another_uses_too_may_be_there_already() {
 
 #[test]
 fn the_folder_of_a_model_template_is_made() {
-    let place = Elsewhere::new();
-    let output = place.plumb(&["model", "template", "ur5", "-o", "new/calibration"]);
+    let folder = Elsewhere::new();
+    let output = folder.plumb(&["model", "template", "ur5", "-o", "new/calibration"]);
     assert_eq!(output.code(), 0, "{}", output.all());
     assert!(
-        place.path("new/calibration/ur5.yaml").is_file() && place.path("new/calibration/ur5.csv").is_file()
+        folder.path("new/calibration/ur5.yaml").is_file() && folder.path("new/calibration/ur5.csv").is_file()
     );
-    fs::write(place.path("file"), "").unwrap();
-    let output = place.plumb(&["model", "template", "ur5", "-o", "file"]);
+    fs::write(folder.path("file"), "").unwrap();
+    let output = folder.plumb(&["model", "template", "ur5", "-o", "file"]);
     assert_eq!(output.code(), 2);
     assert!(output.err().starts_with("plumb: file: "), "{}", output.err());
 }
 
 #[test]
 fn a_misspelled_example_and_a_folder_without_examples_are_refused_with_what_would_be_right() {
-    let place = Elsewhere::new();
-    let output = place.plumb(&["init", "--cell", "teachmoover"]);
+    let folder = Elsewhere::new();
+    let output = folder.plumb(&["init", "--cell", "teachmoover"]);
     assert_eq!(output.code(), 2);
     assert_eq!(output.err(), "plumb: there is no example `teachmoover`: did you mean `teachmover`?\n");
-    fs::create_dir(place.path("empty")).unwrap();
-    let output = place.plumb(&["init", "--from", "empty"]);
+    fs::create_dir(folder.path("empty")).unwrap();
+    let output = folder.plumb(&["init", "--from", "empty"]);
     assert_eq!(output.code(), 2);
     assert!(output.err().contains("looked in empty; name their folder"), "{}", output.err());
 }
@@ -193,12 +193,12 @@ fn an_installed_program_has_the_plugins_and_examples_of_its_prefix_and_no_others
 /// As `cargo install` leaves it: the program alone, and the source with what was built there.
 #[test]
 fn a_program_without_its_plugins_takes_those_that_were_built_with_it() {
-    let place = Elsewhere::new();
-    let program = place.path("plumb");
+    let folder = Elsewhere::new();
+    let program = folder.path("plumb");
     fs::copy(env!("CARGO_BIN_EXE_plumb"), &program).unwrap();
-    let verified = place.command(&program, &["plugins", "verify", "simulated", "teachmover"]);
+    let verified = folder.command(&program, &["plugins", "verify", "simulated", "teachmover"]);
     assert_eq!(verified.out(), "simulated: good\nteachmover: good\n", "{}", verified.all());
-    let listed = place.command(&program, &["init", "--list"]);
+    let listed = folder.command(&program, &["init", "--list"]);
     assert!(listed.out().contains("teachmover"), "{}", listed.all());
 }
 

@@ -10,8 +10,8 @@ use crate::lab::{Lab, command_of, hosts_of, processes_of, wait_gone};
 
 /// Everything in shared memory that belongs to the lab's cell.
 fn in_shared_memory(lab: &Lab) -> Vec<PathBuf> {
-    let place = CellPlace::of_cell(&lab.path("cell.yaml")).unwrap();
-    let name = place.domain().root().file_name().unwrap().to_str().unwrap().to_owned();
+    let folder = CellPlace::of_cell(&lab.path("cell.yaml")).unwrap();
+    let name = folder.domain().root().file_name().unwrap().to_str().unwrap().to_owned();
     let number = name.strip_prefix("plumb-cell-").unwrap().to_owned();
     let entries = fs::read_dir("/dev/shm").unwrap().map(|entry| entry.unwrap().path());
     entries.filter(|path| path.to_string_lossy().contains(&number)).collect()

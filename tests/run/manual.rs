@@ -124,20 +124,20 @@ fn every_command_and_service_of_many_cells_can_be_started_as_it_is() {
 #[test]
 fn the_units_of_many_cells_are_sound() {
     let text = fs::read_to_string(root().join("workcells/many-cells.md")).unwrap();
-    let place = tempfile::tempdir().unwrap();
+    let folder = tempfile::tempdir().unwrap();
     let mut units = Vec::new();
     for block in text.split("```ini\n").skip(1) {
         let unit = block.split("```").next().unwrap();
         let name = unit.lines().next().unwrap().rsplit('/').next().unwrap();
         // systemd looks whether the program is there: on this computer it may be elsewhere.
-        fs::write(place.path().join(name), unit.replace("/usr/bin/plumb", "/usr/bin/env plumb")).unwrap();
-        units.push(place.path().join(name));
+        fs::write(folder.path().join(name), unit.replace("/usr/bin/plumb", "/usr/bin/env plumb")).unwrap();
+        units.push(folder.path().join(name));
     }
     assert_eq!(units.len(), 3);
     let verified = std::process::Command::new("systemd-analyze")
         .args(["verify", "--user"])
         .args(&units)
-        .env("XDG_RUNTIME_DIR", place.path())
+        .env("XDG_RUNTIME_DIR", folder.path())
         .output();
     let Ok(verified) = verified else {
         skipped("systemd is not installed");

@@ -89,11 +89,11 @@ impl Case {
     }
 
     fn check(&self) {
-        let place = tempfile::tempdir().unwrap();
+        let folder = tempfile::tempdir().unwrap();
         for (name, text) in &self.files {
-            fs::write(place.path().join(name), text).unwrap();
+            fs::write(folder.path().join(name), text).unwrap();
         }
-        let (code, printed) = printed(place.path(), self.asked);
+        let (code, printed) = printed(folder.path(), self.asked);
         assert_eq!(code, Some(2), "{:?} says: {printed}", self.asked);
         for part in self.says {
             assert!(printed.contains(part), "`{part}` is missing in: {printed}");
@@ -195,17 +195,17 @@ fn distances_that_cannot_meet_name_both_lines() {
 
 #[test]
 fn a_known_distance_to_a_place_that_no_row_touches_is_said_to_be_unused() {
-    let place = tempfile::tempdir().unwrap();
+    let folder = tempfile::tempdir().unwrap();
     let touched = rows(20).into_iter().enumerate().map(|(row, mut cells)| {
         cells.push(["pin_left", "pin_right", ""][row % 3].to_owned());
         cells
     });
     let touched: Vec<Vec<String>> = touched.collect();
-    fs::write(place.path().join("poses.csv"), text(&format!("{HEADER},touch"), &touched)).unwrap();
+    fs::write(folder.path().join("poses.csv"), text(&format!("{HEADER},touch"), &touched)).unwrap();
     let model = |distance: &str| {
         let touch = format!("{ARM}touch: {{p: p1, distances: [{distance}]}}\n");
-        fs::write(place.path().join("arm.yaml"), touch).unwrap();
-        let (code, printed) = printed(place.path(), COMPARE);
+        fs::write(folder.path().join("arm.yaml"), touch).unwrap();
+        let (code, printed) = printed(folder.path(), COMPARE);
         assert_eq!(code, Some(0), "{printed}");
         printed
     };
@@ -349,14 +349,14 @@ fn what_spreadsheets_write_is_read_as_it_is() {
         ("sixteen bits a letter", utf16(&plain.replace(',', "\t"))),
         ("sixteen bits a letter, decimal commas", utf16(&commas)),
     ];
-    let place = tempfile::tempdir().unwrap();
-    fs::write(place.path().join("arm.yaml"), ARM).unwrap();
-    let table = place.path().join("poses.csv");
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("arm.yaml"), ARM).unwrap();
+    let table = folder.path().join("poses.csv");
     fs::write(&table, &plain).unwrap();
-    let (code, expected) = printed(place.path(), COMPARE);
+    let (code, expected) = printed(folder.path(), COMPARE);
     assert_eq!(code, Some(0), "{expected}");
     for (dialect, bytes) in dialects {
         fs::write(&table, bytes).unwrap();
-        assert_eq!(printed(place.path(), COMPARE), (Some(0), expected.clone()), "{dialect}");
+        assert_eq!(printed(folder.path(), COMPARE), (Some(0), expected.clone()), "{dialect}");
     }
 }

@@ -45,7 +45,7 @@ fn the_page_leads_from_an_own_arm_to_the_error_falling() {
         skipped("there is no `python3` here");
         return;
     }
-    let place = tempfile::tempdir().unwrap();
+    let folder = tempfile::tempdir().unwrap();
     let page =
         fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../plugins/own-arm.md")).unwrap();
     let program = Path::new(env!("CARGO_BIN_EXE_plumb")).parent().unwrap().display().to_string();
@@ -54,14 +54,14 @@ fn the_page_leads_from_an_own_arm_to_the_error_falling() {
     let mut typed = 0;
     for block in blocks(&page) {
         match block {
-            Block::File(name, text) => fs::write(place.path().join(name), text).unwrap(),
+            Block::File(name, text) => fs::write(folder.path().join(name), text).unwrap(),
             Block::Commands(commands) => {
                 for command in commands {
                     let mut shell = Command::new("sh");
-                    shell.args(["-c", &command]).current_dir(place.path()).stdin(Stdio::null());
+                    shell.args(["-c", &command]).current_dir(folder.path()).stdin(Stdio::null());
                     shell
                         .env("PATH", &path)
-                        .env("XDG_STATE_HOME", place.path().join("state"))
+                        .env("XDG_STATE_HOME", folder.path().join("state"))
                         .env("NO_COLOR", "1");
                     let output = CommandOutput::of(shell.output().unwrap());
                     assert_eq!(output.code(), 0, "{command}: {}", output.all());
@@ -69,7 +69,7 @@ fn the_page_leads_from_an_own_arm_to_the_error_falling() {
                         errors.push(rms_mm(&output.out()));
                     }
                     if command.contains("> table.csv") {
-                        let table = fs::read_to_string(place.path().join("table.csv")).unwrap();
+                        let table = fs::read_to_string(folder.path().join("table.csv")).unwrap();
                         assert!(table.contains(",std_z_mm,"), "{table}");
                     }
                     if command.contains("model diagnose") {

@@ -195,17 +195,17 @@ fn a_name_that_cannot_be_and_a_folder_that_is_there_are_refused() {
 #[test]
 fn the_crates_that_a_plugin_is_written_against_can_be_published() {
     let cargo = std::env::var("CARGO").unwrap_or_else(|_| "cargo".to_owned());
-    let place = tempfile::tempdir().unwrap();
+    let folder = tempfile::tempdir().unwrap();
     let mut command = Command::new(cargo);
     command
         .args(["package", "--offline", "--locked", "--no-verify", "--allow-dirty", "--target-dir"])
-        .arg(place.path());
+        .arg(folder.path());
     command.args(["-p", "plumb-abi", "-p", "plumb-document", "-p", "plumb-plugin"]);
     let packed = CommandOutput::of(command.current_dir(env!("CARGO_MANIFEST_DIR")).output().unwrap());
     assert_eq!(packed.code(), 0, "{}", packed.all());
     for name in ["abi", "document", "plugin"] {
         assert!(
-            place.path().join(format!("package/plumb-{name}-{}.crate", env!("CARGO_PKG_VERSION"))).is_file(),
+            folder.path().join(format!("package/plumb-{name}-{}.crate", env!("CARGO_PKG_VERSION"))).is_file(),
             "{}",
             packed.all()
         );

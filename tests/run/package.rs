@@ -17,22 +17,22 @@ fn run(folder: &Path, program: &str, arguments: &[&str]) -> CommandOutput {
 
 #[test]
 fn the_archive_runs_wherever_it_is_unpacked_and_the_debian_package_holds_the_same() {
-    let place = tempfile::tempdir().unwrap();
+    let folder = tempfile::tempdir().unwrap();
     let built = Path::new(env!("CARGO_BIN_EXE_plumb")).parent().unwrap();
     let has_dpkg = Command::new("dpkg-deb").arg("--version").output().is_ok();
     let options = Options {
-        output: Some(place.path().join("packages")),
+        output: Some(folder.path().join("packages")),
         built: Some(built.to_owned()),
         archive_only: !has_dpkg,
     };
     let files = package(&options).unwrap_or_else(|error| panic!("{error}"));
-    let unpacked = run(place.path(), "tar", &["-xzf", files[0].to_str().unwrap()]);
+    let unpacked = run(folder.path(), "tar", &["-xzf", files[0].to_str().unwrap()]);
     assert_eq!(unpacked.code(), 0, "{}", unpacked.all());
     let name = files[0].file_name().unwrap().to_str().unwrap().trim_end_matches(".tar.gz");
-    let tree = place.path().join(name);
+    let tree = folder.path().join(name);
 
     let program = tree.join("bin/plumb");
-    let plumb = |arguments: &[&str]| run(place.path(), program.to_str().unwrap(), arguments);
+    let plumb = |arguments: &[&str]| run(folder.path(), program.to_str().unwrap(), arguments);
     let verified = plumb(&["plugins", "verify"]);
     assert_eq!(verified.code(), 0, "{}", verified.all());
     assert_eq!(verified.out().lines().count(), 10, "each plugin: {}", verified.out());
@@ -55,7 +55,7 @@ fn the_archive_runs_wherever_it_is_unpacked_and_the_debian_package_holds_the_sam
     ] {
         assert!(tree.join(file).is_file(), "{file}");
     }
-    a_plugin_in_rust_is_built_against_what_was_installed(place.path(), &tree, &program);
+    a_plugin_in_rust_is_built_against_what_was_installed(folder.path(), &tree, &program);
     every_kind_of_schema_is_there(&tree, &plumb(&["schema", "--help"]).out());
     every_link_of_the_manual_leads_somewhere(&tree.join("share/doc/plumb"));
     let licences = fs::read_to_string(tree.join("share/doc/plumb/THIRD-PARTY-LICENSES")).unwrap();
@@ -69,19 +69,19 @@ fn the_archive_runs_wherever_it_is_unpacked_and_the_debian_package_holds_the_sam
         return;
     };
     let debian = debian.to_str().unwrap();
-    let extracted = run(place.path(), "dpkg-deb", &["-x", debian, "installed"]);
+    let extracted = run(folder.path(), "dpkg-deb", &["-x", debian, "installed"]);
     assert_eq!(extracted.code(), 0, "{}", extracted.all());
-    let installed = run(place.path(), "installed/usr/bin/plumb", &["plugins", "verify"]);
+    let installed = run(folder.path(), "installed/usr/bin/plumb", &["plugins", "verify"]);
     assert_eq!(installed.out(), verified.out(), "{}", installed.all());
-    let information = run(place.path(), "dpkg-deb", &["-f", debian, "Package", "Depends"]).out();
+    let information = run(folder.path(), "dpkg-deb", &["-f", debian, "Package", "Depends"]).out();
     assert!(information.contains("Package: plumb") && information.contains("libc6 (>= 2."), "{information}");
 }
 
 /// The project of a plugin in Rust names the installed crates, and cargo builds it with them.
-fn a_plugin_in_rust_is_built_against_what_was_installed(place: &Path, tree: &Path, program: &Path) {
+fn a_plugin_in_rust_is_built_against_what_was_installed(folder: &Path, tree: &Path, program: &Path) {
     let new = ["plugins", "new", "sensor", "quick", "--lang", "rust"];
-    assert_eq!(run(place, program.to_str().unwrap(), &new).code(), 0);
-    let project = place.join("quick");
+    assert_eq!(run(folder, program.to_str().unwrap(), &new).code(), 0);
+    let project = folder.join("quick");
     let crates = fs::canonicalize(tree.join("share/plumb/source/core/plugin")).unwrap();
     let manifest = fs::read_to_string(project.join("Cargo.toml")).unwrap();
     assert!(manifest.contains(&format!("plumb-plugin = {{ path = {crates:?} }}")), "{manifest}");
@@ -120,10 +120,10 @@ fn every_link_of_the_manual_leads_somewhere(documents: &Path) {
 
 #[test]
 fn what_is_not_built_is_named_with_the_command_that_builds_it() {
-    let place = tempfile::tempdir().unwrap();
+    let folder = tempfile::tempdir().unwrap();
     let options = Options {
-        output: Some(place.path().join("packages")),
-        built: Some(place.path().join("nothing")),
+        output: Some(folder.path().join("packages")),
+        built: Some(folder.path().join("nothing")),
         archive_only: true,
     };
     let error = package(&options).unwrap_err().to_string();

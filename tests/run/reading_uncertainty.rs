@@ -59,7 +59,7 @@ fn what_a_sensor_says_of_its_own_uncertainty_reaches_the_table_and_the_fit() {
     let mut lines = table.lines().filter(|line| !line.starts_with('#'));
     let header: Vec<&str> = lines.next().unwrap().split(',').collect();
     let cells: Vec<&str> = lines.next().unwrap().split(',').collect();
-    let cell = |name: &str| header.iter().position(|known| *known == name).map(|place| cells[place]);
+    let cell = |name: &str| header.iter().position(|known| *known == name).map(|index| cells[index]);
     assert_eq!((cell("std_x_mm"), cell("std_y_mm")), (Some("0.02"), Some("0.08")), "{table}");
 }
 

@@ -41,8 +41,8 @@ fn a_row_takes_every_reading_of_a_model_file_and_the_table_holds_it() {
     for reading in readings {
         let (column, value) = reading.split_once(": ").unwrap();
         let mut lines = table.lines().filter(|line| !line.starts_with('#'));
-        let place = lines.next().unwrap().split(',').position(|header| header == column);
-        let cell = place.and_then(|place| lines.next()?.split(',').nth(place).map(str::to_owned));
+        let index = lines.next().unwrap().split(',').position(|header| header == column);
+        let cell = index.and_then(|index| lines.next()?.split(',').nth(index).map(str::to_owned));
         let cell = cell.unwrap_or_else(|| panic!("{column} is not in\n{table}"));
         assert!(
             (cell.parse::<f64>().unwrap() - value.parse::<f64>().unwrap()).abs() < 1e-9,

@@ -4,11 +4,11 @@ use plumb_document::counted;
 
 /// The number of each step of a plan, from 1, by how deep it is; none for a `call` or a `repeat` that holds the deeper ones after it.
 pub(crate) fn step_numbers(depths: &[u32]) -> Vec<Option<usize>> {
-    let holds = |place: usize| depths.get(place + 1) > depths.get(place);
+    let holds = |index: usize| depths.get(index + 1) > depths.get(index);
     let mut number = 0;
     (0..depths.len())
-        .map(|place| {
-            (!holds(place)).then(|| {
+        .map(|index| {
+            (!holds(index)).then(|| {
                 number += 1;
                 number
             })

@@ -89,14 +89,14 @@ fn metadata(root: &Path) -> Result<Value, PackageError> {
 }
 
 /// Writes the archive. The same files give the same bytes: names in order, nobody's name, the time of the last commit.
-fn archive(root: &Path, place: &Path, name: &str) -> Result<PathBuf, PackageError> {
-    let archive = place.join(format!("{name}.tar.gz"));
+fn archive(root: &Path, folder: &Path, name: &str) -> Result<PathBuf, PackageError> {
+    let archive = folder.join(format!("{name}.tar.gz"));
     let mut tar = Command::new("tar");
     tar.args(["--sort=name", "--owner=0", "--group=0", "--numeric-owner"]);
     if let Some(time) = time_of_the_source(root) {
         tar.arg(format!("--mtime=@{time}"));
     }
-    output(tar.arg("-C").arg(place).arg("-czf").arg(&archive).arg(name))?;
+    output(tar.arg("-C").arg(folder).arg("-czf").arg(&archive).arg(name))?;
     Ok(archive)
 }
 

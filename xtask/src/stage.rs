@@ -178,8 +178,8 @@ mod tests {
 
     #[test]
     fn the_newest_symbol_version_counts_as_a_number() {
-        let place = tempfile::tempdir().unwrap();
-        let file = place.path().join("library");
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("library");
         fs::write(&file, b"\0GLIBC_2.4\0GLIBC_2.34\0GLIBC_2.5\0GLIBC_PRIVATE\0").unwrap();
         assert_eq!(newest_glibc(&[file]).unwrap(), "2.34");
     }

@@ -54,12 +54,12 @@ fn bytes<M: Message>(message: &M) -> &[u8] {
 }
 
 /// Starts this test program again to do the part of one child.
-fn spawn_child(name: &str, place: &Place) -> Child {
+fn spawn_child(name: &str, folder: &Place) -> Child {
     Command::new(env::current_exe().unwrap())
         .args(["--exact", name, "--nocapture", "--include-ignored"])
         .env("PLUMB_TEST_CHILD", name)
-        .env("PLUMB_TEST_PREFIX", place.domain.prefix())
-        .env("PLUMB_TEST_ROOT", place.domain.root())
+        .env("PLUMB_TEST_PREFIX", folder.domain.prefix())
+        .env("PLUMB_TEST_ROOT", folder.domain.root())
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
         .spawn()
@@ -96,8 +96,8 @@ fn until<T>(mut condition: impl FnMut() -> Option<T>) -> T {
 
 #[test]
 fn messages_arrive_in_order_and_numbered() {
-    let place = place();
-    let bus = Bus::open(&place.domain, "test").unwrap();
+    let folder = place();
+    let bus = Bus::open(&folder.domain, "test").unwrap();
     let mut receiver = bus.subscriber("arm", &joints()).unwrap();
     let mut sender = bus.publisher("arm", &joints()).unwrap();
     for time_ns in 0..100 {
@@ -112,8 +112,8 @@ fn messages_arrive_in_order_and_numbered() {
 
 #[test]
 fn a_receiver_that_comes_late_gets_the_last_message() {
-    let place = place();
-    let bus = Bus::open(&place.domain, "test").unwrap();
+    let folder = place();
+    let bus = Bus::open(&folder.domain, "test").unwrap();
     let mut sender = bus.publisher("arm", &joints()).unwrap();
     sender.emit(bytes(&state(1))).unwrap();
     sender.emit(bytes(&state(2))).unwrap();
@@ -126,8 +126,8 @@ fn a_receiver_that_comes_late_gets_the_last_message() {
 
 #[test]
 fn lost_messages_are_counted_and_reported_once() {
-    let place = place();
-    let bus = Bus::open(&place.domain, "test").unwrap();
+    let folder = place();
+    let bus = Bus::open(&folder.domain, "test").unwrap();
     let stream = StreamDescription { depth: Some(4), ..joints() };
     let mut receiver = bus.subscriber("arm", &stream).unwrap();
     let mut sender = bus.publisher("arm", &stream).unwrap();
@@ -146,8 +146,8 @@ fn lost_messages_are_counted_and_reported_once() {
 
 #[test]
 fn messages_lost_from_a_sender_that_took_over_are_counted_from_its_first() {
-    let place = place();
-    let bus = Bus::open(&place.domain, "test").unwrap();
+    let folder = place();
+    let bus = Bus::open(&folder.domain, "test").unwrap();
     let stream = StreamDescription { depth: Some(4), ..joints() };
     let mut receiver = bus.subscriber("arm", &stream).unwrap();
     let mut first = bus.publisher("arm", &stream).unwrap();
@@ -168,8 +168,8 @@ fn messages_lost_from_a_sender_that_took_over_are_counted_from_its_first() {
 
 #[test]
 fn a_message_of_the_wrong_length_is_refused() {
-    let place = place();
-    let bus = Bus::open(&place.domain, "test").unwrap();
+    let folder = place();
+    let bus = Bus::open(&folder.domain, "test").unwrap();
     let mut sender = bus.publisher("arm", &joints()).unwrap();
     let error = sender.emit(&[0; 24]).unwrap_err();
     assert!(matches!(error, EmitError::Length { length: 24, .. }));
@@ -178,8 +178,8 @@ fn a_message_of_the_wrong_length_is_refused() {
 
 #[test]
 fn a_stream_of_another_layout_is_refused() {
-    let place = place();
-    let bus = Bus::open(&place.domain, "test").unwrap();
+    let folder = place();
+    let bus = Bus::open(&folder.domain, "test").unwrap();
     let _sender = bus.publisher("arm", &joints()).unwrap();
     let other = StreamDescription::of::<DigitalInputs>("joints");
     let message = bus.subscriber("arm", &other).unwrap_err().to_string();
@@ -192,8 +192,8 @@ fn a_stream_of_another_layout_is_refused() {
 #[test]
 fn a_large_message_is_built_in_shared_memory() {
     const LENGTH: usize = 1_300_000;
-    let place = place();
-    let bus = Bus::open(&place.domain, "test").unwrap();
+    let folder = place();
+    let bus = Bus::open(&folder.domain, "test").unwrap();
     let frames = StreamDescription {
         name: "frames".to_owned(),
         message: "frame/1".to_owned(),
@@ -214,11 +214,11 @@ fn a_large_message_is_built_in_shared_memory() {
 
 #[test]
 fn a_stream_crosses_processes_and_wakes_its_receiver() {
-    let place = place();
-    let bus = Bus::open(&place.domain, "test").unwrap();
+    let folder = place();
+    let bus = Bus::open(&folder.domain, "test").unwrap();
     let mut receiver = bus.subscriber("arm", &joints()).unwrap();
     let listener = bus.stream_listener("arm", &joints()).unwrap();
-    let mut child = spawn_child("child_that_sends_a_thousand_states", &place);
+    let mut child = spawn_child("child_that_sends_a_thousand_states", &folder);
     let mut next = 0;
     while next < 1000 {
         wait_any(&[&listener], LONG).unwrap();
@@ -246,9 +246,9 @@ fn child_that_sends_a_thousand_states() {
 
 #[test]
 fn a_request_crosses_processes_and_its_answer_comes_back() {
-    let place = place();
-    let bus = Bus::open(&place.domain, "test").unwrap();
-    let mut child = spawn_child("child_that_serves_requests", &place);
+    let folder = place();
+    let bus = Bus::open(&folder.domain, "test").unwrap();
+    let mut child = spawn_child("child_that_serves_requests", &folder);
     wait_for_line(&mut child, "serving");
     let client = bus.client("arm").unwrap();
     // Often enough for an answer to come at every point of the wait for it.
@@ -266,8 +266,8 @@ fn a_request_crosses_processes_and_its_answer_comes_back() {
 
 #[test]
 fn a_request_nobody_answers_in_time_is_an_error_with_the_limit() {
-    let place = place();
-    let bus = Bus::open(&place.domain, "test").unwrap();
+    let folder = place();
+    let bus = Bus::open(&folder.domain, "test").unwrap();
     let server = bus.server("arm").unwrap();
     let client = bus.client("arm").unwrap();
     let error = client.call(&Request::ReadJoints, Call::within(Duration::from_millis(30))).unwrap_err();
@@ -278,8 +278,8 @@ fn a_request_nobody_answers_in_time_is_an_error_with_the_limit() {
 
 #[test]
 fn a_request_to_a_device_without_a_host_fails_at_once() {
-    let place = place();
-    let bus = Bus::open(&place.domain, "test").unwrap();
+    let folder = place();
+    let bus = Bus::open(&folder.domain, "test").unwrap();
     let client = bus.client("arm").unwrap();
     let error = client.call(&Request::Describe, Call::within(LONG)).unwrap_err();
     assert_eq!(error.to_string(), "arm is not served: its host does not run");
@@ -307,12 +307,12 @@ fn child_that_serves_requests() {
 
 #[test]
 fn a_killed_server_is_replaced_at_once() {
-    let place = place();
-    let bus = Bus::open(&place.domain, "test").unwrap();
+    let folder = place();
+    let bus = Bus::open(&folder.domain, "test").unwrap();
     let client = bus.client("arm").unwrap();
     let mut receiver = bus.subscriber("arm", &joints()).unwrap();
     for round in 0..3 {
-        let mut child = spawn_child("child_that_serves_requests", &place);
+        let mut child = spawn_child("child_that_serves_requests", &folder);
         wait_for_line(&mut child, "serving");
         let reply = client.call(&Request::ReadJoints, Call::within(LONG)).unwrap();
         assert_eq!(reply, Reply::Joints(state(7)), "round {round}");
@@ -327,37 +327,37 @@ fn a_killed_server_is_replaced_at_once() {
 
 #[test]
 fn nothing_is_left_after_a_kill_and_a_removal() {
-    let place = place();
-    let bus = Bus::open(&place.domain, "test").unwrap();
+    let folder = place();
+    let bus = Bus::open(&folder.domain, "test").unwrap();
     let client = bus.client("arm").unwrap();
-    let mut child = spawn_child("child_that_serves_requests", &place);
+    let mut child = spawn_child("child_that_serves_requests", &folder);
     wait_for_line(&mut child, "serving");
     client.call(&Request::ReadJoints, Call::within(LONG)).unwrap();
-    assert!(!place.domain.shared_memory().is_empty());
+    assert!(!folder.domain.shared_memory().is_empty());
     child.kill().unwrap();
     child.wait().unwrap();
     drop(client);
     drop(bus);
-    place.domain.remove().unwrap();
-    assert_eq!(place.domain.shared_memory(), Vec::<std::path::PathBuf>::new());
-    assert!(!place.domain.root().exists());
-    assert_eq!(std::fs::read_dir(place.directory.path()).unwrap().count(), 0);
+    folder.domain.remove().unwrap();
+    assert_eq!(folder.domain.shared_memory(), Vec::<std::path::PathBuf>::new());
+    assert!(!folder.domain.root().exists());
+    assert_eq!(std::fs::read_dir(folder.directory.path()).unwrap().count(), 0);
 }
 
 #[test]
 fn what_a_domain_holds_is_its_owners_alone_and_a_directory_of_somebody_else_is_refused() {
     use std::os::unix::fs::PermissionsExt as _;
 
-    let place = place();
-    std::fs::create_dir_all(place.domain.root()).unwrap();
-    std::fs::set_permissions(place.domain.root(), std::fs::Permissions::from_mode(0o755)).unwrap();
-    let bus = Bus::open(&place.domain, "test").unwrap();
+    let folder = place();
+    std::fs::create_dir_all(folder.domain.root()).unwrap();
+    std::fs::set_permissions(folder.domain.root(), std::fs::Permissions::from_mode(0o755)).unwrap();
+    let bus = Bus::open(&folder.domain, "test").unwrap();
     let mut sender = bus.publisher("arm", &joints()).unwrap();
     let _receiver = bus.subscriber("arm", &joints()).unwrap();
     sender.emit(bytes(&state(1))).unwrap();
-    let mut paths = place.domain.shared_memory();
+    let mut paths = folder.domain.shared_memory();
     assert!(paths.len() > 2, "{paths:?}");
-    paths.push(place.domain.root().to_owned());
+    paths.push(folder.domain.root().to_owned());
     for path in paths {
         let mode = std::fs::metadata(&path).unwrap().permissions().mode();
         assert_eq!(mode & 0o077, 0, "{} has {mode:o}", path.display());
@@ -368,13 +368,13 @@ fn what_a_domain_holds_is_its_owners_alone_and_a_directory_of_somebody_else_is_r
 
 #[test]
 fn a_domain_in_use_is_not_removed() {
-    let place = place();
-    let bus = Bus::open(&place.domain, "orchestrator").unwrap();
-    let message = place.domain.remove().unwrap_err().to_string();
+    let folder = place();
+    let bus = Bus::open(&folder.domain, "orchestrator").unwrap();
+    let message = folder.domain.remove().unwrap_err().to_string();
     let process = std::process::id();
     assert_eq!(message, format!("the cell's shared memory is in use by orchestrator (process {process})"));
     drop(bus);
-    place.domain.remove().unwrap();
+    folder.domain.remove().unwrap();
 }
 
 #[test]
@@ -389,8 +389,8 @@ fn two_domains_do_not_meet() {
 
 #[test]
 fn a_signal_rung_twice_is_heard_and_then_silent() {
-    let place = place();
-    let bus = Bus::open(&place.domain, "test").unwrap();
+    let folder = place();
+    let bus = Bus::open(&folder.domain, "test").unwrap();
     let listener = bus.listener("stop/arm").unwrap();
     let signal = bus.signal("stop/arm").unwrap();
     signal.notify().unwrap();
@@ -401,8 +401,8 @@ fn a_signal_rung_twice_is_heard_and_then_silent() {
 
 #[test]
 fn a_signal_wakes_a_task() {
-    let place = place();
-    let bus = Bus::open(&place.domain, "test").unwrap();
+    let folder = place();
+    let bus = Bus::open(&folder.domain, "test").unwrap();
     let mut receiver = bus.subscriber("arm", &joints()).unwrap();
     let listener = bus.stream_listener("arm", &joints()).unwrap();
     let mut sender = bus.publisher("arm", &joints()).unwrap();
@@ -419,8 +419,8 @@ fn a_signal_wakes_a_task() {
 
 #[test]
 fn a_task_that_waits_for_a_signal_goes_on_only_once_it_is_sent() {
-    let place = place();
-    let bus = Bus::open(&place.domain, "test").unwrap();
+    let folder = place();
+    let bus = Bus::open(&folder.domain, "test").unwrap();
     let (listener, signal) = (bus.listener("stop/arm").unwrap(), bus.signal("stop/arm").unwrap());
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
     runtime.block_on(async {
@@ -437,8 +437,8 @@ fn a_task_that_waits_for_a_signal_goes_on_only_once_it_is_sent() {
 
 #[test]
 fn anyone_who_waits_for_signals_waits_as_long_as_was_said_or_until_one_is_sent() {
-    let place = place();
-    let bus = Bus::open(&place.domain, "test").unwrap();
+    let folder = place();
+    let bus = Bus::open(&folder.domain, "test").unwrap();
     let (one, other) = (bus.listener("one").unwrap(), bus.listener("other").unwrap());
     let limit = Duration::from_millis(120);
     let begun = Instant::now();
@@ -454,8 +454,8 @@ fn anyone_who_waits_for_signals_waits_as_long_as_was_said_or_until_one_is_sent()
 
 #[test]
 fn ports_and_the_bus_name_themselves() {
-    let place = place();
-    let bus = Bus::open(&place.domain, "test").unwrap();
+    let folder = place();
+    let bus = Bus::open(&folder.domain, "test").unwrap();
     let (sender, receiver) =
         (bus.publisher("arm", &joints()).unwrap(), bus.subscriber("arm", &joints()).unwrap());
     let (server, client) = (bus.server("arm").unwrap(), bus.client("arm").unwrap());
@@ -463,17 +463,17 @@ fn ports_and_the_bus_name_themselves() {
     assert!(format!("{sender:?} {receiver:?}").matches("\"arm/joints\"").count() == 2);
     assert!(format!("{server:?} {client:?}").matches("\"arm\"").count() == 2);
     assert_eq!(format!("{:?}", bus.signal("stop/arm").unwrap()), "Signal(\"stop/arm\")");
-    assert!(format!("{bus:?}").contains(place.domain.prefix()));
+    assert!(format!("{bus:?}").contains(folder.domain.prefix()));
     assert_eq!(Bus::stream_service("arm", &joints()), "stream/arm/joints");
-    let users: Vec<String> = Bus::users(&place.domain).iter().map(ToString::to_string).collect();
+    let users: Vec<String> = Bus::users(&folder.domain).iter().map(ToString::to_string).collect();
     assert_eq!(users.len(), 1, "{users:?}");
     assert!(users[0].contains("test") && users[0].contains(&std::process::id().to_string()), "{users:?}");
 }
 
 #[test]
 fn a_third_sender_of_a_stream_waits_a_second_for_a_place_and_is_refused_until_one_is_free() {
-    let place = place();
-    let bus = Bus::open(&place.domain, "test").unwrap();
+    let folder = place();
+    let bus = Bus::open(&folder.domain, "test").unwrap();
     let first = bus.publisher("arm", &joints()).unwrap();
     let _second = bus.publisher("arm", &joints()).unwrap();
     let begun = Instant::now();
@@ -492,8 +492,8 @@ fn settings_of(bytes: usize) -> Request {
 
 #[test]
 fn a_request_and_an_answer_may_be_as_long_as_their_limit_and_no_longer() {
-    let place = place();
-    let bus = Bus::open(&place.domain, "test").unwrap();
+    let folder = place();
+    let bus = Bus::open(&folder.domain, "test").unwrap();
     let (server, client) = (bus.server("arm").unwrap(), bus.client("arm").unwrap());
     let limit = 64 * 1024;
     let error = client.call(&settings_of(limit + 1), Call::within(LONG)).unwrap_err();
@@ -522,13 +522,13 @@ fn a_request_and_an_answer_may_be_as_long_as_their_limit_and_no_longer() {
 
 #[test]
 fn the_bus_writes_nothing_to_the_terminal() {
-    let place = place();
+    let folder = place();
     let output = Command::new(env::current_exe().unwrap())
         .args(["--exact", "child_that_opens_and_closes", "--nocapture", "--include-ignored"])
         .env("PLUMB_TEST_CHILD", "child_that_opens_and_closes")
-        .env("PLUMB_TEST_PREFIX", place.domain.prefix())
-        .env("PLUMB_TEST_ROOT", place.domain.root())
-        .current_dir(place.directory.path())
+        .env("PLUMB_TEST_PREFIX", folder.domain.prefix())
+        .env("PLUMB_TEST_ROOT", folder.domain.root())
+        .current_dir(folder.directory.path())
         .output()
         .unwrap();
     assert!(output.status.success());

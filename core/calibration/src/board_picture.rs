@@ -191,11 +191,11 @@ impl Picture<'_> {
         let size = self.board.square_mm * self.board.columns.max(self.board.rows) as f64;
         let mut equations = DMatrix::zeros((2 * self.corners.len()).max(9), 9);
         for (index, corner) in self.corners.iter().enumerate() {
-            let place = self.board.place(corner.number) / size;
+            let position = self.board.place(corner.number) / size;
             let [x, y] = self.camera.direction(corner.at);
             // Direct linear transformation (Hartley and Zisserman 2004, section 4.1): two rows a corner, `h_part . m - seen h_3 . m = 0`.
             for (part, seen) in [x, y].into_iter().enumerate() {
-                for (column, value) in [place.x, place.y, 1.0].into_iter().enumerate() {
+                for (column, value) in [position.x, position.y, 1.0].into_iter().enumerate() {
                     equations[(2 * index + part, 3 * part + column)] = value;
                     equations[(2 * index + part, 6 + column)] = -seen * value;
                 }
@@ -221,10 +221,13 @@ impl Picture<'_> {
         let axes = Matrix3::from_columns(&[first, second, first.cross(&second)]);
         let svd = axes.svd(true, true);
         let rotation = Rotation3::from_matrix_unchecked(svd.u? * svd.v_t?);
-        let place = parts.column(2) * size;
-        let pose =
-            Isometry3::from_parts(Translation3::from(place), UnitQuaternion::from_rotation_matrix(&rotation));
-        (rotation.matrix().determinant() > 0.0 && place.iter().all(|part| part.is_finite())).then_some(pose)
+        let position = parts.column(2) * size;
+        let pose = Isometry3::from_parts(
+            Translation3::from(position),
+            UnitQuaternion::from_rotation_matrix(&rotation),
+        );
+        (rotation.matrix().determinant() > 0.0 && position.iter().all(|part| part.is_finite()))
+            .then_some(pose)
     }
 
     /// Measured less shown pixels, one after the other; nothing if a corner would be behind the camera.

@@ -79,14 +79,14 @@ pub fn bodies(
     target: Option<&str>,
     poses: &[Pose],
 ) -> Result<Vec<IsometryMatrix3<f64>>, PredictionError> {
-    let place = match target {
+    let index = match target {
         None => 0,
         Some(name) => model.targets.iter().position(|target| target.name == name).ok_or_else(|| {
             let known: Vec<&str> = model.targets.iter().map(|target| target.name.as_str()).collect();
             PredictionError::UnknownTarget(name.to_owned(), format!("there are {}", known.join(", ")))
         })?,
     };
-    let target = model.targets.get(place).ok_or(PredictionError::NoTarget)?;
+    let target = model.targets.get(index).ok_or(PredictionError::NoTarget)?;
     // The fit's own model predicts: what a cell is given is what was fitted.
     let joints = model.chain.len();
     let mut table =
@@ -111,7 +111,7 @@ pub fn bodies(
         model.fitted.iter().chain(&model.effects).filter(|added| !is_event(added)).cloned().collect();
     let machine = ResidualModel::new(model, &table, &observations, &effects)?;
     let state = machine.start();
-    Ok((0..poses.len()).map(|row| machine.believed_body(&state, place, row)).collect())
+    Ok((0..poses.len()).map(|row| machine.believed_body(&state, index, row)).collect())
 }
 
 #[cfg(test)]

@@ -126,16 +126,16 @@ pub fn with_profiles(
 ) -> Result<String, ProfileTableError> {
     let profiles = profiles(&points)?;
     let (header, rows) = poses.rows()?;
-    let place = poses.column(&header, "profile", OF_POSES)?;
+    let index = poses.column(&header, "profile", OF_POSES)?;
     if let Some(lost) =
-        profiles.keys().find(|name| !rows.iter().any(|row| row.get(place) == Some(name.as_str())))
+        profiles.keys().find(|name| !rows.iter().any(|row| row.get(index) == Some(name.as_str())))
     {
         return Err(ProfileTableError::NoPose { file: points.name.to_owned(), profile: lost.clone() });
     }
     let headers: Vec<String> = (1..=keep).map(|n| format!("profile{n}_x_mm,profile{n}_z_mm")).collect();
     let mut text = format!("{},{}\n", csv_line(&header), headers.join(","));
     for row in &rows {
-        let seen = row.get(place).and_then(|name| profiles.get(name)).map_or(&[][..], Vec::as_slice);
+        let seen = row.get(index).and_then(|name| profiles.get(name)).map_or(&[][..], Vec::as_slice);
         let mut kept: Vec<String> =
             thinned(seen, keep).iter().map(|[x, z]| format!("{x:.5},{z:.5}")).collect();
         kept.resize(keep, ",".to_owned());

@@ -59,33 +59,33 @@ impl CheckContext<'_> {
     }
 
     /// The robot of this name; its absence is reported.
-    pub(crate) fn robot(&self, name: &str, place: Span) -> Option<&RobotNames> {
+    pub(crate) fn robot(&self, name: &str, span: Span) -> Option<&RobotNames> {
         let found = self.robots.iter().find(|robot| robot.name == name);
         if found.is_none() {
             let help =
                 plumb_document::did_you_mean(name, self.robots.iter().map(|robot| robot.name.as_str()));
-            self.problems.add(place, format!("there is no robot `{name}` in the cell"), help);
+            self.problems.add(span, format!("there is no robot `{name}` in the cell"), help);
         }
         found
     }
 
     /// Whether there is a sensor of this name; its absence is reported.
-    pub(crate) fn sensor(&self, name: &str, place: Span) -> bool {
+    pub(crate) fn sensor(&self, name: &str, span: Span) -> bool {
         let found = self.sensors.iter().any(|sensor| sensor == name);
         if !found {
             let help = plumb_document::did_you_mean(name, self.sensors.iter().map(String::as_str));
-            self.problems.add(place, format!("there is no sensor `{name}` in the cell"), help);
+            self.problems.add(span, format!("there is no sensor `{name}` in the cell"), help);
         }
         found
     }
 
     /// The unit of a robot's joint; its absence is reported.
-    pub(crate) fn joint(&self, robot: &RobotNames, joint: &str, place: Span) -> Option<DegOrMm> {
+    pub(crate) fn joint(&self, robot: &RobotNames, joint: &str, span: Span) -> Option<DegOrMm> {
         let found = robot.joints.iter().find(|(name, _)| name == joint);
         if found.is_none() {
             let help =
                 plumb_document::did_you_mean(joint, robot.joints.iter().map(|(name, _)| name.as_str()));
-            self.problems.add(place, format!("robot `{}` has no joint `{joint}`", robot.name), help);
+            self.problems.add(span, format!("robot `{}` has no joint `{joint}`", robot.name), help);
         }
         found.map(|(_, unit)| *unit)
     }

@@ -51,8 +51,8 @@ mod tests {
 
     #[test]
     fn a_picture_is_known_by_what_it_begins_with_and_named_by_its_content() {
-        let place = tempfile::tempdir().unwrap();
-        let path = place.path().join("arm.jpg");
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("arm.jpg");
         std::fs::write(&path, b"\xff\xd8\xff\xe0 and the rest").unwrap();
         let photo = examine(path.to_str().unwrap()).unwrap();
         assert_eq!((photo.format, photo.bytes, photo.sha256.len()), ("jpeg", 17, 64));
@@ -60,12 +60,12 @@ mod tests {
 
     #[test]
     fn what_is_no_picture_is_said_to_be_none() {
-        let place = tempfile::tempdir().unwrap();
-        let path = place.path().join("arm.png");
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("arm.png");
         let path = path.to_str().unwrap();
         assert!(examine(path).unwrap_err().contains("there is no such file"));
         std::fs::write(path, "no picture").unwrap();
         assert!(examine(path).unwrap_err().contains("neither PNG nor JPEG"));
-        assert!(examine(place.path().to_str().unwrap()).unwrap_err().contains("this is a folder"));
+        assert!(examine(folder.path().to_str().unwrap()).unwrap_err().contains("this is a folder"));
     }
 }

@@ -71,8 +71,8 @@ fn run_attended(
     (outcome, events, place, world)
 }
 
-fn readings(place: &TempDir) -> Vec<(String, f64)> {
-    let readings = Record::open(place.path()).expect("the record").readings(RunId(1)).expect("the readings");
+fn readings(folder: &TempDir) -> Vec<(String, f64)> {
+    let readings = Record::open(folder.path()).expect("the record").readings(RunId(1)).expect("the readings");
     readings.into_iter().map(|reading| (reading.name, reading.value)).collect()
 }
 
@@ -381,14 +381,14 @@ fn an_implausible_correction_is_an_error_and_is_not_applied() {
 steps:
   - {id: shift, do: {apply: {robot: arm, joint_zero: {waist: {shift_deg: 40, uncertainty_deg: 0.1, plausible_deg: 20}}}}, on_error: abort}
 ";
-    let (outcome, events, place, _) = run_attended(steps, |_, _| {});
+    let (outcome, events, folder, _) = run_attended(steps, |_, _| {});
     assert_eq!(outcome, RunOutcome::Error);
     assert!(
         message_of(&events).contains("more than the 20 deg that are plausible"),
         "{}",
         message_of(&events)
     );
-    let record = Record::open(place.path()).expect("the record");
+    let record = Record::open(folder.path()).expect("the record");
     assert!(record.corrections_in_force("teachmover", "arm").expect("corrections").is_empty());
 }
 
@@ -399,38 +399,38 @@ steps:
   - {id: shift, do: {apply: {robot: arm, joint_zero: {waist: {shift_deg: 4, uncertainty_deg: 0.1}}}}}
   - {id: expected, do: {check: {that: '!shift.applied', otherwise: never}}}
 ";
-    let (outcome, _, place, _) = run_attended(steps, |event, handle| {
+    let (outcome, _, folder, _) = run_attended(steps, |event, handle| {
         if let Event::PromptAsked { prompt } = event {
             let answer = Answer::Choice { key: "reject".to_owned() };
             handle.send(Command::Answer { prompt: prompt.id, answer, by: "ada".to_owned() });
         }
     });
     assert_eq!(outcome, RunOutcome::Passed);
-    let record = Record::open(place.path()).expect("the record");
+    let record = Record::open(folder.path()).expect("the record");
     assert!(record.corrections_in_force("teachmover", "arm").expect("corrections").is_empty());
     assert_eq!(record.corrections_of_run(RunId(1)).expect("corrections").len(), 1);
 }
 
 #[test]
 fn an_unattended_run_refuses_a_step_that_would_ask_what_to_do() {
-    let place = place();
+    let folder = place();
     let steps = "
 steps:
   - {id: lower, do: {move: {robot: arm, by_deg: {waist: 1}}}, on_error: ask}
 ";
-    let cell = cell_with_steps(&place, steps);
+    let cell = cell_with_steps(&folder, steps);
     let world = World::new([0.0; 3]);
     let devices = Devices(Arc::clone(&world));
-    let error = start_run(request(&cell, &place), |_| Ok(Box::new(devices))).err().expect("refused");
+    let error = start_run(request(&cell, &folder), |_| Ok(Box::new(devices))).err().expect("refused");
     assert!(matches!(error, StartError::NeedsOperator(_)), "{error}");
     assert!(error.to_string().contains("step `lower` says `on_error: ask`"), "{error}");
 
-    std::fs::write(place.path().join("answers.yaml"), "answers: {}\non_error: {lower: abort}\n")
+    std::fs::write(folder.path().join("answers.yaml"), "answers: {}\non_error: {lower: abort}\n")
         .expect("written");
-    let mut decided = request(&cell, &place);
+    let mut decided = request(&cell, &folder);
     let procedures: Vec<_> = cell.procedures.iter().map(AsRef::as_ref).collect();
     decided.answers =
-        Some(load_answers(&place.path().join("answers.yaml"), &procedures, &[]).expect("good answers"));
+        Some(load_answers(&folder.path().join("answers.yaml"), &procedures, &[]).expect("good answers"));
     assert_eq!(watch(start(decided, &world), |_, _| {}).0, RunOutcome::Passed);
 }
 

@@ -37,7 +37,7 @@ pub(crate) fn effects_of(text: &str) -> Vec<EffectValue> {
 
 fn values_of(effect: &Map<String, Value>) -> Vec<EffectValue> {
     let Some(name) = effect.get("effect").and_then(Value::as_str) else { return Vec::new() };
-    let place: Vec<String> = effect
+    let folder: Vec<String> = effect
         .iter()
         .filter(|(key, _)| !NO_PLACE.contains(&key.as_str()))
         .map(|(_, value)| plain(value))
@@ -48,7 +48,7 @@ fn values_of(effect: &Map<String, Value>) -> Vec<EffectValue> {
     numbers
         .map(|(parameter, value)| EffectValue {
             effect: name.to_owned(),
-            place: place.join(", "),
+            place: folder.join(", "),
             parameter: parameter.clone(),
             value,
             claim: claim.to_owned(),

@@ -124,10 +124,10 @@ pub(crate) fn gather(
     }
     let mut gathered = Gathered { points: Vec::new(), mm };
     let mut values = Vec::with_capacity(columns.len());
-    for place in 0..points {
+    for index in 0..points {
         values.clear();
         for (_, format) in columns {
-            let cut = || format!("it is cut short: {place} of {points} points are there");
+            let cut = || format!("it is cut short: {index} of {points} points are there");
             values.push(numbers.next(*format).ok_or_else(cut)?);
         }
         gathered.add(&meanings, values.iter().copied());

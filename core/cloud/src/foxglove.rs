@@ -61,7 +61,7 @@ fn foxglove(cloud: &Cloud, time_ns: u64) -> Value {
     let fields: Vec<Value> = NAMES
         .iter()
         .enumerate()
-        .map(|(place, name)| json!({"name": name, "offset": 4 * place, "type": FLOAT32}))
+        .map(|(index, name)| json!({"name": name, "offset": 4 * index, "type": FLOAT32}))
         .collect();
     let mut data = Vec::with_capacity(cloud.points.len() * 4 * NAMES.len());
     for point in &cloud.points {

@@ -36,11 +36,11 @@ pub(crate) fn from_pcd(bytes: &[u8]) -> Result<Cloud, String> {
     };
     let (names, sizes, kinds, counts) = (words("FIELDS"), words("SIZE"), words("TYPE"), words("COUNT"));
     let mut columns = Vec::new();
-    for (place, name) in names.iter().enumerate() {
-        let (size, kind) = (sizes.get(place).unwrap_or(&""), kinds.get(place).unwrap_or(&""));
+    for (index, name) in names.iter().enumerate() {
+        let (size, kind) = (sizes.get(index).unwrap_or(&""), kinds.get(index).unwrap_or(&""));
         let format = NumberFormat::of_pcd(kind, size)
             .ok_or_else(|| format!("the field `{name}` is `{kind}` of `{size}` bytes, which is no number"))?;
-        let many = counts.get(place).map_or(Ok(1), |many| count(many))?;
+        let many = counts.get(index).map_or(Ok(1), |many| count(many))?;
         if many > 1000 {
             return Err(format!("the field `{name}` has {many} numbers a point"));
         }

@@ -82,7 +82,7 @@ impl Cloud {
         let (normal, offset_mm) =
             plane_through(&places).ok_or(FitError::TooFew { points: places.len(), what: "a plane" })?;
         let mut distances: Vec<f64> =
-            places.iter().map(|place| normal.dot(&place.coords) - offset_mm).collect();
+            places.iter().map(|position| normal.dot(&position.coords) - offset_mm).collect();
         let rms_mm = rms(&distances);
         distances.sort_by(f64::total_cmp);
         let at =
@@ -123,14 +123,15 @@ fn ball_through(places: &[Point3<f64>]) -> Option<(Point3<f64>, f64)> {
     if places.len() < 6 {
         return None;
     }
-    let middle = places.iter().fold(Vector3::zeros(), |sum, place| sum + place.coords) / places.len() as f64;
+    let middle =
+        places.iter().fold(Vector3::zeros(), |sum, position| sum + position.coords) / places.len() as f64;
     let rows = DMatrix::from_fn(places.len(), 4, |row, column| {
-        let away = places.get(row).map_or(Vector3::zeros(), |place| place.coords - middle);
+        let away = places.get(row).map_or(Vector3::zeros(), |position| position.coords - middle);
         if column < 3 { 2.0 * away[column] } else { 1.0 }
     });
     let squares = DVector::from_iterator(
         places.len(),
-        places.iter().map(|place| (place.coords - middle).norm_squared()),
+        places.iter().map(|position| (position.coords - middle).norm_squared()),
     );
     let found = (rows.tr_mul(&rows)).lu().solve(&rows.tr_mul(&squares))?;
     let centre = Vector3::new(found[0], found[1], found[2]);

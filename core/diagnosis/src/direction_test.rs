@@ -263,9 +263,9 @@ fn scatter(
         if !known.iter().any(|(known, _)| known == instrument) {
             let rows = (0..all.rows.len()).filter(|row| kept.get(*row) == Some(&true));
             let places = rows.flat_map(|row| all.rows.range(row));
-            let own = places.filter(|place| instruments.get(*place) == Some(instrument));
+            let own = places.filter(|index| instruments.get(*index) == Some(instrument));
             let (own, count) =
-                own.fold((0.0, 0.0), |(sum, count), place| (sum + off[place] * off[place], count + 1.0));
+                own.fold((0.0, 0.0), |(sum, count), index| (sum + off[index] * off[index], count + 1.0));
             // Too few say nothing of their instrument: they are taken to be as good as the rest.
             let variance = if count < DIRECTION_FREEDOM { squares / some.equations } else { own / count };
             known.push((*instrument, variance.sqrt().max(least) * freed));

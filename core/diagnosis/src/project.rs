@@ -265,7 +265,7 @@ mod tests {
         let surface = Surface::of(&lab, &state, &[]).unwrap();
         assert_eq!((surface.name.as_str(), surface.places.len()), ("table", 40));
         // Forty places on a line, as on a strip of one millimetre.
-        let across: Vec<f64> = surface.places.iter().map(|place| place.x).collect();
+        let across: Vec<f64> = surface.places.iter().map(|position| position.x).collect();
         let (low, high) = range(across.into_iter());
         assert!(high - low > 20.0 && (surface.apart - ((high - low) / 40.0).sqrt()).abs() < 1e-9);
         // Two poses 3 deg beside measured ones and one far from all of them.

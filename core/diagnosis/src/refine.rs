@@ -72,13 +72,13 @@ impl Laboratory {
         let Some(tried) = first.id.inner else { return Ok(()) };
         let (id, start) = (first.id.clone(), first.values.clone());
         let clocks = &self.summary().clocks;
-        let mut place = clocks.partition_point(|clock| *clock < tried);
+        let mut index = clocks.partition_point(|clock| *clock < tried);
         // Half the distance between two moments of the coarse grid, and the rows that see nothing.
         let near = clocks.len().div_ceil(2 * joint_step::MOMENTS) + BLIND_ROWS;
         let mut known: BTreeMap<usize, Tried> = BTreeMap::new();
         // A moment at the edge of those that were tried may have better ones beyond.
         for _ in 0..clocks.len() {
-            let (first, last) = (place.saturating_sub(near), (place + near + 1).min(clocks.len()));
+            let (first, last) = (index.saturating_sub(near), (index + near + 1).min(clocks.len()));
             let moments = clocks.iter().enumerate().take(last).skip(first);
             let unknown: Vec<(usize, f64)> =
                 moments.filter(|(row, _)| !known.contains_key(row)).map(|(row, at)| (row, *at)).collect();
@@ -97,12 +97,12 @@ impl Laboratory {
             let alike = known.iter().rfind(|(_, there)| there.squares <= least + variance);
             let Some(latest) = alike.map(|(row, _)| *row) else { return Ok(()) };
             let inside = (latest > first || first == 0) && (latest + 1 < last || last == clocks.len());
-            place = latest;
+            index = latest;
             if inside {
                 break;
             }
         }
-        let best = known.remove(&place).zip(clocks.get(place).copied());
+        let best = known.remove(&index).zip(clocks.get(index).copied());
         let equations = stage.fitted.fit.normal.equations as f64;
         let least = stage.fitted.machine.least_variance();
         if let (Some((best, at)), Some(first)) = (best, stage.fitted_candidates.first_mut()) {

@@ -108,8 +108,8 @@ impl Laboratory {
             .candidates
             .iter()
             .enumerate()
-            .filter(|(place, candidate)| {
-                asked.contains(&&candidate.effect) || (asked.is_empty() && *place < CANDIDATES_PLOTTED)
+            .filter(|(index, candidate)| {
+                asked.contains(&&candidate.effect) || (asked.is_empty() && *index < CANDIDATES_PLOTTED)
             })
             .map(|(_, candidate)| candidate.label.clone())
             .collect();

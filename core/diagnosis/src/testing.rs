@@ -118,15 +118,8 @@ pub(crate) fn sides_in_turn(rows: usize) -> Vec<i8> {
 }
 
 /// An effect at a place, and nothing more.
-pub(crate) fn place(effect: &str, place: &str) -> EffectPlace {
-    EffectPlace {
-        effect: effect.to_owned(),
-        place: place.to_owned(),
-        with: None,
-        n: None,
-        of: None,
-        at: None,
-    }
+pub(crate) fn place(effect: &str, site: &str) -> EffectPlace {
+    EffectPlace { effect: effect.to_owned(), place: site.to_owned(), with: None, n: None, of: None, at: None }
 }
 
 /// A candidate that is plausible and not rejected.

@@ -209,7 +209,7 @@ mod tests {
         let mut contributions = Vec::new();
         Unlisted::new(1, shape).contribute(&sample, &mut contributions);
         assert!(
-            contributions.iter().enumerate().all(|(place, contribution)| contribution.parameter == place)
+            contributions.iter().enumerate().all(|(index, contribution)| contribution.parameter == index)
         );
         contributions.iter().map(|contribution| contribution.rate).collect()
     }

@@ -85,11 +85,11 @@ fn sockets_alone_bring_a_panda_true_without_an_instrument() {
     assert!(fitted.rms_mm.check.unwrap() < 0.90, "{:?}", fitted.rms_mm);
 }
 
-fn named(case: &str, effect: &str, place: &str) {
+fn named(case: &str, effect: &str, site: &str) {
     let Some(diagnosis) = diagnose(case) else { return };
     assert_eq!(diagnosis.verdict, Verdict::Named, "case {case}: {}", diagnosis_sentence(&diagnosis));
     let named = diagnosis.named.unwrap().effect;
-    assert_eq!((named.effect.as_str(), named.place.as_str()), (effect, place), "case {case}");
+    assert_eq!((named.effect.as_str(), named.place.as_str()), (effect, site), "case {case}");
 }
 
 #[test]

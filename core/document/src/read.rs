@@ -177,19 +177,19 @@ mod tests {
 
     #[test]
     fn what_is_no_regular_file_is_refused_with_words_and_without_a_wait() {
-        let place = tempfile::tempdir().expect("a folder");
-        let pipe = place.path().join("pipe");
+        let folder = tempfile::tempdir().expect("a folder");
+        let pipe = folder.path().join("pipe");
         nix::unistd::mkfifo(&pipe, nix::sys::stat::Mode::S_IRWXU).expect("a pipe");
-        let socket = place.path().join("socket");
+        let socket = folder.path().join("socket");
         let _listener = UnixListener::bind(&socket).expect("a socket");
         for (path, words) in [
             (pipe.as_path(), "a named pipe"),
             (&socket, "a socket"),
-            (place.path(), "a folder; name a file in it"),
+            (folder.path(), "a folder; name a file in it"),
             (Path::new("/dev/zero"), "a device"),
             (Path::new("/proc/kmsg"), "a file of the kernel's own"),
             (Path::new("/proc/self/status"), "a file of the kernel's own"),
-            (&place.path().join("missing"), "there is no such file"),
+            (&folder.path().join("missing"), "there is no such file"),
         ] {
             let message = refused(path);
             assert!(message.contains(words), "{}: {message}", path.display());
@@ -198,8 +198,8 @@ mod tests {
 
     #[test]
     fn a_file_is_read_up_to_its_limit_and_refused_beyond_it() {
-        let place = tempfile::tempdir().expect("a folder");
-        let path = place.path().join("file");
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("file");
         std::fs::write(&path, "12345678").expect("written");
         assert_eq!(read_text(&path, SMALL).expect("just small enough"), "12345678");
         std::fs::write(&path, "123456789").expect("written");
@@ -211,8 +211,8 @@ mod tests {
 
     #[test]
     fn a_file_that_grows_while_it_is_read_ends_at_its_limit() {
-        let place = tempfile::tempdir().expect("a folder");
-        let path = place.path().join("file");
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("file");
         std::fs::write(&path, "1234").expect("written");
         let mut file = open(&path, SMALL).expect("open");
         let mut writer = OpenOptions::new().append(true).open(&path).expect("open to write");

@@ -93,7 +93,7 @@ mod tests {
     fn a_shuffle_keeps_every_item_and_moves_them() {
         let mut list: Vec<usize> = (0..100).collect();
         Random::seeded(9).shuffle(&mut list);
-        let stayed = list.iter().enumerate().filter(|(place, item)| place == *item).count();
+        let stayed = list.iter().enumerate().filter(|(index, item)| index == *item).count();
         list.sort_unstable();
         assert!(list.iter().copied().eq(0..100) && stayed < 10, "{stayed}");
     }

@@ -316,7 +316,7 @@ fn manifests_in(directory: &Path) -> Vec<PathBuf> {
         below.sort();
         places.extend(below);
     }
-    places.into_iter().map(|place| place.join(Manifest::FILE_NAME)).filter(|path| path.is_file()).collect()
+    places.into_iter().map(|folder| folder.join(Manifest::FILE_NAME)).filter(|path| path.is_file()).collect()
 }
 
 fn read(manifest_path: &Path, program_directory: Option<&Path>) -> Result<Plugin, CatalogueError> {
@@ -334,10 +334,11 @@ fn read(manifest_path: &Path, program_directory: Option<&Path>) -> Result<Plugin
     if let (true, Ok(built)) = (of_the_source, fs::canonicalize(BUILT)) {
         let more = [built.join("deps"), built];
         places.extend(
-            more.into_iter().filter(|place| program_directory.is_none_or(|known| !place.starts_with(known))),
+            more.into_iter()
+                .filter(|folder| program_directory.is_none_or(|known| !folder.starts_with(known))),
         );
     }
-    let library = places.iter().map(|place| place.join(&manifest.library)).find(|path| path.is_file());
+    let library = places.iter().map(|folder| folder.join(&manifest.library)).find(|path| path.is_file());
     match library {
         Some(library_path) => Ok(Plugin { manifest, manifest_path: manifest_path.to_owned(), library_path }),
         None => Err(CatalogueError::NoLibrary {
@@ -366,11 +367,11 @@ mod tests {
 
     #[test]
     fn what_everybody_may_change_is_reported() {
-        let place = tempfile::tempdir().unwrap();
-        let file = place.path().join("libarm.so");
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("libarm.so");
         fs::write(&file, "").unwrap();
         assert_eq!(may_be_changed(&file), None);
-        assert_eq!(may_be_changed(place.path()), None);
+        assert_eq!(may_be_changed(folder.path()), None);
         fs::set_permissions(&file, fs::Permissions::from_mode(0o666)).unwrap();
         assert_eq!(may_be_changed(&file), Some(format!("everybody may write to {}", file.display())));
         assert_eq!(may_be_changed(Path::new("/usr")), None, "root's own are trusted");
@@ -390,8 +391,8 @@ mod tests {
 
     #[test]
     fn the_first_plugin_of_a_name_counts_and_a_folder_is_searched_one_level_deep() {
-        let place = tempfile::tempdir().unwrap();
-        let (first, second) = (place.path().join("a"), place.path().join("b"));
+        let folder = tempfile::tempdir().unwrap();
+        let (first, second) = (folder.path().join("a"), folder.path().join("b"));
         plugin_in(&first.join("arm"), true);
         plugin_in(&second.join("arm"), true);
         plugin_in(&second.join("deep/er"), true);
@@ -403,12 +404,12 @@ mod tests {
 
     #[test]
     fn a_plugin_that_cannot_be_used_is_reported_by_the_name_of_its_manifest_or_its_folder() {
-        let place = tempfile::tempdir().unwrap();
-        plugin_in(&place.path().join("some"), false);
-        let broken = place.path().join("leg");
+        let folder = tempfile::tempdir().unwrap();
+        plugin_in(&folder.path().join("some"), false);
+        let broken = folder.path().join("leg");
         fs::create_dir(&broken).unwrap();
         fs::write(broken.join("plugin.yaml"), "id: [\n").unwrap();
-        let catalogue = Catalogue::of(vec![place.path().to_owned()], None);
+        let catalogue = Catalogue::of(vec![folder.path().to_owned()], None);
         let reason = |id: &str| match catalogue.find(id).unwrap_err() {
             CatalogueError::Unusable { reason } => Some(reason),
             CatalogueError::Unknown { looked_in, broken, .. } => {
@@ -421,16 +422,16 @@ mod tests {
         assert!(reason("leg").unwrap().contains("leg/plugin.yaml"));
         assert_eq!((reason("some"), reason("wing")), (None, None));
         let unknown = catalogue.find("wing").unwrap_err().to_string();
-        assert!(unknown.contains(&place.path().display().to_string()), "where it was looked for: {unknown}");
+        assert!(unknown.contains(&folder.path().display().to_string()), "where it was looked for: {unknown}");
         assert!(unknown.contains("; one cannot be used: "), "what else is there: {unknown}");
     }
 
     #[test]
     fn a_plugin_that_nobody_named_is_trusted_only_where_nobody_else_may_change_it() {
-        let place = tempfile::tempdir().unwrap();
-        let cell = place.path().join("cell.yaml");
-        plugin_in(&place.path().join("plugins/arm"), true);
-        let library = place.path().join("plugins/arm/libarm.so");
+        let folder = tempfile::tempdir().unwrap();
+        let cell = folder.path().join("cell.yaml");
+        plugin_in(&folder.path().join("plugins/arm"), true);
+        let library = folder.path().join("plugins/arm/libarm.so");
         let found = |named: &[PathBuf]| {
             let catalogue = Catalogue::search_for_cell(named, Some(&cell));
             catalogue.find("arm").map(drop).map_err(|error| error.to_string())
@@ -439,13 +440,13 @@ mod tests {
         fs::set_permissions(&library, fs::Permissions::from_mode(0o666)).unwrap();
         let error = found(&[]).unwrap_err();
         assert!(error.contains("everybody may write to") && error.contains("libarm.so"), "{error}");
-        assert_eq!(found(&[place.path().join("plugins")]), Ok(()), "somebody has named it");
+        assert_eq!(found(&[folder.path().join("plugins")]), Ok(()), "somebody has named it");
     }
 
     #[test]
     fn what_another_user_owns_is_reported_with_its_number() {
-        let place = tempfile::tempdir().unwrap();
-        let file = place.path().join("libarm.so");
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("libarm.so");
         fs::write(&file, "").unwrap();
         if std::os::unix::fs::chown(&file, Some(54_321), None).is_err() {
             println!("skipped: only root may give a file away");
@@ -466,8 +467,8 @@ mod tests {
 
     #[test]
     fn the_files_of_a_driver_are_those_its_command_names_and_are_trusted_like_a_library() {
-        let place = tempfile::tempdir().unwrap();
-        let (manifest_path, script) = (driver_in(place.path()), place.path().join("driver.py"));
+        let folder = tempfile::tempdir().unwrap();
+        let (manifest_path, script) = (driver_in(folder.path()), folder.path().join("driver.py"));
         let plugin = Plugin::at_library(&manifest_path, &manifest_path).unwrap();
         assert_eq!(plugin.driver_files(), [script.as_path()], "there is no file called python3");
         assert_eq!(foreign_hands(&plugin), None);
@@ -486,13 +487,13 @@ mod tests {
 
     #[test]
     fn what_runs_drivers_is_looked_for_where_plumb_was_built_and_a_plugins_library_is_not() {
-        let place = tempfile::tempdir().unwrap();
+        let folder = tempfile::tempdir().unwrap();
         let built = fs::canonicalize(BUILT).unwrap();
-        plugin_in(place.path(), false);
-        assert_eq!(looked_in(&place.path().join("plugin.yaml"), None), [place.path()]);
-        let driver = driver_in(place.path());
+        plugin_in(folder.path(), false);
+        assert_eq!(looked_in(&folder.path().join("plugin.yaml"), None), [folder.path()]);
+        let driver = driver_in(folder.path());
         let places = looked_in(&driver, None);
-        assert!(places.iter().any(|place| place.starts_with(&built)), "{places:?}");
+        assert!(places.iter().any(|folder| folder.starts_with(&built)), "{places:?}");
         let mut places = looked_in(&driver, Some(&built));
         let all = places.len();
         places.dedup();
@@ -524,11 +525,11 @@ mod tests {
 
     #[test]
     fn a_broken_manifest_that_two_directories_lead_to_is_one_row() {
-        let place = tempfile::tempdir().unwrap();
-        let broken = place.path().join("leg");
+        let folder = tempfile::tempdir().unwrap();
+        let broken = folder.path().join("leg");
         fs::create_dir(&broken).unwrap();
         fs::write(broken.join("plugin.yaml"), "id: [\n").unwrap();
-        let catalogue = Catalogue::of(vec![place.path().to_owned(), broken.clone()], None);
+        let catalogue = Catalogue::of(vec![folder.path().to_owned(), broken.clone()], None);
         assert_eq!(catalogue.rows().len(), 1);
         assert_eq!(catalogue.rows()[0].manifest_path, broken.join("plugin.yaml"));
     }

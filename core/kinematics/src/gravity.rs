@@ -58,8 +58,8 @@ struct Load {
 
 impl Load {
     /// A weight (N) at a place (base frame, mm).
-    fn at(weight: f64, place: Vector3<f64>) -> Self {
-        Self { weight, first_moment: place * weight }
+    fn at(weight: f64, position: Vector3<f64>) -> Self {
+        Self { weight, first_moment: position * weight }
     }
 
     /// Its moment about a point (base frame, mm), N m, base frame; `down` is a unit vector.
@@ -129,7 +129,9 @@ impl Weights<'_> {
 
     /// The moment of gravity about the base's origin, N m, base frame: what would tip the arm over.
     pub fn overturning(&self, link_frames: &LinkFrames) -> Vector3<f64> {
-        self.beyond(link_frames, 0).map(|(_, weight, place)| place.cross(&(self.down * weight)) * 1e-3).sum()
+        self.beyond(link_frames, 0)
+            .map(|(_, weight, position)| position.cross(&(self.down * weight)) * 1e-3)
+            .sum()
     }
 
     /// Where the link after a joint begins and ends, base frame, mm: from the joint's axis to the next, or to the flange, each where the common normal of two axes meets it, so

@@ -135,8 +135,8 @@ mod tests {
 
     #[test]
     fn a_clock_that_runs_and_one_that_is_stopped_are_read_as_they_were_written() {
-        let place = tempfile::tempdir().unwrap();
-        let path = place.path().join("clock");
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("clock");
         let writer = ClockWriter::create(&path, CellTime::MONOTONIC).unwrap();
         let reader = ClockReader::open(&path).unwrap();
         assert_eq!(reader.read().unwrap().at(70), 70);
@@ -150,8 +150,8 @@ mod tests {
 
     #[test]
     fn a_file_that_is_no_clock_is_refused() {
-        let place = tempfile::tempdir().unwrap();
-        let path = place.path().join("clock");
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("clock");
         std::fs::write(&path, "short").unwrap();
         assert!(ClockReader::open(&path).is_err());
         std::fs::write(&path, [7; 64]).unwrap();
@@ -160,8 +160,8 @@ mod tests {
 
     #[test]
     fn a_reader_never_sees_half_of_what_is_written() {
-        let place = tempfile::tempdir().unwrap();
-        let path = place.path().join("clock");
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("clock");
         let writer = ClockWriter::create(&path, CellTime::Stopped { at_ns: 0 }).unwrap();
         let reader = ClockReader::open(&path).unwrap();
         std::thread::scope(|scope| {

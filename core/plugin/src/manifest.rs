@@ -315,10 +315,10 @@ impl Manifest {
         }
         let listed = self.quantities.as_deref().unwrap_or_default();
         let nodes = root.get("quantities").map(Node::items).unwrap_or_default();
-        for (place, (quantity, node)) in listed.iter().zip(nodes).enumerate() {
+        for (index, (quantity, node)) in listed.iter().zip(nodes).enumerate() {
             let name = &quantity.name;
             let is_word = name.chars().all(|letter| letter.is_ascii_alphanumeric() || letter == '_');
-            let is_repeated = listed.iter().take(place).any(|before| before.name == *name);
+            let is_repeated = listed.iter().take(index).any(|before| before.name == *name);
             if !name.is_empty() && (!is_word || is_repeated) {
                 let message = format!("a quantity is called `{name}`");
                 let help = "use letters, digits and `_`, and each name once: expressions name it so";

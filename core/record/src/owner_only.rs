@@ -38,8 +38,8 @@ mod tests {
 
     #[test]
     fn a_new_record_is_its_owners_alone_with_all_its_files() {
-        let place = tempfile::tempdir().expect("a directory");
-        let directory = place.path().join("state/plumb");
+        let folder = tempfile::tempdir().expect("a directory");
+        let directory = folder.path().join("state/plumb");
         let record = Record::open(&directory).expect("a new record");
         record
             .connection
@@ -56,21 +56,22 @@ mod tests {
 
     #[test]
     fn a_directory_that_somebody_shares_stays_shared_and_the_record_in_it_does_not() {
-        let place = tempfile::tempdir().expect("a directory");
-        fs::set_permissions(place.path(), fs::Permissions::from_mode(0o755)).expect("changed");
-        drop(Record::open(place.path()).expect("a new record"));
-        assert_eq!(mode(place.path()), 0o755);
-        assert_eq!(mode(&place.path().join("plumb.sqlite3")), 0o600);
+        let folder = tempfile::tempdir().expect("a directory");
+        fs::set_permissions(folder.path(), fs::Permissions::from_mode(0o755)).expect("changed");
+        drop(Record::open(folder.path()).expect("a new record"));
+        assert_eq!(mode(folder.path()), 0o755);
+        assert_eq!(mode(&folder.path().join("plumb.sqlite3")), 0o600);
     }
 
     #[test]
     fn a_file_that_is_there_stays_as_it_is_and_one_that_cannot_be_made_is_an_error() {
-        let place = tempfile::tempdir().expect("a directory");
-        let path = place.path().join("file");
+        let folder = tempfile::tempdir().expect("a directory");
+        let path = folder.path().join("file");
         fs::write(&path, "kept").expect("written");
         create_owner_only_file(&path).expect("it is there");
         assert_eq!(fs::read_to_string(&path).expect("read"), "kept");
-        let missing = create_owner_only_file(&place.path().join("nowhere/file")).expect_err("no such folder");
+        let missing =
+            create_owner_only_file(&folder.path().join("nowhere/file")).expect_err("no such folder");
         assert_eq!(missing.kind(), io::ErrorKind::NotFound);
     }
 }

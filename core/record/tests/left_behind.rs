@@ -239,11 +239,11 @@ fn a_queued_entry_waits_until_it_runs_or_is_taken_away() {
 fn a_backup_is_a_whole_record_and_overwrites_nothing() {
     let (directory, mut record) = record();
     let run = run_of(&mut record, CELL);
-    let place = directory.path().join("copy");
-    std::fs::create_dir(&place).expect("a folder");
-    let to = place.join("plumb.sqlite3");
+    let folder = directory.path().join("copy");
+    std::fs::create_dir(&folder).expect("a folder");
+    let to = folder.join("plumb.sqlite3");
     record.back_up(&to).expect("copied");
-    let copy = Record::open(&place).expect("opened");
+    let copy = Record::open(&folder).expect("opened");
     assert_eq!(copy.run(run).expect("the run").cell, CELL);
     let again = record.back_up(&to).expect_err("it is there");
     assert!(matches!(&again, RecordError::BackupExists { path } if *path == to), "{again}");

@@ -148,8 +148,8 @@ impl DobotArm {
             )));
         }
         let mut target = *here;
-        for (place, (wanted, (name, _))) in target.iter_mut().zip(joints::JOINTS).enumerate() {
-            let Some(given) = motion.target.get(place).filter(|_| motion.moves(place)) else { continue };
+        for (index, (wanted, (name, _))) in target.iter_mut().zip(joints::JOINTS).enumerate() {
+            let Some(given) = motion.target.get(index).filter(|_| motion.moves(index)) else { continue };
             if !given.is_finite() {
                 return Err(PluginError::Refused(format!("the value for {name} is {given}; give a number")));
             }

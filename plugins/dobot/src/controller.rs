@@ -55,8 +55,8 @@ impl Controller {
     pub(crate) fn angles(&mut self) -> Result<Option<Angles>, LinkError> {
         let answer = self.link.ask("where it is", GET_POSE, Control::Read, &[], POSE_LENGTH)?;
         let mut angles = [0.0; AXES];
-        for (place, angle) in angles.iter_mut().enumerate() {
-            *angle = float(&answer, POSE_JOINTS + place);
+        for (index, angle) in angles.iter_mut().enumerate() {
+            *angle = float(&answer, POSE_JOINTS + index);
         }
         Ok(angles.iter().all(|angle| angle.is_finite() && angle.abs() <= MOST_DEG).then_some(angles))
     }
@@ -118,8 +118,8 @@ fn floats(numbers: &[f64]) -> Vec<u8> {
 }
 
 /// The float at a place, counted in floats; what is not there is not a number.
-fn float(bytes: &[u8], place: usize) -> f64 {
-    let four = bytes.get(place * FLOAT..).and_then(<[u8]>::first_chunk::<FLOAT>);
+fn float(bytes: &[u8], index: usize) -> f64 {
+    let four = bytes.get(index * FLOAT..).and_then(<[u8]>::first_chunk::<FLOAT>);
     four.map_or(f64::NAN, |four| f64::from(f32::from_le_bytes(*four)))
 }
 

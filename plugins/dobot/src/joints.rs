@@ -55,8 +55,8 @@ pub(crate) fn descriptions(configuration: &Configuration) -> Vec<JointDescriptio
 /// The joints in rad, as many as there are.
 pub(crate) fn vector(angles: &Angles, count: usize) -> JointVector {
     let mut vector = JointVector::zeros(count);
-    for (place, degrees) in angles.iter().take(count).enumerate() {
-        vector.set(place, degrees.to_radians());
+    for (index, degrees) in angles.iter().take(count).enumerate() {
+        vector.set(index, degrees.to_radians());
     }
     vector
 }

@@ -143,7 +143,7 @@ impl Robot for FeetechArm {
         // A move holds its servos itself before it returns; what moves now was sent by somebody else, or sinks.
         let states = self.servos.states()?;
         let moving: Vec<usize> =
-            states.iter().enumerate().filter(|(_, state)| state.moving).map(|(place, _)| place).collect();
+            states.iter().enumerate().filter(|(_, state)| state.moving).map(|(index, _)| index).collect();
         if moving.is_empty() { Ok(()) } else { self.servos.hold(&moving, &states) }
     }
 
@@ -159,8 +159,8 @@ impl Robot for FeetechArm {
         }
         let now = self.poses(&declared, &states);
         let directions = self.directions_by(&now)?;
-        for (place, (pose, direction)) in now.iter().zip(&directions).enumerate() {
-            let Some(joint) = self.servos.joints.get_mut(place) else { continue };
+        for (index, (pose, direction)) in now.iter().zip(&directions).enumerate() {
+            let Some(joint) = self.servos.joints.get_mut(index) else { continue };
             let turned = joint.direction != *direction;
             if turned {
                 let text = format!(
@@ -171,9 +171,9 @@ impl Robot for FeetechArm {
             }
             joint.direction = *direction;
             if pose.stated || turned {
-                self.servos.take_for(place, direction.step(pose.degrees))?;
+                self.servos.take_for(index, direction.step(pose.degrees))?;
             }
-            if let Some(kept) = self.declared.get_mut(place)
+            if let Some(kept) = self.declared.get_mut(index)
                 && (pose.stated || kept.is_none())
             {
                 *kept = Some(*pose);
@@ -226,8 +226,8 @@ impl FeetechArm {
             )));
         }
         let mut targets = Vec::new();
-        for (place, (joint, state)) in self.servos.joints.iter().zip(here).enumerate() {
-            let Some(given) = motion.target.get(place).filter(|_| motion.moves(place)) else { continue };
+        for (index, (joint, state)) in self.servos.joints.iter().zip(here).enumerate() {
+            let Some(given) = motion.target.get(index).filter(|_| motion.moves(index)) else { continue };
             let (name, limits) = (&joint.setting.name, [joint.setting.from_deg, joint.setting.to_deg]);
             if !given.is_finite() {
                 return Err(PluginError::Refused(format!("the value for {name} is {given}; give a number")));
@@ -240,7 +240,7 @@ impl FeetechArm {
                     limits[0], limits[1]
                 )));
             }
-            targets.push((place, joint.direction.step(wanted).clamp(0, STEPS_A_TURN - 1)));
+            targets.push((index, joint.direction.step(wanted).clamp(0, STEPS_A_TURN - 1)));
         }
         Ok(targets)
     }
@@ -354,8 +354,8 @@ fn cut_by_the_servo(joint: &Joint) -> Option<String> {
 
 fn vector(joints: &[Joint], states: &[ServoState]) -> JointVector {
     let mut vector = JointVector::zeros(joints.len());
-    for (place, (joint, state)) in joints.iter().zip(states).enumerate() {
-        vector.set(place, joint.direction.degrees(state.position).to_radians());
+    for (index, (joint, state)) in joints.iter().zip(states).enumerate() {
+        vector.set(index, joint.direction.degrees(state.position).to_radians());
     }
     vector
 }

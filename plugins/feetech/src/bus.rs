@@ -72,7 +72,7 @@ impl Bus {
     /// One register's value.
     pub(crate) fn read(&mut self, servo: u8, register: Register) -> Result<u16, BusError> {
         let answer = self.read_block(servo, register.address, register.length)?;
-        let byte = |place: usize| answer.data.get(place).copied().unwrap_or_default();
+        let byte = |index: usize| answer.data.get(index).copied().unwrap_or_default();
         Ok(u16::from_le_bytes([byte(0), byte(1)]))
     }
 

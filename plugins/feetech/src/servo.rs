@@ -80,10 +80,10 @@ impl ServoState {
 /// What the servos report of their motors, in the units of the contract. Known of its uncertainty is what the steps of the registers make of it.
 pub(crate) fn motor_state(time_ns: u64, states: &[ServoState]) -> MotorState {
     let mut motors = MotorState::unreported(time_ns, states.len());
-    for (place, state) in states.iter().enumerate() {
-        motors.temperature.set(place, f64::from(state.celsius) / CELSIUS_STEPS);
-        motors.load.set(place, f64::from(state.load) / LOAD_STEPS);
-        motors.voltage.set(place, f64::from(state.decivolts) / VOLT_STEPS);
+    for (index, state) in states.iter().enumerate() {
+        motors.temperature.set(index, f64::from(state.celsius) / CELSIUS_STEPS);
+        motors.load.set(index, f64::from(state.load) / LOAD_STEPS);
+        motors.voltage.set(index, f64::from(state.decivolts) / VOLT_STEPS);
     }
     motors.temperature_uncertainty = uncertainty_of_step(1.0 / CELSIUS_STEPS);
     motors.load_uncertainty = uncertainty_of_step(1.0 / LOAD_STEPS);

@@ -73,17 +73,17 @@ impl Servos {
         let mut servos = Self { bus, joints, port: port.clone(), baud: *baud };
         // All at once first: who does not answer is then named with the others.
         servos.states()?;
-        for place in 0..servos.joints.len() {
-            servos.read_settings(place)?;
+        for index in 0..servos.joints.len() {
+            servos.read_settings(index)?;
         }
         Ok(servos)
     }
 
-    fn read_settings(&mut self, place: usize) -> Result<(), PluginError> {
-        let Some(joint) = self.joints.get(place) else { return Ok(()) };
+    fn read_settings(&mut self, index: usize) -> Result<(), PluginError> {
+        let Some(joint) = self.joints.get(index) else { return Ok(()) };
         let servo = joint.setting.servo;
         let settings = Settings::read(&mut self.bus, servo).map_err(|error| self.plugin_error(error))?;
-        let Some(joint) = self.joints.get_mut(place) else { return Ok(()) };
+        let Some(joint) = self.joints.get_mut(index) else { return Ok(()) };
         joint.settings = settings;
         match settings.objection() {
             None => Ok(()),
@@ -260,8 +260,8 @@ impl Servos {
     /// Switches the torque of every servo. Before it is switched on each is commanded to hold where it is: an old goal would make it leap.
     pub(crate) fn switch_torque(&mut self, on: bool) -> Result<(), PluginError> {
         let states = self.states()?;
-        for (place, state) in states.iter().enumerate() {
-            let Some(servo) = self.joints.get(place).map(|joint| joint.setting.servo) else { continue };
+        for (index, state) in states.iter().enumerate() {
+            let Some(servo) = self.joints.get(index).map(|joint| joint.setting.servo) else { continue };
             let here = u16::try_from(state.position.clamp(0, STEPS_A_TURN - 1)).unwrap_or_default();
             let switched = match on {
                 true => self.bus.read(servo, TORQUE).and_then(|is_on| match is_on {
@@ -276,10 +276,10 @@ impl Servos {
     }
 
     /// Has a joint's servo call the place where it is `step` from now on.
-    pub(crate) fn take_for(&mut self, place: usize, step: i32) -> Result<(), PluginError> {
-        let Some(servo) = self.joints.get(place).map(|joint| joint.setting.servo) else { return Ok(()) };
+    pub(crate) fn take_for(&mut self, index: usize, step: i32) -> Result<(), PluginError> {
+        let Some(servo) = self.joints.get(index).map(|joint| joint.setting.servo) else { return Ok(()) };
         let taken = take_for(&mut self.bus, servo, step).map_err(|error| self.plugin_error(error))?;
-        let Some(joint) = self.joints.get_mut(place) else { return Ok(()) };
+        let Some(joint) = self.joints.get_mut(index) else { return Ok(()) };
         match taken {
             Some(offset) => joint.settings.homing_offset = offset,
             None => {

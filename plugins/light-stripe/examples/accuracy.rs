@@ -123,8 +123,8 @@ impl Case {
             }
         }
         for _ in 0..40 {
-            let place = chance.between(0, SIZE * SIZE);
-            if let Some(pixel) = light.get_mut(place) {
+            let index = chance.between(0, SIZE * SIZE);
+            if let Some(pixel) = light.get_mut(index) {
                 *pixel += 100.0;
             }
         }

@@ -400,13 +400,13 @@ fn stripe_point(point: &RowPoint, geometry: Option<&Geometry>) -> StripePoint {
         flange_mm: [f32::NAN; 3],
         sigma_mm: f32::NAN,
     };
-    let place = geometry.and_then(|geometry| {
+    let position = geometry.and_then(|geometry| {
         let pixel = geometry.rig.camera.straighten([f64::from(point.centre), f64::from(point.row)].into())?;
-        let place = geometry.rig.bent(geometry.collineation.point(pixel).ok()?);
-        Some((place, geometry.collineation.per_column(pixel).ok()?.norm()))
+        let position = geometry.rig.bent(geometry.collineation.point(pixel).ok()?);
+        Some((position, geometry.collineation.per_column(pixel).ok()?.norm()))
     });
-    if let Some((place, per_column)) = place {
-        reported.flange_mm = [place.x as f32, place.y as f32, place.z as f32];
+    if let Some((position, per_column)) = position {
+        reported.flange_mm = [position.x as f32, position.y as f32, position.z as f32];
         reported.sigma_mm = (per_column * f64::from(point.sigma)) as f32;
     }
     reported

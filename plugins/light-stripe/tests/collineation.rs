@@ -10,8 +10,8 @@ use plumb_light_stripe::geometry::{
 };
 use proptest::prelude::*;
 
-fn pose(turn: Vector3<f64>, place: Vector3<f64>) -> Isometry3<f64> {
-    Isometry3::from_parts(Translation3::from(place), UnitQuaternion::from_scaled_axis(turn))
+fn pose(turn: Vector3<f64>, position: Vector3<f64>) -> Isometry3<f64> {
+    Isometry3::from_parts(Translation3::from(position), UnitQuaternion::from_scaled_axis(turn))
 }
 
 /// A pinhole at the origin: (x, y, z) falls on (f x / z, f y / z), with f / z for a depth.

@@ -351,9 +351,9 @@ impl Monitor {
 
 /// Whether what is shown is what was typed.
 fn taken(typed: &[Option<f64>; AXES], shown: &[f64; AXES]) -> Result<(), MonitorError> {
-    for (place, (typed, shown)) in typed.iter().zip(shown).enumerate() {
+    for (index, (typed, shown)) in typed.iter().zip(shown).enumerate() {
         if let Some(typed) = typed.filter(|typed| (typed - shown).abs() > SHOWN_WITHIN) {
-            return Err(MonitorError::NotTaken { joint: place + 1, typed, shown: *shown });
+            return Err(MonitorError::NotTaken { joint: index + 1, typed, shown: *shown });
         }
     }
     Ok(())

@@ -404,8 +404,8 @@ impl Puma {
 
     fn vector(&self) -> JointVector {
         let mut vector = JointVector::zeros(AXES);
-        for (place, degrees) in self.last.iter().enumerate() {
-            vector.set(place, degrees.to_radians());
+        for (index, degrees) in self.last.iter().enumerate() {
+            vector.set(index, degrees.to_radians());
         }
         vector
     }

@@ -250,8 +250,8 @@ impl Typist {
     }
 
     fn type_carefully(&mut self, text: &str) -> Result<(), LineError> {
-        for (place, byte) in text.bytes().enumerate() {
-            let first = place == 0;
+        for (index, byte) in text.bytes().enumerate() {
+            let first = index == 0;
             self.write(text, &[byte])?;
             let mut echo = Vec::new();
             let deadline = Instant::now() + self.echo_within + self.line.duration(4);

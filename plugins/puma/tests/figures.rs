@@ -19,8 +19,8 @@ use terminal::{conversations, poses, stops};
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).filter(|argument| argument != "--bench").collect();
-    let number_at = |place: usize, default: u64| {
-        arguments.get(place).and_then(|argument| argument.parse().ok()).unwrap_or(default)
+    let number_at = |index: usize, default: u64| {
+        arguments.get(index).and_then(|argument| argument.parse().ok()).unwrap_or(default)
     };
     let number = |default: u64| number_at(1, default);
     match arguments.first().map(String::as_str) {

@@ -4,8 +4,8 @@
 use std::f64::consts::TAU;
 
 /// Mixes seed and place into 64 bits that look random: the finaliser of SplitMix64 (Steele, Lea and Flood, 2014).
-fn bits(seed: u64, place: u64) -> u64 {
-    let mut mixed = seed ^ place.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+fn bits(seed: u64, index: u64) -> u64 {
+    let mut mixed = seed ^ index.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     for (shift, factor) in [(30, 0xbf58_476d_1ce4_e5b9), (27, 0x94d0_49bb_1331_11eb)] {
         mixed = (mixed ^ (mixed >> shift)).wrapping_mul(factor);
     }
@@ -13,14 +13,14 @@ fn bits(seed: u64, place: u64) -> u64 {
 }
 
 /// A number evenly spread over [0, 1).
-pub(crate) fn uniform(seed: u64, place: u64) -> f64 {
-    (bits(seed, place) >> 11) as f64 / (1_u64 << 53) as f64
+pub(crate) fn uniform(seed: u64, index: u64) -> f64 {
+    (bits(seed, index) >> 11) as f64 / (1_u64 << 53) as f64
 }
 
 /// A normally distributed number of mean 0 and standard deviation 1.
-pub(crate) fn normal(seed: u64, place: u64) -> f64 {
-    let radius = (-2.0 * (1.0 - uniform(seed, place.wrapping_mul(2))).ln()).sqrt();
-    radius * (TAU * uniform(seed, place.wrapping_mul(2).wrapping_add(1))).cos()
+pub(crate) fn normal(seed: u64, index: u64) -> f64 {
+    let radius = (-2.0 * (1.0 - uniform(seed, index.wrapping_mul(2))).ln()).sqrt();
+    radius * (TAU * uniform(seed, index.wrapping_mul(2).wrapping_add(1))).cos()
 }
 
 /// Noise at a moment: normal numbers one `knot_ns` apart, joined by straight lines.
@@ -43,7 +43,7 @@ mod tests {
     #[test]
     fn normal_numbers_have_mean_zero_and_deviation_one() {
         let count = 20_000;
-        let drawn: Vec<f64> = (0..count).map(|place| normal(42, place)).collect();
+        let drawn: Vec<f64> = (0..count).map(|index| normal(42, index)).collect();
         let mean = drawn.iter().sum::<f64>() / count as f64;
         let variance = drawn.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / count as f64;
         assert!(mean.abs() < 0.03, "mean {mean}");

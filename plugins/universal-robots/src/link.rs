@@ -275,8 +275,8 @@ impl Agreeing {
         let names: Vec<String> = outputs.iter().map(|(name, _)| name.clone()).collect();
         let body = self.ask(Kind::SetUpOutputs, &rtde::set_up_outputs(STATES_HZ, &names))?;
         let (recipe, types) = rtde::recipe(Kind::SetUpOutputs, &body).map_err(|error| self.failed(&error))?;
-        for (place, (name, wanted)) in outputs.iter().enumerate() {
-            let found = types.get(place).map_or("nothing", String::as_str);
+        for (index, (name, wanted)) in outputs.iter().enumerate() {
+            let found = types.get(index).map_or("nothing", String::as_str);
             if found != *wanted {
                 return Err(self.failed(&format!(
                     "the controller sends `{name}` as {found}, not {wanted}: its software is of another version than this driver knows"

@@ -73,7 +73,7 @@ pub(crate) fn run(arguments: &Arguments, folder: Option<&Path>) -> CommandResult
     print_line!("{HEADER}")?;
     let mut study = StripeStudy::new(&worlds, output)?;
     study.write()?;
-    let missing: Vec<usize> = (0..worlds.len()).filter(|place| !study.has(*place)).collect();
+    let missing: Vec<usize> = (0..worlds.len()).filter(|index| !study.has(*index)).collect();
     study.missing = missing.len();
     let cores = thread::available_parallelism().map_or(1, usize::from);
     let jobs = arguments.jobs.map_or(cores, |jobs| jobs as usize).min(missing.len());
@@ -81,12 +81,12 @@ pub(crate) fn run(arguments: &Arguments, folder: Option<&Path>) -> CommandResult
     thread::scope(|scope| {
         for _ in 0..jobs {
             scope.spawn(|| {
-                while let Some(place) = missing.get(next.fetch_add(1, Ordering::Relaxed)).copied() {
-                    let Some(world) = worlds.get(place).filter(|_| !interrupt.is_asked()) else { return };
+                while let Some(index) = missing.get(next.fetch_add(1, Ordering::Relaxed)).copied() {
+                    let Some(world) = worlds.get(index).filter(|_| !interrupt.is_asked()) else { return };
                     let studied = world.studied();
                     // What an interrupt ended is no failure.
                     if !interrupt.is_asked() || studied.is_ok() {
-                        lock(&study).take(place, world, studied);
+                        lock(&study).take(index, world, studied);
                     }
                 }
             });
@@ -139,14 +139,14 @@ impl<'a> StripeStudy<'a> {
         Ok(Self { output, outcomes, began, missing: 0, studied: 0, failures: 0, trouble: None })
     }
 
-    fn has(&self, place: usize) -> bool {
-        self.outcomes.get(place).is_some_and(Option::is_some)
+    fn has(&self, index: usize) -> bool {
+        self.outcomes.get(index).is_some_and(Option::is_some)
     }
 
     /// Takes in what became of a world, reports it, and brings the tables up to date.
     fn take(
         &mut self,
-        place: usize,
+        index: usize,
         world: &SealedWorld<'_>,
         studied: Result<Outcome, sealed_world::StudyError>,
     ) {
@@ -154,7 +154,7 @@ impl<'a> StripeStudy<'a> {
         match studied {
             Ok(outcome) => {
                 let printed = print_line!("{}", line(&outcome)).map_err(StudyEnd::from);
-                if let Some(known) = self.outcomes.get_mut(place) {
+                if let Some(known) = self.outcomes.get_mut(index) {
                     *known = Some(outcome);
                 }
                 if let Err(trouble) = printed.and_then(|()| self.write()) {

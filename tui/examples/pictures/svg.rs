@@ -87,8 +87,8 @@ fn draw_row(svg: &mut String, screen: &Screen, row: u16, columns: u16) {
             Kind::Shape => shapes(svg, cells, start, top, look.ink),
             Kind::Letter => letters(svg, cells, start, top, *look),
             Kind::Sign => {
-                for (place, (sign, _)) in cells.iter().enumerate() {
-                    let x = left(start + place) + CELL.0 / 2.0;
+                for (index, (sign, _)) in cells.iter().enumerate() {
+                    let x = left(start + index) + CELL.0 / 2.0;
                     let y = top + BASE_LINE;
                     let _ = writeln!(
                         svg,
@@ -166,8 +166,8 @@ struct Shapes {
 
 fn shapes(svg: &mut String, cells: &[(char, Look)], start: usize, top: f64, ink: &str) {
     let mut shapes = Shapes::default();
-    for (place, (character, _)) in cells.iter().enumerate() {
-        shapes.add(*character, left(start + place), top);
+    for (index, (character, _)) in cells.iter().enumerate() {
+        shapes.add(*character, left(start + index), top);
     }
     let Shapes { areas, shaded, thin, thick, dots } = shapes;
     for (path, style) in [

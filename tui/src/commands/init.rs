@@ -68,10 +68,10 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
 }
 
 /// Whether a folder has every file that another one has, by their names.
-fn holds_all(place: &Path, other: &Path) -> Result<bool, InitError> {
+fn holds_all(folder: &Path, other: &Path) -> Result<bool, InitError> {
     for entry in fs::read_dir(other).map_err(InitError::io(other))? {
         let path = entry.map_err(InitError::io(other))?.path();
-        let here = place.join(path.file_name().unwrap_or_default());
+        let here = folder.join(path.file_name().unwrap_or_default());
         let is_there = if path.is_dir() { here.is_dir() && holds_all(&here, &path)? } else { here.is_file() };
         if !is_there {
             return Ok(false);

@@ -106,12 +106,12 @@ fn print_python(
     arguments: &Arguments,
     output: &mut impl Write,
 ) -> CommandResult {
-    let place = CellPlace::of_cell(&cell.file)?;
+    let folder = CellPlace::of_cell(&cell.file)?;
     let known = PythonCell {
         name: &cell.name,
         file: arguments.cell.display().to_string(),
-        domain: place.domain(),
-        lock: place.lock_file().display().to_string(),
+        domain: folder.domain(),
+        lock: folder.lock_file().display().to_string(),
     };
     let streams: Vec<_> =
         streams.iter().map(|stream| (stream.device.clone(), stream.description.clone())).collect();
@@ -157,14 +157,14 @@ fn wanted(streams: &[Stream], names: &[String]) -> Result<Vec<Stream>, StreamsEr
     Ok(streams.iter().filter(is_wanted).cloned().collect())
 }
 
-fn is_running(place: &CellPlace) -> bool {
-    matches!(place.state(), PlaceState::InUse(_)) && place.domain().root().exists()
+fn is_running(folder: &CellPlace) -> bool {
+    matches!(folder.state(), PlaceState::InUse(_)) && folder.domain().root().exists()
 }
 
 /// Whether the cell is run, now or before the time is up.
-fn waited_for(place: &CellPlace, seconds: f64) -> bool {
+fn waited_for(folder: &CellPlace, seconds: f64) -> bool {
     let begin = Instant::now();
-    while !is_running(place) {
+    while !is_running(folder) {
         if begin.elapsed().as_secs_f64() >= seconds {
             return false;
         }
@@ -175,12 +175,12 @@ fn waited_for(place: &CellPlace, seconds: f64) -> bool {
 
 /// Prints messages until the run ends, or as many as were asked for.
 fn print(
-    place: &CellPlace,
+    folder: &CellPlace,
     streams: &[Stream],
     arguments: &Arguments,
     output: &mut impl Write,
 ) -> Result<(), Box<dyn std::error::Error>> {
-    let bus = Bus::open(place.domain(), "plumb streams")?;
+    let bus = Bus::open(folder.domain(), "plumb streams")?;
     let mut receivers: Vec<(Subscriber, &Stream)> = Vec::new();
     let mut signals: Vec<Listener> = Vec::new();
     for stream in streams {
@@ -192,7 +192,7 @@ fn print(
     let mut goes_on = true;
     while goes_on && left > 0 {
         // What came before the run ended is printed as well.
-        goes_on = is_running(place);
+        goes_on = is_running(folder);
         wait_any(&signals, LOOK)?;
         for signal in &signals {
             signal.drain()?;
@@ -260,10 +260,10 @@ fn write_message(
 }
 
 /// A run that ended while this listened left its shared memory to the last that uses it.
-fn tidy(place: &CellPlace, cell: &Workcell) {
-    if !is_running(place)
-        && let Ok(_lock) = place.lock(&cell.name, &cell.file.display().to_string())
-        && let Err(error) = place.domain().remove()
+fn tidy(folder: &CellPlace, cell: &Workcell) {
+    if !is_running(folder)
+        && let Ok(_lock) = folder.lock(&cell.name, &cell.file.display().to_string())
+        && let Err(error) = folder.domain().remove()
     {
         tracing::debug!("shared memory is left behind: {error}");
     }

@@ -77,13 +77,13 @@ fn follow(
     let (to_screens, events) = unbounded_channel();
     let (to_command, broken) = std::sync::mpsc::channel();
     thread::spawn(move || {
-        for (place, line) in lines(source).enumerate() {
+        for (index, line) in lines(source).enumerate() {
             let read = line.map_err(|error| error.to_string());
             let event = read.and_then(|line| serde_json::from_str(&line).map_err(|error| error.to_string()));
             let event: StampedEvent = match event {
                 Ok(event) => event,
                 Err(reason) => {
-                    let error = WatchError::Read { path, line: place + 1, reason };
+                    let error = WatchError::Read { path, line: index + 1, reason };
                     let _left = to_screens.send(reported(&error));
                     let _left = to_command.send(error);
                     return;

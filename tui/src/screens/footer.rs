@@ -44,8 +44,8 @@ pub(crate) fn stop_bar(state: &State, frame: &mut Frame, area: Rect) {
 }
 
 /// The command of the hint at a place of the screen, for the mouse.
-pub(crate) fn command_at(state: &State, area: Rect, place: Position) -> Option<Command> {
-    placed(state, area).into_iter().find(|hint| hint.area.contains(place)).map(|hint| hint.binding.command)
+pub(crate) fn command_at(state: &State, area: Rect, position: Position) -> Option<Command> {
+    placed(state, area).into_iter().find(|hint| hint.area.contains(position)).map(|hint| hint.binding.command)
 }
 
 /// A hint and where it is.

@@ -102,8 +102,8 @@ fn rows(
     }
     text.extend([Line::default(), Line::styled(heading, theme.heading)]);
     for binding in bindings {
-        for (place, sentence) in wrapped(binding.help, width.saturating_sub(12)).into_iter().enumerate() {
-            let keys = if place == 0 { binding.shown } else { "" };
+        for (index, sentence) in wrapped(binding.help, width.saturating_sub(12)).into_iter().enumerate() {
+            let keys = if index == 0 { binding.shown } else { "" };
             text.push(Line::from(vec![
                 Span::styled(format!("{keys:>10}  "), theme.key),
                 Span::styled(sentence, theme.text),

@@ -58,7 +58,7 @@ impl Hits {
     }
 
     /// What was drawn last at a place.
-    pub(crate) fn at(&self, place: Position) -> Option<Hit> {
-        self.0.borrow().iter().rev().find(|(area, _)| area.contains(place)).map(|(_, hit)| *hit)
+    pub(crate) fn at(&self, position: Position) -> Option<Hit> {
+        self.0.borrow().iter().rev().find(|(area, _)| area.contains(position)).map(|(_, hit)| *hit)
     }
 }

@@ -181,7 +181,7 @@ fn show_beside(state: &mut State, by: isize) -> Vec<Action> {
     let here = screens.iter().position(|screen| *screen == state.screen).unwrap_or(0);
     let count = isize::try_from(screens.len()).unwrap_or(1).max(1);
     let there = (isize::try_from(here).unwrap_or(0) + by).rem_euclid(count);
-    match usize::try_from(there).ok().and_then(|place| screens.get(place)) {
+    match usize::try_from(there).ok().and_then(|index| screens.get(index)) {
         Some(screen) => show(state, *screen),
         None => Vec::new(),
     }

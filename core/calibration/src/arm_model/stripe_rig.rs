@@ -36,15 +36,15 @@ impl StripeRig {
     pub fn moved(&self, parameter: RigNumber, by: f64) -> Self {
         let mut rig = self.clone();
         match parameter {
-            RigNumber::CameraAim(place) => rig.turn_camera(axis(place), by),
+            RigNumber::CameraAim(index) => rig.turn_camera(axis(index), by),
             RigNumber::CameraRoll => rig.turn_camera(axis(2), by),
-            RigNumber::CameraScale(place) => {
-                if let Some(focal) = rig.focal_px.get_mut(place) {
+            RigNumber::CameraScale(index) => {
+                if let Some(focal) = rig.focal_px.get_mut(index) {
                     *focal *= 1.0 + by;
                 }
             }
-            RigNumber::PrincipalPoint(place) => {
-                if let Some(principal) = rig.principal_px.get_mut(place) {
+            RigNumber::PrincipalPoint(index) => {
+                if let Some(principal) = rig.principal_px.get_mut(index) {
                     *principal += by;
                 }
             }
@@ -59,8 +59,8 @@ impl StripeRig {
                 rig.d_mm = -rig.normal.dot(&pivot);
             }
             RigNumber::StripeBow => rig.bow += by,
-            RigNumber::HandEye(place) => {
-                let shift = axis(place).into_inner() * by;
+            RigNumber::HandEye(index) => {
+                let shift = axis(index).into_inner() * by;
                 rig.flange_from_camera.translation.vector += shift;
                 rig.d_mm -= rig.normal.dot(&shift);
             }
@@ -139,6 +139,6 @@ impl StripeRig {
 }
 
 /// An axis by its place; z for any beyond.
-fn axis(place: usize) -> Unit<Vector3<f64>> {
-    [Vector3::x_axis(), Vector3::y_axis(), Vector3::z_axis()].get(place).copied().unwrap_or(Vector3::z_axis())
+fn axis(index: usize) -> Unit<Vector3<f64>> {
+    [Vector3::x_axis(), Vector3::y_axis(), Vector3::z_axis()].get(index).copied().unwrap_or(Vector3::z_axis())
 }

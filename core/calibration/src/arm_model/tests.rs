@@ -111,8 +111,8 @@ fn numbers_of_a_rig_are_moved_in_their_order_and_those_that_do_not_move_stay() {
     amounts[RigNumber::CameraScale(0).place()] = 0.1;
     let both = rig().with(&amounts);
     assert_eq!((both.principal_px, both.focal_px), ([100.0, 93.0], [550.0, 400.0]));
-    for (place, number) in RigNumber::ALL.into_iter().enumerate() {
-        assert_eq!(number.place(), place, "{number:?}");
+    for (index, number) in RigNumber::ALL.into_iter().enumerate() {
+        assert_eq!(number.place(), index, "{number:?}");
         assert!((1e-7..0.1).contains(&number.small()), "{number:?}");
     }
 }

@@ -299,7 +299,7 @@ pub(crate) fn amplitude(values: &[f64], covariance: &DMatrix<f64>, unit: Unit) -
     let (sine, cosine) = (values.first().copied().unwrap_or(0.0), values.get(1).copied().unwrap_or(0.0));
     let value = sine.hypot(cosine);
     let [own, other, both] =
-        [(0, 0), (1, 1), (0, 1)].map(|place| covariance.get(place).copied().unwrap_or(0.0));
+        [(0, 0), (1, 1), (0, 1)].map(|index| covariance.get(index).copied().unwrap_or(0.0));
     let variance = if value > 0.0 {
         // By the slope of hypot: d|a|/da = a/|a|.
         let (s, c) = (sine / value, cosine / value);

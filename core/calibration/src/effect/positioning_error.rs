@@ -68,7 +68,7 @@ impl Effect for PositioningError {
 
 /// The covariance of two knots; 0 with the first, which is zero by definition.
 fn entry(covariance: &DMatrix<f64>, one: Option<usize>, other: Option<usize>) -> f64 {
-    one.zip(other).and_then(|place| covariance.get(place)).copied().unwrap_or(0.0)
+    one.zip(other).and_then(|index| covariance.get(index)).copied().unwrap_or(0.0)
 }
 
 pub(super) const KIND: Kind = Kind {

@@ -33,8 +33,8 @@ fn mean_reached([_, forward, reverse]: &[f64; 3]) -> f64 {
 }
 
 /// By how much either way of arrival misses a place.
-fn greatest_miss([_, forward, reverse]: &[f64; 3], place: f64) -> f64 {
-    (forward - place).abs().max((reverse - place).abs())
+fn greatest_miss([_, forward, reverse]: &[f64; 3], coordinate: f64) -> f64 {
+    (forward - coordinate).abs().max((reverse - coordinate).abs())
 }
 
 /// The part of FluidNC's configuration that holds it: fewer steps by the factor by which the joint goes further than commanded.

@@ -21,12 +21,17 @@ pub fn ros_calibration(arm: &RigidArm) -> Result<String, ExportError> {
     let mut text = String::from("kinematics:\n");
     for (link, joint) in LINKS.iter().zip(&arm.joints) {
         // The driver counts in metres.
-        let place = joint.parent_from_joint.translation.vector * 1e-3;
+        let position = joint.parent_from_joint.translation.vector * 1e-3;
         let (roll, pitch, yaw) = joint.parent_from_joint.rotation.euler_angles();
         let _ = writeln!(text, "  {link}:");
-        for (key, value) in
-            [("x", place.x), ("y", place.y), ("z", place.z), ("roll", roll), ("pitch", pitch), ("yaw", yaw)]
-        {
+        for (key, value) in [
+            ("x", position.x),
+            ("y", position.y),
+            ("z", position.z),
+            ("roll", roll),
+            ("pitch", pitch),
+            ("yaw", yaw),
+        ] {
             let _ = writeln!(text, "    {key}: {}", number(value));
         }
     }

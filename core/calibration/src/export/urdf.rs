@@ -40,8 +40,8 @@ pub fn urdf(arm: &RigidArm) -> String {
         parent = child;
     }
     fixed(&mut text, &parent, "flange", &arm.joint_from_flange);
-    for (name, place) in &arm.targets {
-        fixed(&mut text, "flange", name, &IsometryMatrix3::translation(place.x, place.y, place.z));
+    for (name, position) in &arm.targets {
+        fixed(&mut text, "flange", name, &IsometryMatrix3::translation(position.x, position.y, position.z));
     }
     text.push_str("</robot>\n");
     text
@@ -59,9 +59,9 @@ fn fixed(text: &mut String, parent: &str, child: &str, parent_from_child: &Isome
 
 /// `<origin xyz="..." rpy="..."/>`: metres, and roll, pitch, yaw about fixed axes in radians.
 fn origin(pose: &IsometryMatrix3<f64>) -> String {
-    let place = pose.translation.vector * METRES;
+    let position = pose.translation.vector * METRES;
     let (roll, pitch, yaw) = pose.rotation.euler_angles();
-    let numbers = [place.x, place.y, place.z, roll, pitch, yaw].map(number);
+    let numbers = [position.x, position.y, position.z, roll, pitch, yaw].map(number);
     let [x, y, z, roll, pitch, yaw] = numbers;
     format!("<origin xyz=\"{x} {y} {z}\" rpy=\"{roll} {pitch} {yaw}\"/>")
 }

@@ -55,7 +55,7 @@ fn write_into(out: &mut String, model: &Model) -> std::fmt::Result {
         writeln!(out, "  {}: {}", target.name, target_text(target))?;
     }
     boards(out, model)?;
-    if let Some(sensor) = model.profile_sensor.and_then(|place| model.targets.get(place)) {
+    if let Some(sensor) = model.profile_sensor.and_then(|index| model.targets.get(index)) {
         writeln!(out, "profile: {{seen_by: {}}}", sensor.name)?;
     }
     // As it was written: a wildcard stays one.

@@ -234,8 +234,8 @@ pub(crate) fn place_touched(machine: &ResidualModel<'_>, state: &mut State, rows
         return;
     }
     let mut sums = vec![(Vector3::zeros(), 0.0); state.places.len()];
-    for place in &mut state.places {
-        *place = Vector3::zeros();
+    for index in &mut state.places {
+        *index = Vector3::zeros();
     }
     let mut scratch = machine.scratch(state);
     let mut residuals = Vec::new();
@@ -244,8 +244,8 @@ pub(crate) fn place_touched(machine: &ResidualModel<'_>, state: &mut State, rows
         machine.row_residuals(*row, &mut scratch, &mut residuals);
         for (equation, residual) in machine.observations.of_row(*row).iter().zip(&residuals) {
             let what = equation.measurand;
-            if let Some(place) = what.kind.touched_place(what)
-                && let Some((sum, count)) = sums.get_mut(place)
+            if let Some(index) = what.kind.touched_place(what)
+                && let Some((sum, count)) = sums.get_mut(index)
                 && let Some(part) = sum.get_mut(what.axis())
             {
                 *part -= residual;
@@ -254,9 +254,9 @@ pub(crate) fn place_touched(machine: &ResidualModel<'_>, state: &mut State, rows
         }
     }
     // Three equations are one visit, each a third of it: half a visit is none.
-    for (place, (sum, count)) in state.places.iter_mut().zip(sums) {
+    for (index, (sum, count)) in state.places.iter_mut().zip(sums) {
         if count > 0.5 {
-            *place = sum / count;
+            *index = sum / count;
         }
     }
 }

@@ -44,15 +44,15 @@ impl Rates {
             true => Some(self.next),
             false => self.bends.iter().position(|known| *known == bend),
         };
-        let place = known.unwrap_or(self.bends.len());
+        let index = known.unwrap_or(self.bends.len());
         if known.is_none() {
             self.bends.push(bend);
             self.rates.push(0.0);
         }
-        if let Some(entry) = self.rates.get_mut(place) {
+        if let Some(entry) = self.rates.get_mut(index) {
             *entry += rate;
         }
-        self.next = place + 1;
+        self.next = index + 1;
     }
 
     /// Adds what an effect contributes.
@@ -60,8 +60,8 @@ impl Rates {
         for Contribution { parameter, dof, rate } in contributions.iter().copied() {
             match dof {
                 Dof::Joint(joint, dh_parameter) => {
-                    if let Some(place) = DH_PARAMETERS.iter().position(|known| *known == dh_parameter) {
-                        let target = joint * DH_PARAMETERS.len() + place;
+                    if let Some(index) = DH_PARAMETERS.iter().position(|known| *known == dh_parameter) {
+                        let target = joint * DH_PARAMETERS.len() + index;
                         self.add(Bend { part, parameter, target }, rate);
                     }
                 }

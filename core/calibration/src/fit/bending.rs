@@ -82,13 +82,13 @@ impl ResidualModel<'_> {
         let shifts_matter = is_weighed || rates.bends.iter().any(|bend| bend.target >= numbers);
         // From the flange inwards: frames before a joint are those of the pose still.
         for number in (0..numbers).rev() {
-            let (joint, place) = (number / DH_PARAMETERS.len(), number % DH_PARAMETERS.len());
-            if place >= TURNS && !shifts_matter {
+            let (joint, index) = (number / DH_PARAMETERS.len(), number % DH_PARAMETERS.len());
+            if index >= TURNS && !shifts_matter {
                 continue;
             }
-            let small = if place < TURNS { SMALL_TURN } else { SMALL_SHIFT };
+            let small = if index < TURNS { SMALL_TURN } else { SMALL_SHIFT };
             let whole = deviations.get(joint).copied();
-            if let (Some(row), Some(dh_parameter)) = (deviations.get_mut(joint), DH_PARAMETERS.get(place)) {
+            if let (Some(row), Some(dh_parameter)) = (deviations.get_mut(joint), DH_PARAMETERS.get(index)) {
                 row.add(*dh_parameter, small);
             }
             link_frames.update_from(joint, &self.model.chain, self.table.q_of(row), &deviations);

@@ -35,8 +35,8 @@ impl ResidualModel<'_> {
             FreeParameter::BoardRotation(board, part) => {
                 format!("{} turn about {}", self.model.board_name(board), axis_name(part))
             }
-            FreeParameter::Place(place, part) => {
-                let name = self.observations.places.get(place).map_or("place", String::as_str);
+            FreeParameter::Place(index, part) => {
+                let name = self.observations.places.get(index).map_or("place", String::as_str);
                 format!("{name} {}", axis_name(part))
             }
             FreeParameter::Surface(surface, which) => {

@@ -64,8 +64,8 @@ impl ResponseTo<'_> {
 impl Response {
     /// The response to a number of a joint's row.
     pub(super) fn to_joint(&self, joint: usize, dh_parameter: DhParameter) -> Option<ResponseTo<'_>> {
-        let place = DH_PARAMETERS.iter().position(|known| *known == dh_parameter)?;
-        self.to_source(joint * DH_PARAMETERS.len() + place)
+        let index = DH_PARAMETERS.iter().position(|known| *known == dh_parameter)?;
+        self.to_source(joint * DH_PARAMETERS.len() + index)
     }
 
     /// The response to a turn of the base about an axis of the frame of the measurements.

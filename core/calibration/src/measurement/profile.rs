@@ -76,10 +76,10 @@ impl<'a> Seen<'a> {
 /// The points of a row by their places among the columns.
 fn points(row: &RowReader<'_>) -> Result<Vec<usize>, ObservationsError> {
     let mut found = Vec::new();
-    for (place, columns) in row.table.profiles.iter().enumerate() {
+    for (index, columns) in row.table.profiles.iter().enumerate() {
         let [x, z] = columns.xz.get(row.row).copied().unwrap_or([f64::NAN; 2]);
         match (x.is_finite(), z.is_finite()) {
-            (true, true) => found.push(place),
+            (true, true) => found.push(index),
             (false, false) => {}
             // Half a point would be measured along the other axis only, which no sensor does: it is a slip in the file.
             (has_x, _) => {

@@ -131,23 +131,23 @@ mod tests {
     fn a_folder_shows_who_runs_the_cell_and_what_was_left_and_is_empty_after_a_removal() {
         let directory = tempfile::tempdir().expect("a directory");
         let file = directory.path().join("cell.yaml");
-        let place = CellPlace::of_cell(&file).expect("a place");
-        assert_eq!(place.state(), PlaceState::Empty);
-        let lock = place.lock("teachmover", "/cells/cell.yaml").expect("free");
-        assert!(matches!(place.state(), PlaceState::InUse(holder) if holder.runs == "/cells/cell.yaml"));
+        let folder = CellPlace::of_cell(&file).expect("a place");
+        assert_eq!(folder.state(), PlaceState::Empty);
+        let lock = folder.lock("teachmover", "/cells/cell.yaml").expect("free");
+        assert!(matches!(folder.state(), PlaceState::InUse(holder) if holder.runs == "/cells/cell.yaml"));
         drop(lock);
-        assert_eq!(place.state(), PlaceState::Empty, "an ended run leaves nothing");
+        assert_eq!(folder.state(), PlaceState::Empty, "an ended run leaves nothing");
 
-        fs::write(place.lock_file(), "1\n/cells/cell.yaml\n").expect("a file");
-        fs::create_dir(place.world_socket().parent().expect("a directory")).expect("a directory");
-        let PlaceState::LeftBehind(remains) = place.state() else { panic!("a killed run leaves something") };
-        assert_eq!((remains.world, remains.files), (Some(place.world_socket()), 1), "the lock's file");
-        fs::create_dir(place.domain.root()).expect("a directory");
-        let PlaceState::LeftBehind(remains) = place.state() else { panic!("a killed run leaves something") };
+        fs::write(folder.lock_file(), "1\n/cells/cell.yaml\n").expect("a file");
+        fs::create_dir(folder.world_socket().parent().expect("a directory")).expect("a directory");
+        let PlaceState::LeftBehind(remains) = folder.state() else { panic!("a killed run leaves something") };
+        assert_eq!((remains.world, remains.files), (Some(folder.world_socket()), 1), "the lock's file");
+        fs::create_dir(folder.domain.root()).expect("a directory");
+        let PlaceState::LeftBehind(remains) = folder.state() else { panic!("a killed run leaves something") };
         assert_eq!(remains.files, 2, "and the directory of the sockets");
-        assert!(CellPlace::all().contains(&place));
-        place.remove().expect("removed");
-        assert_eq!(place.state(), PlaceState::Empty);
-        assert!(!CellPlace::all().contains(&place));
+        assert!(CellPlace::all().contains(&folder));
+        folder.remove().expect("removed");
+        assert_eq!(folder.state(), PlaceState::Empty);
+        assert!(!CellPlace::all().contains(&folder));
     }
 }

@@ -78,8 +78,8 @@ pub(super) fn plugins() -> (TempDir, Catalogue) {
 }
 
 /// The cell of this text, in that place.
-pub(super) fn cell_in(place: &TempDir, text: &str) -> Arc<Workcell> {
-    let file: PathBuf = place.path().join("cell.yaml");
+pub(super) fn cell_in(folder: &TempDir, text: &str) -> Arc<Workcell> {
+    let file: PathBuf = folder.path().join("cell.yaml");
     fs::write(&file, text).unwrap();
     Arc::new(load_workcell(&file, &Calculator::new()).unwrap_or_else(|problems| {
         panic!("{}", problems.iter().map(ToString::to_string).collect::<String>())

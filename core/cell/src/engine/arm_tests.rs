@@ -223,10 +223,12 @@ fn the_hand_is_brought_to_where_it_was_asked_for_by_the_drives_own_numbers() {
         assert!((found - there).abs() < 1e-6, "{found:?} {there:?}");
     }
     // 225 mm at 35 degrees, then 175 mm at 90 degrees.
-    let place = wanted.translation.vector;
+    let position = wanted.translation.vector;
     let x = 225.0 * 35.0_f64.to_radians().cos();
     let y = 225.0 * 35.0_f64.to_radians().sin() + 175.0;
-    assert!((place.x - x).abs() < 1e-9 && (place.y - y).abs() < 1e-9 && (place.z - 240.0).abs() < 1e-9);
+    assert!(
+        (position.x - x).abs() < 1e-9 && (position.y - y).abs() < 1e-9 && (position.z - 240.0).abs() < 1e-9
+    );
 }
 
 #[test]
@@ -252,13 +254,13 @@ fn a_move_takes_as_long_as_its_way_whichever_way_it_goes() {
 
 #[test]
 fn an_arm_is_fitted_to_the_cell_only_with_its_own_joints_in_their_units() {
-    let place = tempfile::tempdir().unwrap();
+    let folder = tempfile::tempdir().unwrap();
     let refused = |joints: &str| {
         let cell =
             CELL.replace("{shoulder: deg, elbow: deg, quill: mm, spin: deg}, model: model.yaml", joints);
-        std::fs::write(place.path().join("cell.yaml"), cell).unwrap();
+        std::fs::write(folder.path().join("cell.yaml"), cell).unwrap();
         let cell = crate::workcell::load_workcell(
-            &place.path().join("cell.yaml"),
+            &folder.path().join("cell.yaml"),
             &crate::expression::Calculator::new(),
         );
         let cell = cell.unwrap_or_else(|problems| panic!("{problems:?}"));

@@ -216,7 +216,7 @@ pub(crate) fn check_reading(
             source.blame(&format!("{device} dates its reading {ahead} in the future of the cell's clock"))
         );
     }
-    for (place, quantity) in reading.quantities.iter().enumerate() {
+    for (index, quantity) in reading.quantities.iter().enumerate() {
         let name = &quantity.name;
         if !sensor.quantities.iter().any(|known| known.name == *name) {
             let known = plumb_document::one_of(sensor.quantities.iter().map(|known| known.name.as_str()));
@@ -224,7 +224,7 @@ pub(crate) fn check_reading(
                 "{device} measured `{name}`, which it does not describe; of what it describes, {known}"
             )));
         }
-        if reading.quantities.iter().take(place).any(|before| before.name == *name) {
+        if reading.quantities.iter().take(index).any(|before| before.name == *name) {
             return Err(source.blame(&format!("{device} measured `{name}` twice in one reading")));
         }
         let (value, sigma) = (quantity.value, quantity.standard_uncertainty);

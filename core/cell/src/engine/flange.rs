@@ -42,11 +42,11 @@ pub(crate) fn attitude_of(tilt: f64, azimuth: f64, turn: f64) -> Rotation3<f64> 
 
 /// Where the flange is that brings a point of its frame, `aim`, to a place of the base's, mm.
 pub(crate) fn flange_at(
-    place: Vector3<f64>,
+    position: Vector3<f64>,
     attitude: Rotation3<f64>,
     aim: Vector3<f64>,
 ) -> IsometryMatrix3<f64> {
-    IsometryMatrix3::from_parts(Translation3::from(place - attitude * aim), attitude)
+    IsometryMatrix3::from_parts(Translation3::from(position - attitude * aim), attitude)
 }
 
 #[cfg(test)]

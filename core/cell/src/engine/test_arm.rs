@@ -73,10 +73,10 @@ pub(crate) fn arm_in(cell: &str) -> Arm {
 
 /// The same by another model file.
 pub(crate) fn arm_with(cell: &str, model: &str) -> Arm {
-    let place = tempfile::tempdir().unwrap();
-    std::fs::write(place.path().join("model.yaml"), model).unwrap();
-    std::fs::write(place.path().join("cell.yaml"), cell).unwrap();
-    let cell = load_workcell(&place.path().join("cell.yaml"), &Calculator::new());
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("model.yaml"), model).unwrap();
+    std::fs::write(folder.path().join("cell.yaml"), cell).unwrap();
+    let cell = load_workcell(&folder.path().join("cell.yaml"), &Calculator::new());
     let cell = cell.unwrap_or_else(|problems| {
         panic!("{}", problems.iter().map(ToString::to_string).collect::<String>())
     });

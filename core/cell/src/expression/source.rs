@@ -199,12 +199,12 @@ fn syntax_problem(error: &rhai::ParseError, text: &str, place: Span, file: &str)
 
 /// Where `line` and `column` (from 0) of an expression are in the file. The expression may be plain, quoted, or a block of lines; where it
 /// cannot be found the beginning is shown.
-fn place_inside(text: &str, place: Span, line: usize, column: usize, length: usize, file: &str) -> Span {
-    let Some(wanted) = text.lines().nth(line) else { return place };
+fn place_inside(text: &str, span: Span, line: usize, column: usize, length: usize, file: &str) -> Span {
+    let Some(wanted) = text.lines().nth(line) else { return span };
     for (index, candidate) in
-        file.lines().enumerate().skip(place.line.saturating_sub(1)).take(text.lines().count() + 2)
+        file.lines().enumerate().skip(span.line.saturating_sub(1)).take(text.lines().count() + 2)
     {
-        let from = if index + 1 == place.line { place.column.saturating_sub(1) } else { 0 };
+        let from = if index + 1 == span.line { span.column.saturating_sub(1) } else { 0 };
         let from_byte = candidate.char_indices().nth(from).map_or(candidate.len(), |(byte, _)| byte);
         let rest = candidate.get(from_byte..).unwrap_or_default();
         if !wanted.trim().is_empty()
@@ -214,5 +214,5 @@ fn place_inside(text: &str, place: Span, line: usize, column: usize, length: usi
             return Span { line: index + 1, column: from + before + column + 1, length };
         }
     }
-    place
+    span
 }

@@ -323,11 +323,11 @@ mod tests {
 
     /// What is said of a step that corrects so.
     fn reported(correct: &str) -> String {
-        let place = tempfile::tempdir().unwrap();
-        let write = |name: &str, text: &str| std::fs::write(place.path().join(name), text).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
         write("cell.yaml", "cell: bench\ndevices: {eye: {plugin: light-stripe}}\nprocedures: [go.yaml]\n");
         write("go.yaml", &format!("procedure: go\nsteps:\n  - {{id: set, do: {{correct: {correct}}}}}\n"));
-        match load_workcell(&place.path().join("cell.yaml"), &Calculator::new()) {
+        match load_workcell(&folder.path().join("cell.yaml"), &Calculator::new()) {
             Ok(_) => String::new(),
             Err(problems) => problems.iter().map(ToString::to_string).collect(),
         }

@@ -23,16 +23,16 @@ pub(super) fn outside((lowest, highest): (f64, f64), (least, most): (f64, f64)) 
 }
 
 /// What keeps a robot's joint from a place (rad or mm), and what to do about it; nothing where it may go there, as far as that is known before the run.
-pub(super) fn kept_from(robot: &RobotNames, joint: &str, place: f64, unit: DegOrMm) -> Option<String> {
+pub(super) fn kept_from(robot: &RobotNames, joint: &str, coordinate: f64, unit: DegOrMm) -> Option<String> {
     let of_cell = robot.limits.iter().find(|(known, ..)| known == joint);
-    let of_cell = of_cell.and_then(|(_, least, most)| beyond_limits(place, (*least, *most), unit));
+    let of_cell = of_cell.and_then(|(_, least, most)| beyond_limits(coordinate, (*least, *most), unit));
     if let Some(limits) = of_cell {
         return Some(format!(
             "the cell keeps it within {limits}: give a place there, or widen its limits in the cell file"
         ));
     }
     let own = robot.own_limits.iter().find(|limits| limits.joint == joint)?;
-    Some(format!("{}: give a place there", own.beyond(place, unit)?))
+    Some(format!("{}: give a place there", own.beyond(coordinate, unit)?))
 }
 
 impl OwnLimits {
@@ -42,8 +42,8 @@ impl OwnLimits {
     }
 
     /// Where a place (rad or mm) lies beyond them wherever the zero may be, in words.
-    pub(super) fn beyond(&self, place: f64, unit: DegOrMm) -> Option<String> {
-        beyond_limits(place, self.with_zero_shift(), unit)?;
+    pub(super) fn beyond(&self, coordinate: f64, unit: DegOrMm) -> Option<String> {
+        beyond_limits(coordinate, self.with_zero_shift(), unit)?;
         let number = |internal: f64| rounded(unit.from_internal(internal));
         let limits = format!(
             "the robot itself goes from {} to {} {}",

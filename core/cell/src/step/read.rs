@@ -81,19 +81,19 @@ fn read_action(node: &Node, context: &ReadContext<'_>) -> Option<(&'static str, 
 pub(crate) const LONGEST_NAME: usize = 64;
 
 /// Names that expressions use are words of letters, digits and underscores.
-pub(crate) fn check_name(name: &str, place: Span, what: &str, context: &ReadContext<'_>) {
+pub(crate) fn check_name(name: &str, span: Span, what: &str, context: &ReadContext<'_>) {
     let mut letters = name.chars();
     let good_start = letters.next().is_some_and(|c| c.is_ascii_alphabetic());
     let good = good_start && letters.all(|c| c.is_ascii_alphanumeric() || c == '_');
     if name.len() > LONGEST_NAME {
         let message = format!("{what} has {} characters", name.len());
-        context.problems.add(place, message, format!("at most {LONGEST_NAME}"));
+        context.problems.add(span, message, format!("at most {LONGEST_NAME}"));
     } else if !good {
         let message = format!("`{name}` cannot be {what}");
         let help = "use letters, digits and `_`, beginning with a letter";
-        context.problems.add(place, message, help);
+        context.problems.add(span, message, help);
     } else if context.calculator.compile_expression(name).is_err() {
         let message = format!("`{name}` cannot be {what}: it is a word of the expression language");
-        context.problems.add(place, message, format!("choose another, as `{name}_1`"));
+        context.problems.add(span, message, format!("choose another, as `{name}_1`"));
     }
 }

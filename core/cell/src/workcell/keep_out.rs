@@ -419,10 +419,10 @@ mod tests {
     fn the_nearest_of_several_ends_counts_and_one_that_is_not_known_makes_none_known() {
         assert_eq!(nearest([30.0, 10.0, 20.0].into_iter()), Some(10.0));
         assert_eq!(nearest([-5.0, 10.0].into_iter()), Some(-5.0));
-        for place in 0..3 {
+        for index in 0..3 {
             let mut clearances = [30.0, 10.0, 20.0];
-            clearances[place] = f64::NAN;
-            assert_eq!(nearest(clearances.into_iter()), None, "{place}");
+            clearances[index] = f64::NAN;
+            assert_eq!(nearest(clearances.into_iter()), None, "{index}");
         }
         assert_eq!(nearest(std::iter::empty()), None);
     }

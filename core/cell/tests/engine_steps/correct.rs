@@ -46,8 +46,8 @@ fn run_in(place: &TempDir, world: &Arc<World>, steps: &str, key: &str) -> Correc
     Corrected { outcome, events, texts }
 }
 
-fn in_force(place: &TempDir, cell: &str) -> Vec<(String, f64, String)> {
-    let record = Record::open(place.path()).expect("the record");
+fn in_force(folder: &TempDir, cell: &str) -> Vec<(String, f64, String)> {
+    let record = Record::open(folder.path()).expect("the record");
     let corrections = record.corrections_in_force(cell, "eye").expect("read");
     let mut values: Vec<_> =
         corrections.into_iter().map(|one| (one.key.place, one.value, one.unit)).collect();
@@ -89,17 +89,17 @@ fn an_accepted_correction_is_taken_by_the_sensor_and_a_second_one_builds_on_it()
 
 #[test]
 fn a_discarded_correction_changes_nothing_and_the_run_goes_on() {
-    let (place, world) = (place(), World::new([0.0; 3]));
+    let (folder, world) = (place(), World::new([0.0; 3]));
     let steps = correcting(SHIFT, "")
         + "  - {id: expected, do: {check: {that: 'set.applied == false && set.revision == 0', otherwise: never}}}\n";
-    let run = run_in(&place, &world, &steps, "reject");
+    let run = run_in(&folder, &world, &steps, "reject");
     assert_eq!((run.outcome, message_of(&run.events)), (RunOutcome::Passed, "all steps passed"));
     assert_eq!(message_of_step(&run.events, "set"), "discarded: eye works with the values it had");
     assert!(
         world.configured.lock().expect("not poisoned").is_empty()
-            && in_force(&place, "teachmover").is_empty()
+            && in_force(&folder, "teachmover").is_empty()
     );
-    let found = Record::open(place.path()).expect("the record").corrections_of_run(RunId(1)).expect("read");
+    let found = Record::open(folder.path()).expect("the record").corrections_of_run(RunId(1)).expect("read");
     assert_eq!(found.len(), 1, "what was found stays in the record");
 }
 

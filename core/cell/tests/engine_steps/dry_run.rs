@@ -83,8 +83,8 @@ measured_from: world
 
 /// What a move of that arm would do, which is with its arm straight out and its slide 30 mm down, by the limits of the cell file and its own.
 fn moving(how: &str, more: &str) -> (DryRun, Vec<(String, String, Option<String>)>) {
-    let place = place();
-    let write = |name: &str, text: &str| std::fs::write(place.path().join(name), text).expect("written");
+    let folder = place();
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).expect("written");
     write("model.yaml", SCARA);
     write(
         "cell.yaml",
@@ -101,11 +101,11 @@ robots:
         "go.yaml",
         &format!("procedure: go\nsteps:\n  - {{id: way, do: {{move: {{robot: arm, {how}}}}}}}\n"),
     );
-    let cell = load_workcell(&place.path().join("cell.yaml"), &Calculator::new());
+    let cell = load_workcell(&folder.path().join("cell.yaml"), &Calculator::new());
     let cell = Arc::new(cell.unwrap_or_else(|problems| {
         panic!("{}", problems.iter().map(ToString::to_string).collect::<String>())
     }));
-    let mut run = request(&cell, &place);
+    let mut run = request(&cell, &folder);
     let joint = |name: &str, start: f64| JointFacts { name: name.into(), max_speed: 1.0, start: Some(start) };
     let range = |joint: &str, least: f64, most: f64| JointRange {
         device: "arm".into(),

@@ -171,13 +171,13 @@ fn once_confirmed_the_jog_goes_on_and_the_height_says_that_it_is_beyond_the_tabl
 
 #[test]
 fn a_pose_in_the_answers_that_leads_through_the_table_needs_an_operator() {
-    let place = place();
-    let cell = cell_with_steps(&place, PLACE);
+    let folder = place();
+    let cell = cell_with_steps(&folder, PLACE);
     let world = World::new([0.0; 3]);
-    let answers = place.path().join("answers.yaml");
+    let answers = folder.path().join("answers.yaml");
     std::fs::write(&answers, "answers:\n  place: {pose_deg: {shoulder: 10}}\n").expect("written");
     let procedures: Vec<_> = cell.procedures.iter().map(AsRef::as_ref).collect();
-    let mut run = request(&cell, &place);
+    let mut run = request(&cell, &folder);
     run.answers = Some(load_answers(&answers, &procedures, &[]).expect("good answers"));
     let (outcome, events) = watch(start(run, &world), |_, _| {});
     assert_eq!(outcome, RunOutcome::NeedsOperator);

@@ -17,8 +17,8 @@ steps:
 
 #[test]
 fn a_level_beyond_its_range_and_a_file_that_is_no_picture_are_refused_with_what_would_be_right() {
-    let place = TempDir::new().expect("a folder");
-    let (picture, words) = (place.path().join("hand.png"), place.path().join("hand.txt"));
+    let folder = TempDir::new().expect("a folder");
+    let (picture, words) = (folder.path().join("hand.png"), folder.path().join("hand.txt"));
     std::fs::write(&picture, b"\x89PNG\r\n\x1a\n and the rest").expect("written");
     std::fs::write(&words, "no picture").expect("written");
     let photo = |path: &std::path::Path| Answer::Photo { file: path.display().to_string() };

@@ -84,11 +84,11 @@ steps:
   - {id: out, do: {move: {robot: arm, by_deg: {waist: 5}}}}
   - {id: seen, do: {measure: {sensor: eye}}, on_error: abort}
 ";
-    let place = place();
-    let cell = cell_with_steps(&place, steps);
+    let folder = place();
+    let cell = cell_with_steps(&folder, steps);
     let world = World::new(ZERO_ERROR_DEG);
     world.reads_at_ns.store(1, Ordering::SeqCst);
-    let (outcome, events) = watch(start(request(&cell, &place), &world), operator(Decision::Abort));
+    let (outcome, events) = watch(start(request(&cell, &folder), &world), operator(Decision::Abort));
     assert_eq!(outcome, RunOutcome::Error);
     let message = message_of(&events);
     assert!(message.contains("the reading of eye is stale"), "{message}");
@@ -96,7 +96,7 @@ steps:
         message.contains("before the end of the last motion") && message.contains("plugin `ir-proximity`"),
         "{message}"
     );
-    let record = Record::open(place.path()).expect("the record");
+    let record = Record::open(folder.path()).expect("the record");
     assert!(record.readings(RunId(1)).expect("the readings").is_empty());
 }
 

@@ -29,7 +29,7 @@ fn run(
 
 #[test]
 fn motors_are_recorded_with_what_is_known_of_their_uncertainty_and_steps_depend_on_them() {
-    let (outcome, message, readings, place) = run(
+    let (outcome, message, readings, folder) = run(
         Some(motors()),
         "
 steps:
@@ -47,7 +47,7 @@ steps:
     );
     assert_eq!(value("gripper_temperature"), None, "what is not reported is no reading");
     assert!(!readings.iter().any(|(name, _)| name.ends_with("_load")), "{readings:?}");
-    let record = Record::open(place.path()).expect("the record");
+    let record = Record::open(folder.path()).expect("the record");
     let recorded = record.readings(RunId(1)).expect("readings");
     let shoulder = recorded.iter().find(|reading| reading.name == "shoulder_temperature").expect("recorded");
     assert_eq!((shoulder.unit.as_str(), shoulder.uncertainty), ("degC", Some(0.25)));

@@ -32,9 +32,9 @@ steps:
 }
 
 /// The cell with these steps, its waist held between -40 and 40 deg.
-fn with_limits(place: &TempDir, steps: &str) -> Arc<Workcell> {
-    drop(cell_with_steps(place, steps));
-    let file = place.path().join("cell.yaml");
+fn with_limits(folder: &TempDir, steps: &str) -> Arc<Workcell> {
+    drop(cell_with_steps(folder, steps));
+    let file = folder.path().join("cell.yaml");
     let text = std::fs::read_to_string(&file).expect("the cell file");
     let text = text.replace("    initialize:", "    limits_deg: {waist: [-40, 40]}\n    initialize:");
     assert!(text.contains("limits_deg"), "{text}");
@@ -103,14 +103,14 @@ fn an_unattended_resume_sees_an_arm_that_was_moved_by_a_hundredth_of_a_degree() 
 #[test]
 fn a_run_is_not_resumed_once_a_file_of_its_cell_was_changed() {
     for file in ["cell.yaml", "extra.yaml", "teachmover.model.yaml"] {
-        let place = place();
-        let (_cell, world, _) = lost_at_its_second_move(&place);
-        let path = place.path().join(file);
+        let folder = place();
+        let (_cell, world, _) = lost_at_its_second_move(&folder);
+        let path = folder.path().join(file);
         let text = std::fs::read_to_string(&path).expect("the file");
         std::fs::write(&path, format!("{text}\n# changed\n")).expect("written");
-        let changed = load_workcell(&place.path().join("cell.yaml"), &Calculator::new());
+        let changed = load_workcell(&folder.path().join("cell.yaml"), &Calculator::new());
         let changed = Arc::new(changed.unwrap_or_else(|_| panic!("a comment changes nothing")));
-        let again = RunRequest { resume: Some(RunId(1)), ..request(&changed, &place) };
+        let again = RunRequest { resume: Some(RunId(1)), ..request(&changed, &folder) };
         let devices = Devices(Arc::clone(&world));
         let refused = start_run(again, |_| Ok(Box::new(devices))).err().expect("refused");
         assert!(matches!(refused, StartError::NotResumable { .. }), "{refused}");
@@ -119,8 +119,8 @@ fn a_run_is_not_resumed_once_a_file_of_its_cell_was_changed() {
             "{refused}"
         );
     }
-    let place = place();
-    let (_cell, world, again) = lost_at_its_second_move(&place);
+    let folder = place();
+    let (_cell, world, again) = lost_at_its_second_move(&folder);
     assert_eq!(watch(start(again, &world), |_, _| {}).0, RunOutcome::Passed, "an unchanged one is");
 }
 

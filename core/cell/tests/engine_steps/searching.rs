@@ -100,18 +100,18 @@ fn a_search_that_is_there_already_backs_off_by_its_own_way_or_tries_one_slow_pie
 
 /// A place where the zero of the shoulder is 1.5 deg.
 fn place_with_zero() -> TempDir {
-    let place = place();
-    let mut record = Record::open(place.path()).expect("the record");
+    let folder = place();
+    let mut record = Record::open(folder.path()).expect("the record");
     let run = record.start_run(&NewRun { cell: "teachmover".into(), ..NewRun::default() }).expect("a run");
     let key = CorrectionKey { device: "arm".into(), quantity: "joint_zero".into(), place: "shoulder".into() };
     let zero = NewCorrection { key, old: 0.0, new: 1.5, uncertainty: None, budget: None, unit: "deg".into() };
     let numbers = record.propose_corrections(run, "test", "teachmover", &[zero]).expect("proposed");
     record.apply_corrections("teachmover", "arm", &numbers, "test").expect("applied");
-    place
+    folder
 }
 
-fn message_of_step(place: &TempDir, step: &str) -> String {
-    let record = Record::open(place.path()).expect("the record");
+fn message_of_step(folder: &TempDir, step: &str) -> String {
+    let record = Record::open(folder.path()).expect("the record");
     let steps = record.steps(RunId(2)).expect("the steps");
     let found = steps.iter().rev().find(|attempt| attempt.step == step).expect("it was tried");
     found.message.clone().expect("a message")

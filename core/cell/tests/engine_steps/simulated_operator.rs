@@ -121,11 +121,11 @@ fn simulated(prompt: PromptId) -> Command {
 
 #[test]
 fn what_is_left_to_the_simulated_world_once_is_not_asked_again_and_everything_else_is() {
-    let place = place();
-    let mut cell = cell_with_steps(&place, READINGS);
+    let folder = place();
+    let mut cell = cell_with_steps(&folder, READINGS);
     Arc::make_mut(&mut cell).world =
-        Some(WorldSetting { file: place.path().join("cell.yaml"), pace: Pace::Fast });
-    let mut run = request(&cell, &place);
+        Some(WorldSetting { file: folder.path().join("cell.yaml"), pace: Pace::Fast });
+    let mut run = request(&cell, &folder);
     run.unattended = false;
     let world = World::new(ZERO_ERROR_DEG);
     let mut answers = operator(Decision::Abort);
@@ -143,7 +143,7 @@ fn what_is_left_to_the_simulated_world_once_is_not_asked_again_and_everything_el
     });
     assert_eq!((outcome, message_of(&events)), (RunOutcome::Passed, "all steps passed"));
     assert_eq!((left, asked), (9, vec!["paper".to_owned(), "ruler".to_owned()]));
-    let prompts = Record::open(place.path()).unwrap().prompts(RunId(1)).unwrap();
+    let prompts = Record::open(folder.path()).unwrap().prompts(RunId(1)).unwrap();
     let by: Vec<String> =
         prompts.iter().filter_map(|prompt| Some(prompt.answer.as_ref()?.by.clone())).collect();
     assert!(by[..9].iter().all(|by| by == "simulated operator, for ada"), "{by:?}");
@@ -166,11 +166,11 @@ steps:
   - {id: ruler, do: {prompt: {text: What do you read?, number: {unit: mm}}}}
   - {id: block, do: {prompt: {text: Lay the block., simulated: {rest_on_gauge: {height_mm: 9}}}}}
 ";
-    let place = place();
-    let mut cell = cell_with_steps(&place, steps);
+    let folder = place();
+    let mut cell = cell_with_steps(&folder, steps);
     Arc::make_mut(&mut cell).world =
-        Some(WorldSetting { file: place.path().join("cell.yaml"), pace: Pace::Fast });
-    let mut run = request(&cell, &place);
+        Some(WorldSetting { file: folder.path().join("cell.yaml"), pace: Pace::Fast });
+    let mut run = request(&cell, &folder);
     run.unattended = false;
     let (mut asked, mut answers) = (0, operator(Decision::Abort));
     let (outcome, _) = watch(start(run, &World::new(ZERO_ERROR_DEG)), |event, handle| {
@@ -182,7 +182,7 @@ steps:
         answers(event, handle);
     });
     assert_eq!((outcome, asked), (RunOutcome::Passed, 2));
-    let prompts = Record::open(place.path()).unwrap().prompts(RunId(1)).unwrap();
+    let prompts = Record::open(folder.path()).unwrap().prompts(RunId(1)).unwrap();
     assert!(prompts.iter().all(|prompt| prompt.answer.as_ref().unwrap().by == "ada"));
 }
 

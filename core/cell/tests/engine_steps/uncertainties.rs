@@ -47,9 +47,9 @@ steps:
 
 #[test]
 fn errors_go_through_the_equations_into_a_budget_that_is_kept() {
-    let (outcome, events, place, _) = run_attended(LEVER, accept);
+    let (outcome, events, folder, _) = run_attended(LEVER, accept);
     assert_eq!(outcome, RunOutcome::Passed, "{events:?}");
-    let record = Record::open(place.path()).expect("the record");
+    let record = Record::open(folder.path()).expect("the record");
     let kept = record.corrections_of_run(RunId(1)).expect("corrections");
     let of = |joint: &str| kept.iter().find(|one| one.key.place == joint).expect("corrected");
     let by_hand = ((100.0_f64.recip().to_degrees() / 3.0_f64.sqrt()).powi(2) + 0.25_f64.powi(2)).sqrt();
@@ -73,7 +73,7 @@ fn errors_go_through_the_equations_into_a_budget_that_is_kept() {
 fn what_the_cell_file_does_not_say_is_not_determined_and_the_prompt_names_it() {
     let steps = LEVER.replace("tolerances.target_mm", "tolerances.ruler_mm");
     let mut asked = String::new();
-    let (outcome, _, place, _) = run_attended(&steps, |event, handle| {
+    let (outcome, _, folder, _) = run_attended(&steps, |event, handle| {
         if let Event::PromptAsked { prompt } = event {
             asked.clone_from(&prompt.text);
         }
@@ -83,7 +83,7 @@ fn what_the_cell_file_does_not_say_is_not_determined_and_the_prompt_names_it() {
     assert!(asked.contains("zero of shoulder: 0.0000 -> 2.8648 deg (± not determined)"), "{asked}");
     let open = "not determined: the target off its place (the cell file gives no `tolerances.ruler_mm`); the rest comes to ± 0.25 deg";
     assert!(asked.contains(open), "{asked}");
-    let record = Record::open(place.path()).expect("the record");
+    let record = Record::open(folder.path()).expect("the record");
     let in_force = record.corrections_in_force("teachmover", "arm").expect("corrections");
     let of = |joint: &str| in_force.iter().find(|one| one.key.place == joint).expect("corrected").uncertainty;
     assert_eq!(of("shoulder"), None);
@@ -128,8 +128,8 @@ steps:
 /// A shift far beyond those that runs found before, or most of what is plausible, is reported before it is accepted.
 #[test]
 fn an_unusual_correction_is_pointed_out_before_it_is_accepted() {
-    let place = place();
-    let mut record = Record::open(place.path()).expect("a record");
+    let folder = place();
+    let mut record = Record::open(folder.path()).expect("a record");
     for value in [0.10, 0.12, 0.11] {
         let run = NewRun { cell: "teachmover".into(), ..NewRun::default() };
         let run = record.start_run(&run).expect("a run");
@@ -157,8 +157,8 @@ steps:
           waist: {shift_deg: 2, uncertainty_deg: 0.1}
           elbow: {shift_deg: 17, uncertainty_deg: 0.1, plausible_deg: 20}
 ";
-    let cell = cell_with_steps(&place, steps);
-    let mut run = request(&cell, &place);
+    let cell = cell_with_steps(&folder, steps);
+    let mut run = request(&cell, &folder);
     run.unattended = false;
     let mut asked = String::new();
     let (_, events) = watch(start(run, &World::new(ZERO_ERROR_DEG)), |event, handle| {

@@ -94,7 +94,7 @@ steps:
 #[test]
 fn a_check_that_failed_takes_the_answer_it_judges_again() {
     let operator = vec![Reply::Number(1.5), Reply::Decide(Decision::Retry), Reply::Number(0.3)];
-    let (outcome, events, asked, place, _) = run(LEVEL, operator);
+    let (outcome, events, asked, folder, _) = run(LEVEL, operator);
     assert_eq!((outcome, message_of(&events)), (RunOutcome::Passed, "all steps passed"));
     assert_eq!(asked[1].text, "Tilted by 1.5");
     let offered = labels(&asked[1]);
@@ -107,7 +107,7 @@ fn a_check_that_failed_takes_the_answer_it_judges_again() {
         _ => None,
     });
     assert_eq!(back, Some(("upright", "level")));
-    let record = Record::open(place.path()).expect("the record");
+    let record = Record::open(folder.path()).expect("the record");
     let steps = record.steps(RunId(1)).expect("the steps");
     let of = |id: &str| {
         let attempts = steps.iter().filter(|attempt| attempt.step == id);
@@ -187,11 +187,11 @@ steps:
 fn an_arm_on_the_wrong_side_goes_back_to_where_it_was_placed_and_what_was_found_there_is_forgotten() {
     let operator =
         vec![Reply::Jog("waist", -20.0), Reply::Decide(Decision::Back), Reply::RaiseAndJog("waist", 20.0)];
-    let (outcome, events, asked, place, _) = run(PLACED, operator);
+    let (outcome, events, asked, folder, _) = run(PLACED, operator);
     assert_eq!(labels(&asked[1])[2], (Decision::Back, "Go back to \u{201c}Over the white\u{201d}"));
     assert_eq!(asked[2].title, "Over the white");
     assert_eq!((outcome, message_of(&events)), (RunOutcome::Passed, "all steps passed"));
-    let record = Record::open(place.path()).expect("the record");
+    let record = Record::open(folder.path()).expect("the record");
     let count = record.readings(RunId(1)).expect("the readings");
     assert_eq!(count.last().map(|one| one.value), Some(2.0), "only turns that count: {count:?}");
 }
@@ -296,7 +296,7 @@ fn going_back_past_a_correction_takes_it_back_and_what_is_found_then_is_applied_
         Reply::Accept,
         Reply::Decide(Decision::Skip),
     ];
-    let (outcome, events, asked, place, _) = run(CORRECTED, operator);
+    let (outcome, events, asked, folder, _) = run(CORRECTED, operator);
     assert_eq!(labels(&asked[2])[2], (Decision::Back, "Go back to \u{201c}Over the white\u{201d}"));
     let expected_text = "\nGoing back undoes the correction of joint zero of arm waist.";
     assert!(asked[2].text.ends_with(expected_text), "{}", asked[2].text);
@@ -308,7 +308,7 @@ fn going_back_past_a_correction_takes_it_back_and_what_is_found_then_is_applied_
     );
     let expected = [("applied", 1.7), ("back", 0.0), ("undone", 0.0), ("applied", 3.7)];
     assert_eq!(zeros_of_waist(&events), expected);
-    let record = Record::open(place.path()).expect("the record");
+    let record = Record::open(folder.path()).expect("the record");
     let in_force = record.corrections_in_force("teachmover", "arm").expect("the zeros");
     assert_eq!(in_force.iter().map(|one| (one.value * 1e6).round() / 1e6).collect::<Vec<_>>(), [3.7]);
     let found = record.corrections_of_run(RunId(1)).expect("what it found");
@@ -326,9 +326,9 @@ fn a_correction_that_is_discarded_after_going_back_leaves_what_was_in_force_befo
         Reply::Decide(Decision::Back),
         Reply::Jog("elbow", -0.5),
     ];
-    let (_, events, _, place, _) = run(CORRECTED, operator);
+    let (_, events, _, folder, _) = run(CORRECTED, operator);
     assert_eq!(zeros_of_waist(&events)[..3], [("applied", 1.7), ("back", 0.0), ("undone", 0.0)]);
-    let record = Record::open(place.path()).expect("the record");
+    let record = Record::open(folder.path()).expect("the record");
     let in_force = record.corrections_in_force("teachmover", "arm").expect("the zeros");
     assert_eq!(in_force.iter().map(|one| one.value).collect::<Vec<_>>(), [0.0]);
 }

@@ -136,17 +136,17 @@ pub fn operator(decide: Decision) -> impl FnMut(&Event, &RunHandle) {
 }
 
 /// A copy of the cell in which `steps` are the only procedure, called `extra`.
-pub fn cell_with_steps(place: &TempDir, steps: &str) -> Arc<Workcell> {
+pub fn cell_with_steps(folder: &TempDir, steps: &str) -> Arc<Workcell> {
     let source = workcells();
     let text = std::fs::read_to_string(source.join("cell.yaml")).expect("the cell file");
     let head = text.split("procedures:").next().expect("its beginning");
     let head = head.replace("world: {file: world-ideal.yaml, pace: real}\n", "");
-    std::fs::copy(source.join("teachmover.model.yaml"), place.path().join("teachmover.model.yaml"))
+    std::fs::copy(source.join("teachmover.model.yaml"), folder.path().join("teachmover.model.yaml"))
         .expect("copied");
-    std::fs::write(place.path().join("cell.yaml"), format!("{head}procedures: [extra.yaml]\n"))
+    std::fs::write(folder.path().join("cell.yaml"), format!("{head}procedures: [extra.yaml]\n"))
         .expect("written");
-    std::fs::write(place.path().join("extra.yaml"), format!("procedure: extra\n{steps}")).expect("written");
-    load(&place.path().join("cell.yaml"))
+    std::fs::write(folder.path().join("extra.yaml"), format!("procedure: extra\n{steps}")).expect("written");
+    load(&folder.path().join("cell.yaml"))
 }
 
 /// An operator who jogs one step after the other, each once the one before is over, and then answers.

@@ -142,12 +142,12 @@ impl Laboratory {
         let known = sized.len().saturating_sub(picks.len());
         let fall = Fall::gather(before, pool, picks, precisions);
         let mut steps = Vec::new();
-        for (place, pick) in picks.iter().enumerate() {
-            let share = place as f64 / picks.len() as f64;
+        for (index, pick) in picks.iter().enumerate() {
+            let share = index as f64 / picks.len() as f64;
             progress.report(0.8 + 0.2 * share, "describing the fall of the error")?;
             let id: &EffectId = &pool.probes[pick.probe].id;
-            let value = sized.get(known + place);
-            let last = place + 1 == picks.len();
+            let value = sized.get(known + index);
+            let last = index + 1 == picks.len();
             let correction = chosen.corrections.iter().find(|one| one.probe == pick.probe);
             steps.push(Step {
                 added: Named {
@@ -161,7 +161,7 @@ impl Laboratory {
                 label: self.model().label(id),
                 rms_mm: match last {
                     true => StepRms { fit: rms.fit, cv: rms.cv },
-                    false => fall.after(pool, picks, place + 1),
+                    false => fall.after(pool, picks, index + 1),
                 },
                 floor_ratio: None,
                 model: last.then(|| model.clone()),

@@ -357,7 +357,7 @@ impl Pool {
             let freedom = (equations - factor.rank() as f64).max(1.0);
             let mut first = self.free_parameters;
             let mut weakest: Option<(f64, usize)> = None;
-            for (place, pick) in picks.iter().enumerate() {
+            for (index, pick) in picks.iter().enumerate() {
                 let width = self.ranges[pick.probe].len();
                 let own = values.rows(first, width).into_owned();
                 let covariance = inverse.view((first, first), (width, width)).into_owned();
@@ -370,11 +370,11 @@ impl Pool {
                 if chance * self.probes.len() as f64 > NAMING_LEVEL
                     && weakest.is_none_or(|(most, _)| chance > most)
                 {
-                    weakest = Some((chance, place));
+                    weakest = Some((chance, index));
                 }
             }
             match weakest {
-                Some((_, place)) => picks.remove(place),
+                Some((_, index)) => picks.remove(index),
                 None => return picks,
             };
         }
@@ -408,10 +408,10 @@ fn cells(fitted: &Fitted<'_>) -> Vec<Vec<usize>> {
     let mut order: Vec<usize> = (0..poses.len()).collect();
     Random::seeded(1).shuffle(&mut order);
     let mut fold_of = vec![0; fitted.machine.table.len()];
-    for (place, pose) in order.into_iter().enumerate() {
+    for (index, pose) in order.into_iter().enumerate() {
         for row in poses.get(pose).into_iter().flatten() {
             // Replicates of a pose go into one fold: in two, each would foretell the other.
-            fold_of[*row] = place % FOLDS;
+            fold_of[*row] = index % FOLDS;
         }
     }
     let regions = region_blocks(fitted.machine.table, &fitted.fit.rows);

@@ -142,8 +142,8 @@ fn an_effect_that_is_there_predicts_what_is_left_out_in_every_way_that_is_asked(
     };
     let predictions = weighed(weights.as_slice());
     // Effects that the model frees come first, in the order of the machine's parts.
-    let place = |joint: usize| machine.parts.iter().position(|part| part.id == at(joint)).unwrap();
-    let (nothing, real) = (predictions.gains(place(0)), predictions.gains(place(1)));
+    let index = |joint: usize| machine.parts.iter().position(|part| part.id == at(joint)).unwrap();
+    let (nothing, real) = (predictions.gains(index(0)), predictions.gains(index(1)));
     // The shoulder was not asked for: by regions alone; the elbow by regions and by ranges of its own.
     assert_eq!((nothing.len(), real.len()), (1, 2));
     assert!(real.iter().all(|gain| gain.counts() && gain.total > 0.0), "{real:?}");
@@ -156,7 +156,7 @@ fn an_effect_that_is_there_predicts_what_is_left_out_in_every_way_that_is_asked(
     let predictions = weighed(quarter.as_slice());
     assert!((predictions.noise().variance / noise.variance - 0.25).abs() < 1e-6, "{:?}", predictions.noise());
     // A gain is that of rows, whatever they count.
-    let same = predictions.gains(place(1));
+    let same = predictions.gains(index(1));
     assert!(
         same.iter().zip(&real).all(|(one, other)| (one.total / other.total - 1.0).abs() < 1e-6),
         "{same:?}"

@@ -69,17 +69,17 @@ impl<'c> Search<'c> {
         let mut with_fitted = DMatrix::zeros(size, places + 1);
         let (mut own, mut with_residuals) = (vec![0.0; places + 1], vec![0.0; places + 1]);
         // From the last row backwards: a step acts in every row from its place on, so that every place needs a sum to the end.
-        for (place, range) in columns.ranges.iter().enumerate().rev() {
-            let mut sum = with_fitted.column(place + 1).into_owned();
-            let (mut squares, mut product) = (own[place + 1], with_residuals[place + 1]);
+        for (index, range) in columns.ranges.iter().enumerate().rev() {
+            let mut sum = with_fitted.column(index + 1).into_owned();
+            let (mut squares, mut product) = (own[index + 1], with_residuals[index + 1]);
             for equation in range.clone() {
                 let value = step[equation];
                 sum.axpy(value, &columns.fitted.column(equation), 1.0);
                 squares += value * value;
                 product += value * columns.residuals[equation];
             }
-            with_fitted.set_column(place, &sum);
-            (own[place], with_residuals[place]) = (squares, product);
+            with_fitted.set_column(index, &sum);
+            (own[index], with_residuals[index]) = (squares, product);
         }
         let residuals = DVector::from_column_slice(&columns.residuals);
         Self {
@@ -345,7 +345,7 @@ impl Span {
     fn of(columns: &Columns, number: usize, at: usize, (from, to): (usize, usize)) -> Self {
         let terms = CURVE_DEGREES.1 + 2;
         // By the rows' own positions: over rows that are held out a smooth curve goes on.
-        let position = |place: usize| columns.positions.get(place).copied().unwrap_or(place as f64);
+        let position = |index: usize| columns.positions.get(index).copied().unwrap_or(index as f64);
         let (first, last) = (position(from), position(to.saturating_sub(1)));
         let (middle, half) = ((first + last) / 2.0, ((last - first) / 2.0).max(1.0));
         let mut span = Self {
@@ -355,9 +355,9 @@ impl Span {
             equations: 0.0,
             rows: Vec::new(),
         };
-        for place in from..to {
-            let Some(range) = columns.ranges.get(place) else { break };
-            let shape = chebyshev((position(place) - middle) / half, f64::from(u8::from(place >= at)));
+        for index in from..to {
+            let Some(range) = columns.ranges.get(index) else { break };
+            let shape = chebyshev((position(index) - middle) / half, f64::from(u8::from(index >= at)));
             let equations: Vec<(f64, f64)> =
                 range.clone().map(|one| (columns.steps[(number, one)], columns.residuals[one])).collect();
             for (step, residual) in &equations {
@@ -428,10 +428,10 @@ mod tests {
     fn neighbours_err_alike_by_what_curve_and_step_leave_of_each_row() {
         // A constant of 2 and a step of 3 after the second of four rows; each number moves a reading by 2 and by 1 in turn. `left` is what is left times that.
         let inflation = |left: [f64; 4]| {
-            let rows = left.into_iter().enumerate().map(|(place, left)| {
-                let shape = chebyshev(place as f64 / 3.0, if place >= 2 { 1.0 } else { 0.0 });
-                let curve = if place >= 2 { 5.0 } else { 2.0 };
-                let step = if place % 2 == 0 { 2.0 } else { 1.0 };
+            let rows = left.into_iter().enumerate().map(|(index, left)| {
+                let shape = chebyshev(index as f64 / 3.0, if index >= 2 { 1.0 } else { 0.0 });
+                let curve = if index >= 2 { 5.0 } else { 2.0 };
+                let step = if index % 2 == 0 { 2.0 } else { 1.0 };
                 (shape, vec![(step, step * curve + left / step), (0.0, 7.0)])
             });
             let terms = vec![0, CURVE_DEGREES.1 + 1];

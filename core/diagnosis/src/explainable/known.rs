@@ -165,16 +165,16 @@ fn last_moves(table: &Table, rows: &[usize]) -> Vec<Vec<f64>> {
 
 /// Order or time, conditions, and further columns of numbers, where they vary.
 fn numbers(table: &Table, rows: &[usize]) -> Vec<Column> {
-    let mut place = vec![0.0; table.len()];
+    let mut index = vec![0.0; table.len()];
     for (order, row) in table.order().into_iter().enumerate() {
-        if let Some(slot) = place.get_mut(row) {
+        if let Some(slot) = index.get_mut(row) {
             *slot = order as f64;
         }
     }
     // Where time is logged the order says the same with less.
     let (name, values) = match &table.time {
         Some(times) => ("time", times),
-        None => ("order", &place),
+        None => ("order", &index),
     };
     let mut columns = vec![Column { in_order: true, ..Column::of(name, values, rows) }];
     for (name, values) in [("temperature", &table.temperature), ("load", &table.payload)] {

@@ -196,8 +196,8 @@ fn random_folds(poses: &[Vec<usize>]) -> Vec<Vec<usize>> {
     let mut order: Vec<usize> = (0..poses.len()).collect();
     Random::seeded(19).shuffle(&mut order);
     let mut folds = vec![Vec::new(); VALIDATION_BLOCKS];
-    for (place, pose) in order.into_iter().enumerate() {
-        if let (Some(fold), Some(rows)) = (folds.get_mut(place % VALIDATION_BLOCKS), poses.get(pose)) {
+    for (index, pose) in order.into_iter().enumerate() {
+        if let (Some(fold), Some(rows)) = (folds.get_mut(index % VALIDATION_BLOCKS), poses.get(pose)) {
             fold.extend(rows.iter().copied());
         }
     }

@@ -232,8 +232,8 @@ fn return_folds(poses: &[Vec<usize>]) -> Option<Vec<Vec<usize>>> {
     for rows in poses {
         let mut order = rows.clone();
         random.shuffle(&mut order);
-        for (place, row) in order.into_iter().enumerate() {
-            folds[place % count].push(row);
+        for (index, row) in order.into_iter().enumerate() {
+            folds[index % count].push(row);
         }
     }
     Some(folds)

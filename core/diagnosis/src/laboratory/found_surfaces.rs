@@ -282,11 +282,11 @@ noise: {height_mm: 0.1}
         let free_parameters = fitted.machine.free_parameters().to_vec();
         let mut error = |which: &[usize]| {
             fitted.fit.covariance.fill(0.0);
-            for (place, free_parameter) in free_parameters.iter().enumerate() {
+            for (index, free_parameter) in free_parameters.iter().enumerate() {
                 if which.iter().any(|surface| {
                     TILTS.iter().any(|tilt| *free_parameter == FreeParameter::Surface(*surface, *tilt))
                 }) {
-                    fitted.fit.covariance[(place, place)] = 1e-6;
+                    fitted.fit.covariance[(index, index)] = 1e-6;
                 }
             }
             angle(&StandardErrors::of_the_fit(&fitted.machine, &fitted.fit), (0, 1))

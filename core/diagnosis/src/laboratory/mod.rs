@@ -151,7 +151,7 @@ fn hold_unseen_base(model: &mut Model, table: &Table) {
         || (!table.on.names.is_empty() && table.profiles.is_empty());
     // Surfaces that may all move say no more of the base than the board does.
     let mut named = table.on.names.iter().filter_map(|name| model.surface_position(name));
-    let are_free = named.all(|place| model.surfaces.get(place).is_some_and(|surface| surface.free));
+    let are_free = named.all(|index| model.surfaces.get(index).is_some_and(|surface| surface.free));
     if !table.profiles.is_empty() && !reads_else && !table.sees_a_board() && are_free {
         model.base.free = false;
     }

@@ -453,8 +453,8 @@ fn distances(model: &Model, table: &Table) -> Result<(), ImplausibleError> {
     let mut poses: Vec<Vec<usize>> = by_pose.into_values().collect();
     poses.sort_unstable();
     for rows in poses {
-        for (place, first) in rows.iter().enumerate() {
-            for second in rows.iter().skip(place + 1) {
+        for (index, first) in rows.iter().enumerate() {
+            for second in rows.iter().skip(index + 1) {
                 let known = [*first, *second].map(|row| distance_to_known(model, table, column, row));
                 let [Some((from, start, one)), Some((to, end, other))] = known else { continue };
                 let apart = (start - end).norm();

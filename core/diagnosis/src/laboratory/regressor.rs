@@ -130,9 +130,9 @@ fn temperature(machine: &ResidualModel<'_>) -> Option<Regressor> {
 /// The place of each row in the order of time.
 fn order(machine: &ResidualModel<'_>) -> Regressor {
     let mut places = vec![0.0; machine.table.len()];
-    for (place, row) in machine.table.order().into_iter().enumerate() {
+    for (index, row) in machine.table.order().into_iter().enumerate() {
         if let Some(slot) = places.get_mut(row) {
-            *slot = place as f64 + 1.0;
+            *slot = index as f64 + 1.0;
         }
     }
     Regressor { axis: PlotAxis::new("order of the rows", ""), values: places }

@@ -211,9 +211,9 @@ fn against_joints(machine: &ResidualModel<'_>, fit: &Fit, rows: &[RowResidual]) 
 fn against_conditions(machine: &ResidualModel<'_>, rows: &[RowResidual]) -> Vec<Series> {
     let table = machine.table;
     let mut order = vec![0.0; table.len()];
-    for (place, row) in table.order().into_iter().enumerate() {
+    for (index, row) in table.order().into_iter().enumerate() {
         if let Some(slot) = order.get_mut(row) {
-            *slot = place as f64;
+            *slot = index as f64;
         }
     }
     let mut columns: Vec<(&str, &str, &[f64])> = vec![("order", "row", &order)];

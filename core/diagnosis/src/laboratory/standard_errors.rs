@@ -37,8 +37,8 @@ impl<'a> StandardErrors<'a> {
 
     /// Where a free parameter is among those of the fit; nothing where it is held, for the rows cannot determine it.
     pub(crate) fn place(&self, free_parameter: FreeParameter) -> Option<usize> {
-        let place = self.machine.free_parameters().iter().position(|known| *known == free_parameter)?;
-        (!self.fit.factor.dependent.contains(&place)).then_some(place)
+        let index = self.machine.free_parameters().iter().position(|known| *known == free_parameter)?;
+        (!self.fit.factor.dependent.contains(&index)).then_some(index)
     }
 
     /// One standard error of a free parameter, internal unit; nothing where it is not fitted, or held.

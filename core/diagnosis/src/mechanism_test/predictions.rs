@@ -137,7 +137,7 @@ impl Bench<'_> {
     /// Equations of some of the rows.
     fn equations_of(&self, rows: &[usize]) -> Vec<usize> {
         let places = rows.iter().filter_map(|row| self.rows.binary_search(row).ok());
-        places.filter_map(|place| self.features.equations.get(place).cloned()).flatten().collect()
+        places.filter_map(|index| self.features.equations.get(index).cloned()).flatten().collect()
     }
 }
 

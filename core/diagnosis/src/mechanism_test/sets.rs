@@ -170,17 +170,17 @@ mod tests {
         let beside = ["joint_gain(shoulder)", "joint_harmonic(elbow, 5)", "joint_harmonic(shoulder, 7)"];
         with_wave_in(&beside, off, |bench, _| {
             let mut search = Search { bench, known: BTreeMap::new() };
-            let place = |text: &str| {
+            let index = |text: &str| {
                 let label = |one: usize| bench.stage.fitted.machine.model.label(&bench.suspects[one].id);
                 (0..bench.suspects.len()).find(|one| label(*one) == text).unwrap()
             };
-            let mut wrong = vec![place("joint_harmonic(elbow, 5)"), place("joint_harmonic(shoulder, 7)")];
+            let mut wrong = vec![index("joint_harmonic(elbow, 5)"), index("joint_harmonic(shoulder, 7)")];
             wrong.sort_unstable();
             search.weigh(BTreeMap::from([(wrong.clone(), bench.nothing.ratios.clone())]));
             assert!(search.exchange(), "one of the two is better exchanged");
             assert!(search.exchange(), "and the other");
             let best = search.ranked(|_| true)[0].members.clone();
-            let right = [place("joint_harmonic(elbow, 12)"), place("joint_gain(shoulder)")];
+            let right = [index("joint_harmonic(elbow, 12)"), index("joint_gain(shoulder)")];
             assert!(right.iter().all(|one| best.contains(one)), "{best:?} for {right:?}");
             assert!(!search.exchange(), "nothing is better than what is at work");
         });

@@ -131,8 +131,8 @@ impl<'a> Chooser<'a> {
         let mut rng = Random::seeded(11);
         let mut known = Known::before(&self.rivals);
         let mut designs: Vec<Design> = Vec::new();
-        for place in 0..request.count {
-            progress.report(0.7 + 0.3 * place as f64 / request.count as f64, "choosing poses")?;
+        for index in 0..request.count {
+            progress.report(0.7 + 0.3 * index as f64 / request.count as f64, "choosing poses")?;
             let Some(best) = self.best(request, &known, &mut rng)? else { break };
             // What a pose will show is known before it is measured: in a linear model the covariance does not depend on the reading.
             known.learn(&best, self.noise);

@@ -25,12 +25,12 @@ pub(super) struct View {
 
 /// Distance (mm), angle aside and angle aslant (rad) of a board in the camera's frame.
 fn look(board: &IsometryMatrix3<f64>) -> (f64, f64, f64) {
-    let place = board.translation.vector;
-    let distance = place.norm().max(f64::MIN_POSITIVE);
+    let position = board.translation.vector;
+    let distance = position.norm().max(f64::MIN_POSITIVE);
     let normal = board.rotation.matrix().column(2);
     // A board is seen from either side of its z, no matter who defined it.
-    let aslant = (normal.dot(&place) / distance).abs().clamp(0.0, 1.0).acos();
-    (distance, (place.z / distance).clamp(-1.0, 1.0).acos(), aslant)
+    let aslant = (normal.dot(&position) / distance).abs().clamp(0.0, 1.0).acos();
+    (distance, (position.z / distance).clamp(-1.0, 1.0).acos(), aslant)
 }
 
 impl View {
@@ -75,9 +75,9 @@ mod tests {
 
     #[test]
     fn a_board_is_in_view_as_near_as_straight_and_as_little_aside_as_before() {
-        let at = |place: [f64; 3], tilt: f64| {
+        let at = |position: [f64; 3], tilt: f64| {
             let turn = Rotation3::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI + tilt);
-            IsometryMatrix3::from_parts(Translation3::from(place), turn)
+            IsometryMatrix3::from_parts(Translation3::from(position), turn)
         };
         let view = View { distances: (250.0, 400.0), aside: 0.3, aslant: 0.5 };
         assert!(view.holds(&at([20.0, -30.0, 300.0], 0.4)));

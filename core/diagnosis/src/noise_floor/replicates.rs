@@ -167,8 +167,8 @@ impl Replicates {
         let count = self.candidates.last().map_or(0, |(_, range)| range.end);
         let mut columns = DMatrix::zeros(block.jacobian.ncols(), count);
         columns.columns_mut(0, known).copy_from(&block.jacobian.rows(free_parameters, known).transpose());
-        for (place, (joint, side)) in sides.iter().enumerate() {
-            columns.column_mut(known + place * self.groups + group).copy_from(&(&motions[*joint] * *side));
+        for (index, (joint, side)) in sides.iter().enumerate() {
+            columns.column_mut(known + index * self.groups + group).copy_from(&(&motions[*joint] * *side));
         }
         let mut first = free_parameters + known + motions.len();
         for ((_, members), (_, effect)) in self.loose.iter_mut().zip(&asked.loose) {

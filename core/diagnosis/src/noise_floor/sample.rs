@@ -43,7 +43,7 @@ fn numbers(groups: &[Vec<usize>], joints: usize) -> usize {
 /// About half of them. Steps of the golden section never fall in with a pattern of the table, such as sides that take turns.
 fn every_other<T>(all: Vec<T>) -> Vec<T> {
     const GOLDEN: f64 = 0.618_033_988_749_894_9;
-    let kept = all.into_iter().enumerate().filter(|(place, _)| (*place as f64 * GOLDEN).fract() < 0.5);
+    let kept = all.into_iter().enumerate().filter(|(index, _)| (*index as f64 * GOLDEN).fract() < 0.5);
     kept.map(|(_, one)| one).collect()
 }
 

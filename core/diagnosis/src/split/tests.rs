@@ -80,8 +80,8 @@ fn a_pose_is_lonely_beyond_a_multiple_of_the_usual_reach() {
 fn the_usual_reach_is_that_of_the_pose_in_the_middle_however_close_others_lie() {
     // Ten poses a tenth of a degree apart, ten a degree apart, and one farther out: of 21 reaches the eleventh is the least of the second ten, 3 deg.
     let with = |far: f64| {
-        let close = (0..10).map(|place| 0.1 * f64::from(place));
-        let wide = (0..10).map(|place| 200.0 + f64::from(place));
+        let close = (0..10).map(|index| 0.1 * f64::from(index));
+        let wide = (0..10).map(|index| 200.0 + f64::from(index));
         let places: Vec<f64> = close.chain(wide).chain([209.0 + far]).collect();
         let mut chosen: Vec<usize> = (0..21).collect();
         Poses::of(&angles(&places)).drop_lonely(&mut chosen);

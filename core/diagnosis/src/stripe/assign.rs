@@ -95,8 +95,8 @@ pub(super) fn assigned(
 
 /// Those that do not lie far off their neighbours.
 fn without_strays(members: &[Member]) -> Vec<Member> {
-    let sound = members.iter().enumerate().filter(|(place, member)| {
-        let near = place.saturating_sub(NEIGHBOURS)..(place + NEIGHBOURS + 1).min(members.len());
+    let sound = members.iter().enumerate().filter(|(index, member)| {
+        let near = index.saturating_sub(NEIGHBOURS)..(index + NEIGHBOURS + 1).min(members.len());
         let own = members.get(near).unwrap_or(&[]).iter().filter(|other| other.is_beside(member));
         let mut distances: Vec<f64> = own.map(|other| other.distance).collect();
         distances.sort_by(f64::total_cmp);
@@ -198,7 +198,7 @@ mod assign_tests {
     fn the_scatter_of_neighbours_feels_neither_place_nor_slope() {
         // Second differences of 0, 1, 0, 1, 0 are -2, 2, -2: root of 4 / 6. A slope adds nothing.
         let zigzag = |slope: f64| -> Vec<f64> {
-            (0..5).map(|place| f64::from(place % 2) + slope * f64::from(place)).collect()
+            (0..5).map(|index| f64::from(index % 2) + slope * f64::from(index)).collect()
         };
         for slope in [0.0, 3.0] {
             assert!((noise_mm(&stripe(0, 0, &zigzag(slope))) - (4.0_f64 / 6.0).sqrt()).abs() < 1e-12);
@@ -215,7 +215,7 @@ mod assign_tests {
     #[test]
     fn a_stretch_is_as_uncertain_as_the_mean_of_its_points_and_what_they_err_alike() {
         // Points known to 0.1 mm that scatter by s: each counts s, their mean s / root n, and 0.66 s besides.
-        let zigzag: Vec<f64> = (0..9).map(|place| f64::from(place % 2)).collect();
+        let zigzag: Vec<f64> = (0..9).map(|index| f64::from(index % 2)).collect();
         let all = [stripe(0, 2, &zigzag), stripe(1, 2, &[0.0, 1.0, 0.0])].concat();
         let scatter = noise_mm(&all);
         let made = stretches(&all);

@@ -214,8 +214,8 @@ impl<'a> Columns<'a> {
     }
 
     fn number(&self, line: u64, row: &csv::StringRecord, name: &str) -> Result<f64, ScansError> {
-        let place = self.place(name).ok_or_else(|| self.wrong(1, format!("the header has no `{name}`")))?;
-        let text = row.get(place).unwrap_or_default();
+        let index = self.place(name).ok_or_else(|| self.wrong(1, format!("the header has no `{name}`")))?;
+        let text = row.get(index).unwrap_or_default();
         let number = text.parse::<f64>().ok().filter(|number| number.is_finite());
         number.ok_or_else(|| self.wrong(line, format!("`{name}` is `{text}`, which is no number")))
     }

@@ -441,12 +441,12 @@ fn fitted_candidates_that_move_the_readings_alike_are_listed_by_how_much_and_the
 /// Why the fitted candidate of this place is not the name.
 fn rejection(
     fitted_candidates: Vec<FittedCandidate>,
-    place: usize,
+    index: usize,
     verdict: Verdict,
     close: &[usize],
 ) -> Option<crate::outcome::Rejection> {
     finding_of_many(fitted_candidates, verdict, close, |finding| {
-        finding.rejected(&finding.stage.fitted_candidates[place])
+        finding.rejected(&finding.stage.fitted_candidates[index])
     })
 }
 
@@ -532,7 +532,7 @@ fn the_best_is_rejected_only_where_it_is_not_named() {
     assert_eq!(rejection(two(), 1, Verdict::Located, &[1]), worse);
     let held = finding_of(two(), |finding| {
         finding.free_first = Some("geometry(*)");
-        [0, 1].map(|place| finding.rejected(&finding.stage.fitted_candidates[place]))
+        [0, 1].map(|index| finding.rejected(&finding.stage.fitted_candidates[index]))
     });
     assert_eq!(held[0], Some(Rejection::HeldGeometry("geometry(*)")));
     assert_eq!(held[1], other("joint_gain(elbow)"));

@@ -91,9 +91,9 @@ fn tracked(
     for _ in 0..rows {
         let q = anywhere(&mut rng);
         let seen = noisy(&(base * flange(&q, &ZEROS) * body), noise, &mut rng);
-        let place = seen.translation.vector;
+        let position = seen.translation.vector;
         text +=
-            &format!("{},{},{}\n", cells(q), cells(place.iter().copied()), cells(written(&seen.rotation)));
+            &format!("{},{},{}\n", cells(q), cells(position.iter().copied()), cells(written(&seen.rotation)));
     }
     text
 }
@@ -315,8 +315,9 @@ pub(super) fn pictures_of(
             false => anywhere(&mut rng),
         };
         let seen = camera().inverse() * flange(&q, zeros).inverse() * board;
-        let place = seen.translation.vector;
-        let in_view = place.z > 200.0 && place.z < 700.0 && place.x.hypot(place.y) < 0.45 * place.z;
+        let position = seen.translation.vector;
+        let in_view =
+            position.z > 200.0 && position.z < 700.0 && position.x.hypot(position.y) < 0.45 * position.z;
         if one_axis || in_view {
             let seen = noisy(&seen, noise, &mut rng);
             let turn: Vec<f64> = seen.rotation.scaled_axis().iter().copied().collect();

@@ -31,15 +31,15 @@ impl Drop for Left {
 
 impl Bench {
     pub(crate) fn new() -> Self {
-        let place = tempfile::tempdir().unwrap();
-        let domain = Domain::of_cell(&place.path().join("cell.yaml")).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let domain = Domain::of_cell(&folder.path().join("cell.yaml")).unwrap();
         let bus = Bus::open(&domain, "test").unwrap();
         let (ours, theirs) = UnixStream::pair().unwrap();
         let context = Context::new(Lines::start(ours), "arm", Clock::default());
         context.add_stream("joints", bus.publisher("arm", &joints()).unwrap());
         let lines = BufReader::new(theirs).lines();
         let left = Left(domain.clone());
-        Self { context, lines, bus, domain, _left: left, _place: place }
+        Self { context, lines, bus, domain, _left: left, _place: folder }
     }
 
     pub(crate) fn bus(&self) -> &Bus {

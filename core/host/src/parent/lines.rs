@@ -213,8 +213,8 @@ mod tests {
 
     #[test]
     fn a_long_line_of_an_output_is_parted_also_where_it_is_read_in_two_pieces() {
-        let place = tempfile::tempdir().unwrap();
-        let file = place.path().join("output");
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("output");
         // What is read at once ends in the long line.
         let text = "\n".repeat(OUTPUT_BUFFER - 1000) + &"x".repeat(LONGEST_TEXT + 900) + "\nend\n";
         fs::write(&file, text).unwrap();
@@ -226,8 +226,8 @@ mod tests {
     fn lines_that_come_too_fast_are_counted_where_they_are_left_out() {
         let bench = Bench::new();
         let (shared, reported) = host(&bench);
-        let place = tempfile::tempdir().unwrap();
-        let file = place.path().join("output");
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("output");
         fs::write(&file, "line\n".repeat(5000)).unwrap();
         read_output(File::open(&file).unwrap(), &shared);
         let texts = reported.try_iter().filter_map(|event| match event {

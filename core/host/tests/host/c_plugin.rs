@@ -101,11 +101,11 @@ fn compile(source: &Path, library: &Path, definitions: &[&str]) -> bool {
 
 #[test]
 fn a_plugin_written_in_c_moves_reports_and_stops() {
-    let place = Place::new();
-    let Some(plugin) = compiled(place.directory.path(), &[]) else { return };
+    let folder = Place::new();
+    let Some(plugin) = compiled(folder.directory.path(), &[]) else { return };
     let inputs = plugin.manifest.streams.iter().find(|stream| stream.name == "inputs").unwrap();
-    let mut lines = place.bus().subscriber("arm", inputs).unwrap();
-    let host = place.spawn(&HostArguments::new("arm", &place.domain, &plugin)).unwrap();
+    let mut lines = folder.bus().subscriber("arm", inputs).unwrap();
+    let host = folder.spawn(&HostArguments::new("arm", &folder.domain, &plugin)).unwrap();
     let (robot, stop) = (host.robot().unwrap(), host.stop_handle().unwrap());
     assert_eq!(robot.describe().unwrap().model, "counting arm");
     robot.activate().unwrap();
@@ -135,8 +135,8 @@ fn a_plugin_written_in_c_moves_reports_and_stops() {
 
 #[test]
 fn a_library_of_another_contract_is_refused_with_both_versions() {
-    let place = Place::new();
-    let Some(plugin) = compiled(place.directory.path(), &["-DPLUMB_CONTRACT_MAJOR=7u"]) else { return };
+    let folder = Place::new();
+    let Some(plugin) = compiled(folder.directory.path(), &["-DPLUMB_CONTRACT_MAJOR=7u"]) else { return };
     let message = verify(&plugin).unwrap_err().to_string();
     let path = plugin.library_path.display();
     assert_eq!(
@@ -151,9 +151,9 @@ fn a_library_of_another_contract_is_refused_with_both_versions() {
 
 #[test]
 fn a_library_with_something_else_under_the_entrys_name_is_refused() {
-    let place = Place::new();
+    let folder = Place::new();
     let magic = "-DPLUMB_MAGIC={'N','O','T','P','L','U','M','B'}";
-    let Some(plugin) = compiled(place.directory.path(), &[magic]) else { return };
+    let Some(plugin) = compiled(folder.directory.path(), &[magic]) else { return };
     let message = verify(&plugin).unwrap_err().to_string();
     assert!(
         message.ends_with("is not a usable plugin: it begins with \"NOTPLUMB\" instead of 'PLUMBPLG'"),
@@ -169,17 +169,17 @@ const TABLE_WITHOUT_INPUTS: &str = "offsetof(plumb_robot_functions, read_inputs)
 
 #[test]
 fn a_robot_of_an_older_minor_version_with_a_shorter_table_is_loaded() {
-    let place = Place::new();
+    let folder = Place::new();
     // Its table ends where `read_inputs` would begin: what lies behind is not the table's.
     let example = fs::read_to_string(abi().join("examples/counting_arm/counting_arm.c")).unwrap();
     let shorter = example.replace(WHOLE_TABLE, TABLE_WITHOUT_INPUTS);
     assert_ne!(shorter, example);
-    let source = place.directory.path().join("counting_arm.c");
+    let source = folder.directory.path().join("counting_arm.c");
     fs::write(&source, shorter).unwrap();
-    let Some(plugin) = compiled_from(&source, place.directory.path(), &["-include", "stddef.h"]) else {
+    let Some(plugin) = compiled_from(&source, folder.directory.path(), &["-include", "stddef.h"]) else {
         return;
     };
-    let host = place.spawn(&HostArguments::new("arm", &place.domain, &plugin)).unwrap();
+    let host = folder.spawn(&HostArguments::new("arm", &folder.domain, &plugin)).unwrap();
     let robot = host.robot().unwrap();
     assert_eq!(robot.describe().unwrap().model, "counting arm");
     let error = robot.read_inputs().unwrap_err().to_string();
@@ -189,12 +189,12 @@ fn a_robot_of_an_older_minor_version_with_a_shorter_table_is_loaded() {
 
 #[test]
 fn of_a_robot_without_a_stream_of_its_lines_none_is_emitted_when_it_is_read() {
-    let place = Place::new();
+    let folder = Place::new();
     let example = fs::read_to_string(example()).unwrap();
-    let Some(plugin) = with_another_manifest(&example, RENAMED_INPUTS, place.directory.path()) else {
+    let Some(plugin) = with_another_manifest(&example, RENAMED_INPUTS, folder.directory.path()) else {
         return;
     };
-    let (host, events) = place.spawn_listening(&HostArguments::new("arm", &place.domain, &plugin));
+    let (host, events) = folder.spawn_listening(&HostArguments::new("arm", &folder.domain, &plugin));
     assert!(!host.robot().unwrap().read_joints().unwrap().is_moving());
     assert!(host.finish(LONG).is_orderly());
     let errors: Vec<HostEvent> = events
@@ -227,20 +227,20 @@ static const plumb_robot_functions robot = {
 
 #[test]
 fn motors_of_a_robot_in_c_are_read_and_not_where_its_table_is_that_of_contract_1_0() {
-    let robot_of = |place: &Place, size: &str| {
-        let plugin = compiled_from_text(&with_motors(size), place.directory.path())?;
-        Some(place.spawn(&HostArguments::new("arm", &place.domain, &plugin)).unwrap())
+    let robot_of = |folder: &Place, size: &str| {
+        let plugin = compiled_from_text(&with_motors(size), folder.directory.path())?;
+        Some(folder.spawn(&HostArguments::new("arm", &folder.domain, &plugin)).unwrap())
     };
-    let place = Place::new();
-    let Some(host) = robot_of(&place, "sizeof(plumb_robot_functions)") else { return };
+    let folder = Place::new();
+    let Some(host) = robot_of(&folder, "sizeof(plumb_robot_functions)") else { return };
     let motors = host.robot().unwrap().read_motors().unwrap();
     assert_eq!(motors.temperature.get(0), Some(31.5));
     assert!(motors.temperature.get(1).unwrap().is_nan() && motors.load.get(0).unwrap().is_nan());
     assert!(motors.temperature_uncertainty == 0.25 && motors.voltage_uncertainty.is_nan());
     assert!(host.finish(LONG).is_orderly());
 
-    let place = Place::new();
-    let host = robot_of(&place, "offsetof(plumb_robot_functions, read_motors)").unwrap();
+    let folder = Place::new();
+    let host = robot_of(&folder, "offsetof(plumb_robot_functions, read_motors)").unwrap();
     let error = host.robot().unwrap().read_motors().unwrap_err().to_string();
     assert_eq!(error, "arm: this device cannot read motors");
     assert!(host.finish(LONG).is_orderly());
@@ -248,11 +248,11 @@ fn motors_of_a_robot_in_c_are_read_and_not_where_its_table_is_that_of_contract_1
 
 #[test]
 fn a_robot_with_the_functions_of_a_sensor_is_refused_with_what_it_seems_to_be() {
-    let place = Place::new();
+    let folder = Place::new();
     let example = fs::read_to_string(example()).unwrap();
     let other = example.replace("\"plumb.robot/1\"", "\"plumb.sensor/1\"");
     assert_ne!(other, example);
-    let Some(plugin) = compiled_from_text(&other, place.directory.path()) else { return };
+    let Some(plugin) = compiled_from_text(&other, folder.directory.path()) else { return };
     let message = verify(&plugin).unwrap_err().to_string();
     assert!(
         message.contains(
@@ -269,8 +269,8 @@ fn a_robot_that_nobody_can_watch_is_verified_with_a_note() {
     for other in
         ["", "  - {name: elbow, message: joint-state/1}\n", "  - {name: joints, message: health/1}\n"]
     {
-        let place = Place::new();
-        let Some(plugin) = with_another_manifest(&example, (JOINTS, other), place.directory.path()) else {
+        let folder = Place::new();
+        let Some(plugin) = with_another_manifest(&example, (JOINTS, other), folder.directory.path()) else {
             return;
         };
         assert_eq!(verify(&plugin).unwrap(), [nobody_watches], "{other}");
@@ -283,10 +283,10 @@ fn a_robot_whose_lines_cannot_be_read_at_rest_is_verified_with_a_note_if_it_has_
     let example = fs::read_to_string(example()).unwrap();
     let unread = example.replace(WHOLE_TABLE, TABLE_WITHOUT_INPUTS);
     assert_ne!(unread, example);
-    let place = Place::new();
-    let Some(plugin) = compiled_from_text(&unread, place.directory.path()) else { return };
+    let folder = Place::new();
+    let Some(plugin) = compiled_from_text(&unread, folder.directory.path()) else { return };
     assert_eq!(verify(&plugin).unwrap(), [waits_in_vain]);
-    let place = Place::new();
-    let plugin = with_another_manifest(&unread, RENAMED_INPUTS, place.directory.path()).unwrap();
+    let folder = Place::new();
+    let plugin = with_another_manifest(&unread, RENAMED_INPUTS, folder.directory.path()).unwrap();
     assert_eq!(verify(&plugin).unwrap(), [] as [&str; 0]);
 }

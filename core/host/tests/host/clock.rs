@@ -9,12 +9,12 @@ use crate::place::{LONG, Place};
 
 #[test]
 fn a_device_dates_by_the_clock_that_the_cells_world_keeps() {
-    let place = Place::new();
-    let file = place.directory.path().join("world.clock");
+    let folder = Place::new();
+    let file = folder.directory.path().join("world.clock");
     let clock = ClockWriter::create(&file, CellTime::Stopped { at_ns: 77_000_000_000_000 }).unwrap();
-    let mut arguments = place.arguments("arm", "misbehaving_robot", Value::Null);
+    let mut arguments = folder.arguments("arm", "misbehaving_robot", Value::Null);
     arguments.clock = Some(file);
-    let host = place.spawn(&arguments).unwrap();
+    let host = folder.spawn(&arguments).unwrap();
     let arm = host.robot().unwrap();
     assert_eq!(arm.read_joints().unwrap().time_ns, 77_000_000_000_000);
     clock.write(CellTime::Stopped { at_ns: 77_000_000_000_001 }).unwrap();
@@ -28,9 +28,9 @@ fn a_device_dates_by_the_clock_that_the_cells_world_keeps() {
 
 #[test]
 fn a_device_that_dates_by_another_clock_is_named_with_how_far_it_is_away() {
-    let place = Place::new();
+    let folder = Place::new();
     // Seconds since 1970, as a plugin has them that asks the system for the date.
-    let host = place.robot(json!({"fault": "date", "in": "read"}));
+    let host = folder.robot(json!({"fault": "date", "in": "read"}));
     let arm = host.robot().unwrap();
     let refused = arm.read_joints().unwrap_err().to_string();
     assert!(
@@ -43,10 +43,10 @@ fn a_device_that_dates_by_another_clock_is_named_with_how_far_it_is_away() {
 
 #[test]
 fn a_device_whose_cell_has_lost_its_clock_does_not_start() {
-    let place = Place::new();
-    let mut arguments = place.arguments("arm", "misbehaving_robot", Value::Null);
-    arguments.clock = Some(place.directory.path().join("no.clock"));
-    let refusal: Result<_, SpawnError> = place.spawn(&arguments);
+    let folder = Place::new();
+    let mut arguments = folder.arguments("arm", "misbehaving_robot", Value::Null);
+    arguments.clock = Some(folder.directory.path().join("no.clock"));
+    let refusal: Result<_, SpawnError> = folder.spawn(&arguments);
     let text = refusal.map(|host| host.process()).unwrap_err().to_string();
     assert!(text.contains("the clock of the cell's simulated world"), "{text}");
 }

@@ -10,25 +10,26 @@ use crate::place::{Place, command, plugin, stream};
 
 #[test]
 fn a_robot_in_rust_conforms() {
-    let place = Place::new();
-    let report = check_robot(place.bus(), &place.arguments("arm", "misbehaving_robot", Value::Null), command);
+    let folder = Place::new();
+    let report =
+        check_robot(folder.bus(), &folder.arguments("arm", "misbehaving_robot", Value::Null), command);
     assert!(report.rows.iter().all(|(_, outcome)| *outcome == CheckOutcome::Passed), "{report}");
 }
 
 #[test]
 fn a_robot_in_c_conforms() {
-    let place = Place::new();
-    let Some(plugin) = compiled(place.directory.path(), &[]) else { return };
-    let report = check_robot(place.bus(), &HostArguments::new("arm", &place.domain, &plugin), command);
+    let folder = Place::new();
+    let Some(plugin) = compiled(folder.directory.path(), &[]) else { return };
+    let report = check_robot(folder.bus(), &HostArguments::new("arm", &folder.domain, &plugin), command);
     assert!(report.rows.iter().all(|(_, outcome)| *outcome == CheckOutcome::Passed), "{report}");
 }
 
 #[test]
 fn a_robot_that_hangs_or_dies_does_not_conform() {
-    let place = Place::new();
-    let bus: &Bus = place.bus();
+    let folder = Place::new();
+    let bus: &Bus = folder.bus();
     let arguments =
-        place.arguments("arm", "misbehaving_robot", serde_json::json!({"fault": "abort", "in": "move"}));
+        folder.arguments("arm", "misbehaving_robot", serde_json::json!({"fault": "abort", "in": "move"}));
     let report = check_robot(bus, &arguments, command);
     assert!(!report.is_good());
     let text = report.to_string();
@@ -45,8 +46,8 @@ fn a_sensor_conforms() {
 }
 
 /// What the host of a sensor on a robot's input lines is given.
-fn wired_watcher(place: &Place) -> HostArguments {
-    let mut arguments = place.arguments("eye", "line_watcher", Value::Null);
+fn wired_watcher(folder: &Place) -> HostArguments {
+    let mut arguments = folder.arguments("eye", "line_watcher", Value::Null);
     arguments.inputs = vec![WiredInput {
         input: "line".to_owned(),
         device: "arm".to_owned(),
@@ -60,10 +61,10 @@ const OF_ANY_PLUGIN: [&str; 4] =
     ["its manifest is good", "it is loaded and its device is made", "its functions are whole", LISTS];
 
 /// The report on a plugin, once it is seen that each of its rows was heard of when it was done.
-fn checked(place: &Place, plugin: &Plugin, arguments: &HostArguments, may_move: bool) -> CheckReport {
+fn checked(folder: &Place, plugin: &Plugin, arguments: &HostArguments, may_move: bool) -> CheckReport {
     let mut heard = Vec::new();
     let mut listener = |name: &'static str, outcome: &CheckOutcome| heard.push((name, outcome.clone()));
-    let report = check_plugin(place.bus(), plugin, arguments, may_move, command, &mut listener);
+    let report = check_plugin(folder.bus(), plugin, arguments, may_move, command, &mut listener);
     assert_eq!(heard, report.rows);
     report
 }
@@ -108,26 +109,26 @@ fn a_sensors_plugin_is_checked_as_one_of_a_sensor() {
 }
 
 /// The worked example in C with another line in its manifest.
-fn example_with(place: &Place, change: (&str, &str)) -> Option<Plugin> {
+fn example_with(folder: &Place, change: (&str, &str)) -> Option<Plugin> {
     let source = std::fs::read_to_string(example()).unwrap();
-    with_another_manifest(&source, change, place.directory.path())
+    with_another_manifest(&source, change, folder.directory.path())
 }
 
 #[test]
 fn what_could_be_better_in_a_plugins_functions_fails_its_check() {
-    let place = Place::new();
-    let Some(plugin) = example_with(&place, (JOINTS, "")) else { return };
-    let report = checked(&place, &plugin, &HostArguments::new("arm", &place.domain, &plugin), false);
+    let folder = Place::new();
+    let Some(plugin) = example_with(&folder, (JOINTS, "")) else { return };
+    let report = checked(&folder, &plugin, &HostArguments::new("arm", &folder.domain, &plugin), false);
     let note = "it declares no stream `joints` of joint-state/1 messages: nobody can watch it move";
     assert_eq!(report.rows[2], (OF_ANY_PLUGIN[2], CheckOutcome::Failed(note.to_owned())));
 }
 
 #[test]
 fn lines_that_a_manifest_counts_otherwise_than_the_robot_fail_their_check() {
-    let place = Place::new();
+    let folder = Place::new();
     let counted = ("config:\n", "input_lines: 3\nconfig:\n");
-    let Some(plugin) = example_with(&place, counted) else { return };
-    let report = checked(&place, &plugin, &HostArguments::new("arm", &place.domain, &plugin), false);
+    let Some(plugin) = example_with(&folder, counted) else { return };
+    let report = checked(&folder, &plugin, &HostArguments::new("arm", &folder.domain, &plugin), false);
     let wrong = "the manifest says 3 input lines; the robot describes the bits [0]";
     assert_eq!(report.rows[3], (LISTS, CheckOutcome::Failed(wrong.to_owned())));
 }
@@ -211,18 +212,18 @@ fn gauge_that_is_never_armed(source: &str) -> String {
 
 #[test]
 fn a_sensor_that_refuses_to_be_armed_does_not_conform() {
-    let place = Place::new();
-    let Some(plugin) = gauge(place.directory.path(), 1.0, gauge_that_is_never_armed) else { return };
-    let report = check_sensor(place.bus(), &HostArguments::new("gauge", &place.domain, &plugin), command);
+    let folder = Place::new();
+    let Some(plugin) = gauge(folder.directory.path(), 1.0, gauge_that_is_never_armed) else { return };
+    let report = check_sensor(folder.bus(), &HostArguments::new("gauge", &folder.domain, &plugin), command);
     let armed = report.rows.iter().find(|(name, _)| *name == "it can be armed, polled and read at once");
     assert_eq!(armed.unwrap().1, CheckOutcome::Failed("the plugin does not say why".to_owned()), "{report}");
 }
 
 #[test]
 fn a_sensor_that_blocks_longer_than_it_says_does_not_conform() {
-    let place = Place::new();
-    let Some(plugin) = slow_gauge(place.directory.path(), 0.3) else { return };
-    let report = check_sensor(place.bus(), &HostArguments::new("gauge", &place.domain, &plugin), command);
+    let folder = Place::new();
+    let Some(plugin) = slow_gauge(folder.directory.path(), 0.3) else { return };
+    let report = check_sensor(folder.bus(), &HostArguments::new("gauge", &folder.domain, &plugin), command);
     assert!(!report.is_good(), "{report}");
     assert!(report.to_string().contains("gauge did not answer 'read' within 300ms"), "{report}");
     assert!(!report.to_string().contains("it has nothing to read before its inputs have come"), "{report}");
@@ -230,8 +231,8 @@ fn a_sensor_that_blocks_longer_than_it_says_does_not_conform() {
 
 #[test]
 fn a_sensor_has_the_time_that_its_manifest_says() {
-    let place = Place::new();
-    let Some(plugin) = slow_gauge(place.directory.path(), 10.0) else { return };
-    let report = check_sensor(place.bus(), &HostArguments::new("gauge", &place.domain, &plugin), command);
+    let folder = Place::new();
+    let Some(plugin) = slow_gauge(folder.directory.path(), 10.0) else { return };
+    let report = check_sensor(folder.bus(), &HostArguments::new("gauge", &folder.domain, &plugin), command);
     assert!(report.is_good(), "{report}");
 }

@@ -11,8 +11,8 @@ use crate::place::{LONG, Place, stream, until, waist_to};
 
 #[test]
 fn a_panic_is_an_error_that_says_where() {
-    let place = Place::new();
-    let host = place.robot_with("panic", "move");
+    let folder = Place::new();
+    let host = folder.robot_with("panic", "move");
     let robot = host.robot().unwrap();
     robot.activate().unwrap();
     let error = robot.move_joints(&waist_to(0.1), LONG).unwrap_err();
@@ -38,8 +38,8 @@ fn a_crash_ends_the_host_and_is_named() {
 }
 
 fn assert_died_by(fault: &str, signal: &str) {
-    let place = Place::new();
-    let host = place.robot_with(fault, "move");
+    let folder = Place::new();
+    let host = folder.robot_with(fault, "move");
     let robot = host.robot().unwrap();
     robot.activate().unwrap();
     let error = robot.move_joints(&waist_to(0.1), LONG).unwrap_err();
@@ -53,8 +53,8 @@ fn assert_died_by(fault: &str, signal: &str) {
 
 #[test]
 fn a_plugin_that_exits_is_named_with_its_code() {
-    let place = Place::new();
-    let host = place.robot_with("exit", "move");
+    let folder = Place::new();
+    let host = folder.robot_with("exit", "move");
     let robot = host.robot().unwrap();
     robot.activate().unwrap();
     let error = robot.move_joints(&waist_to(0.1), LONG).unwrap_err();
@@ -63,11 +63,11 @@ fn a_plugin_that_exits_is_named_with_its_code() {
 
 #[test]
 fn a_call_past_its_time_is_an_error_and_then_the_hosts_end() {
-    let place = Place::new();
+    let folder = Place::new();
     let mut arguments =
-        place.arguments("arm", "misbehaving_robot", serde_json::json!({"fault": "hang", "in": "move"}));
+        folder.arguments("arm", "misbehaving_robot", serde_json::json!({"fault": "hang", "in": "move"}));
     arguments.watchdog_grace_ms = 50;
-    let host = place.spawn(&arguments).unwrap();
+    let host = folder.spawn(&arguments).unwrap();
     let robot = host.robot().unwrap();
     robot.activate().unwrap();
     let error = robot.move_joints(&waist_to(0.1), Duration::from_millis(50)).unwrap_err();
@@ -78,10 +78,10 @@ fn a_call_past_its_time_is_an_error_and_then_the_hosts_end() {
 
 #[test]
 fn a_killed_host_is_replaced_at_once_and_the_old_client_says_why() {
-    let place = Place::new();
-    let mut receiver = place.bus().subscriber("arm", &stream("misbehaving_robot", "joints")).unwrap();
+    let folder = Place::new();
+    let mut receiver = folder.bus().subscriber("arm", &stream("misbehaving_robot", "joints")).unwrap();
     for round in 0..3 {
-        let host = place.robot(Value::Null);
+        let host = folder.robot(Value::Null);
         let robot = host.robot().unwrap();
         robot.activate().unwrap();
         std::thread::scope(|scope| {
@@ -100,9 +100,9 @@ fn a_killed_host_is_replaced_at_once_and_the_old_client_says_why() {
 
 #[test]
 fn messages_an_orchestrator_was_too_slow_for_are_reported() {
-    let place = Place::new();
-    let mut receiver = place.bus().subscriber("arm", &stream("misbehaving_robot", "joints")).unwrap();
-    let host = place.robot_with("flood", "read");
+    let folder = Place::new();
+    let mut receiver = folder.bus().subscriber("arm", &stream("misbehaving_robot", "joints")).unwrap();
+    let host = folder.robot_with("flood", "read");
     host.robot().unwrap().read_joints().unwrap();
     assert!(receiver.receive::<JointState>().unwrap().is_some());
     host.robot().unwrap().read_joints().unwrap();
@@ -115,9 +115,9 @@ fn messages_an_orchestrator_was_too_slow_for_are_reported() {
 
 #[test]
 fn messages_a_sensor_was_too_slow_for_are_an_error_of_its_next_reading() {
-    let place = Place::new();
-    let arm = place.robot_with("flood", "read");
-    let eye = place.watcher();
+    let folder = Place::new();
+    let arm = folder.robot_with("flood", "read");
+    let eye = folder.watcher();
     let (robot, sensor) = (arm.robot().unwrap(), eye.sensor().unwrap());
     until("a loss", || {
         robot.read_joints().unwrap();
@@ -137,17 +137,17 @@ fn messages_a_sensor_was_too_slow_for_are_an_error_of_its_next_reading() {
 
 #[test]
 fn a_refusal_is_reported_in_the_plugins_words() {
-    let place = Place::new();
-    let host = place.robot_with("refuse", "activate");
+    let folder = Place::new();
+    let host = folder.robot_with("refuse", "activate");
     let error = host.robot().unwrap().activate().unwrap_err();
     assert_eq!(error.to_string(), "arm: the robot does not want to");
 }
 
 #[test]
 fn lines_that_cannot_be_read_at_rest_are_reported_once() {
-    let place = Place::new();
+    let folder = Place::new();
     let config = serde_json::json!({"fault": "refuse", "in": "inputs"});
-    let (host, events) = place.spawn_listening(&place.arguments("arm", "misbehaving_robot", config));
+    let (host, events) = folder.spawn_listening(&folder.arguments("arm", "misbehaving_robot", config));
     for _ in 0..3 {
         host.robot().unwrap().read_joints().unwrap();
     }

@@ -23,9 +23,9 @@ fn faulty(fault: &str, place: &str) -> Value {
 }
 
 fn assert_flood_is_cut(fault: &str, most: usize) {
-    let place = Place::new();
-    let arguments = place.arguments("arm", "misbehaving_robot", faulty(fault, "move"));
-    let (host, events) = place.spawn_listening(&arguments);
+    let folder = Place::new();
+    let arguments = folder.arguments("arm", "misbehaving_robot", faulty(fault, "move"));
+    let (host, events) = folder.spawn_listening(&arguments);
     let robot = host.robot().unwrap();
     robot.activate().unwrap();
     robot.move_joints(&waist_to(0.01), LONG).unwrap();
@@ -55,8 +55,8 @@ fn a_plugin_that_logs_without_end_is_cut_and_the_rest_counted() {
 
 #[test]
 fn a_long_error_is_cut_and_says_how_much_is_missing() {
-    let place = Place::new();
-    let host = place.robot_with("long error", "read");
+    let folder = Place::new();
+    let host = folder.robot_with("long error", "read");
     let message = host.robot().unwrap().read_joints().unwrap_err().to_string();
     assert!(message.len() < 5_000, "{} bytes", message.len());
     assert!(message.ends_with("... (5 MB more left out)"), "{}", &message[message.len() - 60..]);
@@ -64,17 +64,17 @@ fn a_long_error_is_cut_and_says_how_much_is_missing() {
 
 #[test]
 fn a_description_without_end_is_refused() {
-    let place = Place::new();
-    let message = place.refusal(&place.arguments("arm", "misbehaving_robot", faulty("epic", "describe")));
+    let folder = Place::new();
+    let message = folder.refusal(&folder.arguments("arm", "misbehaving_robot", faulty("epic", "describe")));
     assert!(message.contains("bytes; it may have 1048576"), "{message}");
 }
 
 #[test]
 fn a_plugin_that_takes_memory_without_end_is_ended_with_words() {
-    let place = Place::new();
-    let mut arguments = place.arguments("arm", "misbehaving_robot", faulty("eat", "create"));
+    let folder = Place::new();
+    let mut arguments = folder.arguments("arm", "misbehaving_robot", faulty("eat", "create"));
     arguments.memory_limit_mb = 200;
-    let message = place.refusal(&arguments);
+    let message = folder.refusal(&arguments);
     assert!(
         message.contains("it took more memory than it may (`memory_limit_mb:` in the cell file)"),
         "{message}"
@@ -83,17 +83,17 @@ fn a_plugin_that_takes_memory_without_end_is_ended_with_words() {
 
 #[test]
 fn memory_that_is_taken_at_once_is_refused_by_the_system_and_explained() {
-    let place = Place::new();
-    let mut arguments = place.arguments("arm", "misbehaving_robot", faulty("grab", "create"));
+    let folder = Place::new();
+    let mut arguments = folder.arguments("arm", "misbehaving_robot", faulty("grab", "create"));
     arguments.memory_limit_mb = 200;
-    let message = place.refusal(&arguments);
+    let message = folder.refusal(&arguments);
     assert!(message.contains("memory allocation of 4000000000 bytes failed"), "{message}");
     assert!(message.contains("`memory_limit_mb:`"), "{message}");
 }
 
 #[test]
 fn what_a_plugin_in_c_prints_arrives_without_a_flush_also_when_it_dies() {
-    let place = Place::new();
+    let folder = Place::new();
     let example = fs::read_to_string(crate::c_plugin::example()).unwrap();
     let prints = example
         .replace("#include <math.h>\n", "#include <math.h>\n#include <stdio.h>\n")
@@ -103,8 +103,8 @@ fn what_a_plugin_in_c_prints_arrives_without_a_flush_also_when_it_dies() {
             "    printf(\"\\nprinted in move\\n\"); printf(\"half a line\"); abort();\n    double from[JOINTS], way",
         );
     assert_ne!(prints, example);
-    let Some(plugin) = compiled_from_text(&prints, place.directory.path()) else { return };
-    let (host, events) = place.spawn_listening(&HostArguments::new("arm", &place.domain, &plugin));
+    let Some(plugin) = compiled_from_text(&prints, folder.directory.path()) else { return };
+    let (host, events) = folder.spawn_listening(&HostArguments::new("arm", &folder.domain, &plugin));
     let mut lines = Vec::new();
     until("what was printed in create", || {
         lines.extend(reported(&events));

@@ -36,8 +36,8 @@ fn host_of(device: &str) -> i32 {
 
 /// Starts a host, freezes it some time after its process is there, and asks for its device to be ready; what came of it.
 fn frozen_after(moment: Duration, device: &str) -> Result<(), String> {
-    let place = Place::new();
-    let arguments = place.arguments(device, "misbehaving_robot", Value::Null);
+    let folder = Place::new();
+    let arguments = folder.arguments(device, "misbehaving_robot", Value::Null);
     thread::scope(|scope| {
         let freezing = scope.spawn(|| {
             let host = host_of(device);
@@ -45,7 +45,7 @@ fn frozen_after(moment: Duration, device: &str) -> Result<(), String> {
             signal(host, Signal::SIGSTOP);
         });
         let begin = Instant::now();
-        let spawned = HostProcess::spawn(place.bus(), &arguments, command().ready_within(READY_WITHIN));
+        let spawned = HostProcess::spawn(folder.bus(), &arguments, command().ready_within(READY_WITHIN));
         let limit = READY_WITHIN.max(HOST_SILENT) + ENDING + BUSY_MACHINE;
         assert!(begin.elapsed() < limit, "{device}: the start took {:?}", begin.elapsed());
         freezing.join().unwrap();
@@ -85,8 +85,8 @@ fn a_host_frozen_at_any_moment_of_its_start_ends_in_time_and_is_named() {
 
 #[test]
 fn a_host_frozen_in_mid_move_is_ended_and_the_move_fails_with_the_reason() {
-    let place = Place::new();
-    let host = place.robot(Value::Null);
+    let folder = Place::new();
+    let host = folder.robot(Value::Null);
     let robot = host.robot().unwrap();
     robot.activate().unwrap();
     thread::scope(|scope| {
@@ -105,9 +105,9 @@ fn a_host_frozen_in_mid_move_is_ended_and_the_move_fails_with_the_reason() {
 
 #[test]
 fn a_robot_is_stopped_when_its_orchestrator_is_frozen() {
-    let place = Place::new();
-    let diary = place.directory.path().join("diary");
-    let arguments = place.arguments("arm", "misbehaving_robot", serde_json::json!({ "diary": diary }));
+    let folder = Place::new();
+    let diary = folder.directory.path().join("diary");
+    let arguments = folder.arguments("arm", "misbehaving_robot", serde_json::json!({ "diary": diary }));
     let (mut orchestrator, host) = orchestrate(&arguments);
     // The move has begun when the host's number is printed, or does so a moment later.
     thread::sleep(Duration::from_millis(300));
@@ -131,9 +131,9 @@ fn a_robot_is_stopped_when_its_orchestrator_is_frozen() {
 
 #[test]
 fn an_orchestrator_in_a_debugger_may_be_held_as_long_as_it_takes() {
-    let place = Place::new();
-    let diary = place.directory.path().join("diary");
-    let mut arguments = place.arguments("arm", "misbehaving_robot", serde_json::json!({ "diary": diary }));
+    let folder = Place::new();
+    let diary = folder.directory.path().join("diary");
+    let mut arguments = folder.arguments("arm", "misbehaving_robot", serde_json::json!({ "diary": diary }));
     arguments.under_debugger = true;
     let (mut orchestrator, host) = orchestrate(&arguments);
     thread::sleep(Duration::from_millis(300));
@@ -148,8 +148,8 @@ fn an_orchestrator_in_a_debugger_may_be_held_as_long_as_it_takes() {
 
 #[test]
 fn a_short_pause_of_the_orchestrator_stops_nothing() {
-    let place = Place::new();
-    let host = place.robot(Value::Null);
+    let folder = Place::new();
+    let host = folder.robot(Value::Null);
     let robot = host.robot().unwrap();
     robot.activate().unwrap();
     // Longer than the orchestrator may be silent, which it is not.

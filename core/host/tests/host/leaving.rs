@@ -18,40 +18,40 @@ use crate::place::{LONG, Place, command, example_file, until, waist_to};
 
 #[test]
 fn nothing_is_left_in_shared_memory() {
-    let mut place = Place::new();
-    let arm = place.robot(Value::Null);
-    let eye = place.watcher();
+    let mut folder = Place::new();
+    let arm = folder.robot(Value::Null);
+    let eye = folder.watcher();
     let robot = arm.robot().unwrap();
     robot.activate().unwrap();
     robot.move_joints(&waist_to(0.01), LONG).unwrap();
-    assert!(!place.domain.shared_memory().is_empty());
+    assert!(!folder.domain.shared_memory().is_empty());
     drop(robot);
     assert!(arm.finish(LONG).is_orderly());
     assert!(eye.finish(LONG).is_orderly());
-    place.bus = None;
-    place.domain.remove().unwrap();
-    assert!(place.domain.shared_memory().is_empty());
-    assert_eq!(fs::read_dir(place.directory.path()).unwrap().count(), 0);
+    folder.bus = None;
+    folder.domain.remove().unwrap();
+    assert!(folder.domain.shared_memory().is_empty());
+    assert_eq!(fs::read_dir(folder.directory.path()).unwrap().count(), 0);
 }
 
 #[test]
 fn nothing_is_left_in_shared_memory_after_kills() {
-    let mut place = Place::new();
-    let host = place.robot_with("segfault", "move");
+    let mut folder = Place::new();
+    let host = folder.robot_with("segfault", "move");
     let robot = host.robot().unwrap();
     robot.activate().unwrap();
     assert!(robot.move_joints(&waist_to(0.1), LONG).is_err());
     drop((robot, host));
-    place.bus = None;
-    place.domain.remove().unwrap();
-    assert!(place.domain.shared_memory().is_empty());
+    folder.bus = None;
+    folder.domain.remove().unwrap();
+    assert!(folder.domain.shared_memory().is_empty());
 }
 
 #[test]
 fn a_device_is_put_away_in_good_order() {
-    let place = Place::new();
-    let diary = place.directory.path().join("diary");
-    let host = place.robot(serde_json::json!({ "diary": diary }));
+    let folder = Place::new();
+    let diary = folder.directory.path().join("diary");
+    let host = folder.robot(serde_json::json!({ "diary": diary }));
     host.robot().unwrap().activate().unwrap();
     assert!(host.finish(LONG).is_orderly());
     assert_eq!(fs::read_to_string(&diary).unwrap(), "ended\n");
@@ -59,9 +59,9 @@ fn a_device_is_put_away_in_good_order() {
 
 /// What is said of an end that was not in good order, of a robot that cannot be deactivated.
 fn said_of_an_end(is_active: bool) -> Vec<String> {
-    let place = Place::new();
+    let folder = Place::new();
     let config = serde_json::json!({"fault": "refuse", "in": "deactivate"});
-    let (host, events) = place.spawn_listening(&place.arguments("arm", "misbehaving_robot", config));
+    let (host, events) = folder.spawn_listening(&folder.arguments("arm", "misbehaving_robot", config));
     let robot = host.robot().unwrap();
     if is_active {
         robot.activate().unwrap();
@@ -87,9 +87,9 @@ fn an_active_robot_is_deactivated_before_it_is_put_away_and_an_inactive_one_is_n
 
 #[test]
 fn what_a_plugin_started_ends_with_its_host() {
-    let place = Place::new();
-    let diary = place.directory.path().join("diary");
-    let host = place.robot(serde_json::json!({"diary": diary, "fault": "litter", "in": "read"}));
+    let folder = Place::new();
+    let diary = folder.directory.path().join("diary");
+    let host = folder.robot(serde_json::json!({"diary": diary, "fault": "litter", "in": "read"}));
     host.robot().unwrap().read_joints().unwrap();
     let text = fs::read_to_string(&diary).unwrap();
     let child: i32 = text.trim().parse().expect("the plugin notes its child's process number");
@@ -119,10 +119,10 @@ pub(crate) fn orchestrate(arguments: &HostArguments) -> (Child, i32) {
 
 #[test]
 fn a_host_that_the_system_asks_to_end_stops_its_robot_and_says_who_asked() {
-    let place = Place::new();
-    let diary = place.directory.path().join("diary");
-    let arguments = place.arguments("arm", "misbehaving_robot", serde_json::json!({ "diary": diary }));
-    let (host, events) = place.spawn_listening(&arguments);
+    let folder = Place::new();
+    let diary = folder.directory.path().join("diary");
+    let arguments = folder.arguments("arm", "misbehaving_robot", serde_json::json!({ "diary": diary }));
+    let (host, events) = folder.spawn_listening(&arguments);
     kill(Pid::from_raw(host.process().cast_signed()), Signal::SIGTERM).unwrap();
     let reason = host.wait_for_end(LONG).expect("it ends by itself");
     assert!(reason.to_string().starts_with("ended itself: it was asked to end"), "{reason}");
@@ -136,9 +136,9 @@ fn a_host_that_the_system_asks_to_end_stops_its_robot_and_says_who_asked() {
 
 #[test]
 fn a_robot_is_stopped_when_its_orchestrator_is_killed() {
-    let place = Place::new();
-    let diary = place.directory.path().join("diary");
-    let arguments = place.arguments("arm", "misbehaving_robot", serde_json::json!({ "diary": diary }));
+    let folder = Place::new();
+    let diary = folder.directory.path().join("diary");
+    let arguments = folder.arguments("arm", "misbehaving_robot", serde_json::json!({ "diary": diary }));
     let (mut orchestrator, host) = orchestrate(&arguments);
     orchestrator.kill().unwrap();
     orchestrator.wait().unwrap();
@@ -148,13 +148,13 @@ fn a_robot_is_stopped_when_its_orchestrator_is_killed() {
 
 #[test]
 fn orchestrators_killed_at_any_moment_leave_a_cell_that_works() {
-    let mut place = Place::new();
-    let arguments = place.arguments("arm", "misbehaving_robot", Value::Null);
+    let mut folder = Place::new();
+    let arguments = folder.arguments("arm", "misbehaving_robot", Value::Null);
     let text = serde_json::to_string(&arguments).unwrap();
-    place.bus = None;
+    folder.bus = None;
     // From before the first piece of shared memory is made until the robot moves.
     for pieces in 0..20 {
-        let before = place.domain.shared_memory();
+        let before = folder.domain.shared_memory();
         let mut orchestrator = Command::new(example_file("host_process"))
             .args(["orchestrate", &text])
             .stdout(Stdio::piped())
@@ -170,7 +170,7 @@ fn orchestrators_killed_at_any_moment_leave_a_cell_that_works() {
         });
         until("the moment", || {
             let made =
-                place.domain.shared_memory().into_iter().filter(|piece| !before.contains(piece)).count();
+                folder.domain.shared_memory().into_iter().filter(|piece| !before.contains(piece)).count();
             (made >= pieces || moves.try_recv().is_ok()).then_some(())
         });
         orchestrator.kill().unwrap();
@@ -178,36 +178,36 @@ fn orchestrators_killed_at_any_moment_leave_a_cell_that_works() {
         assert_eq!(String::from_utf8_lossy(&output.stderr), "", "killed at {pieces} pieces");
         reader.join().unwrap();
     }
-    let bus = Bus::open(&place.domain, "test").unwrap();
+    let bus = Bus::open(&folder.domain, "test").unwrap();
     let host = HostProcess::spawn(&bus, &arguments, command()).unwrap();
     let robot = host.robot().unwrap();
     robot.activate().unwrap();
     robot.move_joints(&waist_to(0.01), LONG).unwrap();
     drop((robot, host, bus));
-    until("the end of the last host left alone", || place.domain.remove().ok());
-    assert!(place.domain.shared_memory().is_empty());
+    until("the end of the last host left alone", || folder.domain.remove().ok());
+    assert!(folder.domain.shared_memory().is_empty());
 }
 
 /// A process killed between making a piece of shared memory and giving it its size.
 #[test]
 fn what_was_killed_before_it_had_a_size_holds_nobody_up() {
-    let mut place = Place::new();
-    let arguments = place.arguments("arm", "misbehaving_robot", Value::Null);
-    place.bus = None;
+    let mut folder = Place::new();
+    let arguments = folder.arguments("arm", "misbehaving_robot", Value::Null);
+    folder.bus = None;
     let (mut orchestrator, host) = orchestrate(&arguments);
     kill(Pid::from_raw(host), Signal::SIGKILL).unwrap();
     orchestrator.kill().unwrap();
     orchestrator.wait().unwrap();
     until("the host's end", || is_gone(host).then_some(()));
     let is_connection = |piece: &PathBuf| piece.extension().is_some_and(|kind| kind == "connection");
-    let connections: Vec<_> = place.domain.shared_memory().into_iter().filter(is_connection).collect();
-    assert!(!connections.is_empty(), "{:?}", place.domain.shared_memory());
+    let connections: Vec<_> = folder.domain.shared_memory().into_iter().filter(is_connection).collect();
+    assert!(!connections.is_empty(), "{:?}", folder.domain.shared_memory());
     for piece in connections {
         fs::File::create(&piece).unwrap();
         fs::set_permissions(&piece, fs::Permissions::from_mode(0o200)).unwrap();
     }
     let (sender, moved) = channel();
-    let domain = place.domain.clone();
+    let domain = folder.domain.clone();
     thread::spawn(move || {
         let bus = Bus::open(&domain, "test").unwrap();
         let host = HostProcess::spawn(&bus, &arguments, command()).unwrap();
@@ -218,5 +218,5 @@ fn what_was_killed_before_it_had_a_size_holds_nobody_up() {
         sender.send(()).unwrap();
     });
     moved.recv_timeout(LONG).expect("a robot that moves");
-    until("the end of the last host", || place.domain.remove().ok());
+    until("the end of the last host", || folder.domain.remove().ok());
 }

@@ -9,18 +9,18 @@ use plumb_plugin::{ContractVersion, Manifest, StreamDescription, Value};
 use crate::place::{Place, example_file, plugin};
 
 /// The misbehaving robot's library and manifest, copied and changed.
-fn changed(place: &Place, library: &str, change: impl Fn(String) -> String) -> Plugin {
+fn changed(folder: &Place, library: &str, change: impl Fn(String) -> String) -> Plugin {
     let original = plugin("misbehaving_robot");
-    let manifest_path = place.directory.path().join("plugin.yaml");
+    let manifest_path = folder.directory.path().join("plugin.yaml");
     let text = fs::read_to_string(&original.manifest_path).unwrap();
     fs::write(&manifest_path, change(text)).unwrap();
-    let library_path = place.directory.path().join(library);
+    let library_path = folder.directory.path().join(library);
     fs::copy(&original.library_path, &library_path).unwrap();
     Plugin::at_library(&manifest_path, &library_path).unwrap()
 }
 
-fn arguments(place: &Place, plugin: &Plugin) -> HostArguments {
-    HostArguments::new("arm", &place.domain, plugin)
+fn arguments(folder: &Place, plugin: &Plugin) -> HostArguments {
+    HostArguments::new("arm", &folder.domain, plugin)
 }
 
 #[test]
@@ -122,8 +122,8 @@ fn a_good_plugin_is_verified() {
 
 #[test]
 fn a_panic_in_create_is_one_line() {
-    let place = Place::new();
-    let message = place.refusal(&place.arguments(
+    let folder = Place::new();
+    let message = folder.refusal(&folder.arguments(
         "arm",
         "misbehaving_robot",
         serde_json::json!({"fault": "panic", "in": "create"}),
@@ -135,60 +135,60 @@ fn a_panic_in_create_is_one_line() {
 
 #[test]
 fn a_refused_configuration_is_reported_in_the_plugins_words() {
-    let place = Place::new();
+    let folder = Place::new();
     let config = serde_json::json!({"fault": "refuse", "in": "create"});
-    let message = place.refusal(&place.arguments("arm", "misbehaving_robot", config));
+    let message = folder.refusal(&folder.arguments("arm", "misbehaving_robot", config));
     assert_eq!(message, "arm: the robot does not want to");
 }
 
 #[test]
 fn a_crash_in_create_is_named() {
-    let place = Place::new();
+    let folder = Place::new();
     let config = serde_json::json!({"fault": "abort", "in": "create"});
-    let message = place.refusal(&place.arguments("arm", "misbehaving_robot", config));
+    let message = folder.refusal(&folder.arguments("arm", "misbehaving_robot", config));
     assert_eq!(message, "the host of arm was ended by SIGABRT before the device was ready");
 }
 
 #[test]
 fn a_hang_in_create_is_ended() {
-    let place = Place::new();
+    let folder = Place::new();
     let config = serde_json::json!({"fault": "hang", "in": "create"});
-    let arguments = place.arguments("arm", "misbehaving_robot", config);
+    let arguments = folder.arguments("arm", "misbehaving_robot", config);
     let command = crate::place::command().ready_within(std::time::Duration::from_millis(300));
-    let error = plumb_host::HostProcess::spawn(place.bus(), &arguments, command).map(|host| host.process());
+    let error = plumb_host::HostProcess::spawn(folder.bus(), &arguments, command).map(|host| host.process());
     assert_eq!(error.unwrap_err().to_string(), "arm was not ready within 300ms; its host was killed");
 }
 
 #[test]
 fn a_robot_without_joints_is_refused() {
-    let place = Place::new();
+    let folder = Place::new();
     let config = serde_json::json!({"fault": "refuse", "in": "describe"});
-    let message = place.refusal(&place.arguments("arm", "misbehaving_robot", config));
+    let message = folder.refusal(&folder.arguments("arm", "misbehaving_robot", config));
     assert_eq!(message, "arm: the robot has 0 joints; 1 to 8 are possible");
 }
 
 #[test]
 fn an_input_left_open_or_wired_wrongly_is_refused() {
-    let place = Place::new();
-    let mut arguments = place.arguments("eye", "line_watcher", Value::Null);
-    assert_eq!(place.refusal(&arguments), "eye: input 'line' of eye is not wired to any stream");
+    let folder = Place::new();
+    let mut arguments = folder.arguments("eye", "line_watcher", Value::Null);
+    assert_eq!(folder.refusal(&arguments), "eye: input 'line' of eye is not wired to any stream");
     let joints: StreamDescription = crate::place::stream("misbehaving_robot", "joints");
     arguments.inputs =
         vec![WiredInput { input: "line".to_owned(), device: "arm".to_owned(), stream: joints }];
     assert_eq!(
-        place.refusal(&arguments),
+        folder.refusal(&arguments),
         "eye: input 'line' of eye takes digital-inputs/1 messages; arm/joints carries joint-state/1"
     );
     arguments.inputs[0].input = "lime".to_owned();
-    assert_eq!(place.refusal(&arguments), "eye: input 'line' of eye is not wired to any stream");
+    assert_eq!(folder.refusal(&arguments), "eye: input 'line' of eye is not wired to any stream");
 }
 
 #[test]
 fn a_program_that_is_no_host_is_named() {
-    let place = Place::new();
-    let arguments = place.arguments("arm", "misbehaving_robot", Value::Null);
+    let folder = Place::new();
+    let arguments = folder.arguments("arm", "misbehaving_robot", Value::Null);
     let command = plumb_host::HostCommand::new(PathBuf::from("/bin/false"), [] as [&str; 0]);
-    let error = plumb_host::HostProcess::spawn(place.bus(), &arguments, command).map(|host| host.process());
+    let error = plumb_host::HostProcess::spawn(folder.bus(), &arguments, command).map(|host| host.process());
     assert_eq!(
         error.unwrap_err().to_string(),
         "the host of arm ended with code 1 before the device was ready"

@@ -12,8 +12,8 @@ use crate::place::{LONG, Place, stream, until, waist_to};
 
 #[test]
 fn a_robot_is_described_activated_moved_and_read() {
-    let place = Place::new();
-    let host = place.robot(Value::Null);
+    let folder = Place::new();
+    let host = folder.robot(Value::Null);
     let Description::Robot(robot) = host.description() else { panic!("a robot was loaded") };
     assert_eq!(robot.joints[0].name, "waist");
     assert_eq!(host.manifest().id, "misbehaving-robot");
@@ -37,16 +37,16 @@ fn a_robot_is_described_activated_moved_and_read() {
 
 #[test]
 fn a_robot_does_not_move_before_it_is_active() {
-    let place = Place::new();
-    let host = place.robot(Value::Null);
+    let folder = Place::new();
+    let host = folder.robot(Value::Null);
     let error = host.robot().unwrap().move_joints(&waist_to(0.1), LONG).unwrap_err();
     assert_eq!(error.to_string(), "arm: arm is inactive; activate it before it may move");
 }
 
 #[test]
 fn a_robot_that_was_deactivated_does_not_move() {
-    let place = Place::new();
-    let host = place.robot(Value::Null);
+    let folder = Place::new();
+    let host = folder.robot(Value::Null);
     let robot = host.robot().unwrap();
     robot.activate().unwrap();
     assert_eq!(robot.deactivate().unwrap(), DeviceState::Inactive);
@@ -57,9 +57,9 @@ fn a_robot_that_was_deactivated_does_not_move() {
 
 #[test]
 fn the_health_of_a_device_is_reported_with_every_state_it_enters() {
-    let place = Place::new();
-    let mut receiver = place.bus().subscriber("arm", &StreamDescription::of::<Health>("health")).unwrap();
-    let host = place.robot(Value::Null);
+    let folder = Place::new();
+    let mut receiver = folder.bus().subscriber("arm", &StreamDescription::of::<Health>("health")).unwrap();
+    let host = folder.robot(Value::Null);
     let robot = host.robot().unwrap();
     assert!(robot.move_joints(&waist_to(0.1), LONG).is_err(), "it is not active");
     robot.activate().unwrap();
@@ -76,9 +76,9 @@ fn the_health_of_a_device_is_reported_with_every_state_it_enters() {
 
 #[test]
 fn the_health_of_a_device_is_reported_again_while_nothing_changes() {
-    let place = Place::new();
-    let mut receiver = place.bus().subscriber("arm", &StreamDescription::of::<Health>("health")).unwrap();
-    let _host = place.robot(Value::Null);
+    let folder = Place::new();
+    let mut receiver = folder.bus().subscriber("arm", &StreamDescription::of::<Health>("health")).unwrap();
+    let _host = folder.robot(Value::Null);
     let first: Health = until("the first report", || receiver.receive().unwrap());
     let second: Health = until("the second report", || receiver.receive().unwrap());
     assert_eq!((first.state, second.state), (DeviceState::Inactive.code(), DeviceState::Inactive.code()));
@@ -87,10 +87,10 @@ fn the_health_of_a_device_is_reported_again_while_nothing_changes() {
 
 #[test]
 fn a_move_out_of_range_is_refused_by_the_host() {
-    let place = Place::new();
-    let mut arguments = place.arguments("arm", "misbehaving_robot", Value::Null);
+    let folder = Place::new();
+    let mut arguments = folder.arguments("arm", "misbehaving_robot", Value::Null);
     arguments.joint_ranges = vec![JointRange { joint: "waist".to_owned(), lower: -1.0, upper: 1.0 }];
-    let host = place.spawn(&arguments).unwrap();
+    let host = folder.spawn(&arguments).unwrap();
     let robot = host.robot().unwrap();
     robot.activate().unwrap();
     let error = robot.move_joints(&waist_to(1.1), LONG).unwrap_err();
@@ -101,10 +101,10 @@ fn a_move_out_of_range_is_refused_by_the_host() {
 
 #[test]
 fn a_move_into_a_kept_out_place_is_refused_by_the_host() {
-    let place = Place::new();
-    let mut arguments = place.arguments("arm", "misbehaving_robot", Value::Null);
+    let folder = Place::new();
+    let mut arguments = folder.arguments("arm", "misbehaving_robot", Value::Null);
     arguments.guard = serde_json::json!({"keep_below": 10.0});
-    let host = place.spawn(&arguments).unwrap();
+    let host = folder.spawn(&arguments).unwrap();
     let robot = host.robot().unwrap();
     robot.activate().unwrap();
     let target = JointVector::from_slice(&[0.0, 11.0]).unwrap();
@@ -114,8 +114,8 @@ fn a_move_into_a_kept_out_place_is_refused_by_the_host() {
 
 #[test]
 fn what_a_robot_cannot_do_is_said_and_does_no_harm() {
-    let place = Place::new();
-    let host = place.robot(Value::Null);
+    let folder = Place::new();
+    let host = folder.robot(Value::Null);
     let robot = host.robot().unwrap();
     let error = robot.write_outputs(1).unwrap_err();
     assert_eq!(error.to_string(), "arm: this device cannot set output lines");
@@ -126,9 +126,9 @@ fn what_a_robot_cannot_do_is_said_and_does_no_harm() {
 
 #[test]
 fn a_sensor_has_seen_the_whole_move_once_it_has_seen_its_end() {
-    let place = Place::new();
-    let arm = place.robot(Value::Null);
-    let eye = place.watcher();
+    let folder = Place::new();
+    let arm = folder.robot(Value::Null);
+    let eye = folder.watcher();
     let (robot, sensor) = (arm.robot().unwrap(), eye.sensor().unwrap());
     robot.activate().unwrap();
     sensor.activate().unwrap();
@@ -147,9 +147,9 @@ fn a_sensor_has_seen_the_whole_move_once_it_has_seen_its_end() {
 
 #[test]
 fn a_sensor_whose_inputs_stay_away_says_so_in_time() {
-    let place = Place::new();
-    let _arm = place.robot(Value::Null);
-    let eye = place.watcher();
+    let folder = Place::new();
+    let _arm = folder.robot(Value::Null);
+    let eye = folder.watcher();
     let error = eye.sensor().unwrap().read(u64::MAX, std::time::Duration::from_millis(50)).unwrap_err();
     let message = error.to_string();
     let expected = [
@@ -161,10 +161,10 @@ fn a_sensor_whose_inputs_stay_away_says_so_in_time() {
 
 #[test]
 fn a_state_stream_reaches_the_orchestrator_without_loss() {
-    let place = Place::new();
+    let folder = Place::new();
     let joints = stream("misbehaving_robot", "joints");
-    let mut receiver = place.bus().subscriber("arm", &StreamDescription { ..joints }).unwrap();
-    let host = place.robot(Value::Null);
+    let mut receiver = folder.bus().subscriber("arm", &StreamDescription { ..joints }).unwrap();
+    let host = folder.robot(Value::Null);
     let robot = host.robot().unwrap();
     robot.activate().unwrap();
     let end = robot.move_joints(&waist_to(0.1), LONG).unwrap();
@@ -180,10 +180,10 @@ fn a_state_stream_reaches_the_orchestrator_without_loss() {
 
 #[test]
 fn a_large_message_is_built_in_place() {
-    let place = Place::new();
+    let folder = Place::new();
     let frames = stream("misbehaving_robot", "frames");
-    let mut receiver = place.bus().subscriber("arm", &frames).unwrap();
-    let host = place.robot(Value::Null);
+    let mut receiver = folder.bus().subscriber("arm", &frames).unwrap();
+    let host = folder.robot(Value::Null);
     host.robot().unwrap().read_inputs().unwrap();
     let frame = receiver.receive_with(|frame| (frame.len(), frame[16], frame[1_299_999])).unwrap();
     assert_eq!(frame, Some((1_300_000, 7, 7)));
@@ -191,9 +191,9 @@ fn a_large_message_is_built_in_place() {
 
 #[test]
 fn what_a_plugin_logs_and_prints_is_carried() {
-    let place = Place::new();
+    let folder = Place::new();
     let config = serde_json::json!({"fault": "chatter", "in": "read"});
-    let (host, events) = place.spawn_listening(&place.arguments("arm", "misbehaving_robot", config));
+    let (host, events) = folder.spawn_listening(&folder.arguments("arm", "misbehaving_robot", config));
     host.robot().unwrap().read_joints().unwrap();
     host.finish(LONG);
     let events: Vec<HostEvent> = events.iter().collect();
@@ -210,7 +210,7 @@ fn what_a_plugin_logs_and_prints_is_carried() {
 fn what_a_plugin_logs_carries_the_span_of_the_call_it_served() {
     // The one subscriber of this test program: it keeps spans, and writes nothing.
     let _ = tracing::subscriber::set_global_default(tracing_subscriber::registry());
-    let place = Place::new();
+    let folder = Place::new();
     let config = serde_json::json!({"fault": "chatter", "in": "read"});
     let (events, received) = std::sync::mpsc::channel();
     let command = crate::place::command().on_event(move |_, event| {
@@ -220,8 +220,8 @@ fn what_a_plugin_logs_carries_the_span_of_the_call_it_served() {
         });
         drop(events.send((event.clone(), spans.unwrap_or_default())));
     });
-    let arguments = place.arguments("arm", "misbehaving_robot", config);
-    let host = plumb_host::HostProcess::spawn(place.bus(), &arguments, command).unwrap();
+    let arguments = folder.arguments("arm", "misbehaving_robot", config);
+    let host = plumb_host::HostProcess::spawn(folder.bus(), &arguments, command).unwrap();
     tracing::info_span!("step").in_scope(|| host.robot().unwrap().read_joints().unwrap());
     host.finish(LONG);
     let events: Vec<(HostEvent, Vec<&str>)> = received.iter().collect();
@@ -231,8 +231,8 @@ fn what_a_plugin_logs_carries_the_span_of_the_call_it_served() {
 
 #[test]
 fn two_terminals_may_ask_the_same_robot() {
-    let place = Place::new();
-    let host = place.robot(Value::Null);
+    let folder = Place::new();
+    let host = folder.robot(Value::Null);
     let (one, other) = (host.robot().unwrap(), host.robot().unwrap());
     one.activate().unwrap();
     std::thread::scope(|scope| {

@@ -8,8 +8,8 @@ use plumb_plugin::{DeviceState, JointState, Value};
 
 use crate::place::{LONG, Place, stream, until, waist_to};
 
-fn wait_until_moving(place: &Place) -> impl FnMut() + '_ {
-    let mut receiver = place.bus().subscriber("arm", &stream("misbehaving_robot", "joints")).unwrap();
+fn wait_until_moving(folder: &Place) -> impl FnMut() + '_ {
+    let mut receiver = folder.bus().subscriber("arm", &stream("misbehaving_robot", "joints")).unwrap();
     move || {
         until("a moving state", || {
             // What was lost while nobody looked is no matter here.
@@ -64,8 +64,8 @@ fn a_stop_does_not_queue_behind_requests() {
 
 #[test]
 fn a_robot_at_rest_confirms_a_stop() {
-    let place = Place::new();
-    let host = place.robot(Value::Null);
+    let folder = Place::new();
+    let host = folder.robot(Value::Null);
     let outcome = host.stop_handle().unwrap().stop(LONG);
     assert!(matches!(outcome, StopOutcome::Stopped { .. }), "{outcome:?}");
 }
@@ -73,8 +73,8 @@ fn a_robot_at_rest_confirms_a_stop() {
 #[test]
 fn a_hung_plugin_cannot_delay_a_stop() {
     const STOP_TIME: Duration = Duration::from_millis(200);
-    let place = Place::new();
-    let host = place.robot_with("hang", "move");
+    let folder = Place::new();
+    let host = folder.robot_with("hang", "move");
     let (robot, stop) = (host.robot().unwrap(), host.stop_handle().unwrap());
     robot.activate().unwrap();
     thread::scope(|scope| {
@@ -93,16 +93,16 @@ fn a_hung_plugin_cannot_delay_a_stop() {
 
 #[test]
 fn a_robot_that_does_not_confirm_its_stop_is_cut_off() {
-    let place = Place::new();
-    let host = place.robot_with("refuse", "stop");
+    let folder = Place::new();
+    let host = folder.robot_with("refuse", "stop");
     assert_eq!(host.stop_handle().unwrap().stop(Duration::from_millis(200)), StopOutcome::Killed);
 }
 
 #[test]
 fn a_sensor_waiting_for_its_inputs_is_stopped_too() {
-    let place = Place::new();
-    let _arm = place.robot(Value::Null);
-    let eye = place.watcher();
+    let folder = Place::new();
+    let _arm = folder.robot(Value::Null);
+    let eye = folder.watcher();
     let (sensor, stop) = (eye.sensor().unwrap(), eye.stop_handle().unwrap());
     thread::scope(|scope| {
         let reading = scope.spawn(|| sensor.read(u64::MAX, LONG));
@@ -115,10 +115,10 @@ fn a_sensor_waiting_for_its_inputs_is_stopped_too() {
 
 #[test]
 fn the_confirmation_of_an_earlier_stop_is_not_taken_for_this_one() {
-    let place = Place::new();
-    let host = place.robot_with("hang", "stop");
+    let folder = Place::new();
+    let host = folder.robot_with("hang", "stop");
     let stop = host.stop_handle().unwrap();
     // As an earlier stop's, which came after its asker had given up.
-    place.bus().signal("stopped/arm").unwrap().notify().unwrap();
+    folder.bus().signal("stopped/arm").unwrap().notify().unwrap();
     assert_eq!(stop.stop(Duration::from_millis(300)), StopOutcome::Killed);
 }

@@ -281,8 +281,8 @@ fn masses(
             continue;
         };
         let Some(row) = link_frames.joints.get(after) else { continue };
-        let place = (root_from_base * row.end).inverse() * (frame * Point3::from(centre));
-        masses.push(Mass { after, mass, centre: place.coords });
+        let position = (root_from_base * row.end).inverse() * (frame * Point3::from(centre));
+        masses.push(Mass { after, mass, centre: position.coords });
     }
     masses
 }

@@ -124,13 +124,14 @@ fn caught<R>(work: impl FnOnce() -> Result<R, PluginError>) -> Result<R, PluginE
     static HOOK: Once = Once::new();
     HOOK.call_once(|| {
         panic::set_hook(Box::new(|information| {
-            let place = information.location().map(|place| format!(" at {}:{}", place.file(), place.line()));
-            LOCATION.set(Some(place.unwrap_or_default()));
+            let folder =
+                information.location().map(|folder| format!(" at {}:{}", folder.file(), folder.line()));
+            LOCATION.set(Some(folder.unwrap_or_default()));
         }));
     });
     panic::catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|payload| {
-        let place = LOCATION.take().unwrap_or_default();
-        Err(PluginError::Panicked(format!("the plugin panicked{place}: {}", message_of(payload.as_ref()))))
+        let folder = LOCATION.take().unwrap_or_default();
+        Err(PluginError::Panicked(format!("the plugin panicked{folder}: {}", message_of(payload.as_ref()))))
     })
 }
 

@@ -36,9 +36,9 @@ impl ManifestJoint {
 
 /// Checks listed joints, each with where it is. What could not be read is empty or no number, and not looked at.
 pub(super) fn check_joints(joints: &[ManifestJoint], nodes: &[Node], problems: &Problems) {
-    for (place, (joint, node)) in joints.iter().zip(nodes).enumerate() {
+    for (index, (joint, node)) in joints.iter().zip(nodes).enumerate() {
         let name = &joint.name;
-        if !name.is_empty() && joints.iter().take(place).any(|before| before.name == *name) {
+        if !name.is_empty() && joints.iter().take(index).any(|before| before.name == *name) {
             problems.add(
                 node.span_at(&["name"]),
                 format!("two joints are called `{name}`"),

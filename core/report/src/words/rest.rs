@@ -155,7 +155,7 @@ mod tests {
 
     #[test]
     fn what_is_in_two_positions_is_reported_with_its_distance_and_unit() {
-        let one = |place: &str, apart: f64, unit| TwoPositions { place: place.to_owned(), apart, unit };
+        let one = |site: &str, apart: f64, unit| TwoPositions { place: site.to_owned(), apart, unit };
         let shape = Some(Rest::TwoPositions(vec![one("pan", 0.572_958, "deg"), one("lift", 0.25, "mm")]));
         let sentence = rest_in_words(&Remaining { shape, ..Remaining::default() });
         assert!(

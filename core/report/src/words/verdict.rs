@@ -146,15 +146,15 @@ fn in_question(diagnosis: &Diagnosis, located: &Located) -> Vec<String> {
 }
 
 /// Whether an effect of this name was found besides at a place, and none of that name is tied there.
-fn is_only_besides(diagnosis: &Diagnosis, effect: &str, place: &str) -> bool {
-    let (alone, with_more) = (format!("{effect}({place})"), format!("{effect}({place}, "));
+fn is_only_besides(diagnosis: &Diagnosis, effect: &str, site: &str) -> bool {
+    let (alone, with_more) = (format!("{effect}({site})"), format!("{effect}({site}, "));
     let is_besides = diagnosis.besides.iter().any(|label| *label == alone || label.starts_with(&with_more));
-    is_besides && tied_at(diagnosis, effect, place).is_empty()
+    is_besides && tied_at(diagnosis, effect, site).is_empty()
 }
 
 /// What comes nearest at a place, and why it is not named.
-fn nearest(diagnosis: &Diagnosis, effect: &str, place: &str) -> String {
-    match rejection_at(diagnosis, effect, place) {
+fn nearest(diagnosis: &Diagnosis, effect: &str, site: &str) -> String {
+    match rejection_at(diagnosis, effect, site) {
         None | Some(Rejection::MoreThanNoiseLeft | Rejection::MoreLeftAt(_)) => {
             format!("{effect} comes nearest and does not explain all of it")
         }
@@ -163,14 +163,14 @@ fn nearest(diagnosis: &Diagnosis, effect: &str, place: &str) -> String {
 }
 
 /// Why the first candidate of this name at a place is not the name.
-fn rejection_at<'d>(diagnosis: &'d Diagnosis, effect: &str, place: &str) -> Option<&'d Rejection> {
+fn rejection_at<'d>(diagnosis: &'d Diagnosis, effect: &str, site: &str) -> Option<&'d Rejection> {
     let mut there = diagnosis.candidates.iter();
-    there.find(|one| one.effect.effect == effect && one.effect.place == place)?.rejected.as_ref()
+    there.find(|one| one.effect.effect == effect && one.effect.place == site)?.rejected.as_ref()
 }
 
 /// Whether what comes nearest at a place is not named because it does not predict rows it has not seen.
-fn is_borne_out_too_little(diagnosis: &Diagnosis, effect: &str, place: &str) -> bool {
-    rejection_at(diagnosis, effect, place) == Some(&Rejection::NotPredicted)
+fn is_borne_out_too_little(diagnosis: &Diagnosis, effect: &str, site: &str) -> bool {
+    rejection_at(diagnosis, effect, site) == Some(&Rejection::NotPredicted)
 }
 
 /// What is not shown, effects of one name together, in the order of the greatest of each.
@@ -224,10 +224,10 @@ fn at_floor(diagnosis: &Diagnosis, floor: &str) -> String {
 }
 
 /// Candidates of one name at one place, such as waves of several orders, that do as well as each other.
-fn tied_at(diagnosis: &Diagnosis, effect: &str, place: &str) -> Vec<String> {
+fn tied_at(diagnosis: &Diagnosis, effect: &str, site: &str) -> Vec<String> {
     let tied = diagnosis.candidates.iter().filter(|candidate| {
         candidate.effect.effect == effect
-            && candidate.effect.place == place
+            && candidate.effect.place == site
             && matches!(candidate.rejected, Some(Rejection::IndistinguishableFrom(_)))
     });
     tied.map(|candidate| candidate.label.clone()).collect()

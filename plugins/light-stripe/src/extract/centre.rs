@@ -69,21 +69,21 @@ pub(super) fn gaussian_derivative(
     noise: &Noise,
 ) -> RowPoint {
     let reach = (4.0 * line_sigma).ceil() as i64;
-    let level = |place: i64| {
+    let level = |index: i64| {
         let last = pixels.len() as i64 - 1;
-        pixels.get(place.clamp(0, last) as usize).map_or(0.0, |pixel| f32::from(*pixel))
+        pixels.get(index.clamp(0, last) as usize).map_or(0.0, |pixel| f32::from(*pixel))
     };
     // Slope, curvature, and the slope's variance at a place.
     let derivatives = |centre: f32| {
         let middle = centre.round() as i64;
         let (mut slope, mut curvature, mut variance) = (0.0_f32, 0.0_f32, 0.0_f32);
-        for place in middle - reach..=middle + reach {
-            let away = (place as f32 - centre) / line_sigma;
+        for index in middle - reach..=middle + reach {
+            let away = (index as f32 - centre) / line_sigma;
             let bell = (-0.5 * away * away).exp();
             let weight = away * bell;
-            slope += weight * level(place);
-            curvature += (away * away - 1.0) * bell / line_sigma * level(place);
-            variance += weight * weight * noise.variance(level(place));
+            slope += weight * level(index);
+            curvature += (away * away - 1.0) * bell / line_sigma * level(index);
+            variance += weight * weight * noise.variance(level(index));
         }
         (slope, curvature, variance)
     };

@@ -75,8 +75,8 @@ fn find_by(
     let mut rows = (chain.top..).zip(image.rows_from(chain.top));
     for runs in chain.runs.chunks(8) {
         let mut eight = Eight::default();
-        for ((place, run), (row, pixels)) in runs.iter().enumerate().zip(&mut rows) {
-            eight.set(place, *run, &sums(*run, pixels), levels.of_row(row));
+        for ((index, run), (row, pixels)) in runs.iter().enumerate().zip(&mut rows) {
+            eight.set(index, *run, &sums(*run, pixels), levels.of_row(row));
         }
         eights.push(eight);
     }
@@ -103,14 +103,14 @@ const SATURATION: f64 = 255.0;
 impl Eight {
     /// Sets one of the rows.
     #[inline(always)]
-    fn set(&mut self, place: usize, run: Run, sums: &Sums, threshold: u8) {
-        self.starts[place] = run.start.into();
-        self.ends[place] = run.end.into();
-        self.thresholds[place] = threshold.into();
-        self.levels[place] = sums.levels;
-        self.firsts[place] = sums.first;
-        self.seconds[place] = sums.second;
-        self.peaks[place] = sums.peak;
+    fn set(&mut self, index: usize, run: Run, sums: &Sums, threshold: u8) {
+        self.starts[index] = run.start.into();
+        self.ends[index] = run.end.into();
+        self.thresholds[index] = threshold.into();
+        self.levels[index] = sums.levels;
+        self.firsts[index] = sums.first;
+        self.seconds[index] = sums.second;
+        self.peaks[index] = sums.peak;
     }
 
     /// The points; of rows that were not set they mean nothing.
@@ -135,10 +135,10 @@ impl Eight {
 
     /// The centroid of what exceeds the threshold, from the run's start, and its standard uncertainty.
     #[inline(always)]
-    fn centroid(&self, place: usize, noise: &Noise) -> (f32, f32) {
-        let (levels, first, second) = (self.levels[place], self.firsts[place], self.seconds[place]);
-        let floor = f64::from(self.thresholds[place]);
-        let count = f64::from(self.ends[place] - self.starts[place]);
+    fn centroid(&self, index: usize, noise: &Noise) -> (f32, f32) {
+        let (levels, first, second) = (self.levels[index], self.firsts[index], self.seconds[index]);
+        let floor = f64::from(self.thresholds[index]);
+        let count = f64::from(self.ends[index] - self.starts[index]);
         let places = count * (count - 1.0) / 2.0;
         let squares = places * (2.0 * count - 1.0) / 3.0;
         // Every pixel of a run is above the threshold, so that nothing here is below zero.
@@ -159,9 +159,9 @@ impl Eight {
 
     /// What is special about a row.
     #[inline(always)]
-    fn flags(&self, place: usize, picture_width: i32) -> u32 {
-        let is_at_edge = (self.starts[place] == 0) | (self.ends[place] == picture_width);
-        let is_saturated = self.peaks[place] >= SATURATION;
+    fn flags(&self, index: usize, picture_width: i32) -> u32 {
+        let is_at_edge = (self.starts[index] == 0) | (self.ends[index] == picture_width);
+        let is_saturated = self.peaks[index] >= SATURATION;
         u32::from(is_saturated) * RowPoint::SATURATED + u32::from(is_at_edge) * RowPoint::AT_EDGE
     }
 }

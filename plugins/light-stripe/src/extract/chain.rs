@@ -121,9 +121,9 @@ impl Chain {
         let mut longest = 0_usize;
         for row in component.top as usize..=component.bottom as usize {
             let begin = self.steps.len();
-            for place in runs.of_row(row) {
-                if components.of_run(place) == component.name
-                    && let Some(run) = runs.all().get(place)
+            for index in runs.of_row(row) {
+                if components.of_run(index) == component.name
+                    && let Some(run) = runs.all().get(index)
                 {
                     let step = self.step(*run, row as u32, above.clone());
                     self.steps.push(step);
@@ -149,11 +149,11 @@ impl Chain {
         let common = |upper: Run| i32::from(run.end.min(upper.end)) - i32::from(run.start.max(upper.start));
         let mut best = Step { run, row, length: 1, before: self.steps.len() as u32 };
         let mut most = i32::MIN;
-        for place in above {
-            let Some(upper) = self.steps.get(place) else { break };
+        for index in above {
+            let Some(upper) = self.steps.get(index) else { break };
             let longer = (upper.length + 1, common(upper.run));
             if upper.run.touches(run) && longer > (best.length, most) {
-                best = Step { run, row, length: upper.length + 1, before: place as u32 };
+                best = Step { run, row, length: upper.length + 1, before: index as u32 };
                 most = longer.1;
             }
         }

@@ -81,8 +81,8 @@ impl Components {
                 (above, begin) = (others, begin + 1);
             }
             let mut part = None;
-            for (place, _) in (begin..).zip(above.iter().take_while(|upper| upper.start <= run.end)) {
-                let upper = self.part_of_run.get(place).copied().unwrap_or_default();
+            for (index, _) in (begin..).zip(above.iter().take_while(|upper| upper.start <= run.end)) {
+                let upper = self.part_of_run.get(index).copied().unwrap_or_default();
                 part = Some(part.map_or(upper, |part| self.join(part, upper)));
             }
             let part = part.unwrap_or_else(|| self.begin(row));

@@ -77,9 +77,9 @@ impl SpotFinder {
         };
         let (mut sum, mut across, mut down, mut spread) = (0.0, 0.0, 0.0, 0.0);
         for row in largest.top as usize..=largest.bottom as usize {
-            for place in self.runs.of_row(row) {
-                let Some(run) = self.runs.all().get(place).copied() else { continue };
-                if self.components.of_run(place) != largest.name {
+            for index in self.runs.of_row(row) {
+                let Some(run) = self.runs.all().get(index).copied() else { continue };
+                if self.components.of_run(index) != largest.name {
                     continue;
                 }
                 if run.start == 0

@@ -85,13 +85,13 @@ fn hold_one(cell: &mut Cell, seed: u64) -> Result<u64, String> {
         match cell.go(pose) {
             Ok(state) => {
                 let made = cell.world.joints();
-                for (place, (made, sent)) in made.iter().zip(pose).enumerate() {
-                    let missing = || format!("joint {} is not reported", place + 1);
-                    let reported = state.joints.get(place).ok_or_else(missing)?.to_degrees();
+                for (index, (made, sent)) in made.iter().zip(pose).enumerate() {
+                    let missing = || format!("joint {} is not reported", index + 1);
+                    let reported = state.joints.get(index).ok_or_else(missing)?.to_degrees();
                     if !((reported - made).abs() < TAKEN_WITHIN && (sent - made).abs() < TAKEN_WITHIN) {
                         return Err(format!(
                             "joint {}: sent to {sent}, reported {reported}, made {made}",
-                            place + 1
+                            index + 1
                         ));
                     }
                 }

@@ -107,10 +107,10 @@ impl Cell {
 
     pub(crate) fn assert_at(&mut self, degrees: [f64; 6]) {
         let reported = self.arm.read_joints().unwrap().joints;
-        for (place, (wanted, made)) in degrees.iter().zip(self.world.joints()).enumerate() {
-            assert!((wanted - made).abs() < 0.012, "joint {}: {wanted} {made}", place + 1);
-            let reported = reported.get(place).unwrap().to_degrees();
-            assert!((reported - made).abs() < 0.012, "joint {}: reported {reported}, made {made}", place + 1);
+        for (index, (wanted, made)) in degrees.iter().zip(self.world.joints()).enumerate() {
+            assert!((wanted - made).abs() < 0.012, "joint {}: {wanted} {made}", index + 1);
+            let reported = reported.get(index).unwrap().to_degrees();
+            assert!((reported - made).abs() < 0.012, "joint {}: reported {reported}, made {made}", index + 1);
         }
     }
 }

@@ -295,7 +295,7 @@ fn arm(checked: Typed<'_>, title: &Spanned<String>, raw: RawArm) -> Read<(ArmOnP
 impl Checker<'_> {
     /// The arm must be at rest with its load where it begins (a PUMA stretched out): what is too soft there is a mistake of the file. Not asked while
     /// other numbers are wrong.
-    fn require_equilibrium(&self, world: &ArmWorldDescription, place: Span) {
+    fn require_equilibrium(&self, world: &ArmWorldDescription, span: Span) {
         if !self.typed.problems.is_empty() {
             return;
         }
@@ -305,7 +305,7 @@ impl Checker<'_> {
         machine.go(pose, 0.0);
         let conditions = Conditions { time_s: 0.0, temperature_c: 20.0, payload_kg: 0.0 };
         if let Err(error) = machine.equilibrium(&conditions) {
-            self.typed.wrong(place, &error.to_string());
+            self.typed.wrong(span, &error.to_string());
         }
     }
 

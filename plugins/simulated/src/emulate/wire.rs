@@ -91,8 +91,8 @@ impl Wire {
 
     fn fate(&mut self) -> Option<FaultKind> {
         let count = self.count;
-        if let Some(place) = self.planned.iter().position(|(byte, _)| *byte == count) {
-            return Some(self.planned.swap_remove(place).1);
+        if let Some(index) = self.planned.iter().position(|(byte, _)| *byte == count) {
+            return Some(self.planned.swap_remove(index).1);
         }
         if self.probability <= 0.0 || !self.random.chance(self.probability) {
             return None;

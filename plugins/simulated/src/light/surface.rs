@@ -203,13 +203,13 @@ fn meet_tube((foot, radius, height): (Vector, f64, f64), from: Vector, toward: V
 /// Where a ray (of a direction of length one) falls first.
 pub fn first_hit(surfaces: &[Surface], from: Vector, toward: Vector) -> Option<Hit> {
     let mut first: Option<Hit> = None;
-    for (place, surface) in surfaces.iter().enumerate() {
+    for (index, surface) in surfaces.iter().enumerate() {
         let Some((distance, normal, face)) = surface.form.meet(from, toward) else { continue };
         if first.is_none_or(|first| distance < first.distance) {
             let point = from + toward * distance;
             let spot = surface.spot.filter(|spot| (point - spot.centre).norm() < spot.radius);
             let reflectance = spot.map_or(surface.reflectance, |spot| spot.reflectance);
-            first = Some(Hit { distance, normal, reflectance, patch: (place, face) });
+            first = Some(Hit { distance, normal, reflectance, patch: (index, face) });
         }
     }
     first
@@ -226,8 +226,11 @@ pub fn is_clear(surfaces: &[Surface], from: Vector, to: Vector) -> bool {
 }
 
 /// A pose from a place and fixed-axis roll, pitch and yaw, mm and rad.
-pub fn pose(place: [f64; 3], turn: [f64; 3]) -> Rigid {
-    Rigid { rotation: crate::physics::rigid::Rotation::from_roll_pitch_yaw(turn), translation: place.into() }
+pub fn pose(position: [f64; 3], turn: [f64; 3]) -> Rigid {
+    Rigid {
+        rotation: crate::physics::rigid::Rotation::from_roll_pitch_yaw(turn),
+        translation: position.into(),
+    }
 }
 
 #[cfg(test)]

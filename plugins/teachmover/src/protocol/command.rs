@@ -97,8 +97,8 @@ impl fmt::Display for Command {
 }
 
 fn push_numbers(bytes: &mut Vec<u8>, numbers: impl Iterator<Item = i32>) {
-    for (place, number) in numbers.enumerate() {
-        bytes.push(if place == 0 { b' ' } else { b',' });
+    for (index, number) in numbers.enumerate() {
+        bytes.push(if index == 0 { b' ' } else { b',' });
         bytes.extend_from_slice(number.to_string().as_bytes());
     }
 }

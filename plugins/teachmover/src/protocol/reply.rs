@@ -78,9 +78,9 @@ pub fn parse_state(line: &[u8]) -> Result<ControllerState, Fault> {
         return Err(Fault::Count { expected: 7, found: numbers.len() });
     };
     let mut registers = [0; 6];
-    for (place, number) in [base, shoulder, elbow, right, left, gripper].into_iter().enumerate() {
-        let register = i32::try_from(number).map_err(|_| Fault::OutOfRange { place: place + 1 })?;
-        *registers.get_mut(place).ok_or(Fault::OutOfRange { place: place + 1 })? = register;
+    for (index, number) in [base, shoulder, elbow, right, left, gripper].into_iter().enumerate() {
+        let register = i32::try_from(number).map_err(|_| Fault::OutOfRange { place: index + 1 })?;
+        *registers.get_mut(index).ok_or(Fault::OutOfRange { place: index + 1 })? = register;
     }
     let last = u16::try_from(last).map_err(|_| Fault::OutOfRange { place: 7 })?;
     let [inputs, key] = last.to_le_bytes();

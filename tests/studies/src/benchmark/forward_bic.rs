@@ -88,7 +88,7 @@ fn search(problem: &Projected) -> Vec<usize> {
     let mut open = harmonics;
     while terms.len() < GREATEST_SIZE {
         let with = |term: &usize| value(&terms.iter().copied().chain([*term]).collect::<Vec<_>>());
-        let Some((place, tried)) = open.iter().map(with).enumerate().min_by(|a, b| a.1.total_cmp(&b.1))
+        let Some((index, tried)) = open.iter().map(with).enumerate().min_by(|a, b| a.1.total_cmp(&b.1))
         else {
             break;
         };
@@ -96,7 +96,7 @@ fn search(problem: &Projected) -> Vec<usize> {
             break;
         }
         best = tried;
-        terms.push(open.swap_remove(place));
+        terms.push(open.swap_remove(index));
     }
     while let Some((weakest, strength)) =
         strengths(problem, &terms).into_iter().min_by(|a, b| a.1.total_cmp(&b.1))

@@ -51,11 +51,11 @@ impl Problem {
     fn new(projected: Projected) -> Self {
         let (mut columns, mut origins, mut scales) = (Vec::new(), Vec::new(), Vec::new());
         for (owner, regressor) in projected.regressors.iter().enumerate() {
-            for (place, column) in regressor.columns.iter().enumerate() {
+            for (index, column) in regressor.columns.iter().enumerate() {
                 let norm = dot(column, column).sqrt();
                 if norm > 1e-9 {
                     columns.push(column.iter().map(|entry| entry / norm).collect::<Vec<f64>>());
-                    origins.push((owner, place));
+                    origins.push((owner, index));
                     scales.push(norm);
                 }
             }

@@ -69,9 +69,9 @@ fn draw_rig(
         .y_label_area_size(64)
         .build_cartesian_2d(0.0..across, (0.02..30.0).log_scale())?;
     let named = |at: &f64| {
-        let place = at.floor();
-        let middle = (at - place - 0.5).abs() < 1e-6;
-        studied.get(place as usize).filter(|_| middle).map_or_else(String::new, |one| one.name().to_owned())
+        let index = at.floor();
+        let middle = (at - index - 0.5).abs() < 1e-6;
+        studied.get(index as usize).filter(|_| middle).map_or_else(String::new, |one| one.name().to_owned())
     };
     chart
         .configure_mesh()
@@ -86,10 +86,10 @@ fn draw_rig(
         chart.draw_series(LineSeries::new([(0.0, level), (across, level)], colour.stroke_width(1)))?;
     }
     for (state, (name, colour, error)) in STATES.into_iter().enumerate() {
-        let points = studied.iter().enumerate().flat_map(|(place, hidden)| {
+        let points = studied.iter().enumerate().flat_map(|(index, hidden)| {
             let of: Vec<&Outcome> = outcomes.iter().copied().filter(|one| one.hidden == *hidden).collect();
             let count = of.len() as f64;
-            let begin = place as f64 + 0.14 + 0.26 * state as f64;
+            let begin = index as f64 + 0.14 + 0.26 * state as f64;
             of.into_iter()
                 .enumerate()
                 .map(move |(at, one)| (begin + 0.2 * (at as f64 + 0.5) / count, error(one).max(0.021)))

@@ -105,8 +105,8 @@ pub(super) fn table(outcomes: &[Outcome]) -> String {
 fn percentile_90(values: impl Iterator<Item = f64>) -> f64 {
     let mut values: Vec<f64> = values.collect();
     values.sort_by(f64::total_cmp);
-    let place = (0.9 * values.len() as f64).ceil() as usize;
-    values.get(place.saturating_sub(1)).copied().unwrap_or(f64::NAN)
+    let index = (0.9 * values.len() as f64).ceil() as usize;
+    values.get(index.saturating_sub(1)).copied().unwrap_or(f64::NAN)
 }
 
 /// The 90th percentiles of each rig and each effect, and how often it was named.

@@ -86,17 +86,17 @@ mod tests {
 
     #[test]
     fn what_was_reported_is_known_after_a_restart_until_it_is_over() {
-        let place = tempfile::tempdir().expect("a folder");
-        let mut reported = Reported::read(place.path()).expect("nothing yet");
+        let folder = tempfile::tempdir().expect("a folder");
+        let mut reported = Reported::read(folder.path()).expect("nothing yet");
         reported.note("test", "a").expect("written");
-        let mut again = Reported::read(place.path()).expect("read");
+        let mut again = Reported::read(folder.path()).expect("read");
         assert!(again.has("test", "a") && !again.has("test", "b") && !again.has("other", "a"));
         again.keep_only(&[Trouble::test()]).expect("kept");
         assert!(again.has("test", "a"));
         again.keep_only(&[]).expect("written");
-        assert!(!Reported::read(place.path()).expect("read").has("test", "a"));
-        fs::write(place.path().join(FILE), "shopping list").expect("written");
-        let error = Reported::read(place.path()).expect_err("refused").to_string();
+        assert!(!Reported::read(folder.path()).expect("read").has("test", "a"));
+        fs::write(folder.path().join(FILE), "shopping list").expect("written");
+        let error = Reported::read(folder.path()).expect_err("refused").to_string();
         assert!(error.contains("alerts.json") && error.contains("remove the file"), "{error}");
     }
 }

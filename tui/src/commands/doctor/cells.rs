@@ -100,10 +100,10 @@ pub(super) fn clean(cells: &[PathBuf]) -> Result<Vec<Finding>, Box<dyn std::erro
 }
 
 /// Removes everything once the last host has finished.
-fn removed(place: &CellPlace) -> Result<(), plumb_bus::DomainError> {
+fn removed(folder: &CellPlace) -> Result<(), plumb_bus::DomainError> {
     let begin = Instant::now();
     loop {
-        match place.remove() {
+        match folder.remove() {
             Err(plumb_bus::DomainError::InUse(_)) if begin.elapsed() < PUTTING_AWAY => {
                 std::thread::sleep(LOOK);
             }

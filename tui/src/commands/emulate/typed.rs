@@ -42,7 +42,7 @@ impl Typing {
             Ok(_) | Err(nix::Error::EINTR) => {}
             Err(error) => return Err(error.into()),
         }
-        let ready = |place: usize| polled.get(place).and_then(PollFd::any).unwrap_or(false);
+        let ready = |index: usize| polled.get(index).and_then(PollFd::any).unwrap_or(false);
         let (signal, input) = (ready(0), ready(1));
         if signal {
             return Ok(None);

@@ -67,9 +67,9 @@ pub(super) fn carry_out(arguments: &Run) -> CommandResult {
     let directory = record_directory(arguments.place.record.as_ref())?;
     let cell_file = absolute(&arguments.cell);
     let record = Record::open(&directory)?;
-    let place = CellPlace::of_cell(Path::new(&cell_file))?;
+    let folder = CellPlace::of_cell(Path::new(&cell_file))?;
     // Beside the record, under the cell's own short name: it outlives no run, and what looks for a cell's remains does not find it.
-    let name = place.domain().root().file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let name = folder.domain().root().file_name().unwrap_or_default().to_string_lossy().into_owned();
     let lock = CellLock::take_file(&directory.join(format!("{name}-queue.lock")), &cell_file, &cell_file);
     let _lock = lock.map_err(|error| match error {
         RecordError::CellLocked { process, .. } => Box::from(CarryOutError::Twice(process)),
@@ -78,7 +78,7 @@ pub(super) fn carry_out(arguments: &Run) -> CommandResult {
     let mut queue =
         Queue { arguments, directory, cell_file, record, signals: signals.in_turn(), shown_in_use: false };
     loop {
-        if let Some(code) = queue.turn(&place)? {
+        if let Some(code) = queue.turn(&folder)? {
             return Ok(code);
         }
     }
@@ -86,7 +86,7 @@ pub(super) fn carry_out(arguments: &Run) -> CommandResult {
 
 impl Queue<'_> {
     /// Carries out what comes next; the exit code, when that was the end.
-    fn turn(&mut self, place: &CellPlace) -> Result<Option<ExitCode>, Box<dyn std::error::Error>> {
+    fn turn(&mut self, folder: &CellPlace) -> Result<Option<ExitCode>, Box<dyn std::error::Error>> {
         if self.signals.ask_to_end() {
             return Ok(Some(ExitCode::from(RunOutcome::NeedsOperator.exit_code())));
         }
@@ -107,7 +107,7 @@ impl Queue<'_> {
             Next::GoOn(entry, run) => (entry, Some(run)),
         };
         // A person who runs the cell by hand is waited for.
-        if let PlaceState::InUse(holder) = place.state() {
+        if let PlaceState::InUse(holder) = folder.state() {
             if !self.shown_in_use {
                 self.print_line(&format!("process {} runs the cell; waiting for its end", holder.process))?;
                 self.shown_in_use = true;

@@ -135,11 +135,11 @@ pub(super) fn prepare(arguments: &Arguments) -> Result<Prepared, Refused> {
     let Wanted { request, catalogue, pace } = wanted(arguments)?;
     let cell = Arc::clone(&request.cell);
     let operator = request.operator.clone();
-    let place = CellPlace::of_cell(&cell.file)?;
-    let lock = place.lock(&cell.name, &absolute(&cell.file))?;
+    let folder = CellPlace::of_cell(&cell.file)?;
+    let lock = folder.lock(&cell.name, &absolute(&cell.file))?;
     let (shown, record) = (Arc::clone(&cell), request.record_directory.clone());
-    let socket = place.world_socket();
-    let domain = place.domain().clone();
+    let socket = folder.world_socket();
+    let domain = folder.domain().clone();
     let under_debugger = arguments.debugger;
     let running = start_run(request, |left_world| {
         let world: Option<Box<dyn World>> = match &cell.world {

@@ -71,8 +71,8 @@ mod tests {
 
     #[test]
     fn a_new_token_is_its_owners_alone_and_opens() {
-        let place = tempfile::tempdir().expect("a folder");
-        let path = place.path().join("token");
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("token");
         write_new(&path).expect("written");
         let token = Token::read(&path).expect("read");
         let text = fs::read_to_string(&path).expect("read");
@@ -84,8 +84,8 @@ mod tests {
 
     #[test]
     fn a_short_token_is_refused() {
-        let place = tempfile::tempdir().expect("a folder");
-        let path = place.path().join("token");
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("token");
         fs::write(&path, "secret\n").expect("written");
         fs::set_permissions(&path, fs::Permissions::from_mode(0o600)).expect("changed");
         assert!(matches!(Token::read(&path), Err(TokenError::Short { .. })));

@@ -144,8 +144,8 @@ mod tests {
         let modern = include_str!("../../../../workcells/light-stripe/world-modern.yaml");
         for (hidden, text) in Hidden::ALL.into_iter().flat_map(|hidden| [(hidden, paper), (hidden, modern)]) {
             let changed = world(text, hidden, 7).unwrap();
-            let place = tempfile::tempdir().unwrap();
-            let file = place.path().join("world.yaml");
+            let folder = tempfile::tempdir().unwrap();
+            let file = folder.path().join("world.yaml");
             std::fs::write(&file, &changed).unwrap();
             let Described::Arm(described) = read(&file).unwrap() else { panic!("no PUMA") };
             assert_eq!(described.seed, 7);

@@ -205,16 +205,16 @@ mod tests {
     fn every_fault_of_every_cell_makes_a_world_that_can_be_read_and_reveals_its_truth() {
         for cell in &CELLS {
             for (seed, fault) in (0..).zip(cell.faults) {
-                let place = tempfile::tempdir().unwrap();
-                new(cell.name, Some(fault), seed, place.path()).unwrap();
-                let truth = open(place.path()).unwrap();
+                let folder = tempfile::tempdir().unwrap();
+                new(cell.name, Some(fault), seed, folder.path()).unwrap();
+                let truth = open(folder.path()).unwrap();
                 assert_eq!(truth.hidden.is_empty(), *fault == "none", "{} {fault}: {truth:?}", cell.name);
-                let text = fs::read_to_string(place.path().join(WORLD)).unwrap();
+                let text = fs::read_to_string(folder.path().join(WORLD)).unwrap();
                 assert!(
                     !text.contains("truth") && !text.contains("backlash"),
                     "{fault}: the seal hides nothing"
                 );
-                assert!(!place.path().join("world-open.yaml").exists());
+                assert!(!folder.path().join("world-open.yaml").exists());
             }
         }
     }
@@ -227,18 +227,18 @@ mod tests {
             ("scara", Some("gain(slide)"), "joint_gain", "slide"),
             ("scara", Some("backlash(slide)"), "joint_backlash", "slide"),
         ] {
-            let place = tempfile::tempdir().unwrap();
-            new(cell, fault, 3, place.path()).unwrap();
-            let truth = open(place.path()).unwrap();
+            let folder = tempfile::tempdir().unwrap();
+            new(cell, fault, 3, folder.path()).unwrap();
+            let truth = open(folder.path()).unwrap();
             assert_eq!(truth.effects, [(effect.to_owned(), joint.to_owned())], "{cell} {fault:?}");
             assert!(truth.hidden[0].visible_over_noise > 0.5, "{:?}", truth.hidden);
-            let text = fs::read_to_string(place.path().join(WORLD)).unwrap();
+            let text = fs::read_to_string(folder.path().join(WORLD)).unwrap();
             assert!(!text.contains(joint) && !text.contains("imperfection"), "the seal hides nothing");
         }
         for seed in 0..12 {
-            let place = tempfile::tempdir().unwrap();
-            new(if seed % 2 == 0 { "ur5" } else { "scara" }, None, seed, place.path()).unwrap();
-            open(place.path()).unwrap();
+            let folder = tempfile::tempdir().unwrap();
+            new(if seed % 2 == 0 { "ur5" } else { "scara" }, None, seed, folder.path()).unwrap();
+            open(folder.path()).unwrap();
         }
     }
 
@@ -250,9 +250,9 @@ mod tests {
             ("pitch(x)", "axis_pitch", "x"),
             ("axis_yaw(y)", "axis_yaw", "y"),
         ] {
-            let place = tempfile::tempdir().unwrap();
-            new("gantry", Some(fault), 3, place.path()).unwrap();
-            let truth = open(place.path()).unwrap();
+            let folder = tempfile::tempdir().unwrap();
+            new("gantry", Some(fault), 3, folder.path()).unwrap();
+            let truth = open(folder.path()).unwrap();
             assert_eq!(truth.effects, [(effect.to_owned(), joint.to_owned())], "{fault}");
             assert!(truth.hidden[0].visible_over_noise > 0.5, "{:?}", truth.hidden);
         }
@@ -271,8 +271,8 @@ mod tests {
     #[test]
     fn what_an_arm_cannot_have_is_refused_with_what_it_can() {
         let refused = |cell: &str, fault: &str| {
-            let place = tempfile::tempdir().unwrap();
-            new(cell, Some(fault), 1, place.path()).err().unwrap().to_string()
+            let folder = tempfile::tempdir().unwrap();
+            new(cell, Some(fault), 1, folder.path()).err().unwrap().to_string()
         };
         assert!(refused("scara", "harmonic(slide)").contains("cannot sit at `slide`"));
         assert!(refused("gantry", "screw(y)").contains("cannot sit at `y`; on this arm it can at x, z"));
@@ -283,13 +283,13 @@ mod tests {
 
     #[test]
     fn a_fault_is_put_where_it_is_asked_for_or_the_places_there_are_are_named() {
-        let place = tempfile::tempdir().unwrap();
-        new("teachmover", Some("droop(shoulder)"), 5105, place.path()).unwrap();
-        let truth = open(place.path()).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        new("teachmover", Some("droop(shoulder)"), 5105, folder.path()).unwrap();
+        let truth = open(folder.path()).unwrap();
         assert_eq!(truth.effects, [("joint_compliance".to_owned(), "shoulder".to_owned())]);
         let refused = |fault: &str| {
-            let place = tempfile::tempdir().unwrap();
-            new("teachmover", Some(fault), 1, place.path()).err().unwrap().to_string()
+            let folder = tempfile::tempdir().unwrap();
+            new("teachmover", Some(fault), 1, folder.path()).err().unwrap().to_string()
         };
         assert!(
             refused("droop(knee)").contains("shoulder, elbow, wrist_pitch"),

@@ -154,11 +154,11 @@ impl CellState {
     }
 
     fn device(&mut self, name: &str) -> &mut Device {
-        let place = self.devices.iter().position(|device| device.name == name).unwrap_or_else(|| {
+        let index = self.devices.iter().position(|device| device.name == name).unwrap_or_else(|| {
             self.devices.push(Device::named(name));
             self.devices.len() - 1
         });
-        &mut self.devices[place]
+        &mut self.devices[index]
     }
 }
 

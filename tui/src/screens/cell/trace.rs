@@ -55,7 +55,7 @@ impl Trace {
         let back = SPAN_NS as f64 * (width - column) as f64 / width as f64;
         let time = now_ns.checked_sub(back as u64)?;
         let after = self.samples.partition_point(|(sample, _)| *sample <= time);
-        after.checked_sub(1).and_then(|place| self.samples.get(place)).map(|(_, value)| *value)
+        after.checked_sub(1).and_then(|index| self.samples.get(index)).map(|(_, value)| *value)
     }
 }
 

@@ -94,9 +94,9 @@ pub(crate) fn scroll(state: &mut State, by: isize) {
 }
 
 /// Chooses the run at a place of the list.
-pub(crate) fn choose(state: &mut State, place: usize) {
+pub(crate) fn choose(state: &mut State, index: usize) {
     if let Some(history) = &mut state.history {
-        history.chosen = place;
+        history.chosen = index;
         history.keep_choice_within();
     }
 }

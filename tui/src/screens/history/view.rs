@@ -78,12 +78,12 @@ fn list(state: &State, history: &HistoryState, frame: &mut Frame, area: Rect) {
     let room = usize::from(rows.height);
     let first = history.chosen.saturating_sub(room / 2).min(shown.len().saturating_sub(room));
     let names_cells = history.cells().len() > 1;
-    for ((place, run), row) in shown.iter().enumerate().skip(first).zip(rows.rows()) {
+    for ((index, run), row) in shown.iter().enumerate().skip(first).zip(rows.rows()) {
         frame.render_widget(
-            run_line(run, names_cells, place == history.chosen, theme, usize::from(rows.width)),
+            run_line(run, names_cells, index == history.chosen, theme, usize::from(rows.width)),
             row,
         );
-        state.hits.note(row, Hit::Run(place));
+        state.hits.note(row, Hit::Run(index));
     }
 }
 
@@ -264,8 +264,8 @@ fn draw(trend: &Trend, scale: &Scale, chosen: Option<i64>, theme: &Theme, frame:
         .y_bounds([scale.low, scale.high])
         .paint(|context| {
             // What was in force stayed so until the next value came.
-            for (place, point) in trend.points.iter().enumerate() {
-                let next = trend.points.get(place + 1);
+            for (index, point) in trend.points.iter().enumerate() {
+                let next = trend.points.get(index + 1);
                 let until = next.map_or(scale.to, |next| next.seconds);
                 let after = next.map_or(point.value, |next| next.value);
                 context.draw(&Stroke {

@@ -115,7 +115,7 @@ fn titles(
     let foot = Rect { y: area.bottom() - 1, height: 1, ..area };
     let title = format!("error in space \u{d7}{times:.0}, {}", plane_name(scene.plane));
     frame.render_widget(Span::styled(fitted(&title, usize::from(area.width)), theme.heading), head);
-    let axis = |place: usize| AXES.get(scene.plane[place]).copied().unwrap_or("");
+    let axis = |index: usize| AXES.get(scene.plane[index]).copied().unwrap_or("");
     let [left, right] = ends_of_axis(left, right);
     let [below, above] = ends_of_axis(below, above);
     let ends =
@@ -162,9 +162,9 @@ fn whiskers(
 ) -> Vec<Whisker> {
     let every = residuals.rows.len().div_ceil(MOST_WHISKERS).max(1);
     let worst: Vec<usize> = residuals.worst().into_iter().take(NUMBERED).collect();
-    let rows = residuals.rows.iter().enumerate().filter_map(|(place, row)| {
+    let rows = residuals.rows.iter().enumerate().filter_map(|(index, row)| {
         let numbered = worst.contains(&row.row) || pointed == Some(row.row);
-        (numbered || place % every == 0).then_some((row, numbered))
+        (numbered || index % every == 0).then_some((row, numbered))
     });
     rows.filter_map(|(row, numbered)| {
         let (at, error) = (in_plane(&row.point_mm)?, in_plane(&row.vector_mm)?);

@@ -27,8 +27,8 @@ pub(crate) fn view(model: &ModelState, theme: &Theme, hits: &Hits, frame: &mut F
         .cards
         .iter()
         .enumerate()
-        .map(|(place, card)| {
-            card_lines((place, card), place == model.chosen, (roomy, summary.unit), theme, width)
+        .map(|(index, card)| {
+            card_lines((index, card), index == model.chosen, (roomy, summary.unit), theme, width)
         })
         .collect();
     if blocks.is_empty() {
@@ -51,8 +51,8 @@ pub(crate) fn view(model: &ModelState, theme: &Theme, hits: &Hits, frame: &mut F
         first -= 1;
     }
     let mut rows = inner.rows();
-    for (place, block) in blocks.iter().enumerate().skip(first) {
-        rows.by_ref().take(block.len()).for_each(|row| hits.note(row, Hit::Card(place)));
+    for (index, block) in blocks.iter().enumerate().skip(first) {
+        rows.by_ref().take(block.len()).for_each(|row| hits.note(row, Hit::Card(index)));
     }
     let lines: Vec<Line<'static>> = blocks.into_iter().skip(first).flatten().take(room).collect();
     frame.render_widget(Paragraph::new(lines), inner);

@@ -4,7 +4,7 @@ use super::residuals::AXES;
 
 /// The plane as `x across, z up`.
 pub(super) fn plane_name(plane: [usize; 2]) -> String {
-    let axis = |place: usize| AXES.get(place).copied().unwrap_or("");
+    let axis = |index: usize| AXES.get(index).copied().unwrap_or("");
     format!("{} across, {} up", axis(plane[0]), axis(plane[1]))
 }
 

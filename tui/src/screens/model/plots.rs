@@ -250,7 +250,7 @@ fn against(series: &Series, sheet: &Sheet, theme: &Theme, hits: &Hits, frame: &m
 }
 
 fn bulls_eye(sheet: &Sheet, theme: &Theme, hits: &Hits, frame: &mut Frame, area: Rect) {
-    let axis = |place: usize| sheet.plane.get(place).and_then(|axis| AXES.get(*axis)).copied().unwrap_or("");
+    let axis = |index: usize| sheet.plane.get(index).and_then(|axis| AXES.get(*axis)).copied().unwrap_or("");
     let points: Vec<(f64, f64, usize)> = sheet.residuals.in_plane(sheet.plane).collect();
     let chart = Chart {
         heading: String::new(),
@@ -277,10 +277,10 @@ fn histogram(sheet: &Sheet, theme: &Theme, frame: &mut Frame, area: Rect) {
     for row in &sheet.residuals.rows {
         // A row without such a reading is none of them.
         let Some(size) = row.size else { continue };
-        let place = size / largest * bins as f64;
+        let index = size / largest * bins as f64;
         // A size is never negative; what is not finite fails the comparison.
-        match counts.get_mut(place as usize) {
-            Some(count) if place.is_finite() => *count += 1,
+        match counts.get_mut(index as usize) {
+            Some(count) if index.is_finite() => *count += 1,
             _ => outside += 1,
         }
     }

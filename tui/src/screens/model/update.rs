@@ -58,11 +58,11 @@ fn point_beside(model: &mut ModelState, by: isize) {
     let worst = model.summary.as_ref().map_or_else(Vec::new, |summary| summary.residuals.worst());
     let here = model.pointed.and_then(|row| worst.iter().position(|other| *other == row));
     let there = match here {
-        Some(place) => place.checked_add_signed(by),
+        Some(index) => index.checked_add_signed(by),
         None if by > 0 => Some(0),
         None => worst.len().checked_sub(1),
     };
-    model.pointed = there.and_then(|place| worst.get(place).copied());
+    model.pointed = there.and_then(|index| worst.get(index).copied());
 }
 
 /// Points out a row of the table; the same again points out none.
@@ -170,10 +170,10 @@ pub(crate) fn choose(state: &mut State, by: isize) -> Vec<Action> {
 }
 
 /// Chooses the candidate at a place of the list, or the last.
-pub(crate) fn choose_at(state: &mut State, place: usize) -> Vec<Action> {
+pub(crate) fn choose_at(state: &mut State, index: usize) -> Vec<Action> {
     let Some(model) = &mut state.model else { return Vec::new() };
     let count = model.summary.as_ref().map_or(0, |summary| summary.cards.len());
-    let chosen = place.min(count.saturating_sub(1));
+    let chosen = index.min(count.saturating_sub(1));
     if chosen != model.chosen {
         model.chosen = chosen;
         model.preview = None;

@@ -50,9 +50,9 @@ fn ruler_of(height_mm: f64, long: u32, theme: &Theme) -> Line<'static> {
     let longest = ENDS_MM.last().copied().unwrap_or_default();
     let end = ENDS_MM.iter().copied().find(|end| height_mm <= *end).unwrap_or(longest);
     let mark = (height_mm / end * f64::from(long)).round().clamp(0.0, f64::from(long)) as u32;
-    let sign = |place: u32| match place {
-        place if place == mark => '\u{25bc}',
-        place if place.is_multiple_of(long / 4) => '|',
+    let sign = |index: u32| match index {
+        index if index == mark => '\u{25bc}',
+        index if index.is_multiple_of(long / 4) => '|',
         _ => '\u{2500}',
     };
     let strip: String = (0..=long).map(sign).collect();

@@ -156,14 +156,14 @@ impl OpenPrompt {
     }
 
     /// Chooses the option or joint at a place of the list, or the last.
-    pub(crate) fn choose_at(&mut self, place: usize) {
+    pub(crate) fn choose_at(&mut self, index: usize) {
         let count = match &self.prompt.kind {
             PromptKind::Choice { options, .. } => options.len(),
             PromptKind::Decision { options, .. } => options.len(),
             PromptKind::JogTo { joints, .. } => joints.len(),
             _ => 0,
         };
-        self.chosen = place.min(count.saturating_sub(1));
+        self.chosen = index.min(count.saturating_sub(1));
     }
 
     /// The answer as it is, or what is missing.

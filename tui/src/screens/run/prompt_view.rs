@@ -178,10 +178,10 @@ pub(crate) fn note_hits(
     };
     // Its label may take several rows, and nothing follows it.
     let is_acknowledged = matches!(prompt.prompt.kind, PromptKind::Acknowledge { .. });
-    for (place, row) in area.rows().enumerate().map(|(row, area)| (row + scrolled, area)) {
-        if let Some(option) = options.get(place) {
+    for (index, row) in area.rows().enumerate().map(|(row, area)| (row + scrolled, area)) {
+        if let Some(option) = options.get(index) {
             hits.note(row, Hit::Option(*option));
-        } else if button.is_some_and(|button| place == button || (place > button && is_acknowledged)) {
+        } else if button.is_some_and(|button| index == button || (index > button && is_acknowledged)) {
             hits.note(row, Hit::Answer);
         }
     }
@@ -401,8 +401,8 @@ fn jog(
     let mut lines: Vec<Line<'static>> = joints
         .iter()
         .enumerate()
-        .map(|(place, joint)| {
-            let chosen = place == prompt.chosen;
+        .map(|(index, joint)| {
+            let chosen = index == prompt.chosen;
             let name = format!("{}{:<12}", if chosen { "\u{25b8} " } else { "  " }, joint.name);
             Line::from(vec![
                 Span::styled(name, if chosen { theme.focus } else { theme.text }),
@@ -500,7 +500,7 @@ fn poses(recorded: &[NamedValue], reported: &[NamedValue], theme: &Theme) -> Vec
 
 /// What may be decided, each behind its key. `labels` say what each does; who asks without them gets the usual words.
 fn decision_labels(options: &[Decision], labels: &[String]) -> Vec<String> {
-    let row = |(place, decision): (usize, &Decision)| {
+    let row = |(index, decision): (usize, &Decision)| {
         let (key, usual) = match decision {
             Decision::Retry => ("t", "Do the step again"),
             Decision::Move => ("m", "Move the arm yourself, then do the step again"),
@@ -508,7 +508,7 @@ fn decision_labels(options: &[Decision], labels: &[String]) -> Vec<String> {
             Decision::Skip => ("k", "Go on without it"),
             Decision::Abort => ("a", "Abort the run"),
         };
-        format!("{key}  {}", labels.get(place).map_or(usual, String::as_str))
+        format!("{key}  {}", labels.get(index).map_or(usual, String::as_str))
     };
     options.iter().enumerate().map(row).collect()
 }

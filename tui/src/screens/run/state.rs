@@ -229,8 +229,8 @@ impl RunState {
 
     /// Steps that are to be done again have not been begun, and found nothing.
     fn go_back(&mut self, from: &StepPath, to: &StepPath) {
-        let place = |path: &StepPath| self.steps.iter().position(|step| step.planned.step == *path);
-        let (Some(to), Some(from)) = (place(to), place(from)) else { return };
+        let index = |path: &StepPath| self.steps.iter().position(|step| step.planned.step == *path);
+        let (Some(to), Some(from)) = (index(to), index(from)) else { return };
         for step in self.steps.iter_mut().skip(to).take((from + 1).saturating_sub(to)) {
             *step = Step { attempt: step.attempt, ..Step::planned(step.planned.clone()) };
             self.triggers.retain(|trigger| trigger.step != step.planned.step);

@@ -46,9 +46,9 @@ pub(crate) fn write(state: &mut State, key: KeyCode) {
 }
 
 /// Chooses the option at a place of the list.
-pub(crate) fn choose_at(state: &mut State, place: usize) {
+pub(crate) fn choose_at(state: &mut State, index: usize) {
     if let Some(prompt) = prompt(state) {
-        prompt.choose_at(place);
+        prompt.choose_at(index);
     }
 }
 

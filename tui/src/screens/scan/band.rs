@@ -82,8 +82,8 @@ impl Band {
     }
 
     /// How far a place lies from the plane, mm; above is positive.
-    pub(crate) fn away(&self, place: &Point3<f64>) -> f64 {
-        self.normal.dot(&place.coords) - self.offset
+    pub(crate) fn away(&self, position: &Point3<f64>) -> f64 {
+        self.normal.dot(&position.coords) - self.offset
     }
 
     /// Its thickness, mm.
@@ -153,7 +153,7 @@ mod tests {
                 points.push(point(x, y, 0.2 * x - 300.0 + jitter));
             }
         }
-        points.extend((0..900).map(|place| point(f64::from(place % 30), f64::from(place / 30), -250.0)));
+        points.extend((0..900).map(|index| point(f64::from(index % 30), f64::from(index / 30), -250.0)));
         let band = Band::of(&points).unwrap();
         assert_eq!(band.points, 3600);
         assert!((band.normal.x / band.normal.z + 0.2).abs() < 1e-3, "{band:?}");

@@ -118,9 +118,9 @@ impl Eye {
     }
 
     /// Where a place lies in the view; none when it lies behind the eye.
-    pub(crate) fn see(&self, place: &Point3<f64>) -> Option<Seen> {
+    pub(crate) fn see(&self, position: &Point3<f64>) -> Option<Seen> {
         let [right, up, back] = self.axes();
-        let away = place - self.target;
+        let away = position - self.target;
         let (x, y, near) = (away.dot(&right), away.dot(&up) * self.stretch(), away.dot(&back));
         let half = self.span / 2.0;
         let is_parallel = self.opening <= 0.0 || matches!(self.viewpoint, Viewpoint::EdgeOn { .. });

@@ -54,18 +54,18 @@ pub(crate) fn picture(scan: &ScanState, size: PictureSize, stereo: bool) -> Resu
     // Small pictures are for the cloud: the words take a third of them at most.
     let lines = words.len().min((size.height / 3).saturating_sub(LEGEND) / LINE);
     let foot = LEGEND + LINE * lines;
-    for (place, eye) in eyes.into_iter().enumerate() {
+    for (index, eye) in eyes.into_iter().enumerate() {
         let scan = ScanState { eye, ..scan.clone() };
         draw(
             &scan,
             &mut raster,
             PictureSize { height: size.height.saturating_sub(foot).max(1), ..size },
-            place * size.width,
+            index * size.width,
         );
     }
     legend(scan, &mut raster, size, size.height.saturating_sub(foot));
-    for (place, line) in words.iter().take(lines).enumerate() {
-        let top = size.height.saturating_sub(foot) + LEGEND + LINE * place;
+    for (index, line) in words.iter().take(lines).enumerate() {
+        let top = size.height.saturating_sub(foot) + LEGEND + LINE * index;
         raster.text(MARGIN, top, line, LETTERS);
     }
     raster.png().map_err(|error| error.to_string())
@@ -85,11 +85,11 @@ fn draw(scan: &ScanState, raster: &mut Raster, size: PictureSize, left: usize) {
         .collect();
     // What is far is drawn first, what is near over it.
     let mut order: Vec<usize> = (0..places.len()).collect();
-    let depth = |place: &usize| places.get(*place).copied().flatten().map_or(0.0, |(seen, _)| seen.depth);
+    let depth = |index: &usize| places.get(*index).copied().flatten().map_or(0.0, |(seen, _)| seen.depth);
     order.sort_by(|one, other| depth(other).total_cmp(&depth(one)));
     let gap = scan.widest_gap();
-    for place in order {
-        let Some((seen, ink)) = places.get(place).copied().flatten() else { continue };
+    for index in order {
+        let Some((seen, ink)) = places.get(index).copied().flatten() else { continue };
         let here = on_paper(seen);
         if scan.strokes == Strokes::Points {
             if inside(here) {
@@ -97,8 +97,8 @@ fn draw(scan: &ScanState, raster: &mut Raster, size: PictureSize, left: usize) {
             }
             continue;
         }
-        let next = places.get(place + 1).copied().flatten();
-        if let (Some((next, _)), true) = (next, joined(scan, place, gap)) {
+        let next = places.get(index + 1).copied().flatten();
+        if let (Some((next, _)), true) = (next, joined(scan, index, gap)) {
             let there = on_paper(next);
             if inside(here) && inside(there) {
                 raster.line(here, there, 1.4, ink);
@@ -118,8 +118,8 @@ fn draw(scan: &ScanState, raster: &mut Raster, size: PictureSize, left: usize) {
 }
 
 /// Whether a point and the next are neighbours on one stripe.
-pub(super) fn joined(scan: &ScanState, place: usize, gap: f64) -> bool {
-    let (Some(one), Some(other)) = (scan.points.get(place), scan.points.get(place + 1)) else { return false };
+pub(super) fn joined(scan: &ScanState, index: usize, gap: f64) -> bool {
+    let (Some(one), Some(other)) = (scan.points.get(index), scan.points.get(index + 1)) else { return false };
     one.stripe == other.stripe
         && (other.seen.v_px - one.seen.v_px) <= 2.0
         && (one.position - other.position).norm() <= gap

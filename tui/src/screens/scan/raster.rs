@@ -68,7 +68,7 @@ impl Raster {
     pub(super) fn text(&mut self, x: usize, y: usize, text: &str, ink: Ink) {
         // Eight pixels are drawn four times as large, and everything is smoothed by half after that.
         const SIDE: usize = Raster::LETTER * FINE;
-        for (place, letter) in text.chars().enumerate() {
+        for (index, letter) in text.chars().enumerate() {
             let glyph = font8x8::BASIC_FONTS
                 .get(letter)
                 .or_else(|| font8x8::BASIC_FONTS.get('?'))
@@ -77,7 +77,7 @@ impl Raster {
                 glyph.iter().flat_map(|bits| (0..8).map(move |column| bits >> column & 1 == 1)).collect();
             let smooth = doubled(&doubled(&pixels, 8), 16);
             for (at, _) in smooth.iter().enumerate().filter(|(_, is_inked)| **is_inked) {
-                let (left, top) = ((x + place * Self::LETTER) * FINE, y * FINE);
+                let (left, top) = ((x + index * Self::LETTER) * FINE, y * FINE);
                 self.dot((left + at % SIDE) as i64, (top + at / SIDE) as i64, ink);
             }
         }

@@ -203,7 +203,7 @@ impl ScanState {
 
     /// The point under the cursor, and the one that is marked.
     pub(crate) fn chosen(&self) -> (Option<&CloudPoint>, Option<&CloudPoint>) {
-        let point = |place: Option<usize>| place.and_then(|place| self.points.get(place));
+        let point = |index: Option<usize>| index.and_then(|index| self.points.get(index));
         (point(self.cursor), point(self.mark))
     }
 }

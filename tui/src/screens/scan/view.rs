@@ -98,15 +98,15 @@ fn paint(context: &mut Context, scan: &ScanState, theme: &Theme, (width, height)
         .iter()
         .enumerate()
         .step_by(every)
-        .filter_map(|(place, point)| Some((place, scan.eye.see(&point.position)?.depth)))
+        .filter_map(|(index, point)| Some((index, scan.eye.see(&point.position)?.depth)))
         .collect();
     // The nearest is drawn last and gives its cell the colour.
     seen.sort_by(|one, other| other.1.total_cmp(&one.1));
-    for (place, _) in seen {
-        let Some(point) = scan.points.get(place) else { continue };
+    for (index, _) in seen {
+        let Some(point) = scan.points.get(index) else { continue };
         let Some(here) = scan.eye.see(&point.position) else { continue };
-        let next = scan.points.get(place + 1).and_then(|next| scan.eye.see(&next.position));
-        match next.filter(|_| scan.strokes == Strokes::Stripes && joined(scan, place, gap)) {
+        let next = scan.points.get(index + 1).and_then(|next| scan.eye.see(&next.position));
+        match next.filter(|_| scan.strokes == Strokes::Stripes && joined(scan, index, gap)) {
             Some(next) => {
                 context.draw(&Line { x1: here.x, y1: here.y, x2: next.x, y2: next.y, color: of(point) })
             }

@@ -22,7 +22,7 @@ pub(super) fn click(state: &mut State, text: &str, size: (u16, u16)) -> Vec<Acti
         Some((before.chars().count(), row))
     });
     let (column, row) = found.unwrap_or_else(|| panic!("{text} is not on the page:\n{page}"));
-    let at = |place: usize| u16::try_from(place).unwrap_or(u16::MAX);
+    let at = |index: usize| u16::try_from(index).unwrap_or(u16::MAX);
     update(state, Message::Click { column: at(column), row: at(row) })
 }
 

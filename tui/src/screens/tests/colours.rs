@@ -63,11 +63,11 @@ fn styles(page: &Buffer) -> String {
                 line.push('.');
                 continue;
             }
-            let place = known.iter().position(|one| *one == style).unwrap_or_else(|| {
+            let index = known.iter().position(|one| *one == style).unwrap_or_else(|| {
                 known.push(style);
                 known.len() - 1
             });
-            line.push(letters.get(place).copied().unwrap_or('?'));
+            line.push(letters.get(index).copied().unwrap_or('?'));
         }
         writeln!(rows, "{}", line.trim_end_matches('.')).unwrap();
     }

@@ -195,7 +195,7 @@ fn rows_are_pointed_out_from_the_worst_on_and_by_a_click_on_a_point() {
         found.map(|column| (column, row))
     });
     let (column, row) = marked.unwrap_or_else(|| panic!("79 is not marked:\n{shown}"));
-    let at = |place: usize| u16::try_from(place).expect("a place of the page");
+    let at = |index: usize| u16::try_from(index).expect("a place of the page");
     update(&mut state, Message::Click { column: at(column), row: at(row) });
     assert_eq!(state.model.as_ref().and_then(|model| model.pointed), Some(77));
     update(&mut state, Message::Click { column: at(column), row: at(row) });

@@ -110,27 +110,27 @@ impl fmt::Debug for Formula {
 /// Words of a formula, and the formula with whole numbers made decimal and powers written the engine's way.
 fn words(text: &str) -> (Vec<String>, String) {
     let letters: Vec<char> = text.chars().collect();
-    let (mut words, mut plain, mut place) = (Vec::new(), String::new(), 0);
-    let take = |place: &mut usize, wanted: &dyn Fn(usize, char) -> bool| {
-        let start = *place;
-        while letters.get(*place).is_some_and(|letter| wanted(*place, *letter)) {
-            *place += 1;
+    let (mut words, mut plain, mut index) = (Vec::new(), String::new(), 0);
+    let take = |index: &mut usize, wanted: &dyn Fn(usize, char) -> bool| {
+        let start = *index;
+        while letters.get(*index).is_some_and(|letter| wanted(*index, *letter)) {
+            *index += 1;
         }
-        letters.get(start..*place).map(|part| part.iter().collect::<String>()).unwrap_or_default()
+        letters.get(start..*index).map(|part| part.iter().collect::<String>()).unwrap_or_default()
     };
-    while let Some(letter) = letters.get(place) {
+    while let Some(letter) = letters.get(index) {
         if letter.is_alphabetic() || *letter == '_' {
-            let word = take(&mut place, &|_, letter| letter.is_alphanumeric() || letter == '_');
+            let word = take(&mut index, &|_, letter| letter.is_alphanumeric() || letter == '_');
             plain.push_str(if word == "pi" { "3.141592653589793" } else { &word });
             words.push(word);
         } else if letter.is_ascii_digit() || *letter == '.' {
-            let exponent = |place: usize| {
-                matches!(place.checked_sub(1).and_then(|before| letters.get(before)), Some('e' | 'E'))
+            let exponent = |index: usize| {
+                matches!(index.checked_sub(1).and_then(|before| letters.get(before)), Some('e' | 'E'))
             };
-            let number = take(&mut place, &|place, letter| {
+            let number = take(&mut index, &|index, letter| {
                 letter.is_ascii_digit()
                     || ".eE".contains(letter)
-                    || ("+-".contains(letter) && exponent(place))
+                    || ("+-".contains(letter) && exponent(index))
             });
             match number.parse::<f64>() {
                 Ok(value) if value.is_finite() => plain.push_str(&format!("{value:?}")),
@@ -143,7 +143,7 @@ fn words(text: &str) -> (Vec<String>, String) {
                 '-' if begins_a_term(&plain) => plain.push_str("-1.0*"),
                 other => plain.push(*other),
             }
-            place += 1;
+            index += 1;
         }
     }
     (words, plain)

@@ -458,8 +458,8 @@ fn an_effect_is_the_same_whatever_was_searched_for_inside() {
     }
     assert_eq!(at("tool_offset(p1)", 0.0).joint(), None);
     assert_eq!(at("joint_zero(elbow)", 0.0).joint(), Some(2));
-    for (place, channel) in Channel::all().enumerate() {
-        assert_eq!((Channel::by_name(channel.name()), channel.place()), (Some(channel), place));
+    for (index, channel) in Channel::all().enumerate() {
+        assert_eq!((Channel::by_name(channel.name()), channel.place()), (Some(channel), index));
     }
     for quantity in Quantity::ALL {
         assert_eq!(Quantity::by_name(&quantity.to_string()), Some(quantity));

@@ -134,12 +134,12 @@ fn not_seen(places: &[f64], effect: &str) -> Option<String> {
 
 #[test]
 fn what_positions_cannot_show_is_said_with_those_that_would() {
-    let whole: Vec<f64> = (0..15).map(|place| 5.0 * f64::from(place)).collect();
+    let whole: Vec<f64> = (0..15).map(|index| 5.0 * f64::from(index)).collect();
     let message = not_seen(&whole, "screw_wave(lift, 1)").unwrap();
     assert!(message.contains("whole pitches apart, it is the same everywhere"), "{message}");
     // A quarter of the pitch apart, over two pitches.
     assert!(message.contains("a run of positions 1.25 mm apart over 10.0 mm"), "{message}");
-    let wide: Vec<f64> = (0..16).map(|place| 6.0 * f64::from(place)).collect();
+    let wide: Vec<f64> = (0..16).map(|index| 6.0 * f64::from(index)).collect();
     let message = not_seen(&wide, "screw_wave(lift, 1)").unwrap();
     assert!(
         message.contains("it looks like a slow wave of 3")
@@ -148,7 +148,7 @@ fn what_positions_cannot_show_is_said_with_those_that_would() {
     );
     let message = not_seen(&[1.0, 2.0, 3.0], "screw_wave(lift, 1)").unwrap();
     assert!(message.contains("lift was measured at 3 positions, and it takes 5"), "{message}");
-    let fine: Vec<f64> = (0..40).map(|place| 1.3 * f64::from(place)).collect();
+    let fine: Vec<f64> = (0..40).map(|index| 1.3 * f64::from(index)).collect();
     assert_eq!(not_seen(&fine, "screw_wave(lift, 1)"), None);
     assert_eq!(not_seen(&whole, "joint_gain(lift)"), None, "it asks for no positions");
     let message = not_seen(&[0.0, 10.0, 20.0, 90.0, 100.0], "positioning_error(lift, 4)").unwrap();

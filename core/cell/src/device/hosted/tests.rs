@@ -116,7 +116,7 @@ fn a_host_is_given_its_limits_its_clock_and_the_hash_its_library_had() {
     let robots = "arm: {joints: {waist: deg, lift: mm}, initialize: [waist], limits_deg: {waist: [-20, 30]}, limits_mm: {lift: [5, 40]}}";
     let text = CELL.replace("arm: {joints: {waist: deg, lift: mm}}", robots);
     let world = Nowhere { ended: Arc::default(), is_new: false };
-    let (place, devices) = devices_of(&text, Some(world));
+    let (folder, devices) = devices_of(&text, Some(world));
     let mut devices = devices.under_debugger(true);
     let arm = DeviceSetting { memory_limit_mb: Some(321), ..devices.cell.devices[0].clone() };
     let (arguments, _) = devices.order(&arm, serde_json::json!("guard")).unwrap();
@@ -132,7 +132,7 @@ fn a_host_is_given_its_limits_its_clock_and_the_hash_its_library_had() {
         "the zero of the waist is kept here, so its limits are checked here"
     );
     // The library is exchanged while the run goes on: the host is given the hash of the one that was there.
-    std::fs::write(place.path().join("robot/libtest_robot.so"), "another").unwrap();
+    std::fs::write(folder.path().join("robot/libtest_robot.so"), "another").unwrap();
     let eye = devices.cell.devices[1].clone();
     let (again, _) = devices.order(&devices.cell.devices[0].clone(), Value::Null).unwrap();
     assert_eq!(again.library_sha256, Some(sha256_hex(b"robot")));
@@ -274,13 +274,13 @@ fn a_robot_has_the_time_its_plugin_states_and_some_more_to_confirm_a_stop() {
 
 #[test]
 fn the_files_of_the_plugins_a_cell_uses_are_hashed_once_each() {
-    let (place, catalogue) = plugins();
-    let cell = cell_in(&place, &CELL.replace("  eye:", "  spare: {plugin: missing}\n  eye:"));
+    let (folder, catalogue) = plugins();
+    let cell = cell_in(&folder, &CELL.replace("  eye:", "  spare: {plugin: missing}\n  eye:"));
     let mut found: Vec<_> =
         plugin_files(&cell, &catalogue).into_iter().map(|file| (file.role, file.path, file.sha256)).collect();
     found.sort();
-    let file = |name: &str| place.path().join(name).display().to_string();
-    let manifest = |name: &str| sha256_hex(&std::fs::read(place.path().join(name)).unwrap());
+    let file = |name: &str| folder.path().join(name).display().to_string();
+    let manifest = |name: &str| sha256_hex(&std::fs::read(folder.path().join(name)).unwrap());
     let role = || "plugin".to_owned();
     let expected = [
         (role(), file("robot/libtest_robot.so"), sha256_hex(b"robot")),

@@ -116,14 +116,14 @@ fn lines_in_words(count: u32) -> String {
 
 #[test]
 fn how_many_lines_there_are_is_known_from_the_manifest_or_else_from_the_device() {
-    let (place, mut catalogue) = plugins();
-    let cell = cell_in(&place, CELL);
+    let (folder, mut catalogue) = plugins();
+    let cell = cell_in(&folder, CELL);
     let reported = |count| [InputLines { device: "arm".to_owned(), count }];
     assert_eq!(lines_of(&cell, &catalogue, &reported(7), "arm"), Some(2), "the manifest comes first");
-    let manifest = place.path().join("robot/plugin.yaml");
+    let manifest = folder.path().join("robot/plugin.yaml");
     let text = std::fs::read_to_string(&manifest).unwrap().replace("input_lines: 2\n", "");
     std::fs::write(&manifest, text).unwrap();
-    catalogue = Catalogue::search(&[place.path().to_owned()]);
+    catalogue = Catalogue::search(&[folder.path().to_owned()]);
     assert_eq!(lines_of(&cell, &catalogue, &reported(7), "arm"), Some(7));
     assert_eq!(lines_of(&cell, &catalogue, &reported(7), "eye"), None);
     assert_eq!(lines_of(&cell, &catalogue, &reported(7), "leg"), None, "there is no such device");
@@ -175,10 +175,10 @@ fn joints_go_as_far_as_the_manifest_or_the_robot_itself_says() {
 /// Numbers of a procedure are a drive's: they go as far beyond a joint's own limits as its zero may be put elsewhere.
 #[test]
 fn limits_reach_as_far_as_a_procedure_may_shift_the_zero() {
-    let (place, catalogue) = plugins();
+    let (folder, catalogue) = plugins();
     let procedure = "procedure: find\nsteps:\n  - {id: near, do: {apply: {robot: arm, joint_zero: {waist: {shift_deg: 1, uncertainty_deg: 1, plausible_deg: 4}}}}}\n  - {id: far, do: {apply: {robot: arm, joint_zero: {waist: {shift_deg: 1, uncertainty_deg: 1, plausible_deg: 6}, lift: {shift_mm: 1, uncertainty_mm: 1, plausible_mm: 3}}}}}\n";
-    std::fs::write(place.path().join("find.yaml"), procedure).unwrap();
-    let cell = cell_in(&place, &CELL.replace("procedures: []", "procedures: [find.yaml]"));
+    std::fs::write(folder.path().join("find.yaml"), procedure).unwrap();
+    let cell = cell_in(&folder, &CELL.replace("procedures: []", "procedures: [find.yaml]"));
     let limits = own_limits(&cell, "arm", &joint_ranges(&cell, &catalogue, &[]));
     let shifts: Vec<_> = limits.iter().map(|limit| (limit.joint.as_str(), limit.zero_shift)).collect();
     assert_eq!(shifts, [("waist", 6.0_f64.to_radians()), ("lift", 3.0)], "the furthest of its steps");
@@ -186,13 +186,13 @@ fn limits_reach_as_far_as_a_procedure_may_shift_the_zero() {
 
 #[test]
 fn what_a_procedure_corrects_is_something_the_sensor_takes() {
-    let (place, catalogue) = plugins();
+    let (folder, catalogue) = plugins();
     let errors = |key: &str| {
         let procedure = format!(
             "procedure: level\nsteps:\n  - {{id: set, do: {{correct: {{sensor: eye, parameters: {{{key}: {{shift: 0.1, uncertainty: 0.1, plausible: 5}}}}}}}}}}\n"
         );
-        std::fs::write(place.path().join("level.yaml"), procedure).unwrap();
-        let cell = cell_in(&place, &CELL.replace("procedures: []", "procedures: [level.yaml]"));
+        std::fs::write(folder.path().join("level.yaml"), procedure).unwrap();
+        let cell = cell_in(&folder, &CELL.replace("procedures: []", "procedures: [level.yaml]"));
         check_plugins(&cell, &catalogue, &[]).err().map(|problems| sentences(&problems).concat())
     };
     assert_eq!(errors("tilt_deg"), None);
@@ -207,15 +207,15 @@ fn what_a_procedure_corrects_is_something_the_sensor_takes() {
 
 #[test]
 fn joints_that_a_setting_lists_count_where_its_schema_marks_them() {
-    let (place, _) = plugins();
-    let manifest = place.path().join("robot/plugin.yaml");
+    let (folder, _) = plugins();
+    let manifest = folder.path().join("robot/plugin.yaml");
     let text = std::fs::read_to_string(&manifest).unwrap();
     let (head, _) = text.split_once("joints:\n  - {name: waist").unwrap();
     let marked = "config:\n  type: object\n  properties:\n    axes: {type: array, are_joints: true}\n    spare: {type: array}\n";
     std::fs::write(&manifest, format!("{head}{marked}")).unwrap();
-    let catalogue = Catalogue::search(&[place.path().to_owned()]);
+    let catalogue = Catalogue::search(&[folder.path().to_owned()]);
     let axes = "arm: {plugin: test-robot, config: {axes: [{name: waist, from_deg: -10, to_deg: 20}], spare: [{name: tail, from_mm: 0, to_mm: 1}]}}";
-    let cell = cell_in(&place, &CELL.replace("arm: {plugin: test-robot}", axes));
+    let cell = cell_in(&folder, &CELL.replace("arm: {plugin: test-robot}", axes));
     let ranges = joint_ranges(&cell, &catalogue, &[]);
     let [waist] = ranges.as_slice() else { panic!("{ranges:?}") };
     assert!((waist.most.to_degrees() - 20.0).abs() < 1e-9, "{waist:?}");

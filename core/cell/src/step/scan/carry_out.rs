@@ -165,14 +165,14 @@ impl Engine {
         scan: &Scan,
         share: f64,
     ) -> Result<(JointVector, JointVector), StepError> {
-        let place = scan.from + scan.way * share;
-        let wanted = flange_at(place, scan.attitude, scan.aim);
+        let position = scan.from + scan.way * share;
+        let wanted = flange_at(position, scan.attitude, scan.aim);
         let here = self.read_pose(&step.robot)?.joints;
         let arm = self.arm(&step.robot)?;
         let target = arm.joints_for(&wanted, &here).map_err(|cause| {
             StepError::error(format!(
                 "no stripe at [{:.1}, {:.1}, {:.1}] mm: {cause}",
-                place.x, place.y, place.z
+                position.x, position.y, position.z
             ))
         })?;
         arm.check_move(&here, &target).map_err(|reason| StepError::error(reason.to_string()))?;

@@ -187,11 +187,11 @@ impl Engine {
         search: &Search<'_>,
         at: &StepContext,
         here: &JointVector,
-        place: f64,
+        coordinate: f64,
         speed: f64,
     ) -> Result<JointVector, StepError> {
         let mut target = *here;
-        search.joint.set(&mut target, place)?;
+        search.joint.set(&mut target, coordinate)?;
         self.allowed(&search.step.robot, here, &target)?;
         self.move_arm(&search.step.robot, here, &target, speed, at)
     }

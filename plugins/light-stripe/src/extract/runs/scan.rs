@@ -180,20 +180,20 @@ impl<'a> Edges<'a> {
         self.lit = mask >> 63;
         let count = edges.count_ones() as usize;
         // Mostly there are two edges: to write two and keep as many as there are is faster than to guess.
-        for place in 0..2 {
-            self.write(place, at, edges);
+        for index in 0..2 {
+            self.write(index, at, edges);
             edges &= edges.wrapping_sub(1);
         }
-        for place in 2..count {
-            self.write(place, at, edges);
+        for index in 2..count {
+            self.write(index, at, edges);
             edges &= edges.wrapping_sub(1);
         }
         self.count += count;
     }
 
     #[inline(always)]
-    fn write(&mut self, place: usize, at: usize, edges: u64) {
-        if let Some(edge) = self.room.get_mut(self.count + place) {
+    fn write(&mut self, index: usize, at: usize, edges: u64) {
+        if let Some(edge) = self.room.get_mut(self.count + index) {
             *edge = (at + edges.trailing_zeros() as usize) as u16;
         }
     }
@@ -233,8 +233,8 @@ fn row_avx512(pixels: &[u8], threshold: u8, room: &mut [u16]) -> usize {
         let [a, b, c, d] = four.each_ref().map(load);
         let brightest = _mm512_max_epu8(_mm512_max_epu8(a, b), _mm512_max_epu8(c, d));
         if edges.lit | lit(brightest) != 0 {
-            for (place, block) in [a, b, c, d].into_iter().enumerate() {
-                edges.take(lit(block), at + place * BLOCK);
+            for (index, block) in [a, b, c, d].into_iter().enumerate() {
+                edges.take(lit(block), at + index * BLOCK);
             }
         }
         at += 4 * BLOCK;

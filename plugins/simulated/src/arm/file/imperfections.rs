@@ -226,7 +226,7 @@ fn at((joint, size): (usize, f64), mechanism: impl Fn(usize) -> Mechanism) -> (M
 }
 
 impl Checker<'_> {
-    pub(super) fn imperfection(&self, raw: &RawImperfection, place: Span) -> Option<Imperfection> {
+    pub(super) fn imperfection(&self, raw: &RawImperfection, span: Span) -> Option<Imperfection> {
         let in_mm = |raw: &InMm| {
             Some((self.joint(&raw.joint)?, self.typed.number("mm", &raw.mm, -50.0..=50.0, "mm")))
         };
@@ -252,7 +252,7 @@ impl Checker<'_> {
             RawImperfection::JointSettling(raw) => self.settling(raw)?,
             RawImperfection::JointCoupling(raw) => self.coupling(raw)?,
             RawImperfection::LostSteps(raw) => self.lost_steps(raw)?,
-            RawImperfection::WarmUp(raw) => self.warm_up(raw, place)?,
+            RawImperfection::WarmUp(raw) => self.warm_up(raw, span)?,
             RawImperfection::LinkSag(raw) => at(self.flexible(raw)?, |joint| Mechanism::LinkSag { joint }),
             RawImperfection::LinkTorsion(raw) => {
                 at(self.flexible(raw)?, |joint| Mechanism::LinkTorsion { joint })
@@ -355,7 +355,7 @@ impl Checker<'_> {
         Some((self.sliding_joint(&raw.joint)?, size))
     }
 
-    fn warm_up(&self, raw: &WarmUp, place: Span) -> Option<(Mechanism, f64)> {
+    fn warm_up(&self, raw: &WarmUp, span: Span) -> Option<(Mechanism, f64)> {
         let time_constant_s = self.typed.number("time_constant_s", &raw.time_constant_s, 1.0..=1e6, "s");
         let joint = self.joint(&raw.joint)?;
         let given = [&raw.zero_deg, &raw.zero_mm, &raw.length_mm, &raw.offset_mm];
@@ -364,7 +364,7 @@ impl Checker<'_> {
             let problem = format!(
                 "a warm-up changes one thing; give `{zero}`, `length_mm` or `offset_mm`, what it comes to in the end"
             );
-            self.typed.wrong(place, &problem);
+            self.typed.wrong(span, &problem);
             return None;
         }
         let (of, size) = match (&raw.length_mm, &raw.offset_mm) {

@@ -143,8 +143,8 @@ impl Controls for Service {
                 continue;
             }
             let Some(body) = self.controller.take(&command, now)? else { continue };
-            for (place, byte) in self.mishaps.befall(answer(&command, &body)).into_iter().enumerate() {
-                line.reply(byte, if place == 0 { THINKS_NS } else { 0 }, now);
+            for (index, byte) in self.mishaps.befall(answer(&command, &body)).into_iter().enumerate() {
+                line.reply(byte, if index == 0 { THINKS_NS } else { 0 }, now);
             }
         }
         self.controller.work(now)?;

@@ -135,8 +135,8 @@ impl Controls for Service {
             }
             let Some(request) = self.incoming.push(byte, arrived) else { continue };
             for (delay, bytes) in self.bus.hear(&request, now)? {
-                for (place, byte) in bytes.into_iter().enumerate() {
-                    line.reply(byte, if place == 0 { delay } else { 0 }, now);
+                for (index, byte) in bytes.into_iter().enumerate() {
+                    line.reply(byte, if index == 0 { delay } else { 0 }, now);
                 }
             }
         }

@@ -156,19 +156,19 @@ impl Servo {
     pub(super) fn write(&mut self, address: u8, bytes: &[u8], encoder: i32) -> Changed {
         let from = usize::from(address);
         let mut changed = Changed::Nothing;
-        for (place, byte) in (from..).zip(bytes) {
-            if place < 5 || (PRESENT..PRESENT + 15).contains(&place) || place >= TABLE {
+        for (index, byte) in (from..).zip(bytes) {
+            if index < 5 || (PRESENT..PRESENT + 15).contains(&index) || index >= TABLE {
                 continue;
             }
-            if place == TORQUE && *byte == 128 {
+            if index == TORQUE && *byte == 128 {
                 self.call_middle(encoder);
                 continue;
             }
-            self.table[place] = *byte;
-            if place < PERMANENT && self.table[LOCK] == 0 {
-                self.kept[place] = *byte;
+            self.table[index] = *byte;
+            if index < PERMANENT && self.table[LOCK] == 0 {
+                self.kept[index] = *byte;
             }
-            match place {
+            match index {
                 TORQUE => {
                     self.error &= !OVERLOAD;
                     self.protect();

@@ -63,8 +63,8 @@ impl Transcript {
     /// [`TranscriptError`]: the first line that says nothing.
     pub fn parse(text: &str) -> Result<Self, TranscriptError> {
         let mut transcript = Self::default();
-        for (place, line) in text.lines().enumerate() {
-            let number = place + 1;
+        for (index, line) in text.lines().enumerate() {
+            let number = index + 1;
             let entry = parse_line(line).map_err(|problem| TranscriptError { line: number, problem })?;
             if let Some((time_s, sender, bytes)) = entry {
                 transcript.add(Entry { time_s, sender, bytes, line: number });

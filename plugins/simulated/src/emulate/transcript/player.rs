@@ -157,20 +157,20 @@ impl Player {
     }
 
     fn same(&self, one: usize, other: usize) -> bool {
-        let bytes = |place: usize| self.entries.get(place).map(|entry| &entry.bytes);
+        let bytes = |index: usize| self.entries.get(index).map(|entry| &entry.bytes);
         bytes(one) == bytes(other)
     }
 
     fn bytes_of(&self, candidate: Candidate) -> &[u8] {
-        let (Candidate::Next(place) | Candidate::Again(place) | Candidate::Beyond(place)) = candidate;
-        self.entries.get(place).map_or(&[], |entry| &entry.bytes)
+        let (Candidate::Next(index) | Candidate::Again(index) | Candidate::Beyond(index)) = candidate;
+        self.entries.get(index).map_or(&[], |entry| &entry.bytes)
     }
 
-    fn take(&mut self, place: usize) -> Vec<u8> {
+    fn take(&mut self, index: usize) -> Vec<u8> {
         self.progress.turns += 1;
-        self.former = Some(place);
+        self.former = Some(index);
         self.coming.clear();
-        self.answer(place + 1)
+        self.answer(index + 1)
     }
 
     /// What the device sends from an entry on, until the program has to send.
@@ -191,7 +191,7 @@ impl Player {
     }
 
     fn note_difference(&mut self) {
-        let expected = self.turn_from(self.next).and_then(|place| self.entries.get(place));
+        let expected = self.turn_from(self.next).and_then(|index| self.entries.get(index));
         let then = expected.map_or(&[][..], |entry| &entry.bytes);
         let same = then.iter().zip(&self.coming).take_while(|(then, now)| then == now).count();
         let around = |bytes: &[u8]| {

@@ -117,7 +117,7 @@ mod tests {
     /// Every place of a way, and how long it took, s.
     fn gone(mut way: Way) -> (Vec<Place>, f64) {
         let mut places = Vec::new();
-        while places.last().is_none_or(|place: &Place| !place.ended) && places.len() < 10_000 {
+        while places.last().is_none_or(|folder: &Place| !folder.ended) && places.len() < 10_000 {
             places.push(way.advance(CYCLE));
         }
         let seconds = places.len() as f64 * CYCLE;

@@ -94,8 +94,8 @@ impl Program {
         };
         let offset = usize::from(defines);
         let mut statements = Vec::new();
-        for (place, line) in body.iter().enumerate() {
-            let statement = statement(line.trim()).map_err(|text| error(place + offset, &text))?;
+        for (index, line) in body.iter().enumerate() {
+            let statement = statement(line.trim()).map_err(|text| error(index + offset, &text))?;
             statements.push(statement);
         }
         let secondary = first.starts_with("sec ");
@@ -167,12 +167,12 @@ impl<'a> Arguments<'a> {
     }
 
     /// A number by its name or, without one, its place.
-    fn number(&self, name: &str, place: usize, usual: f64) -> Result<f64, String> {
+    fn number(&self, name: &str, index: usize, usual: f64) -> Result<f64, String> {
         let named = self.all.iter().find_map(|argument| {
             let (key, value) = argument.split_once('=')?;
             (key.trim() == name).then(|| value.trim())
         });
-        let plain = self.all.get(place).filter(|argument| !argument.contains('=') && !argument.is_empty());
+        let plain = self.all.get(index).filter(|argument| !argument.contains('=') && !argument.is_empty());
         let Some(text) = named.or(plain.copied()) else { return Ok(usual) };
         let number: f64 = text.parse().map_err(|_| format!("compile_error_name_not_found:{text}:"))?;
         if number.is_finite() { Ok(number) } else { Err(format!("`{text}` is no number")) }

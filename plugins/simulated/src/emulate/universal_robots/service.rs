@@ -284,8 +284,8 @@ impl Service {
 
     fn hear(&mut self) {
         let claimed: Vec<Vec<usize>> = self.clients.iter().map(Client::claimed).collect();
-        for (place, client) in self.clients.iter_mut().enumerate() {
-            let others = claimed.iter().enumerate().filter(|(other, _)| *other != place);
+        for (index, client) in self.clients.iter_mut().enumerate() {
+            let others = claimed.iter().enumerate().filter(|(other, _)| *other != index);
             let others: Vec<usize> = others.flat_map(|(_, registers)| registers.iter().copied()).collect();
             client.hear(&mut self.controller, &others);
         }

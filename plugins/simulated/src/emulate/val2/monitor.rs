@@ -324,14 +324,14 @@ impl Monitor {
             return self.end_with(ControllerError::NotCalibrated);
         }
         let (here, _) = self.arm.read()?;
-        for (place, (joint, facts)) in joints.iter().zip(&JOINTS).enumerate() {
-            let here = here.get(place).copied().unwrap_or_default();
+        for (index, (joint, facts)) in joints.iter().zip(&JOINTS).enumerate() {
+            let here = here.get(index).copied().unwrap_or_default();
             let target = joint.map_or(here, |value| if relative { here + value } else { value });
             let [lower, upper] = facts.limits_deg;
             // An arm left a little beyond its range by a servo may stay there, or come back.
             let slack = (lower - here).max(here - upper).max(0.005);
             if target < lower - slack || target > upper + slack {
-                return self.end_with(ControllerError::JointRange(place + 1));
+                return self.end_with(ControllerError::JointRange(index + 1));
             }
         }
         self.arm.start(joints, relative, percent / 100.0)?;
@@ -426,13 +426,13 @@ impl Monitor {
                 self.say_line(&text);
             }
             Ok(typed) => {
-                for (place, value) in typed.into_iter().enumerate() {
-                    let (Some(value), Some(kept)) = (value, values.get_mut(place)) else { continue };
-                    let here = here.get(place).copied().unwrap_or_default();
-                    match unfolded(place, value, here) {
+                for (index, value) in typed.into_iter().enumerate() {
+                    let (Some(value), Some(kept)) = (value, values.get_mut(index)) else { continue };
+                    let here = here.get(index).copied().unwrap_or_default();
+                    match unfolded(index, value, here) {
                         Some(value) => *kept = value,
                         None => {
-                            let text = self.dialect.text(ControllerError::JointRange(place + 1));
+                            let text = self.dialect.text(ControllerError::JointRange(index + 1));
                             self.say_line(&text);
                         }
                     }

@@ -209,7 +209,7 @@ fn strew(poses: &mut Vec<(Option<usize>, Vec<f64>)>, singles: usize, random: &mu
     let mut returns = poses.split_off(singles.min(poses.len()));
     random.shuffle(&mut returns);
     for visit in returns {
-        let place = random.below(poses.len() + 1);
-        poses.insert(place, visit);
+        let index = random.below(poses.len() + 1);
+        poses.insert(index, visit);
     }
 }

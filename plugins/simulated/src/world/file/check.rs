@@ -263,7 +263,7 @@ impl Checker<'_> {
 
     /// The arm must not begin inside the table or past a joint's stop, wherever within its tolerance it was left. Not asked while other numbers are
     /// wrong.
-    fn require_free(&self, arm: &ArmDescription, solid_table: bool, place: Span) {
+    fn require_free(&self, arm: &ArmDescription, solid_table: bool, span: Span) {
         if !self.typed.problems.is_empty() {
             return;
         }
@@ -277,7 +277,7 @@ impl Checker<'_> {
         let machine = arm.mechanism.machine();
         let problem =
             (0..1_u32 << AXES).find_map(|index| hindrance(arm, &machine, &corner(index), solid_table));
-        problem.iter().for_each(|problem| self.typed.wrong(place, problem));
+        problem.iter().for_each(|problem| self.typed.wrong(span, problem));
     }
 }
 

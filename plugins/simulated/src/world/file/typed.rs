@@ -37,9 +37,9 @@ impl Typed<'_> {
     }
 
     /// A mistake at a place of the file. What follows the last `; ` says what would be right.
-    pub(crate) fn wrong(self, place: Span, problem: &str) {
+    pub(crate) fn wrong(self, span: Span, problem: &str) {
         let (message, help) = problem.rsplit_once("; ").unwrap_or((problem, ""));
-        self.problems.add(place, message, help);
+        self.problems.add(span, message, help);
     }
 
     /// A word that is none of those known.
