@@ -121,8 +121,8 @@ impl NamedText<'_> {
     /// Corners by picture and board.
     fn corners(&self) -> Result<Seen, BoardTableError> {
         let (header, rows) = self.rows()?;
-        let place = |column| self.column(&header, column, OF_CORNERS);
-        let (picture, number, u, v) = (place("picture")?, place("corner")?, place("u_px")?, place("v_px")?);
+        let index = |column| self.column(&header, column, OF_CORNERS);
+        let (picture, number, u, v) = (index("picture")?, index("corner")?, index("u_px")?, index("v_px")?);
         let board = header.iter().position(|name| name == "board");
         let mut pictures = Seen::new();
         for row in &rows {
@@ -130,14 +130,14 @@ impl NamedText<'_> {
                 file: self.name.to_owned(),
                 line: row.position().map_or(0, csv::Position::line),
                 column,
-                cell: row.get(place).unwrap_or("").to_owned(),
+                cell: row.get(index).unwrap_or("").to_owned(),
                 what,
             };
             let pixel = |column: &'static str, place: usize| {
-                let value = row.get(place).and_then(|cell| cell.parse::<f64>().ok());
+                let value = row.get(index).and_then(|cell| cell.parse::<f64>().ok());
                 value
                     .filter(|value| value.is_finite())
-                    .ok_or_else(|| wrong(column, place, "a number of pixels"))
+                    .ok_or_else(|| wrong(column, index, "a number of pixels"))
             };
             let number = row
                 .get(number)
@@ -179,14 +179,14 @@ pub fn with_boards(
     let several = pictures.keys().any(|(_, board)| board.is_some());
     // Every other column of the table of poses goes along as it is.
     let (header, rows) = poses.rows()?;
-    let place = poses.column(&header, "picture", OF_POSES)?;
+    let index = poses.column(&header, "picture", OF_POSES)?;
     if several && header.iter().any(|name| name == "board") {
         let reason =
             "the column `board` belongs to the table of corners: which boards a picture shows is seen there"
                 .to_owned();
         return Err(BoardTableError::Malformed { file: poses.name.to_owned(), reason });
     }
-    let taken = |picture: &str| rows.iter().any(|row| row.get(place) == Some(picture));
+    let taken = |picture: &str| rows.iter().any(|row| row.get(index) == Some(picture));
     if let Some((lost, _)) = pictures.keys().find(|(picture, _)| !taken(picture)) {
         return Err(BoardTableError::NoPose { file: corners.name.to_owned(), picture: lost.clone() });
     }
@@ -197,7 +197,7 @@ pub fn with_boards(
     );
     let none = if several { ",".repeat(7) } else { ",".repeat(6) };
     for row in &rows {
-        let seen = row.get(place).and_then(|picture| found.get(picture)).map_or(&[][..], Vec::as_slice);
+        let seen = row.get(index).and_then(|picture| found.get(picture)).map_or(&[][..], Vec::as_slice);
         if seen.is_empty() {
             text.push_str(&format!("{},{none}\n", csv_line(row)));
         }
@@ -210,9 +210,10 @@ pub fn with_boards(
 }
 
 fn pose_cells(pose: &BoardPose) -> String {
-    let place = pose.camera_from_board.translation.vector;
+    let position = pose.camera_from_board.translation.vector;
     let turn = pose.camera_from_board.rotation.scaled_axis();
-    let numbers: Vec<String> = place.iter().chain(turn.iter()).map(|number| format!("{number:.9}")).collect();
+    let numbers: Vec<String> =
+        position.iter().chain(turn.iter()).map(|number| format!("{number:.9}")).collect();
     format!("{},{:.4}", numbers.join(","), pose.off_px)
 }
 

@@ -58,7 +58,7 @@ fn check_arm<'a>(
         let asked = device.config.get("arm").and_then(serde_json::Value::as_str);
         if let Some(asked) = asked.filter(|asked| *asked != name) {
             let message = format!("device `{}`: there is no arm `{asked}` in the cell's world", device.name);
-            problems.add(device.place, message, did_you_mean(asked, [name]));
+            problems.add(device.span, message, did_you_mean(asked, [name]));
         }
     }
     problems.into_result(&cell.file, &cell.text)

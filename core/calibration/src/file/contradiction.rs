@@ -11,11 +11,11 @@ pub(super) fn contradiction(distances: &[TouchDistance]) -> Option<(usize, Strin
         distances.iter().flat_map(|known| &known.between).map(String::as_str).collect();
     names.sort_unstable();
     names.dedup();
-    let place = |name: &str| names.iter().position(|known| *known == name).unwrap_or(0);
+    let index = |name: &str| names.iter().position(|known| *known == name).unwrap_or(0);
     let mut shortest = vec![vec![f64::INFINITY; names.len()]; names.len()];
     for (entry, known) in distances.iter().enumerate() {
         let [first, second] = &known.between;
-        let (one, other) = (place(first), place(second));
+        let (one, other) = (index(first), index(second));
         if one == other {
             return Some((entry, format!("a distance between `{first}` and itself; name two places")));
         }
@@ -44,7 +44,7 @@ pub(super) fn contradiction(distances: &[TouchDistance]) -> Option<(usize, Strin
     }
     distances.iter().enumerate().find_map(|(entry, known)| {
         let [first, second] = &known.between;
-        let around = shortest[place(first)][place(second)];
+        let around = shortest[index(first)][index(second)];
         (around < known.length - SLACK).then(|| {
             (
                 entry,

@@ -36,7 +36,7 @@ pub(super) fn check_answers(
             None => {
                 let help =
                     did_you_mean(&entry.step, each_once(asked.iter().map(|asked| asked.name.as_str())));
-                problems.add(entry.place, format!("nothing is asked in a step `{}`", entry.step), help);
+                problems.add(entry.span, format!("nothing is asked in a step `{}`", entry.step), help);
             }
         }
     }

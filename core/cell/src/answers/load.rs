@@ -69,7 +69,7 @@ fn read_entry(step: &Key, node: &Node, problems: &Problems) -> Option<AnswerEntr
             (Given::Always(answer), vec![place])
         }
     };
-    Some(AnswerEntry { step: step.name.clone(), place: step.span, given, places })
+    Some(AnswerEntry { step: step.name.clone(), span: step.span, given, places })
 }
 
 /// An answer and where it is. Of a pose, what could not be read has been reported and is left out.

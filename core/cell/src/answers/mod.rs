@@ -49,7 +49,7 @@ pub struct AnswerEntry {
     /// The step; inside a called procedure with the call's id before it, turns of repetitions left out.
     pub step: String,
     /// Where it is.
-    pub place: Span,
+    pub span: Span,
     /// One answer for all, or one for each time it is asked.
     pub given: Given,
     /// Where each of these answers is.

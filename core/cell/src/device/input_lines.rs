@@ -31,14 +31,14 @@ pub(super) fn check_input_lines(
         let Some(wire) = device.inputs.iter().find(|wire| wire.input == input) else {
             let message =
                 format!("device `{}` has `{key}`, which needs its input `{input}` wired", device.name);
-            problems.add(device.place, message, wiring_of(plugin, input));
+            problems.add(device.span, message, wiring_of(plugin, input));
             continue;
         };
         let count = mark("input_line_of").and_then(|_| lines_of(&wire.device));
         let (Some(count), Some(line)) = (count, value.as_u64()) else { continue };
         if line >= u64::from(count) {
             let message = format!("device `{}`: `config.{key}` is {line}", device.name);
-            problems.add(device.place, message, lines_there_are(&wire.device, count));
+            problems.add(device.span, message, lines_there_are(&wire.device, count));
         }
     }
 }

@@ -65,14 +65,14 @@ pub(super) fn check_joints(
         let Some(known) = listed.iter().find(|known| known.name == *joint) else {
             let message = format!("robot `{}`: its plugin has no joint `{joint}`", device.name);
             let help = did_you_mean(joint, listed.iter().map(|known| known.name.as_str()));
-            problems.add(device.place, message, help);
+            problems.add(device.span, message, help);
             continue;
         };
         let is = if known.from_mm.is_some() { DegOrMm::Mm } else { DegOrMm::Deg };
         if is != *unit {
             let (slides, turns) = ("it slides: write `mm`", "it turns: write `deg`");
             let message = format!("robot `{}`: joint `{joint}` is given in {}", device.name, unit.symbol());
-            problems.add(device.place, message, if is == DegOrMm::Mm { slides } else { turns });
+            problems.add(device.span, message, if is == DegOrMm::Mm { slides } else { turns });
         }
     }
 }

@@ -25,7 +25,7 @@ pub(crate) fn check_plugins(
         let plugin = match catalogue.find(&device.plugin) {
             Ok(plugin) => plugin,
             Err(error) => {
-                problems.add(device.place, error.to_string(), "");
+                problems.add(device.span, error.to_string(), "");
                 continue;
             }
         };
@@ -36,7 +36,7 @@ pub(crate) fn check_plugins(
             _ => &[],
         };
         for (message, help) in configuration::mistakes(&device.config, &plugin.manifest.config, given) {
-            problems.add(device.place, format!("device `{}`: {message}", device.name), help);
+            problems.add(device.span, format!("device `{}`: {message}", device.name), help);
         }
         check_kind(cell, device, plugin, &problems);
         check_corrections(cell, device, plugin, &problems);
@@ -48,14 +48,14 @@ pub(crate) fn check_plugins(
                 fits(input, &stream)
             });
             if let Err((message, help)) = wired {
-                problems.add(wire.place, message, help);
+                problems.add(wire.span, message, help);
             }
         }
         let missing = plugin.manifest.inputs.iter().filter(|input| !input.optional);
         for input in missing.filter(|input| device.inputs.iter().all(|wire| wire.input != input.name)) {
             let message = format!("device `{}` needs its input `{}` wired", device.name, input.name);
             problems.add(
-                device.place,
+                device.span,
                 message,
                 format!(
                     "write `inputs: {{{}: DEVICE/STREAM}}` with a stream of {}",
@@ -75,11 +75,11 @@ fn check_kind(cell: &Workcell, device: &DeviceSetting, plugin: &Plugin, problems
         (Some(_), DeviceKind::Sensor) => {
             let message = format!("device `{name}` is under `robots:`, and plugin `{id}` is a sensor");
             let help = format!("name the plugin of a robot, or take `{name}` away under `robots:`");
-            problems.add(device.place, message, help);
+            problems.add(device.span, message, help);
         }
         (None, DeviceKind::Robot) => {
             let message = format!("device `{name}` is a robot, and the cell file says nothing about it");
-            problems.add(device.place, message, "name it under `robots:` with its joints");
+            problems.add(device.span, message, "name it under `robots:` with its joints");
         }
         (None, DeviceKind::Sensor) => {}
     }
@@ -106,7 +106,7 @@ fn check_corrections(cell: &Workcell, device: &DeviceSetting, plugin: &Plugin, p
                 "device `{}`: procedure `{}` corrects its `{key}`, and plugin `{}` takes no such correction",
                 device.name, procedure.name, plugin.manifest.id
             );
-            problems.add(device.place, message, did_you_mean(key, taken.iter().copied()));
+            problems.add(device.span, message, did_you_mean(key, taken.iter().copied()));
         }
     }
 }

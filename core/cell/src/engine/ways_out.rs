@@ -130,7 +130,7 @@ impl Engine {
         let path = StepPath(format!("{}.by_hand", at.path));
         let at = StepContext { path: path.clone(), limit: None, ..at.clone() };
         let declared =
-            PromptQuestion::JogTo { robot, place: Span::NONE, goals: Vec::new(), arrivals: Vec::new() };
+            PromptQuestion::JogTo { robot, span: Span::NONE, goals: Vec::new(), arrivals: Vec::new() };
         let mut kind = self.prompt_kind(&declared, &at)?;
         if let PromptKind::JogTo { joint, sensor, .. } = &mut kind {
             joint.clone_from(&ways_out.joint);

@@ -11,7 +11,7 @@ use plumb_document::{Node, NodeValue, Problem, Problems, Span};
 #[derive(Debug, Clone)]
 pub struct Expression {
     text: String,
-    place: Span,
+    span: Span,
     ast: AST,
 }
 
@@ -35,7 +35,7 @@ impl Expression {
             }
         };
         match calculator.compile_expression(&text) {
-            Ok(ast) => Some(Self { text, place: node.span, ast }),
+            Ok(ast) => Some(Self { text, span: node.span, ast }),
             Err(error) => {
                 problems.push(syntax_problem(&error, &text, node.span, file));
                 None
@@ -50,7 +50,7 @@ impl Expression {
 
     /// Where it is.
     pub fn place(&self) -> Span {
-        self.place
+        self.span
     }
 
     /// The dotted paths it follows from a name: `tolerances.target_mm` of `2 * tolerances.target_mm`. Each once.
@@ -60,7 +60,7 @@ impl Expression {
 
     /// Reports the names it uses that are not there.
     pub fn check_names(&self, names: &Names, file: &str, problems: &Problems) {
-        report_unknown(&self.text, self.place, names, file, problems);
+        report_unknown(&self.text, self.span, names, file, problems);
     }
 
     /// Works it out.
@@ -116,7 +116,7 @@ pub type NumberExpression = Expression;
 #[derive(Debug, Clone)]
 pub struct Script {
     text: String,
-    place: Span,
+    span: Span,
     ast: AST,
 }
 
@@ -125,7 +125,7 @@ impl Script {
     pub fn read(node: &Node, calculator: &Calculator, file: &str, problems: &Problems) -> Option<Self> {
         let text = node.text("a script", problems)?.to_owned();
         match calculator.compile_script(&text) {
-            Ok(ast) => Some(Self { text, place: node.span, ast }),
+            Ok(ast) => Some(Self { text, span: node.span, ast }),
             Err(error) => {
                 problems.push(syntax_problem(&error, &text, node.span, file));
                 None
@@ -140,7 +140,7 @@ impl Script {
 
     /// Reports the names it uses that are not there.
     pub fn check_names(&self, names: &Names, file: &str, problems: &Problems) {
-        report_unknown(&self.text, self.place, names, file, problems);
+        report_unknown(&self.text, self.span, names, file, problems);
     }
 
     /// The script's text.

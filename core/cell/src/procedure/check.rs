@@ -86,7 +86,7 @@ impl Checker<'_> {
                 parameter.name == "all" || self.cell.robots.iter().any(|robot| robot.name == parameter.name);
             if taken {
                 self.problems.add(
-                    parameter.place,
+                    parameter.span,
                     format!("`{}` is the name of something else", parameter.name),
                     "choose another",
                 );
@@ -143,15 +143,15 @@ impl Checker<'_> {
     fn id(&mut self, step: &Step, names: &Names) {
         if let Some((_, first)) = self.ids.iter().find(|(id, _)| *id == step.id) {
             let message = format!("there is a step `{}` in line {} already", step.id, first.line);
-            self.problems.add(step.place, message, "give each step an id of its own");
+            self.problems.add(step.span, message, "give each step an id of its own");
         } else if step.id == "all" || names.get(&step.id).is_some() {
             self.problems.add(
-                step.place,
+                step.span,
                 format!("`{}` is the name of something else", step.id),
                 "choose another id",
             );
         }
-        self.ids.push((step.id.clone(), step.place));
+        self.ids.push((step.id.clone(), step.span));
     }
 }
 

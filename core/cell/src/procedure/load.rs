@@ -90,7 +90,9 @@ fn load_called(
             Inside::Repeated { steps, .. } => {
                 load_called(steps, file, calculator, files, problems, called, wrong);
             }
-            Inside::Called { file: name, place, .. } if !called.iter().any(|(known, _)| known == name) => {
+            Inside::Called { file: name, span: place, .. }
+                if !called.iter().any(|(known, _)| known == name) =>
+            {
                 let path = file.parent().unwrap_or(Path::new(".")).join(name);
                 if let Some(known) = files.read.get(&path) {
                     called.extend(known.iter().map(|procedure| (name.to_owned(), Arc::clone(procedure))));
@@ -164,7 +166,7 @@ fn read_parameter(key: &Key, node: &Node, context: &ReadContext<'_>) -> Paramete
     let what = format!("`{}`", key.name);
     let mut parameter = Parameter {
         name: key.name.clone(),
-        place: key.span,
+        span: key.span,
         default: 0.0,
         minimum: f64::NEG_INFINITY,
         maximum: f64::INFINITY,

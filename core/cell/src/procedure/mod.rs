@@ -46,7 +46,7 @@ pub struct Parameter {
     /// Its name; the end is its unit: `K_mm`.
     pub name: String,
     /// Where the name is written.
-    pub place: Span,
+    pub span: Span,
     /// Value when nobody sets another.
     pub default: f64,
     /// Smallest allowed.

@@ -29,7 +29,7 @@ pub(crate) struct ApplyStep {
     /// Which robot.
     pub(crate) robot: String,
     /// Where its name is written.
-    pub(crate) robot_place: Span,
+    pub(crate) robot_span: Span,
     /// The joints whose zeros shift.
     pub(crate) shifts: Vec<ZeroShift>,
     /// A person (or the answers file) accepts it first.
@@ -42,7 +42,7 @@ pub(crate) struct ZeroShift {
     /// The joint.
     pub(crate) joint: String,
     /// Where it is.
-    pub(crate) place: Span,
+    pub(crate) span: Span,
     /// How its numbers are written.
     pub(crate) unit: DegOrMm,
     /// Where the joint truly was, less where it was thought to be.
@@ -68,12 +68,12 @@ fn read(node: &Node, context: &ReadContext<'_>) -> Option<ApplyStep> {
     let zeros = map.required("joint_zero").and_then(|node| node.entries("`joint_zero`", context.problems));
     let ask = map.optional("ask").and_then(|node| node.boolean("`ask`", context.problems)).unwrap_or(true);
     map.finish();
-    let (robot, robot_place) = robot?;
+    let (robot, robot_span) = robot?;
     let shifts: Vec<ZeroShift> = zeros?
         .iter()
         .filter_map(|(joint, node)| read_shift(&joint.name, joint.span, node, context))
         .collect();
-    Some(ApplyStep { robot, robot_place, shifts, ask })
+    Some(ApplyStep { robot, robot_span, shifts, ask })
 }
 
 fn read_shift(joint: &str, place: Span, node: &Node, context: &ReadContext<'_>) -> Option<ZeroShift> {
@@ -94,7 +94,7 @@ fn read_shift(joint: &str, place: Span, node: &Node, context: &ReadContext<'_>) 
     map.finish();
     Some(ZeroShift {
         joint: joint.to_owned(),
-        place,
+        span: place,
         unit,
         shift: shift?,
         uncertainty: uncertainty?,
@@ -124,7 +124,7 @@ fn read_uncertainty(
 
 impl Action for ApplyStep {
     fn check(&self, context: &CheckContext<'_>) {
-        let robot = context.robot(&self.robot, self.robot_place);
+        let robot = context.robot(&self.robot, self.robot_span);
         for shift in &self.shifts {
             let mut names = context.names.clone();
             match &shift.uncertainty {
@@ -136,11 +136,11 @@ impl Action for ApplyStep {
             }
             shift.shift.check_names(&names, context.file, context.problems);
             if let Some(robot) = robot
-                && let Some(unit) = context.joint(robot, &shift.joint, shift.place)
+                && let Some(unit) = context.joint(robot, &shift.joint, shift.span)
                 && unit != shift.unit
             {
                 let message = format!("joint `{}` goes by {}", shift.joint, unit.symbol());
-                context.problems.add(shift.place, message, format!("write `shift_{}`", unit.symbol()));
+                context.problems.add(shift.span, message, format!("write `shift_{}`", unit.symbol()));
             }
         }
     }

@@ -19,7 +19,7 @@ pub(crate) struct CallStep {
     /// The procedure's file, relative to the file that calls it.
     pub(crate) file: String,
     /// Where it is.
-    pub(crate) place: Span,
+    pub(crate) span: Span,
     /// Parameters other than their defaults; worked out from this procedure's own parameters before the run.
     pub(crate) with: Vec<(Key, Expression)>,
 }
@@ -34,7 +34,7 @@ fn read(node: &Node, context: &ReadContext<'_>) -> Option<CallStep> {
     for (name, node) in with.unwrap_or_default() {
         parameters.push((name.clone(), context.expression(node, &format!("`{}`", name.name))?));
     }
-    Some(CallStep { file, place, with: parameters })
+    Some(CallStep { file, span: place, with: parameters })
 }
 
 impl Action for CallStep {
@@ -50,7 +50,7 @@ impl Action for CallStep {
     }
 
     fn inside(&self) -> Inside<'_> {
-        Inside::Called { file: &self.file, place: self.place, with: &self.with }
+        Inside::Called { file: &self.file, span: self.span, with: &self.with }
     }
 }
 

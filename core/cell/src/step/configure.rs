@@ -20,7 +20,7 @@ pub(crate) struct ConfigureStep {
     /// Which sensor.
     pub(crate) sensor: String,
     /// Where its name is written.
-    pub(crate) sensor_place: Span,
+    pub(crate) sensor_span: Span,
     /// The keys that change, as the sensor's plugin knows them.
     pub(crate) settings: serde_json::Value,
 }
@@ -30,13 +30,13 @@ fn read(node: &Node, context: &ReadContext<'_>) -> Option<ConfigureStep> {
     let sensor = context.required_text(&mut map, "sensor");
     let settings = map.required("settings").map(Node::to_json);
     map.finish();
-    let (sensor, sensor_place) = sensor?;
-    Some(ConfigureStep { sensor, sensor_place, settings: settings? })
+    let (sensor, sensor_span) = sensor?;
+    Some(ConfigureStep { sensor, sensor_span, settings: settings? })
 }
 
 impl Action for ConfigureStep {
     fn check(&self, context: &CheckContext<'_>) {
-        context.sensor(&self.sensor, self.sensor_place);
+        context.sensor(&self.sensor, self.sensor_span);
     }
 
     fn result_shape(&self, _cell: &CellNames) -> Shape {

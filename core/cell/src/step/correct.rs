@@ -27,7 +27,7 @@ pub(crate) struct CorrectStep {
     /// Which sensor.
     pub(crate) sensor: String,
     /// Where its name is written.
-    pub(crate) sensor_place: Span,
+    pub(crate) sensor_span: Span,
     /// The parameters that change.
     pub(crate) parameters: Vec<ParameterCorrection>,
     /// A person (or the answers file) accepts it first.
@@ -74,7 +74,7 @@ fn read(node: &Node, context: &ReadContext<'_>) -> Option<CorrectStep> {
     let ask = map.optional("ask").and_then(|node| node.boolean("`ask`", context.problems)).unwrap_or(true);
     let place = map.span();
     map.finish();
-    let (sensor, sensor_place) = sensor?;
+    let (sensor, sensor_span) = sensor?;
     let parameters = parameters?;
     if parameters.is_empty() {
         let help = "name what changes, as in `parameters: {camera_roll_deg: {shift: found.roll_deg, uncertainty: 0.02, plausible: 5}}`";
@@ -82,7 +82,7 @@ fn read(node: &Node, context: &ReadContext<'_>) -> Option<CorrectStep> {
     }
     let parameters: Vec<ParameterCorrection> =
         parameters.iter().filter_map(|(key, node)| read_parameter(key, node, context)).collect();
-    Some(CorrectStep { sensor, sensor_place, parameters, ask })
+    Some(CorrectStep { sensor, sensor_span, parameters, ask })
 }
 
 fn read_parameter(key: &Key, node: &Node, context: &ReadContext<'_>) -> Option<ParameterCorrection> {
@@ -110,7 +110,7 @@ fn read_parameter(key: &Key, node: &Node, context: &ReadContext<'_>) -> Option<P
 
 impl Action for CorrectStep {
     fn check(&self, context: &CheckContext<'_>) {
-        context.sensor(&self.sensor, self.sensor_place);
+        context.sensor(&self.sensor, self.sensor_span);
         for parameter in &self.parameters {
             let (Change::Shift(change) | Change::Factor(change)) = &parameter.change;
             context.check_expression(change);

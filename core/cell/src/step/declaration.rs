@@ -21,7 +21,7 @@ pub struct Step {
     /// Unique in the procedure; results are called by it.
     pub id: String,
     /// Position of the id in the file.
-    pub place: Span,
+    pub span: Span,
     /// For people.
     pub title: String,
     /// Its kind, as files name it.
@@ -169,7 +169,7 @@ pub(crate) enum Inside<'a> {
         /// Its file, relative to the file that calls it.
         file: &'a str,
         /// Position of its name.
-        place: Span,
+        span: Span,
         /// Parameters other than their defaults.
         with: &'a [(Key, Expression)],
     },

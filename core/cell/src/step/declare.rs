@@ -28,7 +28,7 @@ pub(crate) struct DeclareStep {
     /// Which robot.
     pub(crate) robot: String,
     /// Where its name is written.
-    pub(crate) robot_place: Span,
+    pub(crate) robot_span: Span,
     /// What the joints shall read from now on; joints not named read what they read.
     pub(crate) joints: JointTargets,
     /// One standard uncertainty of that, or its budget, for the record; what is left out was not determined.
@@ -53,13 +53,13 @@ fn read(node: &Node, context: &ReadContext<'_>) -> Option<DeclareStep> {
         context.problems.add(place, "this declares no joint", help);
         return None;
     }
-    let (robot, robot_place) = robot?;
-    Some(DeclareStep { robot, robot_place, joints, uncertainties, plausible, ask })
+    let (robot, robot_span) = robot?;
+    Some(DeclareStep { robot, robot_span, joints, uncertainties, plausible, ask })
 }
 
 impl Action for DeclareStep {
     fn check(&self, context: &CheckContext<'_>) {
-        let robot = context.robot(&self.robot, self.robot_place);
+        let robot = context.robot(&self.robot, self.robot_span);
         for joint in self.joints.iter().chain(&self.uncertainties) {
             joint.check(robot, context);
         }

@@ -23,7 +23,7 @@ pub(crate) struct ErrorTerm {
     /// As the step's equations call it; its unit is the end of the name.
     pub(crate) name: String,
     /// Where the name is written.
-    pub(crate) place: Span,
+    pub(crate) span: Span,
     /// For people: `line B off its distance`.
     pub(crate) about: String,
     /// How far off it may be.
@@ -97,7 +97,7 @@ fn read_one(name: &Key, node: &Node, context: &ReadContext<'_>) -> Option<ErrorT
             return None;
         }
     };
-    Some(ErrorTerm { name: name.name.clone(), place: name.span, about, size })
+    Some(ErrorTerm { name: name.name.clone(), span: name.span, about, size })
 }
 
 /// Checks the sizes, and that no error is named like something else.
@@ -109,7 +109,7 @@ pub(super) fn check(errors: &[ErrorTerm], context: &CheckContext<'_>) {
         one.size.expression().check_names(&names, context.file, context.problems);
         if context.names.get(&one.name).is_some() {
             let message = format!("`{}` is the name of something else", one.name);
-            context.problems.add(one.place, message, "choose another");
+            context.problems.add(one.span, message, "choose another");
         }
     }
 }

@@ -13,7 +13,7 @@ pub(crate) struct JointTarget {
     /// The joint.
     pub(crate) joint: String,
     /// Where it is.
-    pub(crate) place: Span,
+    pub(crate) span: Span,
     /// In which unit the number is written.
     pub(crate) unit: DegOrMm,
     /// The number.
@@ -39,7 +39,7 @@ pub(super) fn read_pair(
         };
         for (joint, node) in entries {
             if let Some(value) = context.expression(node, &format!("`{}`", joint.name)) {
-                targets.push(JointTarget { joint: joint.name.clone(), place: joint.span, unit, value });
+                targets.push(JointTarget { joint: joint.name.clone(), span: joint.span, unit, value });
             }
         }
     }
@@ -54,19 +54,19 @@ impl JointTarget {
         let internal = self.unit.to_internal(place);
         let Some(help) = kept_from(robot, &self.joint, internal, self.unit) else { return };
         let message = format!("{} cannot go to {place} {}", self.joint, self.unit.symbol());
-        context.problems.add(self.place, message, help);
+        context.problems.add(self.span, message, help);
     }
 
     /// Checks that the robot has the joint, that the unit fits it, and the names in the number.
     pub(super) fn check(&self, robot: Option<&RobotNames>, context: &CheckContext<'_>) {
         context.check_expression(&self.value);
         let Some(robot) = robot else { return };
-        if let Some(unit) = context.joint(robot, &self.joint, self.place)
+        if let Some(unit) = context.joint(robot, &self.joint, self.span)
             && unit != self.unit
         {
             let message = format!("joint `{}` is given in {}", self.joint, self.unit.symbol());
             context.problems.add(
-                self.place,
+                self.span,
                 message,
                 format!("it goes by {}: write it under the key that ends in `_{0}`", unit.symbol()),
             );

@@ -36,7 +36,7 @@ pub(crate) struct ListenStep {
     /// As its manifest calls it.
     pub(crate) stream: String,
     /// Where both are.
-    pub(crate) place: Span,
+    pub(crate) span: Span,
     pub(crate) end: End,
     /// It fails when no message came for so long, s.
     pub(crate) longest_gap: Option<Expression>,
@@ -104,7 +104,7 @@ fn read(node: &Node, context: &ReadContext<'_>) -> Option<ListenStep> {
     Some(ListenStep {
         device: device.to_owned(),
         stream: stream.to_owned(),
-        place,
+        span: place,
         end: end?,
         longest_gap,
         values: kept,
@@ -198,7 +198,7 @@ impl ListenStep {
         if !devices().any(|device| *device == self.device) {
             let help = did_you_mean(&self.device, devices().map(String::as_str));
             context.problems.add(
-                self.place,
+                self.span,
                 format!("there is no device `{}` in the cell", self.device),
                 help,
             );
@@ -209,7 +209,7 @@ impl ListenStep {
         if found.is_none() {
             let help = did_you_mean(&self.stream, known.streams.iter().map(|stream| stream.name.as_str()));
             let message = format!("device `{}` has no stream `{}`", self.device, self.stream);
-            context.problems.add(self.place, message, help);
+            context.problems.add(self.span, message, help);
         }
         found
     }

@@ -23,7 +23,7 @@ pub(crate) struct MeasureStep {
     /// Which sensor.
     pub(crate) sensor: String,
     /// Where its name is written.
-    pub(crate) sensor_place: Span,
+    pub(crate) sensor_span: Span,
     /// A sensor that is read first and whose stream feeds the other: a camera.
     pub(crate) trigger: Option<(String, Span)>,
 }
@@ -40,13 +40,13 @@ fn read(node: &Node, context: &ReadContext<'_>) -> Option<MeasureStep> {
         .optional("trigger")
         .and_then(|node| Some((node.text("`trigger`", context.problems)?.to_owned(), node.span)));
     map.finish();
-    let (sensor, sensor_place) = sensor?;
-    Some(MeasureStep { sensor, sensor_place, trigger })
+    let (sensor, sensor_span) = sensor?;
+    Some(MeasureStep { sensor, sensor_span, trigger })
 }
 
 impl Action for MeasureStep {
     fn check(&self, context: &CheckContext<'_>) {
-        context.sensor(&self.sensor, self.sensor_place);
+        context.sensor(&self.sensor, self.sensor_span);
         if let Some((trigger, place)) = &self.trigger {
             context.sensor(trigger, *place);
         }

@@ -25,7 +25,7 @@ pub(crate) struct MotorsStep {
     /// Which robot.
     pub(crate) robot: String,
     /// Where its name is written.
-    pub(crate) robot_place: Span,
+    pub(crate) robot_span: Span,
 }
 
 /// By which expressions call the temperature of the hottest motor.
@@ -57,13 +57,13 @@ fn read(node: &Node, context: &ReadContext<'_>) -> Option<MotorsStep> {
     let mut map = MapReader::new(node, "`motors`", context.problems)?;
     let robot = context.required_text(&mut map, "robot");
     map.finish();
-    let (robot, robot_place) = robot?;
-    Some(MotorsStep { robot, robot_place })
+    let (robot, robot_span) = robot?;
+    Some(MotorsStep { robot, robot_span })
 }
 
 impl Action for MotorsStep {
     fn check(&self, context: &CheckContext<'_>) {
-        context.robot(&self.robot, self.robot_place);
+        context.robot(&self.robot, self.robot_span);
     }
 
     fn result_shape(&self, cell: &CellNames) -> Shape {
@@ -195,7 +195,7 @@ mod tests {
 
     #[test]
     fn expressions_may_name_what_the_motors_of_the_cells_joints_may_report() {
-        let step = MotorsStep { robot: "arm".to_owned(), robot_place: Span::default() };
+        let step = MotorsStep { robot: "arm".to_owned(), robot_span: Span::default() };
         assert_eq!(step.result_shape(&CellNames::default()), Shape::Anything);
     }
 }

@@ -32,7 +32,7 @@ pub(crate) struct MoveStep {
     /// Which robot.
     pub(crate) robot: String,
     /// Where its name is written.
-    pub(crate) robot_place: Span,
+    pub(crate) robot_span: Span,
     /// The joints that move; the others stay.
     pub(crate) targets: JointTargets,
     /// The targets are added to where the joints are.
@@ -95,7 +95,7 @@ fn read(node: &Node, context: &ReadContext<'_>) -> Option<MoveStep> {
     map.finish();
     // Under a key that is reported joints may be meant.
     let all_keys_known = context.problems.len() == before;
-    let (robot, robot_place) = robot?;
+    let (robot, robot_span) = robot?;
     let relative = to.is_empty();
     if !to.is_empty() && !by.is_empty() {
         context.problems.add(place, "a move goes either to angles or by angles", "keep `to_...` or `by_...`");
@@ -123,7 +123,7 @@ fn read(node: &Node, context: &ReadContext<'_>) -> Option<MoveStep> {
         }
         return None;
     }
-    Some(MoveStep { robot, robot_place, targets, relative, point, hand, speed })
+    Some(MoveStep { robot, robot_span, targets, relative, point, hand, speed })
 }
 
 fn read_hand(node: &Node, context: &ReadContext<'_>) -> Option<HandTarget> {
@@ -240,7 +240,7 @@ impl MoveStep {
 
 impl Action for MoveStep {
     fn check(&self, context: &CheckContext<'_>) {
-        let robot = context.robot(&self.robot, self.robot_place);
+        let robot = context.robot(&self.robot, self.robot_span);
         if let Some(point) = &self.point {
             point
                 .xyz
@@ -263,7 +263,7 @@ impl Action for MoveStep {
                 }
                 if let Some(named) = self.targets.iter().find(|target| target.joint == *joint) {
                     let help = "either the point says where it goes, or a number";
-                    context.problems.add(named.place, format!("joint `{joint}` has two goals"), help);
+                    context.problems.add(named.span, format!("joint `{joint}` has two goals"), help);
                 }
             }
         }

@@ -54,7 +54,7 @@ pub(crate) enum PromptQuestion {
         /// Which robot.
         robot: String,
         /// Where its name is written.
-        place: Span,
+        span: Span,
         /// Bounds that have to be kept.
         goals: Vec<Goal>,
         /// From which side joints have to arrive.
@@ -68,7 +68,7 @@ pub(crate) struct Arrival {
     /// The joint.
     pub(crate) joint: String,
     /// Where its name is written.
-    pub(crate) place: Span,
+    pub(crate) span: Span,
     /// The side.
     pub(crate) from: ArrivalSide,
 }
@@ -106,7 +106,7 @@ pub(crate) struct Goal {
     /// The joint.
     pub(crate) joint: String,
     /// Where it is.
-    pub(crate) place: Span,
+    pub(crate) span: Span,
     /// How its numbers are written.
     pub(crate) unit: DegOrMm,
     /// Smallest allowed.
@@ -124,14 +124,14 @@ impl PromptQuestion {
                     context.check_expression(expression);
                 }
             }
-            Self::JogTo { robot, place, goals, arrivals } => {
+            Self::JogTo { robot, span: place, goals, arrivals } => {
                 let robot = context.robot(robot, *place);
                 for goal in goals {
                     goal.check(robot, context);
                 }
                 for arrival in arrivals {
                     if let Some(robot) = robot {
-                        context.joint(robot, &arrival.joint, arrival.place);
+                        context.joint(robot, &arrival.joint, arrival.span);
                     }
                 }
             }
@@ -165,11 +165,11 @@ impl Goal {
         context.check_expression(&self.minimum);
         context.check_expression(&self.maximum);
         if let Some(robot) = robot
-            && let Some(unit) = context.joint(robot, &self.joint, self.place)
+            && let Some(unit) = context.joint(robot, &self.joint, self.span)
             && unit != self.unit
         {
             let message = format!("joint `{}` goes by {}", self.joint, unit.symbol());
-            context.problems.add(self.place, message, format!("write it under `within_{}`", unit.symbol()));
+            context.problems.add(self.span, message, format!("write it under `within_{}`", unit.symbol()));
         }
         self.check_limits(robot, context);
     }
@@ -191,7 +191,7 @@ impl Goal {
         let unit = self.unit.symbol();
         if least > most {
             let message = format!("no place of {} is between {least} and {most} {unit}", self.joint);
-            return context.problems.add(self.place, message, "write the lesser one first");
+            return context.problems.add(self.span, message, "write the lesser one first");
         }
         let Some(robot) = robot else { return };
         let bounds = (self.unit.to_internal(least), self.unit.to_internal(most));
@@ -204,7 +204,7 @@ impl Goal {
         let out = { ranges }.find_map(|range| outside(range, bounds));
         if let Some(help) = out.and_then(|place| kept_from(robot, &self.joint, place, self.unit)) {
             let message = format!("{} cannot come between {least} and {most} {unit}", self.joint);
-            context.problems.add(self.place, message, help);
+            context.problems.add(self.span, message, help);
         }
     }
 }

@@ -40,7 +40,7 @@ fn read_step(node: &Node, context: &ReadContext<'_>) -> Option<Step> {
     check_name(&id, place, "a step's id", context);
     let title = title.unwrap_or_else(|| id.replace('_', " "));
     let (kind, action) = action?;
-    Some(Step { id, place, title, kind, action, when, time_limit, on_error, retries })
+    Some(Step { id, span: place, title, kind, action, when, time_limit, on_error, retries })
 }
 
 fn read_on_error(node: &Node, context: &ReadContext<'_>) -> Option<OnError> {

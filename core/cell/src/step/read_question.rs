@@ -106,14 +106,14 @@ pub(super) fn read_jog(node: &Node, context: &ReadContext<'_>) -> Option<PromptQ
             if let (Some(minimum), Some(maximum)) =
                 (context.expression(minimum, what), context.expression(maximum, what))
             {
-                goals.push(Goal { joint: joint.name.clone(), place: joint.span, unit, minimum, maximum });
+                goals.push(Goal { joint: joint.name.clone(), span: joint.span, unit, minimum, maximum });
             }
         }
     }
     let arrivals = map.optional("from").map(|node| read_arrivals(node, context)).unwrap_or_default();
     map.finish();
     let (robot, place) = robot?;
-    Some(PromptQuestion::JogTo { robot, place, goals, arrivals })
+    Some(PromptQuestion::JogTo { robot, span: place, goals, arrivals })
 }
 
 fn read_arrivals(node: &Node, context: &ReadContext<'_>) -> Vec<Arrival> {
@@ -129,7 +129,7 @@ fn read_arrivals(node: &Node, context: &ReadContext<'_>) -> Vec<Arrival> {
             }
             None => continue,
         };
-        arrivals.push(Arrival { joint: joint.name.clone(), place: joint.span, from });
+        arrivals.push(Arrival { joint: joint.name.clone(), span: joint.span, from });
     }
     arrivals
 }

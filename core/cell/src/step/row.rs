@@ -25,7 +25,7 @@ pub(crate) struct RowStep {
     /// Which robot.
     pub(crate) robot: String,
     /// Where its name is written.
-    pub(crate) robot_place: Span,
+    pub(crate) robot_span: Span,
     /// Joints that were read elsewhere than the arm is when the row is written.
     pub(crate) joints: JointTargets,
     /// What was measured, by the model lab's columns.
@@ -45,7 +45,7 @@ fn read(node: &Node, context: &ReadContext<'_>) -> Option<RowStep> {
     };
     let mut row = RowStep {
         robot: String::new(),
-        robot_place: node.span,
+        robot_span: node.span,
         joints: read_joints(node, context),
         numbers: Vec::new(),
         words: Vec::new(),
@@ -56,7 +56,7 @@ fn read(node: &Node, context: &ReadContext<'_>) -> Option<RowStep> {
         match key.name.as_str() {
             "robot" => {
                 row.robot = node.text(&what, context.problems)?.to_owned();
-                row.robot_place = node.span;
+                row.robot_span = node.span;
             }
             "joints_deg" | "joints_mm" => {}
             _ => measures |= read_column(&mut row, key, node, context)?,
@@ -129,7 +129,7 @@ impl Action for RowStep {
         for (_, value) in &self.numbers {
             context.check_expression(value);
         }
-        let robot = context.robot(&self.robot, self.robot_place);
+        let robot = context.robot(&self.robot, self.robot_span);
         for joint in &self.joints {
             joint.check(robot, context);
         }

@@ -40,11 +40,11 @@ pub(crate) struct ScanStep {
     /// Which robot.
     pub(crate) robot: String,
     /// Where its name is written.
-    pub(crate) robot_place: Span,
+    pub(crate) robot_span: Span,
     /// The light stripe sensor.
     pub(crate) sensor: String,
     /// Where its name is written.
-    pub(crate) sensor_place: Span,
+    pub(crate) sensor_span: Span,
     /// The camera that is asked for each picture; none for one that takes them by itself.
     pub(crate) trigger: Option<(String, Span)>,
     /// Where the first stripe's middle goes, mm in the robot's base frame.
@@ -113,13 +113,13 @@ fn read(node: &Node, context: &ReadContext<'_>) -> Option<ScanStep> {
     });
     let on = map.optional("on").and_then(|node| text(node, "`on`")).map(|(name, _)| name);
     map.finish();
-    let (robot, robot_place) = robot?;
-    let (sensor, sensor_place) = sensor?;
+    let (robot, robot_span) = robot?;
+    let (sensor, sensor_span) = sensor?;
     Some(ScanStep {
         robot,
-        robot_place,
+        robot_span,
         sensor,
-        sensor_place,
+        sensor_span,
         trigger,
         from: from?,
         to: to?,
@@ -138,8 +138,8 @@ fn read(node: &Node, context: &ReadContext<'_>) -> Option<ScanStep> {
 
 impl Action for ScanStep {
     fn check(&self, context: &CheckContext<'_>) {
-        let _ = context.robot(&self.robot, self.robot_place);
-        context.sensor(&self.sensor, self.sensor_place);
+        let _ = context.robot(&self.robot, self.robot_span);
+        context.sensor(&self.sensor, self.sensor_span);
         if let Some((trigger, place)) = &self.trigger {
             context.sensor(trigger, *place);
         }

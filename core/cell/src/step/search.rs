@@ -32,11 +32,11 @@ pub(crate) struct SearchStep {
     /// Which robot.
     pub(crate) robot: String,
     /// Where its name is written.
-    pub(crate) robot_place: Span,
+    pub(crate) robot_span: Span,
     /// The joint that moves.
     pub(crate) joint: String,
     /// Where its name is written.
-    pub(crate) joint_place: Span,
+    pub(crate) joint_span: Span,
     /// How the search's lengths are written.
     pub(crate) unit: DegOrMm,
     /// How far at most; its sign is the direction.
@@ -44,7 +44,7 @@ pub(crate) struct SearchStep {
     /// The sensor that is watched.
     pub(crate) sensor: String,
     /// Where its name is written.
-    pub(crate) sensor_place: Span,
+    pub(crate) sensor_span: Span,
     /// The search ends where the sensor comes on, or where it goes off.
     pub(crate) until_on: bool,
     /// The first approach.
@@ -67,7 +67,7 @@ pub(crate) struct Finds {
     /// The surface or line, as the robot's model file calls it.
     pub(crate) surface: String,
     /// Where its name is written.
-    pub(crate) place: Span,
+    pub(crate) span: Span,
     /// How high over it the hand is then, mm.
     pub(crate) height_mm: Option<Expression>,
     /// Under which circumstances, by the model lab's columns: load, temperature, which return to a pose.
@@ -109,19 +109,19 @@ fn read(node: &Node, context: &ReadContext<'_>) -> Option<SearchStep> {
         == Some(1);
     let finds = map.optional("finds").and_then(|node| read_finds(node, context));
     map.finish();
-    let (robot, robot_place) = robot?;
-    let (joint, joint_place) = joint?;
-    let (sensor, sensor_place, until_on) = until?;
+    let (robot, robot_span) = robot?;
+    let (joint, joint_span) = joint?;
+    let (sensor, sensor_span, until_on) = until?;
     let travel = travel?;
     Some(SearchStep {
         robot,
-        robot_place,
+        robot_span,
         joint,
-        joint_place,
+        joint_span,
         unit,
         travel,
         sensor,
-        sensor_place,
+        sensor_span,
         until_on,
         fast,
         slow,
@@ -153,7 +153,7 @@ fn read_finds(node: &Node, context: &ReadContext<'_>) -> Option<Finds> {
     let circumstances = circumstances.collect();
     map.finish();
     let (surface, place) = surface?;
-    Some(Finds { surface, place, height_mm, circumstances })
+    Some(Finds { surface, span: place, height_mm, circumstances })
 }
 
 fn read_approach(
@@ -192,18 +192,18 @@ impl Action for SearchStep {
             let circumstances = finds.circumstances.iter().map(|(_, value)| value);
             finds.height_mm.iter().chain(circumstances).for_each(|value| context.check_expression(value));
         }
-        context.sensor(&self.sensor, self.sensor_place);
-        let Some(robot) = context.robot(&self.robot, self.robot_place) else { return };
+        context.sensor(&self.sensor, self.sensor_span);
+        let Some(robot) = context.robot(&self.robot, self.robot_span) else { return };
         if let Some(finds) = self.finds.as_ref().filter(|finds| !robot.surfaces.contains(&finds.surface)) {
             let message = format!("the model of {} has no surface `{}`", robot.name, finds.surface);
             let help = did_you_mean(&finds.surface, robot.surfaces.iter().map(String::as_str));
-            context.problems.add(finds.place, message, help);
+            context.problems.add(finds.span, message, help);
         }
-        if let Some(unit) = context.joint(robot, &self.joint, self.joint_place)
+        if let Some(unit) = context.joint(robot, &self.joint, self.joint_span)
             && unit != self.unit
         {
             let message = format!("joint `{}` goes by {}", self.joint, unit.symbol());
-            context.problems.add(self.joint_place, message, format!("write `travel_{}`", unit.symbol()));
+            context.problems.add(self.joint_span, message, format!("write `travel_{}`", unit.symbol()));
         }
     }
 

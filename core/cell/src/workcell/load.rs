@@ -164,12 +164,12 @@ impl Loader<'_> {
                 input: input.clone(),
                 device: device.to_owned(),
                 stream: stream.to_owned(),
-                place: *place,
+                span: *place,
             })
         });
         DeviceSetting {
             name: raw.name.name.clone(),
-            place: raw.name.span,
+            span: raw.name.span,
             inputs: inputs.collect(),
             plugin: raw.plugin.0.clone(),
             config: raw.config.clone(),
@@ -299,7 +299,7 @@ impl Loader<'_> {
         }
         let length = raw.normal.iter().map(|n| n * n).sum::<f64>().sqrt();
         if length < 1e-9 {
-            problems.add(raw.normal_place, "the normal of a plane has a length", "for a table: `[0, 0, 1]`");
+            problems.add(raw.normal_span, "the normal of a plane has a length", "for a table: `[0, 0, 1]`");
             return None;
         }
         let normal = raw.normal.map(|n| n / length);

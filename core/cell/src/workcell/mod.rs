@@ -97,7 +97,7 @@ pub struct DeviceSetting {
     /// Its name in the cell.
     pub name: String,
     /// Where the name is written in the file.
-    pub place: Span,
+    pub span: Span,
     /// The plugin that serves it.
     pub plugin: String,
     /// What the plugin is given.
@@ -120,7 +120,7 @@ pub struct Wire {
     /// The stream.
     pub stream: String,
     /// Where it is in the file.
-    pub place: Span,
+    pub span: Span,
 }
 
 impl Workcell {

@@ -54,7 +54,7 @@ pub(super) struct RawKeepOut {
     pub(super) name: String,
     pub(super) robot: (String, Span),
     pub(super) normal: [f64; 3],
-    pub(super) normal_place: Span,
+    pub(super) normal_span: Span,
     pub(super) offset_mm: f64,
 }
 
@@ -229,6 +229,6 @@ fn read_keep_out(node: &Node, context: &ReadContext<'_>) -> Option<RawKeepOut> {
     let normal = normal_node.and_then(|node| node.numbers("`normal`", context.problems));
     let offset_mm = map.required("offset_mm").and_then(|node| node.number("`offset_mm`", context.problems));
     map.finish();
-    let normal_place = normal_node?.span;
-    Some(RawKeepOut { name: name?.0, robot: robot?, normal: normal?, normal_place, offset_mm: offset_mm? })
+    let normal_span = normal_node?.span;
+    Some(RawKeepOut { name: name?.0, robot: robot?, normal: normal?, normal_span, offset_mm: offset_mm? })
 }
