@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use plumb_cell::device::CellPlace;
+use plumb_cell::device::CellResources;
 
 /// A user's copy of the shipped cells, or of files of the user's own.
 struct Cells {
@@ -350,7 +350,7 @@ fn the_worlds_reader_of_urdf_files_and_the_labs_put_the_tip_at_the_same_places()
 
 /// The process of a cell's world.
 fn world_of(cell: &Path) -> Option<i32> {
-    let socket = CellPlace::of_cell(cell).unwrap().world_socket().display().to_string();
+    let socket = CellResources::of_cell(cell).unwrap().world_socket().display().to_string();
     fs::read_dir("/proc").unwrap().flatten().find_map(|entry| {
         let process: i32 = entry.file_name().to_str()?.parse().ok()?;
         let command = fs::read(entry.path().join("cmdline")).ok()?;

@@ -30,7 +30,7 @@ use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use lab::{Lab, Running, hosts_of};
-use plumb_cell::device::CellPlace;
+use plumb_cell::device::CellResources;
 use plumb_simulated::client::WorldClient;
 use plumb_simulated::protocol::Verb;
 
@@ -125,7 +125,7 @@ fn run(lab: &Lab) -> (Duration, Vec<Look>) {
 }
 
 fn world_time(lab: &Lab) -> Option<Duration> {
-    let socket = CellPlace::of_cell(&lab.path("cell.yaml")).unwrap().world_socket();
+    let socket = CellResources::of_cell(&lab.path("cell.yaml")).unwrap().world_socket();
     let reading = WorldClient::connect(&socket, "soak").ok()?.read(Verb::Read {}).ok()?;
     Some(Duration::from_nanos(reading.time_ns))
 }
@@ -154,8 +154,8 @@ fn holds(process: u32) -> Option<Holds> {
 
 /// Bytes of the cell's files in shared memory.
 fn shared_memory(lab: &Lab) -> u64 {
-    let folder = CellPlace::of_cell(&lab.path("cell.yaml")).unwrap();
-    let name = folder.domain().root().file_name().unwrap().to_str().unwrap().to_owned();
+    let resources = CellResources::of_cell(&lab.path("cell.yaml")).unwrap();
+    let name = resources.domain().root().file_name().unwrap().to_str().unwrap().to_owned();
     let number = name.strip_prefix("plumb-cell-").unwrap().to_owned();
     let entries = fs::read_dir("/dev/shm").unwrap().flatten();
     let own = entries.filter(|entry| entry.file_name().to_string_lossy().contains(&number));

@@ -8,7 +8,7 @@ use plumb_host::WiredInput;
 use plumb_plugin::{FrameHeader, StripeHeader};
 use serde_json::json;
 
-use crate::parts::{Place, plugin};
+use crate::parts::{TestFolder, plugin};
 use crate::statistics::{quantile, us};
 use crate::{LONG, Measured};
 
@@ -28,7 +28,7 @@ pub(crate) fn measure(count: usize) -> Measured {
 }
 
 fn of_size(width: u32, height: u32, count: usize) -> Measured {
-    let folder = Place::new()?;
+    let folder = TestFolder::new()?;
     let (camera, sensor) = (plugin("simulated-camera")?, plugin("light-stripe")?);
     let stream = |plugin: &plumb_host::Plugin, name: &str| {
         let found = plugin.manifest.streams.iter().find(|stream| stream.name == name).cloned();

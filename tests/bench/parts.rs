@@ -14,13 +14,13 @@ use plumb_plugin::Value;
 pub(crate) const PROGRAM: &str = env!("CARGO_BIN_EXE_plumb");
 
 /// A place on a bus that nobody else is on.
-pub(crate) struct Place {
+pub(crate) struct TestFolder {
     pub(crate) bus: Option<Bus>,
     pub(crate) domain: Domain,
     _directory: tempfile::TempDir,
 }
 
-impl Place {
+impl TestFolder {
     pub(crate) fn new() -> Result<Self, Box<dyn Error>> {
         static COUNT: AtomicU32 = AtomicU32::new(0);
         let directory = tempfile::Builder::new().prefix("pb").tempdir()?;
@@ -49,7 +49,7 @@ impl Place {
     }
 }
 
-impl Drop for Place {
+impl Drop for TestFolder {
     fn drop(&mut self) {
         self.bus = None;
         // What is still in use is left to who uses it.

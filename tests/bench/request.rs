@@ -12,7 +12,7 @@ use iceoryx2::prelude::{
 };
 use plumb_bus::{Bus, Domain, Listener, Signal};
 
-use crate::parts::{Place, steady_robot};
+use crate::parts::{TestFolder, steady_robot};
 use crate::statistics::{quantile, us};
 use crate::{LONG, Measured};
 
@@ -30,7 +30,7 @@ type Service = ipc_threadsafe::Service;
 type Requests = iceoryx2::service::port_factory::request_response::PortFactory<Service, [u64], (), [u64], ()>;
 
 pub(crate) fn measure(count: usize) -> Measured {
-    let place = Place::new()?;
+    let place = TestFolder::new()?;
     let host = place.host("arm", &steady_robot()?, serde_json::Value::Null, Vec::new())?;
     let robot = host.robot()?;
     let raw = Raw::start(&place)?;
@@ -69,7 +69,7 @@ struct Raw {
 }
 
 impl Raw {
-    fn start(folder: &Place) -> Result<Self, Box<dyn Error>> {
+    fn start(folder: &TestFolder) -> Result<Self, Box<dyn Error>> {
         let (prefix, root) = (folder.domain.prefix(), folder.domain.root());
         let answered = folder.bus()?.listener("raw/answered")?;
         let ask = folder.bus()?.signal("raw/asked")?;

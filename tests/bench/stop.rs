@@ -15,7 +15,7 @@ use plumb_simulated::emulate::teachmover::{BareMotors, Emulator, LineOptions};
 use plumb_simulated::physics::random::Random;
 use serde_json::json;
 
-use crate::parts::{Place, plugin};
+use crate::parts::{TestFolder, plugin};
 use crate::statistics::{ms, quantile};
 use crate::stop_key::stops_by_key;
 use crate::{LONG, Measured};
@@ -82,14 +82,14 @@ struct Bench {
     emulator: Emulator,
     host: HostProcess,
     robot: RobotClient,
-    _place: Place,
+    _folder: TestFolder,
 }
 
 impl Bench {
     fn start() -> Result<Self, Box<dyn Error>> {
         let options = LineOptions { baud: Some(9600), ..LineOptions::default() };
         let emulator = Emulator::start(options, Box::new(BareMotors::new(false, 40.0)))?;
-        let folder = Place::new()?;
+        let folder = TestFolder::new()?;
         let [waist_deg, shoulder_deg, elbow_deg, wrist_pitch_deg, wrist_roll_deg, gripper_mm] = HOME;
         let config = json!({
             "port": emulator.status().port,
@@ -100,12 +100,12 @@ impl Bench {
         });
         let host = folder.host("arm", &plugin("teachmover")?, config, Vec::new())?;
         let robot = host.robot()?;
-        Ok(Self { emulator, host, robot, _place: folder })
+        Ok(Self { emulator, host, robot, _folder: folder })
     }
 
     /// Lets the driver's host hang or crash in the middle of a move, and stops it.
     fn lose_the_host(self, signal: Signal, random: &mut Random, figures: &mut Figures) -> Measured {
-        let Self { emulator, host, robot, _place } = self;
+        let Self { emulator, host, robot, _folder } = self;
         robot.activate()?;
         let motion = motion(MOVES[0].1, &robot)?;
         let (stop, process) = (host.stop_handle()?, Pid::from_raw(i32::try_from(host.process())?));
@@ -140,7 +140,7 @@ impl Bench {
             let wait = Duration::from_secs_f64(random.between(0.15, 1.2));
             self.stop_once(by, wait, &mut figures)?;
         }
-        let Self { emulator, host, robot, _place } = self;
+        let Self { emulator, host, robot, _folder } = self;
         drop(robot);
         host.finish(LONG);
         emulator.stop()?;

@@ -8,11 +8,11 @@ use plumb_host::WiredInput;
 use plumb_plugin::{JointState, JointVector, Motion};
 use serde_json::json;
 
-use crate::parts::{Place, plugin, steady_robot};
+use crate::parts::{TestFolder, plugin, steady_robot};
 use crate::{LONG, Measured};
 
 pub(crate) fn measure(count: usize) -> Measured {
-    let folder = Place::new()?;
+    let folder = TestFolder::new()?;
     let steady = steady_robot()?;
     let stream = |name: &str| {
         let found = steady.manifest.streams.iter().find(|stream| stream.name == name).cloned();

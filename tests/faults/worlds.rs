@@ -1,7 +1,7 @@
 //! What befalls the simulated world, and the serial line to a controller.
 
 use nix::sys::signal::Signal;
-use plumb_cell::device::CellPlace;
+use plumb_cell::device::CellResources;
 
 use crate::lab::{Lab, command_of, kill, processes_of, wait_gone};
 use crate::moments::{assert_sound, end_of, message, moving_in, resume, signal};
@@ -34,8 +34,8 @@ fn world_of(lab: &Lab, cell: &str) -> u32 {
 }
 
 fn of_cell(lab: &Lab, cell: &str, what: &str) -> u32 {
-    let place = CellPlace::of_cell(&lab.path(cell)).unwrap();
-    let all = processes_of(&place.world_socket().display().to_string());
+    let resources = CellResources::of_cell(&lab.path(cell)).unwrap();
+    let all = processes_of(&resources.world_socket().display().to_string());
     all.into_iter().find(|process| command_of(*process).contains(what)).expect("it runs")
 }
 

@@ -8,7 +8,7 @@ use super::hidden::{Drawn, FLOOR_MM, Story, run_short_story};
 const AT_FLOOR: f64 = 1.3;
 
 /// A place at which an effect is hidden, the size it is given there, least and most.
-struct Place {
+struct HiddenEffect {
     effect: &'static str,
     words: &'static str,
     joint: &'static str,
@@ -20,16 +20,16 @@ struct Place {
     entry: &'static str,
 }
 
-const fn place(
+const fn hidden_effect(
     effect: &'static str,
     words: &'static str,
     joint: &'static str,
     sizes: [f64; 2],
     unit: &'static str,
     entry: &'static str,
-) -> Place {
+) -> HiddenEffect {
     let [least, most] = sizes;
-    Place { effect, words, joint, least, most, unit, entry }
+    HiddenEffect { effect, words, joint, least, most, unit, entry }
 }
 
 /// Play.
@@ -42,11 +42,11 @@ const WHEEL_TWICE: &str = "per_turn: 2, amplitude_deg: SIZE, phase_deg: PHASE";
 
 /// Every effect the world's file knows, at the places where it can be seen. Left out is the drift of a warming arm: a table of several runs has no time,
 /// and the procedure's second pass says of it what is to be said.
-const PLACES: [Place; 36] = [
-    place("joint_backlash", "play", "waist", [0.12, 0.28], "deg", PLAY),
-    place("joint_compliance", "gives way", "shoulder", [3e-5, 9e-5], "rad/(N m)", SOFT),
-    place("joint_harmonic", "wheel out of true", "waist", [0.12, 0.28], "deg", WHEEL),
-    place(
+const EFFECTS: [HiddenEffect; 36] = [
+    hidden_effect("joint_backlash", "play", "waist", [0.12, 0.28], "deg", PLAY),
+    hidden_effect("joint_compliance", "gives way", "shoulder", [3e-5, 9e-5], "rad/(N m)", SOFT),
+    hidden_effect("joint_harmonic", "wheel out of true", "waist", [0.12, 0.28], "deg", WHEEL),
+    hidden_effect(
         "joint_coupling",
         "wrist coupling",
         "flange",
@@ -54,7 +54,7 @@ const PLACES: [Place; 36] = [
         "deg/deg",
         "driver: wrist_bend, deg_per_deg: SIZE",
     ),
-    place(
+    hidden_effect(
         "joint_stiffening",
         "gives way less and less",
         "shoulder",
@@ -62,16 +62,16 @@ const PLACES: [Place; 36] = [
         "rad/(N m)",
         "rad_per_nm: SIZE, knee_nm: 20",
     ),
-    place("joint_gain", "wrong gear ratio", "waist", [0.002, 0.006], "deg/deg", "deg_per_deg: SIZE"),
-    place("link_length", "link too long", "shoulder", [0.5, 1.5], "mm", "mm: SIZE"),
-    place("joint_backlash", "play", "shoulder", [0.12, 0.28], "deg", PLAY),
-    place("link_twist", "axes at a wrong angle", "waist", [0.1, 0.3], "deg", "deg: SIZE"),
-    place("joint_harmonic", "wheel out of true", "shoulder", [0.12, 0.28], "deg", WHEEL),
-    place("link_sag", "link bends", "shoulder", [2e-4, 5e-4], "1/(N m2)", "per_nm2: SIZE"),
-    place("joint_backlash", "play", "elbow", [0.12, 0.28], "deg", PLAY),
-    place("joint_compliance", "gives way", "elbow", [1e-4, 3e-4], "rad/(N m)", SOFT),
-    place("joint_harmonic", "wheel out of true", "elbow", [0.12, 0.28], "deg", WHEEL),
-    place(
+    hidden_effect("joint_gain", "wrong gear ratio", "waist", [0.002, 0.006], "deg/deg", "deg_per_deg: SIZE"),
+    hidden_effect("link_length", "link too long", "shoulder", [0.5, 1.5], "mm", "mm: SIZE"),
+    hidden_effect("joint_backlash", "play", "shoulder", [0.12, 0.28], "deg", PLAY),
+    hidden_effect("link_twist", "axes at a wrong angle", "waist", [0.1, 0.3], "deg", "deg: SIZE"),
+    hidden_effect("joint_harmonic", "wheel out of true", "shoulder", [0.12, 0.28], "deg", WHEEL),
+    hidden_effect("link_sag", "link bends", "shoulder", [2e-4, 5e-4], "1/(N m2)", "per_nm2: SIZE"),
+    hidden_effect("joint_backlash", "play", "elbow", [0.12, 0.28], "deg", PLAY),
+    hidden_effect("joint_compliance", "gives way", "elbow", [1e-4, 3e-4], "rad/(N m)", SOFT),
+    hidden_effect("joint_harmonic", "wheel out of true", "elbow", [0.12, 0.28], "deg", WHEEL),
+    hidden_effect(
         "joint_coupling",
         "wrist coupling",
         "wrist_bend",
@@ -79,13 +79,20 @@ const PLACES: [Place; 36] = [
         "deg/deg",
         "driver: wrist_roll, deg_per_deg: SIZE",
     ),
-    place("joint_gain", "wrong gear ratio", "shoulder", [0.002, 0.006], "deg/deg", "deg_per_deg: SIZE"),
-    place("link_offset", "link beside its place", "shoulder", [0.5, 1.5], "mm", "mm: SIZE"),
-    place("joint_backlash", "play", "wrist_roll", [0.2, 0.4], "deg", PLAY),
-    place("axis_skew", "axes not parallel", "elbow", [0.1, 0.3], "deg", "deg: SIZE"),
-    place("joint_harmonic", "wheel out of true", "waist", [0.12, 0.28], "deg", WHEEL_TWICE),
-    place("joint_backlash", "play", "wrist_bend", [0.2, 0.4], "deg", PLAY),
-    place(
+    hidden_effect(
+        "joint_gain",
+        "wrong gear ratio",
+        "shoulder",
+        [0.002, 0.006],
+        "deg/deg",
+        "deg_per_deg: SIZE",
+    ),
+    hidden_effect("link_offset", "link beside its place", "shoulder", [0.5, 1.5], "mm", "mm: SIZE"),
+    hidden_effect("joint_backlash", "play", "wrist_roll", [0.2, 0.4], "deg", PLAY),
+    hidden_effect("axis_skew", "axes not parallel", "elbow", [0.1, 0.3], "deg", "deg: SIZE"),
+    hidden_effect("joint_harmonic", "wheel out of true", "waist", [0.12, 0.28], "deg", WHEEL_TWICE),
+    hidden_effect("joint_backlash", "play", "wrist_bend", [0.2, 0.4], "deg", PLAY),
+    hidden_effect(
         "joint_coupling",
         "wrist coupling",
         "flange",
@@ -93,7 +100,7 @@ const PLACES: [Place; 36] = [
         "deg/deg",
         "driver: wrist_roll, deg_per_deg: SIZE",
     ),
-    place(
+    hidden_effect(
         "joint_stiffening",
         "gives way less and less",
         "elbow",
@@ -101,19 +108,33 @@ const PLACES: [Place; 36] = [
         "rad/(N m)",
         "rad_per_nm: SIZE, knee_nm: 8",
     ),
-    place("joint_gain", "wrong gear ratio", "elbow", [0.002, 0.006], "deg/deg", "deg_per_deg: SIZE"),
-    place("link_length", "link too long", "elbow", [0.5, 1.5], "mm", "mm: SIZE"),
-    place("joint_backlash", "play", "flange", [0.4, 0.8], "deg", PLAY),
-    place("link_twist", "axes at a wrong angle", "elbow", [0.1, 0.3], "deg", "deg: SIZE"),
-    place("joint_harmonic", "wheel out of true", "shoulder", [0.12, 0.28], "deg", WHEEL_TWICE),
-    place("joint_compliance", "gives way", "wrist_bend", [6e-4, 1.5e-3], "rad/(N m)", SOFT),
-    place("link_offset", "link beside its place", "wrist_roll", [0.5, 1.5], "mm", "mm: SIZE"),
-    place("joint_harmonic", "wheel out of true", "elbow", [0.12, 0.28], "deg", WHEEL_TWICE),
-    place("joint_gain", "wrong gear ratio", "wrist_bend", [0.008, 0.02], "deg/deg", "deg_per_deg: SIZE"),
-    place("link_twist", "axes at a wrong angle", "wrist_roll", [0.2, 0.5], "deg", "deg: SIZE"),
-    place("joint_harmonic", "wheel out of true", "wrist_bend", [0.3, 0.6], "deg", WHEEL),
-    place("joint_gain", "wrong gear ratio", "wrist_roll", [0.008, 0.02], "deg/deg", "deg_per_deg: SIZE"),
-    place("joint_harmonic", "wheel out of true", "wrist_roll", [0.3, 0.6], "deg", WHEEL),
+    hidden_effect("joint_gain", "wrong gear ratio", "elbow", [0.002, 0.006], "deg/deg", "deg_per_deg: SIZE"),
+    hidden_effect("link_length", "link too long", "elbow", [0.5, 1.5], "mm", "mm: SIZE"),
+    hidden_effect("joint_backlash", "play", "flange", [0.4, 0.8], "deg", PLAY),
+    hidden_effect("link_twist", "axes at a wrong angle", "elbow", [0.1, 0.3], "deg", "deg: SIZE"),
+    hidden_effect("joint_harmonic", "wheel out of true", "shoulder", [0.12, 0.28], "deg", WHEEL_TWICE),
+    hidden_effect("joint_compliance", "gives way", "wrist_bend", [6e-4, 1.5e-3], "rad/(N m)", SOFT),
+    hidden_effect("link_offset", "link beside its place", "wrist_roll", [0.5, 1.5], "mm", "mm: SIZE"),
+    hidden_effect("joint_harmonic", "wheel out of true", "elbow", [0.12, 0.28], "deg", WHEEL_TWICE),
+    hidden_effect(
+        "joint_gain",
+        "wrong gear ratio",
+        "wrist_bend",
+        [0.008, 0.02],
+        "deg/deg",
+        "deg_per_deg: SIZE",
+    ),
+    hidden_effect("link_twist", "axes at a wrong angle", "wrist_roll", [0.2, 0.5], "deg", "deg: SIZE"),
+    hidden_effect("joint_harmonic", "wheel out of true", "wrist_bend", [0.3, 0.6], "deg", WHEEL),
+    hidden_effect(
+        "joint_gain",
+        "wrong gear ratio",
+        "wrist_roll",
+        [0.008, 0.02],
+        "deg/deg",
+        "deg_per_deg: SIZE",
+    ),
+    hidden_effect("joint_harmonic", "wheel out of true", "wrist_roll", [0.3, 0.6], "deg", WHEEL),
 ];
 
 /// Places that no measurement of this arm can distinguish: the axes of shoulder and elbow are parallel, so a shift along the one is a shift along the other.
@@ -122,7 +143,7 @@ const SAME: [(&str, &str, &str); 1] = [("link_offset", "shoulder", "elbow")];
 /// What world `number` of those from `first` hides, and its seed.
 fn draw(number: u64, first: u64) -> (Drawn, u64) {
     let seed = first + number;
-    let index = &PLACES[(number % PLACES.len() as u64) as usize];
+    let index = &EFFECTS[(number % EFFECTS.len() as u64) as usize];
     // Splitmix64, so that neighbouring seeds have nothing in common.
     let mut bits = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15);
     bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);

@@ -8,7 +8,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use nix::sys::signal::Signal;
-use plumb_cell::device::CellPlace;
+use plumb_cell::device::CellResources;
 use serde_json::Value;
 
 use crate::lab::{Lab, hosts_of, processes_of};
@@ -189,8 +189,8 @@ fn trial(victim: Victim, number: usize, moment: Duration, figures: &mut Figures)
 /// Removes what is left, and looks whether that is everything.
 fn clean(lab: &Lab, number: usize, figures: &mut Figures) {
     let cleaned = lab.plumb(&["doctor", "--clean", "cell.yaml"]);
-    let folder = CellPlace::of_cell(&lab.path("cell.yaml")).unwrap();
-    let name = folder.domain().root().file_name().unwrap().to_str().unwrap().to_owned();
+    let resources = CellResources::of_cell(&lab.path("cell.yaml")).unwrap();
+    let name = resources.domain().root().file_name().unwrap().to_str().unwrap().to_owned();
     let cell = name.strip_prefix("plumb-cell-").unwrap();
     let entries = fs::read_dir("/dev/shm").unwrap().map(|entry| entry.unwrap().path().display().to_string());
     let left: Vec<String> = entries.filter(|path| path.contains(cell)).collect();

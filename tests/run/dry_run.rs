@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use plumb_cell::device::{CellPlace, PlaceState};
+use plumb_cell::device::{CellResources, Occupancy};
 use serde_json::Value;
 
 use crate::lab::Lab;
@@ -32,7 +32,7 @@ fn the_plan_says_what_each_step_would_move_within_what_limits_and_starts_nothing
         plan.out()
     );
     assert!(lab.plumb(&["history"]).out().contains("no runs"));
-    assert_eq!(CellPlace::of_cell(&lab.path("cell.yaml")).unwrap().state(), PlaceState::Empty);
+    assert_eq!(CellResources::of_cell(&lab.path("cell.yaml")).unwrap().state(), Occupancy::Empty);
 }
 
 #[test]

@@ -9,7 +9,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use nix::sys::signal::Signal;
-use plumb_cell::device::CellPlace;
+use plumb_cell::device::CellResources;
 use plumb_simulated::client::WorldClient;
 
 use crate::lab::{Lab, PATIENCE, Running, command_of, kill, send, skipped};
@@ -261,7 +261,7 @@ impl Watched {
     pub(crate) fn moving_in(lab: &Lab, step: &str) -> Self {
         let mut running = lab.start(&["run", "cell.yaml", "--pace", "real"]);
         running.until_moving_in(step);
-        let socket = CellPlace::of_cell(&lab.path("cell.yaml")).unwrap().world_socket();
+        let socket = CellResources::of_cell(&lab.path("cell.yaml")).unwrap().world_socket();
         Self { running, world: WorldClient::connect(&socket, "test").unwrap() }
     }
 
@@ -400,11 +400,11 @@ fn what_a_cell_shares_and_records_is_its_owners_alone() {
     let lab = Lab::new();
     let mut running = lab.start(&["run", "cell.yaml", "--pace", "real"]);
     running.until_moving_in("waist.lower");
-    let folder = CellPlace::of_cell(&lab.path("cell.yaml")).unwrap();
-    let root = folder.domain().root().to_owned();
-    let mut paths = folder.domain().shared_memory();
+    let resources = CellResources::of_cell(&lab.path("cell.yaml")).unwrap();
+    let root = resources.domain().root().to_owned();
+    let mut paths = resources.domain().shared_memory();
     assert!(paths.len() > 5, "{paths:?}");
-    paths.extend([root, folder.lock_file(), folder.world_socket().parent().unwrap().to_owned()]);
+    paths.extend([root, resources.lock_file(), resources.world_socket().parent().unwrap().to_owned()]);
     let record = lab.path("../state/plumb");
     paths.extend(fs::read_dir(&record).unwrap().map(|entry| entry.unwrap().path()));
     paths.push(record);

@@ -4,14 +4,14 @@ use std::fs;
 use std::path::PathBuf;
 
 use nix::sys::signal::Signal;
-use plumb_cell::device::CellPlace;
+use plumb_cell::device::CellResources;
 
 use crate::lab::{Lab, command_of, hosts_of, processes_of, wait_gone};
 
 /// Everything in shared memory that belongs to the lab's cell.
 fn in_shared_memory(lab: &Lab) -> Vec<PathBuf> {
-    let folder = CellPlace::of_cell(&lab.path("cell.yaml")).unwrap();
-    let name = folder.domain().root().file_name().unwrap().to_str().unwrap().to_owned();
+    let resources = CellResources::of_cell(&lab.path("cell.yaml")).unwrap();
+    let name = resources.domain().root().file_name().unwrap().to_str().unwrap().to_owned();
     let number = name.strip_prefix("plumb-cell-").unwrap().to_owned();
     let entries = fs::read_dir("/dev/shm").unwrap().map(|entry| entry.unwrap().path());
     entries.filter(|path| path.to_string_lossy().contains(&number)).collect()
@@ -19,8 +19,8 @@ fn in_shared_memory(lab: &Lab) -> Vec<PathBuf> {
 
 /// The lab's processes, by what they were started as.
 fn processes(lab: &Lab) -> Vec<String> {
-    let place = CellPlace::of_cell(&lab.path("cell.yaml")).unwrap();
-    processes_of(&place.world_socket().display().to_string()).into_iter().map(command_of).collect()
+    let resources = CellResources::of_cell(&lab.path("cell.yaml")).unwrap();
+    processes_of(&resources.world_socket().display().to_string()).into_iter().map(command_of).collect()
 }
 
 fn assert_nothing_is_left(lab: &Lab, after: &str) {
@@ -96,8 +96,8 @@ fn the_controllers_of_a_killed_run_end_with_it_and_the_doctor_ends_its_world() {
     let lab = Lab::new();
     let mut running = lab.start(&["run", "cell-serial.yaml", "--pace", "real"]);
     running.until(|event| event["event"] == "step_started" && event["step"] == "target");
-    let place = CellPlace::of_cell(&lab.path("cell-serial.yaml")).unwrap();
-    let socket = place.world_socket().display().to_string();
+    let resources = CellResources::of_cell(&lab.path("cell-serial.yaml")).unwrap();
+    let socket = resources.world_socket().display().to_string();
     let of_cell = || processes_of(&socket).into_iter().map(command_of).collect::<Vec<_>>();
     assert!(of_cell().iter().any(|command| command.contains("emulate")), "{:?}", of_cell());
     running.signal(Signal::SIGKILL);
@@ -132,8 +132,8 @@ fn a_run_that_can_be_resumed_keeps_its_world_alone() {
     lab.edit("cell.yaml", "procedures: [", "procedures: [procedures/broken.yaml, ");
     let run = lab.plumb(&["run", "cell.yaml", "broken"]);
     assert_eq!(run.code(), 2, "{}", run.all());
-    let place = CellPlace::of_cell(&lab.path("cell.yaml")).unwrap();
-    assert_eq!(in_shared_memory(&lab), [place.world_socket().parent().unwrap()]);
+    let resources = CellResources::of_cell(&lab.path("cell.yaml")).unwrap();
+    assert_eq!(in_shared_memory(&lab), [resources.world_socket().parent().unwrap()]);
     let output = lab.plumb(&["doctor", "cell.yaml"]);
     assert!(output.out().contains("waits for a run to be resumed"), "{}", output.out());
 }

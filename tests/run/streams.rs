@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 use nix::sys::signal::Signal;
-use plumb_cell::device::{CellPlace, PlaceState};
+use plumb_cell::device::{CellResources, Occupancy};
 use serde_json::Value;
 
 use crate::lab::{CommandOutput, Lab, skipped};
@@ -74,8 +74,8 @@ fn streams_are_printed_live_and_nothing_is_left_behind() {
     let few = CommandOutput::of(few.wait_with_output().unwrap());
     assert_eq!(few.code(), 0, "{}", few.err());
     assert_eq!(few.out().lines().filter(|line| line.starts_with("arm/joints ")).count(), 3, "{}", few.out());
-    let place = CellPlace::of_cell(&lab.path("cell.yaml")).unwrap();
-    assert_eq!(place.state(), PlaceState::Empty);
+    let resources = CellResources::of_cell(&lab.path("cell.yaml")).unwrap();
+    assert_eq!(resources.state(), Occupancy::Empty);
 }
 
 #[test]

@@ -6,7 +6,7 @@ use std::process::{Child, Command, Stdio};
 
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
-use plumb_cell::device::{CellPlace, PlaceState};
+use plumb_cell::device::{CellResources, Occupancy};
 use plumb_plugin::{
     DigitalInputs, FrameHeader, Health, JointState, JointVector, ProximityEdge, StripeHeader, StripePoint,
 };
@@ -151,8 +151,8 @@ fn a_stream_is_read_from_python_without_plumb_in_between() {
         assert!(pair[1]["time_ns"].as_u64() >= pair[0]["time_ns"].as_u64());
     }
     assert!(messages[0]["joints"].as_array().unwrap().len() > 3, "{}", messages[0]);
-    let place = CellPlace::of_cell(&lab.path("cell.yaml")).unwrap();
-    assert_eq!(place.state(), PlaceState::Empty, "the last to leave removes what is left");
+    let resources = CellResources::of_cell(&lab.path("cell.yaml")).unwrap();
+    assert_eq!(resources.state(), Occupancy::Empty, "the last to leave removes what is left");
 
     // A run that is killed ends the reader too, once it reads: one that has seen no run waits for one.
     let mut running = at_the_pace_of_the_arm(&lab);

@@ -21,12 +21,12 @@ use tempfile::TempDir;
 
 const LONG: Duration = Duration::from_secs(20);
 
-struct Place {
+struct TestFolder {
     domain: Domain,
     directory: TempDir,
 }
 
-impl Drop for Place {
+impl Drop for TestFolder {
     fn drop(&mut self) {
         // What a failed test leaves is not worth a second failure.
         let _ = self.domain.remove();
@@ -34,11 +34,11 @@ impl Drop for Place {
 }
 
 /// A domain nobody else has.
-fn place() -> Place {
+fn folder() -> TestFolder {
     static COUNT: AtomicU32 = AtomicU32::new(0);
     let directory = tempfile::Builder::new().prefix("pb").tempdir_in("/dev/shm").unwrap();
     let prefix = format!("plumbtest_{}_{}_", std::process::id(), COUNT.fetch_add(1, Ordering::Relaxed));
-    Place { domain: Domain::new(&prefix, &directory.path().join("r")).unwrap(), directory }
+    TestFolder { domain: Domain::new(&prefix, &directory.path().join("r")).unwrap(), directory }
 }
 
 fn joints() -> StreamDescription {
@@ -54,7 +54,7 @@ fn bytes<M: Message>(message: &M) -> &[u8] {
 }
 
 /// Starts this test program again to do the part of one child.
-fn spawn_child(name: &str, folder: &Place) -> Child {
+fn spawn_child(name: &str, folder: &TestFolder) -> Child {
     Command::new(env::current_exe().unwrap())
         .args(["--exact", name, "--nocapture", "--include-ignored"])
         .env("PLUMB_TEST_CHILD", name)
@@ -96,7 +96,7 @@ fn until<T>(mut condition: impl FnMut() -> Option<T>) -> T {
 
 #[test]
 fn messages_arrive_in_order_and_numbered() {
-    let folder = place();
+    let folder = folder();
     let bus = Bus::open(&folder.domain, "test").unwrap();
     let mut receiver = bus.subscriber("arm", &joints()).unwrap();
     let mut sender = bus.publisher("arm", &joints()).unwrap();
@@ -112,7 +112,7 @@ fn messages_arrive_in_order_and_numbered() {
 
 #[test]
 fn a_receiver_that_comes_late_gets_the_last_message() {
-    let folder = place();
+    let folder = folder();
     let bus = Bus::open(&folder.domain, "test").unwrap();
     let mut sender = bus.publisher("arm", &joints()).unwrap();
     sender.emit(bytes(&state(1))).unwrap();
@@ -126,7 +126,7 @@ fn a_receiver_that_comes_late_gets_the_last_message() {
 
 #[test]
 fn lost_messages_are_counted_and_reported_once() {
-    let folder = place();
+    let folder = folder();
     let bus = Bus::open(&folder.domain, "test").unwrap();
     let stream = StreamDescription { depth: Some(4), ..joints() };
     let mut receiver = bus.subscriber("arm", &stream).unwrap();
@@ -146,7 +146,7 @@ fn lost_messages_are_counted_and_reported_once() {
 
 #[test]
 fn messages_lost_from_a_sender_that_took_over_are_counted_from_its_first() {
-    let folder = place();
+    let folder = folder();
     let bus = Bus::open(&folder.domain, "test").unwrap();
     let stream = StreamDescription { depth: Some(4), ..joints() };
     let mut receiver = bus.subscriber("arm", &stream).unwrap();
@@ -168,7 +168,7 @@ fn messages_lost_from_a_sender_that_took_over_are_counted_from_its_first() {
 
 #[test]
 fn a_message_of_the_wrong_length_is_refused() {
-    let folder = place();
+    let folder = folder();
     let bus = Bus::open(&folder.domain, "test").unwrap();
     let mut sender = bus.publisher("arm", &joints()).unwrap();
     let error = sender.emit(&[0; 24]).unwrap_err();
@@ -178,7 +178,7 @@ fn a_message_of_the_wrong_length_is_refused() {
 
 #[test]
 fn a_stream_of_another_layout_is_refused() {
-    let folder = place();
+    let folder = folder();
     let bus = Bus::open(&folder.domain, "test").unwrap();
     let _sender = bus.publisher("arm", &joints()).unwrap();
     let other = StreamDescription::of::<DigitalInputs>("joints");
@@ -192,7 +192,7 @@ fn a_stream_of_another_layout_is_refused() {
 #[test]
 fn a_large_message_is_built_in_shared_memory() {
     const LENGTH: usize = 1_300_000;
-    let folder = place();
+    let folder = folder();
     let bus = Bus::open(&folder.domain, "test").unwrap();
     let frames = StreamDescription {
         name: "frames".to_owned(),
@@ -214,7 +214,7 @@ fn a_large_message_is_built_in_shared_memory() {
 
 #[test]
 fn a_stream_crosses_processes_and_wakes_its_receiver() {
-    let folder = place();
+    let folder = folder();
     let bus = Bus::open(&folder.domain, "test").unwrap();
     let mut receiver = bus.subscriber("arm", &joints()).unwrap();
     let listener = bus.stream_listener("arm", &joints()).unwrap();
@@ -246,7 +246,7 @@ fn child_that_sends_a_thousand_states() {
 
 #[test]
 fn a_request_crosses_processes_and_its_answer_comes_back() {
-    let folder = place();
+    let folder = folder();
     let bus = Bus::open(&folder.domain, "test").unwrap();
     let mut child = spawn_child("child_that_serves_requests", &folder);
     wait_for_line(&mut child, "serving");
@@ -266,7 +266,7 @@ fn a_request_crosses_processes_and_its_answer_comes_back() {
 
 #[test]
 fn a_request_nobody_answers_in_time_is_an_error_with_the_limit() {
-    let folder = place();
+    let folder = folder();
     let bus = Bus::open(&folder.domain, "test").unwrap();
     let server = bus.server("arm").unwrap();
     let client = bus.client("arm").unwrap();
@@ -278,7 +278,7 @@ fn a_request_nobody_answers_in_time_is_an_error_with_the_limit() {
 
 #[test]
 fn a_request_to_a_device_without_a_host_fails_at_once() {
-    let folder = place();
+    let folder = folder();
     let bus = Bus::open(&folder.domain, "test").unwrap();
     let client = bus.client("arm").unwrap();
     let error = client.call(&Request::Describe, Call::within(LONG)).unwrap_err();
@@ -307,7 +307,7 @@ fn child_that_serves_requests() {
 
 #[test]
 fn a_killed_server_is_replaced_at_once() {
-    let folder = place();
+    let folder = folder();
     let bus = Bus::open(&folder.domain, "test").unwrap();
     let client = bus.client("arm").unwrap();
     let mut receiver = bus.subscriber("arm", &joints()).unwrap();
@@ -327,7 +327,7 @@ fn a_killed_server_is_replaced_at_once() {
 
 #[test]
 fn nothing_is_left_after_a_kill_and_a_removal() {
-    let folder = place();
+    let folder = folder();
     let bus = Bus::open(&folder.domain, "test").unwrap();
     let client = bus.client("arm").unwrap();
     let mut child = spawn_child("child_that_serves_requests", &folder);
@@ -348,7 +348,7 @@ fn nothing_is_left_after_a_kill_and_a_removal() {
 fn what_a_domain_holds_is_its_owners_alone_and_a_directory_of_somebody_else_is_refused() {
     use std::os::unix::fs::PermissionsExt as _;
 
-    let folder = place();
+    let folder = folder();
     std::fs::create_dir_all(folder.domain.root()).unwrap();
     std::fs::set_permissions(folder.domain.root(), std::fs::Permissions::from_mode(0o755)).unwrap();
     let bus = Bus::open(&folder.domain, "test").unwrap();
@@ -368,7 +368,7 @@ fn what_a_domain_holds_is_its_owners_alone_and_a_directory_of_somebody_else_is_r
 
 #[test]
 fn a_domain_in_use_is_not_removed() {
-    let folder = place();
+    let folder = folder();
     let bus = Bus::open(&folder.domain, "orchestrator").unwrap();
     let message = folder.domain.remove().unwrap_err().to_string();
     let process = std::process::id();
@@ -379,7 +379,7 @@ fn a_domain_in_use_is_not_removed() {
 
 #[test]
 fn two_domains_do_not_meet() {
-    let (one, other) = (place(), place());
+    let (one, other) = (folder(), folder());
     let (one, other) = (Bus::open(&one.domain, "one").unwrap(), Bus::open(&other.domain, "other").unwrap());
     let _server = one.server("arm").unwrap();
     let client = other.client("arm").unwrap();
@@ -389,7 +389,7 @@ fn two_domains_do_not_meet() {
 
 #[test]
 fn a_signal_rung_twice_is_heard_and_then_silent() {
-    let folder = place();
+    let folder = folder();
     let bus = Bus::open(&folder.domain, "test").unwrap();
     let listener = bus.listener("stop/arm").unwrap();
     let signal = bus.signal("stop/arm").unwrap();
@@ -401,7 +401,7 @@ fn a_signal_rung_twice_is_heard_and_then_silent() {
 
 #[test]
 fn a_signal_wakes_a_task() {
-    let folder = place();
+    let folder = folder();
     let bus = Bus::open(&folder.domain, "test").unwrap();
     let mut receiver = bus.subscriber("arm", &joints()).unwrap();
     let listener = bus.stream_listener("arm", &joints()).unwrap();
@@ -419,7 +419,7 @@ fn a_signal_wakes_a_task() {
 
 #[test]
 fn a_task_that_waits_for_a_signal_goes_on_only_once_it_is_sent() {
-    let folder = place();
+    let folder = folder();
     let bus = Bus::open(&folder.domain, "test").unwrap();
     let (listener, signal) = (bus.listener("stop/arm").unwrap(), bus.signal("stop/arm").unwrap());
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
@@ -437,7 +437,7 @@ fn a_task_that_waits_for_a_signal_goes_on_only_once_it_is_sent() {
 
 #[test]
 fn anyone_who_waits_for_signals_waits_as_long_as_was_said_or_until_one_is_sent() {
-    let folder = place();
+    let folder = folder();
     let bus = Bus::open(&folder.domain, "test").unwrap();
     let (one, other) = (bus.listener("one").unwrap(), bus.listener("other").unwrap());
     let limit = Duration::from_millis(120);
@@ -454,7 +454,7 @@ fn anyone_who_waits_for_signals_waits_as_long_as_was_said_or_until_one_is_sent()
 
 #[test]
 fn ports_and_the_bus_name_themselves() {
-    let folder = place();
+    let folder = folder();
     let bus = Bus::open(&folder.domain, "test").unwrap();
     let (sender, receiver) =
         (bus.publisher("arm", &joints()).unwrap(), bus.subscriber("arm", &joints()).unwrap());
@@ -472,7 +472,7 @@ fn ports_and_the_bus_name_themselves() {
 
 #[test]
 fn a_third_sender_of_a_stream_waits_a_second_for_a_place_and_is_refused_until_one_is_free() {
-    let folder = place();
+    let folder = folder();
     let bus = Bus::open(&folder.domain, "test").unwrap();
     let first = bus.publisher("arm", &joints()).unwrap();
     let _second = bus.publisher("arm", &joints()).unwrap();
@@ -492,7 +492,7 @@ fn settings_of(bytes: usize) -> Request {
 
 #[test]
 fn a_request_and_an_answer_may_be_as_long_as_their_limit_and_no_longer() {
-    let folder = place();
+    let folder = folder();
     let bus = Bus::open(&folder.domain, "test").unwrap();
     let (server, client) = (bus.server("arm").unwrap(), bus.client("arm").unwrap());
     let limit = 64 * 1024;
@@ -522,7 +522,7 @@ fn a_request_and_an_answer_may_be_as_long_as_their_limit_and_no_longer() {
 
 #[test]
 fn the_bus_writes_nothing_to_the_terminal() {
-    let folder = place();
+    let folder = folder();
     let output = Command::new(env::current_exe().unwrap())
         .args(["--exact", "child_that_opens_and_closes", "--nocapture", "--include-ignored"])
         .env("PLUMB_TEST_CHILD", "child_that_opens_and_closes")

@@ -126,18 +126,16 @@ impl NamedText<'_> {
         let board = header.iter().position(|name| name == "board");
         let mut pictures = Seen::new();
         for row in &rows {
-            let wrong = |column: &'static str, place: usize, what: &'static str| BoardTableError::Cell {
+            let wrong = |column: &'static str, at: usize, what: &'static str| BoardTableError::Cell {
                 file: self.name.to_owned(),
                 line: row.position().map_or(0, csv::Position::line),
                 column,
-                cell: row.get(index).unwrap_or("").to_owned(),
+                cell: row.get(at).unwrap_or("").to_owned(),
                 what,
             };
-            let pixel = |column: &'static str, place: usize| {
-                let value = row.get(index).and_then(|cell| cell.parse::<f64>().ok());
-                value
-                    .filter(|value| value.is_finite())
-                    .ok_or_else(|| wrong(column, index, "a number of pixels"))
+            let pixel = |column: &'static str, at: usize| {
+                let value = row.get(at).and_then(|cell| cell.parse::<f64>().ok());
+                value.filter(|value| value.is_finite()).ok_or_else(|| wrong(column, at, "a number of pixels"))
             };
             let number = row
                 .get(number)

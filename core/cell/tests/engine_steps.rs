@@ -53,7 +53,7 @@ use support::running::{
 use support::{Devices, PendantHas, World};
 use tempfile::TempDir;
 
-fn place() -> TempDir {
+fn folder() -> TempDir {
     tempfile::tempdir().expect("a directory")
 }
 
@@ -62,7 +62,7 @@ fn run_attended(
     steps: &str,
     mut watcher: impl FnMut(&Event, &RunHandle),
 ) -> (RunOutcome, Vec<Event>, TempDir, Arc<World>) {
-    let place = place();
+    let place = folder();
     let cell = cell_with_steps(&place, steps);
     let world = World::new(ZERO_ERROR_DEG);
     let mut run = request(&cell, &place);
@@ -179,7 +179,7 @@ steps:
   - {id: first, do: {move: {robot: arm, by_deg: {waist: 1}}}}
   - {id: second, do: {move: {robot: arm, by_deg: {waist: 1}}}}
 ";
-    let place = place();
+    let place = folder();
     let cell = cell_with_steps(&place, steps);
     let world = World::new(ZERO_ERROR_DEG);
     let mut run = request(&cell, &place);
@@ -208,7 +208,7 @@ fn an_interrupted_relative_move_ends_where_it_was_to_end_at_first() {
 steps:
   - {id: turn, do: {move: {robot: arm, by_deg: {waist: 10}}}}
 ";
-    let place = place();
+    let place = folder();
     let cell = cell_with_steps(&place, steps);
     let world = World::new([0.0; 3]);
     let mut run = request(&cell, &place);
@@ -236,7 +236,7 @@ steps:
 ";
     let (mut stage, mut jogged_in, mut settled) = (0, None, Vec::new());
     let mut refused = Vec::new();
-    let place = place();
+    let place = folder();
     let cell = cell_with_steps(&place, steps);
     let world = World::new([0.0; 3]);
     let mut run = request(&cell, &place);
@@ -287,7 +287,7 @@ fn an_arm_that_only_its_pendant_gives_back_is_handed_over_on_request_and_not_mov
 steps:
   - {id: place, do: {prompt: {text: There, jog_to: {robot: arm}}}}
 ";
-    let place = place();
+    let place = folder();
     let cell = cell_with_steps(&place, steps);
     let world = World::new([0.0; 3]);
     world.only_pendant_ends_jog.store(true, Ordering::SeqCst);
@@ -343,7 +343,7 @@ steps:
 
 #[test]
 fn once_its_zeros_are_known_no_part_of_the_arm_is_sent_through_the_table() {
-    let place = place();
+    let place = folder();
     let steps = "
 steps:
   - {id: down, do: {move: {robot: arm, by_deg: {shoulder: -30}}}}
@@ -413,7 +413,7 @@ steps:
 
 #[test]
 fn an_unattended_run_refuses_a_step_that_would_ask_what_to_do() {
-    let folder = place();
+    let folder = folder();
     let steps = "
 steps:
   - {id: lower, do: {move: {robot: arm, by_deg: {waist: 1}}}, on_error: ask}
@@ -452,7 +452,7 @@ steps:
 
 #[test]
 fn a_resumed_run_asks_a_person_whether_the_arm_is_where_it_was_left() {
-    let place = place();
+    let place = folder();
     let (_cell, world, mut again) = lost_at_its_second_move(&place);
     again.unattended = false;
     let mut asked = 0;
@@ -473,7 +473,7 @@ fn a_resumed_run_asks_a_person_whether_the_arm_is_where_it_was_left() {
 
 #[test]
 fn an_unattended_resume_with_an_arm_that_was_moved_needs_an_operator() {
-    let place = place();
+    let place = folder();
     let (_cell, _world, again) = lost_at_its_second_move(&place);
     let another = World::new([0.0, 3.0, 0.0]);
     another.is_new.store(false, Ordering::SeqCst);
@@ -497,7 +497,7 @@ steps:
 #[test]
 fn a_controller_takes_over_what_is_declared_once_that_is_accepted() {
     for (keys, outcome) in [("accept", RunOutcome::Passed), ("reject", RunOutcome::Failed)] {
-        let place = place();
+        let place = folder();
         let cell = cell_with_steps(&place, DECLARE);
         let mut run = request(&cell, &place);
         run.unattended = false;
@@ -535,7 +535,7 @@ fn a_declaration_that_is_not_plausible_or_not_taken_over_is_an_error() {
             "waist was to read 10.000 deg and reads 12.000 deg: the controller did not take the pose over",
         ),
     ] {
-        let place = place();
+        let place = folder();
         let cell = cell_with_steps(&place, &steps.replace("plausible", "ask: false, plausible"));
         let world = World::new([0.0; 3]);
         world.keeps_its_zeros.store(deaf, Ordering::SeqCst);
@@ -554,7 +554,7 @@ fn a_drawing_of_the_arm_is_under_a_prompt_that_asks_for_one() {
 steps:
   - {id: look, do: {prompt: {text: Look at the arm., draw: arm}}}
 ";
-    let place = place();
+    let place = folder();
     let cell = cell_with_steps(&place, steps);
     let mut run = request(&cell, &place);
     run.unattended = false;

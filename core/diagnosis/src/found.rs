@@ -1,6 +1,6 @@
 //! What a diagnosis found that may be added to the model.
 
-use crate::outcome::EffectPlace;
+use crate::outcome::EffectSite;
 use plumb_calibration::arm_model::AddedEffect;
 use plumb_calibration::effect::EffectId;
 
@@ -19,7 +19,7 @@ pub(crate) const NOT_LISTED: &str = "a mechanism that is not listed";
 /// An effect that predicts rows it has not seen though it may not be named.
 pub(crate) struct CorrectionCandidate {
     pub(crate) effect: AddedEffect,
-    pub(crate) place: EffectPlace,
+    pub(crate) place: EffectSite,
     /// The mechanisms it may represent.
     pub(crate) may_be: Vec<String>,
 }

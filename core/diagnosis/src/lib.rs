@@ -57,7 +57,7 @@ pub use jump::Jump;
 pub use next_poses::{Asked, Instead, NextPoses, OtherWay, Wanted};
 pub use note::Note;
 pub use outcome::{
-    AcrossPoses, Alike, Candidate, ConditionAtPoses, Diagnosis, EffectPlace, FewPoses, Located, Named,
+    AcrossPoses, Alike, Candidate, ConditionAtPoses, Diagnosis, EffectSite, FewPoses, Located, Named,
     NextPose, NotShown, Objection, PoseShare, Rejection, Remaining, Rest, TwoPositions, Verdict,
 };
 pub use residual_structure::{CategoryMeans, Description, ResidualShape, Trend};

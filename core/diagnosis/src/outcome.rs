@@ -45,7 +45,7 @@ impl Verdict {
 
 /// Which effect, and where; what else it takes to distinguish it from its like.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct EffectPlace {
+pub struct EffectSite {
     /// The effect's name.
     pub effect: String,
     /// The joint, target, axis; `base`, `sensor` or nothing for effects without a place.
@@ -70,7 +70,7 @@ pub struct EffectPlace {
 pub struct Named {
     /// Which and where.
     #[serde(flatten)]
-    pub effect: EffectPlace,
+    pub effect: EffectSite,
     /// Its size.
     pub size: f64,
     /// Unit of the size.
@@ -94,7 +94,7 @@ pub struct Located {
 pub struct Candidate {
     /// Which and where.
     #[serde(flatten)]
-    pub effect: EffectPlace,
+    pub effect: EffectSite,
     /// As a person writes it, and as `add` takes it.
     pub label: String,
     /// Probability of so much by chance, after Holm's correction for all that were tried.
@@ -192,7 +192,7 @@ pub struct Alike {
 pub struct NotShown {
     /// Which and where.
     #[serde(flatten)]
-    pub effect: EffectPlace,
+    pub effect: EffectSite,
     /// As a person writes it.
     pub label: String,
     /// RMS over the working volume by which it could still put the tip off and be found less than four times in five, mm; nothing where the rows hardly
@@ -338,7 +338,7 @@ pub struct Diagnosis {
     /// The place that is known.
     pub located: Option<Located>,
     /// Effects that cannot be distinguished.
-    pub tied: Vec<EffectPlace>,
+    pub tied: Vec<EffectSite>,
     /// The group of the geometry to free before anything is named: errors of it explain as much as what would be named, or is tied.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub free_first: Option<&'static str>,

@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 use crate::fitted::Fitted;
 use crate::laboratory::{Laboratory, LaboratoryError};
 use crate::noise_floor::Floor;
-use crate::outcome::{Candidate, EffectPlace, Named};
+use crate::outcome::{Candidate, EffectSite, Named};
 use crate::thresholds::{LACK_OF_FIT_LEVEL, TIE_BIC};
 use plumb_calibration::arm_model::AddedEffect;
 use plumb_calibration::effect;
@@ -90,12 +90,12 @@ pub(crate) enum FromPoseToPose {
     /// It differs, by this standard deviation, mm; its standard error is this many times that of rows that err by themselves.
     Differs { scatter_mm: f64, wider: f64 },
     /// It differs, and these do as well.
-    Tied { scatter_mm: f64, tied: Vec<EffectPlace> },
+    Tied { scatter_mm: f64, tied: Vec<EffectSite> },
 }
 
 impl FromPoseToPose {
     /// What of a size may be named, with its standard error, and what is tied.
-    pub(crate) fn of(self, sized: Named) -> (Option<Named>, Vec<EffectPlace>) {
+    pub(crate) fn of(self, sized: Named) -> (Option<Named>, Vec<EffectSite>) {
         match self {
             Self::Same => (Some(sized), Vec::new()),
             Self::Differs { wider, .. } => (Some(Named { se: wider * sized.se, ..sized }), Vec::new()),
@@ -163,7 +163,7 @@ impl Laboratory {
 }
 
 /// Whether a candidate is another condition of the same joint.
-fn is_rival(candidate: &Candidate, named: &EffectPlace) -> bool {
+fn is_rival(candidate: &Candidate, named: &EffectSite) -> bool {
     let of_conditions = effect::kind(&candidate.effect.effect)
         .is_some_and(|kind| kind.depends_on_conditions && !kind.depends_on_time && !kind.is_event);
     of_conditions
@@ -229,7 +229,7 @@ mod tests {
 
     #[test]
     fn what_differs_is_named_with_the_error_of_its_poses_and_what_is_tied_is_not() {
-        let effect = EffectPlace {
+        let effect = EffectSite {
             effect: "joint_backlash".to_owned(),
             place: "elbow".to_owned(),
             with: None,

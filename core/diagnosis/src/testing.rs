@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use crate::forward_selection::FittedCandidate;
 use crate::laboratory::{Laboratory, Options};
-use crate::outcome::{Candidate, EffectPlace};
+use crate::outcome::{Candidate, EffectSite};
 use crate::predictive_gain::Gain;
 use crate::score_test::Score;
 use crate::split::Holdout;
@@ -118,8 +118,8 @@ pub(crate) fn sides_in_turn(rows: usize) -> Vec<i8> {
 }
 
 /// An effect at a place, and nothing more.
-pub(crate) fn place(effect: &str, site: &str) -> EffectPlace {
-    EffectPlace { effect: effect.to_owned(), place: site.to_owned(), with: None, n: None, of: None, at: None }
+pub(crate) fn place(effect: &str, site: &str) -> EffectSite {
+    EffectSite { effect: effect.to_owned(), place: site.to_owned(), with: None, n: None, of: None, at: None }
 }
 
 /// A candidate that is plausible and not rejected.

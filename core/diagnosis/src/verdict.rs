@@ -14,7 +14,7 @@ use crate::lack_of_fit::{LackOfFit, probability_of_noise};
 use crate::mechanism_test::Mechanism;
 use crate::noise_floor::Floor;
 use crate::note::Note;
-use crate::outcome::{Alike, Candidate, EffectPlace, Located, Named, Verdict};
+use crate::outcome::{Alike, Candidate, EffectSite, Located, Named, Verdict};
 use crate::thresholds::{
     ALIKE_CORRELATION, COMPARED_CANDIDATES, DETECTABLE_ERRORS, LACK_OF_FIT_LEVEL, NAMING_LEVEL,
     OVERWHELMING_GAIN, PRESENT_LEVEL, SAME_CORRELATION, SIGN_ERRORS, TIE_BIC,
@@ -265,8 +265,8 @@ fn is_of_sensor(id: &EffectId) -> bool {
 }
 
 /// Which and where, in the contract's words.
-pub(crate) fn effect_place(machine: &ResidualModel<'_>, id: &EffectId) -> EffectPlace {
-    EffectPlace {
+pub(crate) fn effect_place(machine: &ResidualModel<'_>, id: &EffectId) -> EffectSite {
+    EffectSite {
         effect: id.name.clone(),
         place: machine.model.site_name(id.site),
         with: id.with.and_then(|index| machine.model.chain.joints.get(index).map(|joint| joint.name.clone())),
@@ -352,7 +352,7 @@ impl Finding<'_> {
     }
 
     /// What cannot be distinguished, if there is more than one.
-    pub(crate) fn tied(&self) -> Vec<EffectPlace> {
+    pub(crate) fn tied(&self) -> Vec<EffectSite> {
         let asked = matches!(self.verdict, Verdict::Tied | Verdict::Located);
         let alone = self.verdict == Verdict::Located || self.free_first.is_none();
         if (self.close.len() < 2 && alone) || !asked {

@@ -64,7 +64,7 @@ pub use outbox::OutboxRow;
 pub use owner_only::create_owner_only_directory;
 pub use prompt::{StoredAnswer, StoredPrompt};
 pub use quantity::{CONTROLLER_ZERO, JOINT_ZERO, SENSOR_PARAMETER};
-pub use queue::{NewQueueEntry, QueueEntry, QueuePlace};
+pub use queue::{NewQueueEntry, QueueEntry, QueuePosition};
 pub use reading::{Reading, StoredReading};
 pub use record::{LONGEST_WAIT, Record, seconds_since, timestamp};
 pub use revision::{Revision, RolledBack};

@@ -67,7 +67,7 @@ impl QueueEntry {
 
 /// Where an entry goes, among those of its cell that wait.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum QueuePlace {
+pub enum QueuePosition {
     /// Before all others.
     First,
     /// After all others.
@@ -141,7 +141,7 @@ impl Record {
     ///
     /// # Errors
     /// [`RecordError::NotWaiting`] for it or for the one it is to be beside; or the record cannot be written.
-    pub fn move_in_queue(&mut self, id: i64, to: QueuePlace) -> Result<(), RecordError> {
+    pub fn move_in_queue(&mut self, id: i64, to: QueuePosition) -> Result<(), RecordError> {
         self.queue_entry(id)?;
         self.on_the_disk(|record| {
             let transaction = record
@@ -192,19 +192,19 @@ fn waiting_beside(transaction: &Transaction<'_>, id: i64) -> rusqlite::Result<Ve
 }
 
 /// The order with one entry moved.
-fn moved(mut order: Vec<i64>, id: i64, to: QueuePlace) -> Result<Vec<i64>, RecordError> {
+fn moved(mut order: Vec<i64>, id: i64, to: QueuePosition) -> Result<Vec<i64>, RecordError> {
     let place_of = |order: &[i64], entry: i64| {
         order.iter().position(|one| *one == entry).ok_or(RecordError::NotWaiting { entry })
     };
     let from = place_of(&order, id)?;
     order.remove(from);
     let to = match to {
-        QueuePlace::First => 0,
-        QueuePlace::Last => order.len(),
+        QueuePosition::First => 0,
+        QueuePosition::Last => order.len(),
         // Beside itself: it stays.
-        QueuePlace::Before(other) | QueuePlace::After(other) if other == id => from,
-        QueuePlace::Before(other) => place_of(&order, other)?,
-        QueuePlace::After(other) => place_of(&order, other)? + 1,
+        QueuePosition::Before(other) | QueuePosition::After(other) if other == id => from,
+        QueuePosition::Before(other) => place_of(&order, other)?,
+        QueuePosition::After(other) => place_of(&order, other)? + 1,
     };
     order.insert(to, id);
     Ok(order)
@@ -257,20 +257,20 @@ mod tests {
             record_with(&[("/a", "one"), ("/b", "two"), ("/a", "three"), ("/a", "four")]);
         assert_eq!(order(&record), [1, 3, 4, 2]);
         for (id, to, expected) in [
-            (4, QueuePlace::First, [4, 1, 3, 2]),
-            (4, QueuePlace::After(1), [1, 4, 3, 2]),
-            (1, QueuePlace::Last, [4, 3, 1, 2]),
-            (1, QueuePlace::Before(3), [4, 1, 3, 2]),
-            (1, QueuePlace::Before(1), [4, 1, 3, 2]),
+            (4, QueuePosition::First, [4, 1, 3, 2]),
+            (4, QueuePosition::After(1), [1, 4, 3, 2]),
+            (1, QueuePosition::Last, [4, 3, 1, 2]),
+            (1, QueuePosition::Before(3), [4, 1, 3, 2]),
+            (1, QueuePosition::Before(1), [4, 1, 3, 2]),
         ] {
             record.move_in_queue(id, to).expect("moved");
             assert_eq!(order(&record), expected, "{id} {to:?}");
         }
         let other_cell =
-            record.move_in_queue(1, QueuePlace::Before(2)).expect_err("of another cell").to_string();
+            record.move_in_queue(1, QueuePosition::Before(2)).expect_err("of another cell").to_string();
         assert!(other_cell.contains("entry 2"), "{other_cell}");
         assert!(matches!(
-            record.move_in_queue(9, QueuePlace::First),
+            record.move_in_queue(9, QueuePosition::First),
             Err(RecordError::NoSuchQueueEntry { entry: 9 })
         ));
     }
@@ -293,7 +293,7 @@ mod tests {
             "a run that cannot take its entry is not begun"
         );
         assert!(matches!(
-            record.move_in_queue(1, QueuePlace::Last),
+            record.move_in_queue(1, QueuePosition::Last),
             Err(RecordError::NotWaiting { entry: 1 })
         ));
         record.end_run(run, RunEnd::Passed, "all steps passed").expect("ended");

@@ -223,7 +223,7 @@ fn the_worn_cell_can_be_initialized() {
         find_in_chunks(&mut world, Joint::Elbow, -40.0, 0.1, false);
         poses.push(world.truth().pose.wrist);
         let mut away = only(Joint::Shoulder, 5_f64.to_radians());
-        away[Joint::Elbow.place()] = Some(5_f64.to_radians());
+        away[Joint::Elbow.index()] = Some(5_f64.to_radians());
         go(&mut world, away, true);
     }
     let last = poses[4];

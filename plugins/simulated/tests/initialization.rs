@@ -12,7 +12,7 @@ const BACK: f64 = 5.0;
 
 fn back_rotate(world: &mut World) {
     let mut away = only(Joint::Shoulder, BACK.to_radians());
-    away[Joint::Elbow.place()] = Some(BACK.to_radians());
+    away[Joint::Elbow.index()] = Some(BACK.to_radians());
     go(world, away, true);
 }
 

@@ -109,7 +109,7 @@ fn half_steps_into_a_solid_table_are_lost_whole() {
 fn a_waist_turns_on_while_the_shoulder_is_held_up() {
     let mut world = world("world-ideal.yaml");
     let mut both = only(Joint::Shoulder, -20_f64.to_radians());
-    both[Joint::Waist.place()] = Some(10_f64.to_radians());
+    both[Joint::Waist.index()] = Some(10_f64.to_radians());
     let before = world.truth();
     go(&mut world, both, true);
     let truth = world.truth();
@@ -128,8 +128,8 @@ fn a_waist_turns_on_over_the_table_in_every_pose_of_a_drooping_arm() {
     for pose in 0..8 {
         let bent = -88.0 + 6.5 * f64::from(pose);
         let mut raised = only(Joint::Shoulder, 60_f64.to_radians());
-        raised[Joint::Elbow.place()] = Some(bent.to_radians());
-        raised[Joint::WristPitch.place()] = Some((bent - 10.0).to_radians());
+        raised[Joint::Elbow.index()] = Some(bent.to_radians());
+        raised[Joint::WristPitch.index()] = Some((bent - 10.0).to_radians());
         go(&mut world, raised, false);
         turn(&mut world, Joint::Shoulder, -80.0);
         let held_up = world.truth();

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use plumb_cell::answers::level_readings;
-use plumb_cell::device::{CellPlace, PlaceState};
+use plumb_cell::device::{CellResources, Occupancy};
 use plumb_cell::event::NamedValue;
 use plumb_cell::prompt::{Answer, Decision, Prompt, PromptKind, SIMULATED_OPERATOR};
 use plumb_record::{Record, RunFilter, RunId, RunState, RunSummary, record_option};
@@ -156,8 +156,8 @@ fn the_one_that_goes_on(record: &Record) -> Result<Option<RunSummary>, Box<dyn s
 
 /// Whether a program runs the cell of a run now.
 pub(crate) fn is_alive(run: &RunSummary) -> bool {
-    let place = CellPlace::of_cell(Path::new(&run.cell_file));
-    place.is_ok_and(|place| matches!(place.state(), PlaceState::InUse(_)))
+    let place = CellResources::of_cell(Path::new(&run.cell_file));
+    place.is_ok_and(|place| matches!(place.state(), Occupancy::InUse(_)))
 }
 
 pub(crate) fn await_taken(

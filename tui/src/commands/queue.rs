@@ -6,7 +6,7 @@ mod list;
 
 use std::process::ExitCode;
 
-use plumb_record::{NewQueueEntry, QueueEntry, QueuePlace, Record};
+use plumb_record::{NewQueueEntry, QueueEntry, QueuePosition, Record};
 use serde_json::{Map, Value};
 
 pub(crate) use arguments::QueueCommand;
@@ -72,7 +72,7 @@ fn queue_up(add: &Add) -> CommandResult {
         author,
     })?;
     if add.first {
-        record.move_in_queue(entry, QueuePlace::First)?;
+        record.move_in_queue(entry, QueuePosition::First)?;
     }
     let queue = record.queue(Some(&checked.cell_file))?;
     let before = queue.iter().take_while(|one| one.id != entry).filter(|one| one.is_waiting()).count();

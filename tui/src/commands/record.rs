@@ -39,7 +39,7 @@ pub(crate) struct Zeros {
     #[arg(long)]
     json: bool,
     #[command(flatten)]
-    place: Place,
+    place: RecordDirectory,
 }
 
 /// To which revision.
@@ -54,7 +54,7 @@ pub(crate) struct Rollback {
     #[arg(long, value_name = "NAME")]
     device: Option<String>,
     #[command(flatten)]
-    place: Place,
+    place: RecordDirectory,
 }
 
 /// Where to.
@@ -63,19 +63,19 @@ pub(crate) struct Backup {
     /// The new file.
     to: PathBuf,
     #[command(flatten)]
-    place: Place,
+    place: RecordDirectory,
 }
 
 /// Which.
 #[derive(clap::Args)]
 pub(crate) struct Check {
     #[command(flatten)]
-    place: Place,
+    place: RecordDirectory,
 }
 
 /// Where the record lies.
 #[derive(clap::Args)]
-struct Place {
+struct RecordDirectory {
     /// Where the record lies [default: `plumb` in $XDG_STATE_HOME, which is ~/.local/state where that is not set].
     #[arg(long, value_name = "DIR")]
     record: Option<PathBuf>,

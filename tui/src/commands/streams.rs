@@ -9,7 +9,7 @@ use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use plumb_bus::{Bus, Listener, ReceiveError, Subscriber, wait_any};
-use plumb_cell::device::{CellPlace, PlaceState};
+use plumb_cell::device::{CellResources, Occupancy};
 use plumb_cell::expression::Calculator;
 use plumb_cell::workcell::{Workcell, load_workcell};
 use plumb_document::did_you_mean;
@@ -90,7 +90,7 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
         return Ok(ExitCode::SUCCESS);
     }
     let wanted = wanted(&streams, &arguments.streams)?;
-    let place = CellPlace::of_cell(&cell.file)?;
+    let place = CellResources::of_cell(&cell.file)?;
     if !waited_for(&place, arguments.wait) {
         return Err(StreamsError::NotRunning(arguments.cell.clone()).into());
     }
@@ -106,12 +106,12 @@ fn print_python(
     arguments: &Arguments,
     output: &mut impl Write,
 ) -> CommandResult {
-    let folder = CellPlace::of_cell(&cell.file)?;
+    let resources = CellResources::of_cell(&cell.file)?;
     let known = PythonCell {
         name: &cell.name,
         file: arguments.cell.display().to_string(),
-        domain: folder.domain(),
-        lock: folder.lock_file().display().to_string(),
+        domain: resources.domain(),
+        lock: resources.lock_file().display().to_string(),
     };
     let streams: Vec<_> =
         streams.iter().map(|stream| (stream.device.clone(), stream.description.clone())).collect();
@@ -157,14 +157,14 @@ fn wanted(streams: &[Stream], names: &[String]) -> Result<Vec<Stream>, StreamsEr
     Ok(streams.iter().filter(is_wanted).cloned().collect())
 }
 
-fn is_running(folder: &CellPlace) -> bool {
-    matches!(folder.state(), PlaceState::InUse(_)) && folder.domain().root().exists()
+fn is_running(resources: &CellResources) -> bool {
+    matches!(resources.state(), Occupancy::InUse(_)) && resources.domain().root().exists()
 }
 
 /// Whether the cell is run, now or before the time is up.
-fn waited_for(folder: &CellPlace, seconds: f64) -> bool {
+fn waited_for(resources: &CellResources, seconds: f64) -> bool {
     let begin = Instant::now();
-    while !is_running(folder) {
+    while !is_running(resources) {
         if begin.elapsed().as_secs_f64() >= seconds {
             return false;
         }
@@ -175,12 +175,12 @@ fn waited_for(folder: &CellPlace, seconds: f64) -> bool {
 
 /// Prints messages until the run ends, or as many as were asked for.
 fn print(
-    folder: &CellPlace,
+    resources: &CellResources,
     streams: &[Stream],
     arguments: &Arguments,
     output: &mut impl Write,
 ) -> Result<(), Box<dyn std::error::Error>> {
-    let bus = Bus::open(folder.domain(), "plumb streams")?;
+    let bus = Bus::open(resources.domain(), "plumb streams")?;
     let mut receivers: Vec<(Subscriber, &Stream)> = Vec::new();
     let mut signals: Vec<Listener> = Vec::new();
     for stream in streams {
@@ -192,7 +192,7 @@ fn print(
     let mut goes_on = true;
     while goes_on && left > 0 {
         // What came before the run ended is printed as well.
-        goes_on = is_running(folder);
+        goes_on = is_running(resources);
         wait_any(&signals, LOOK)?;
         for signal in &signals {
             signal.drain()?;
@@ -260,10 +260,10 @@ fn write_message(
 }
 
 /// A run that ended while this listened left its shared memory to the last that uses it.
-fn tidy(folder: &CellPlace, cell: &Workcell) {
-    if !is_running(folder)
-        && let Ok(_lock) = folder.lock(&cell.name, &cell.file.display().to_string())
-        && let Err(error) = folder.domain().remove()
+fn tidy(resources: &CellResources, cell: &Workcell) {
+    if !is_running(resources)
+        && let Ok(_lock) = resources.lock(&cell.name, &cell.file.display().to_string())
+        && let Err(error) = resources.domain().remove()
     {
         tracing::debug!("shared memory is left behind: {error}");
     }

@@ -45,7 +45,7 @@ impl RigNumber {
     ];
 
     /// Its place among all of them.
-    pub(crate) fn place(self) -> usize {
+    pub(crate) fn index(self) -> usize {
         Self::ALL.iter().position(|known| *known == self).unwrap_or(0)
     }
 

@@ -107,12 +107,12 @@ fn each_number_of_a_rig_moves_what_its_name_says() {
 fn numbers_of_a_rig_are_moved_in_their_order_and_those_that_do_not_move_stay() {
     let mut amounts = [0.0; RigNumber::ALL.len()];
     assert_eq!(rig().with(&amounts), rig());
-    amounts[RigNumber::PrincipalPoint(1).place()] = 3.0;
-    amounts[RigNumber::CameraScale(0).place()] = 0.1;
+    amounts[RigNumber::PrincipalPoint(1).index()] = 3.0;
+    amounts[RigNumber::CameraScale(0).index()] = 0.1;
     let both = rig().with(&amounts);
     assert_eq!((both.principal_px, both.focal_px), ([100.0, 93.0], [550.0, 400.0]));
     for (index, number) in RigNumber::ALL.into_iter().enumerate() {
-        assert_eq!(number.place(), index, "{number:?}");
+        assert_eq!(number.index(), index, "{number:?}");
         assert!((1e-7..0.1).contains(&number.small()), "{number:?}");
     }
 }

@@ -1,12 +1,12 @@
 //! A slide's carriage rolls about its travel as it goes: its guideway is twisted.
 
 use super::guideway::{Guideway, Turn, candidates};
-use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Search, Setting, SiteKind};
 
 pub(super) const KIND: Kind = Kind {
     name: "axis_roll",
     family: Family::Geometry,
-    places: Places::Joints,
+    places: SiteKind::Joints,
     geometry_group: false,
     depends_on_conditions: false,
     imitates_anything: false,

@@ -1,12 +1,12 @@
 //! A slide's carriage yaws as it goes: its guideway is bowed sideways.
 
 use super::guideway::{Guideway, Turn, candidates};
-use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Search, Setting, SiteKind};
 
 pub(super) const KIND: Kind = Kind {
     name: "axis_yaw",
     family: Family::Geometry,
-    places: Places::Joints,
+    places: SiteKind::Joints,
     geometry_group: false,
     depends_on_conditions: false,
     imitates_anything: false,

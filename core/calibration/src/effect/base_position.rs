@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Search, Setting, SiteKind};
 use super::tool_offset::length_of;
 use super::{Contribution, Dof, Effect, EffectId, LooksAt, Parameter, Sample, Site, Size, Unit};
 
@@ -36,7 +36,7 @@ impl Effect for BasePosition {
 pub(super) const KIND: Kind = Kind {
     name: "base_position",
     family: Family::Geometry,
-    places: Places::Base,
+    places: SiteKind::Base,
     geometry_group: false,
     depends_on_conditions: false,
     imitates_anything: false,

@@ -1,7 +1,7 @@
 //! Base or instrument was set up anew between two stretches of rows.
 
 use super::epoch_steps::{EpochSteps, Step};
-use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Search, Setting, SiteKind};
 use super::{Dof, EffectId, Site, Unit};
 
 /// Farthest an instrument is taken from one place to the next, mm.
@@ -10,7 +10,7 @@ const MOST_MM: f64 = 2e4;
 pub(super) const KIND: Kind = Kind {
     name: "base_reset",
     family: Family::Epoch,
-    places: Places::Base,
+    places: SiteKind::Base,
     geometry_group: false,
     depends_on_conditions: true,
     imitates_anything: false,

@@ -1,7 +1,7 @@
 //! Base or instrument was shifted along one axis between two stretches of rows.
 
 use super::epoch_steps::{EpochSteps, Step};
-use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Search, Setting, SiteKind};
 use super::{Dof, EffectId, Site, Unit};
 
 /// Greatest plausible shift of what is not taken away and set up anew, mm.
@@ -10,7 +10,7 @@ const MOST: f64 = 200.0;
 pub(super) const KIND: Kind = Kind {
     name: "base_shifted",
     family: Family::Epoch,
-    places: Places::Axes,
+    places: SiteKind::Axes,
     geometry_group: false,
     depends_on_conditions: true,
     imitates_anything: false,

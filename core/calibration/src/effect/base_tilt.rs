@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, Vector3};
 use plumb_kinematics::{LinkFrames, Motion};
 
-use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Search, Setting, SiteKind};
 use super::tool_offset::length_of;
 use super::{Contribution, Dof, Effect, EffectId, LooksAt, Parameter, Sample, Site, Size, Unit};
 use crate::arm_model::Model;
@@ -55,7 +55,7 @@ fn first_joint_is_heading(model: &Model) -> bool {
 pub(super) const KIND: Kind = Kind {
     name: "base_tilt",
     family: Family::Geometry,
-    places: Places::Base,
+    places: SiteKind::Base,
     geometry_group: false,
     depends_on_conditions: false,
     imitates_anything: false,

@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Search, Setting, SiteKind};
 use super::tool_offset::length_of;
 use super::{Contribution, Dof, Effect, EffectId, Parameter, Sample, Site, Size, Unit};
 
@@ -34,7 +34,7 @@ impl Effect for Drift {
 pub(super) const KIND: Kind = Kind {
     name: "drift",
     family: Family::LinkAndTime,
-    places: Places::Base,
+    places: SiteKind::Base,
     geometry_group: false,
     depends_on_conditions: true,
     imitates_anything: false,

@@ -5,7 +5,7 @@
 
 use nalgebra::{DMatrix, Vector3};
 
-use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Search, Setting, SiteKind};
 use super::{Contribution, Effect, LooksAt, Parameter, Sample, Size, Unit, standard_error};
 
 /// Links looked at, from the joint on: those beyond are short and light, and their moments are nearly those of the last of these.
@@ -65,7 +65,7 @@ impl Effect for GravityFlexure {
 pub(super) const KIND: Kind = Kind {
     name: "gravity_flexure",
     family: Family::Joint,
-    places: Places::Joints,
+    places: SiteKind::Joints,
     geometry_group: false,
     depends_on_conditions: false,
     imitates_anything: false,

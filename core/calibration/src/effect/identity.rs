@@ -79,7 +79,7 @@ impl Channel {
     }
 
     /// Its place among all of them.
-    pub(crate) fn place(self) -> usize {
+    pub(crate) fn index(self) -> usize {
         match self {
             Self::X => 0,
             Self::Y => 1,

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, Vector3};
 
-use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Search, Setting, SiteKind};
 use super::tool_offset::length_of;
 use super::{Contribution, Dof, Effect, EffectId, LooksAt, Parameter, Sample, Site, Size, Unit};
 use crate::arm_model::MeasuredFrom;
@@ -46,7 +46,7 @@ impl Effect for InstrumentTilt {
 pub(super) const KIND: Kind = Kind {
     name: "instrument_tilt",
     family: Family::Instrument,
-    places: Places::Instrument,
+    places: SiteKind::Instrument,
     geometry_group: false,
     depends_on_conditions: false,
     imitates_anything: false,

@@ -1,6 +1,6 @@
 //! A joint lags behind its motor by half its play, towards where it came from.
 
-use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Search, Setting, SiteKind};
 use super::{Contribution, Effect, Parameter, Sample, Unit};
 
 #[derive(Debug)]
@@ -28,7 +28,7 @@ impl Effect for JointBacklash {
 pub(super) const KIND: Kind = Kind {
     name: "joint_backlash",
     family: Family::Joint,
-    places: Places::Joints,
+    places: SiteKind::Joints,
     geometry_group: false,
     // The same pose reached from the other side is off by the whole play.
     depends_on_conditions: true,

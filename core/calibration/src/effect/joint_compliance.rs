@@ -2,7 +2,7 @@
 
 use plumb_kinematics::Chain;
 
-use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Search, Setting, SiteKind};
 use super::link_torsion::links_along;
 use super::{Contribution, Effect, LooksAt, Parameter, Sample, Unit};
 
@@ -41,7 +41,7 @@ impl Effect for JointCompliance {
 pub(super) const KIND: Kind = Kind {
     name: "joint_compliance",
     family: Family::Joint,
-    places: Places::Joints,
+    places: SiteKind::Joints,
     geometry_group: false,
     depends_on_conditions: true,
     imitates_anything: false,

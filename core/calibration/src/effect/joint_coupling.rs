@@ -1,6 +1,6 @@
 //! Turning one joint drags another: a drive that runs through it, a belt around it.
 
-use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Search, Setting, SiteKind};
 use super::{Contribution, Effect, EffectId, EffectNameError, Parameter, Sample, Unit};
 
 #[derive(Debug)]
@@ -28,7 +28,7 @@ impl Effect for JointCoupling {
 pub(super) const KIND: Kind = Kind {
     name: "joint_coupling",
     family: Family::Joint,
-    places: Places::JointPairs,
+    places: SiteKind::JointPairs,
     geometry_group: false,
     depends_on_conditions: false,
     // Where two joints move together the driver's coordinate is any function of the joint's own.

@@ -1,6 +1,6 @@
 //! A joint turns a little more or less than commanded: a wrong gear ratio, a slipping drive, a stretched scale.
 
-use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Search, Setting, SiteKind};
 use super::{Contribution, Effect, Parameter, Sample, Unit};
 
 #[derive(Debug)]
@@ -27,7 +27,7 @@ impl Effect for JointGain {
 pub(super) const KIND: Kind = Kind {
     name: "joint_gain",
     family: Family::Joint,
-    places: Places::Joints,
+    places: SiteKind::Joints,
     geometry_group: false,
     depends_on_conditions: false,
     // Over a short range any smooth error is a zero and a gain.

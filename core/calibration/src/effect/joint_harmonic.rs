@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Search, Setting, SiteKind};
 use super::{
     Contribution, Effect, EffectId, EffectNameError, Parameter, Sample, Site, Size, Unit, amplitude,
 };
@@ -47,7 +47,7 @@ impl Effect for JointHarmonic {
 pub(super) const KIND: Kind = Kind {
     name: "joint_harmonic",
     family: Family::Joint,
-    places: Places::JointsAndOrder,
+    places: SiteKind::JointsAndOrder,
     geometry_group: false,
     depends_on_conditions: false,
     // 64 orders of a joint are a Fourier series.

@@ -1,6 +1,6 @@
 //! A joint creeps into place: it stops short by a share of its last move.
 
-use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Search, Setting, SiteKind};
 use super::{Contribution, Effect, Parameter, Sample, Unit};
 
 #[derive(Debug)]
@@ -27,7 +27,7 @@ impl Effect for JointSettling {
 pub(super) const KIND: Kind = Kind {
     name: "joint_settling",
     family: Family::Joint,
-    places: Places::Joints,
+    places: SiteKind::Joints,
     geometry_group: false,
     // Two visits to one pose come after different moves.
     depends_on_conditions: true,

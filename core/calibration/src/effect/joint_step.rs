@@ -1,6 +1,6 @@
 //! A joint jumps at some moment and stays off: lost steps, a slipped coupling, a knock.
 
-use super::kind::{CandidateContext, DrivenBy, Family, Kind, Places, Search, Setting};
+use super::kind::{CandidateContext, DrivenBy, Family, Kind, Search, Setting, SiteKind};
 use super::{Contribution, Effect, EffectId, EffectNameError, Parameter, Sample, Unit};
 use crate::arm_model::Epochs;
 
@@ -52,7 +52,7 @@ fn dated(context: &CandidateContext<'_>) -> Vec<f64> {
 pub(super) const KIND: Kind = Kind {
     name: "joint_step",
     family: Family::Joint,
-    places: Places::Joints,
+    places: SiteKind::Joints,
     geometry_group: false,
     depends_on_conditions: true,
     imitates_anything: false,

@@ -1,6 +1,6 @@
 //! A joint that gives easily at first and stiffens under load: the soft wind-up of harmonic drives, belts and cables.
 
-use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Search, Setting, SiteKind};
 use super::{Contribution, Effect, EffectId, EffectNameError, LooksAt, Parameter, Sample, Unit};
 
 /// Knees that are tried, as shares of the greatest moment in the table. A higher knee would be no other than a plain
@@ -44,7 +44,7 @@ impl Effect for JointStiffening {
 pub(super) const KIND: Kind = Kind {
     name: "joint_stiffening",
     family: Family::Joint,
-    places: Places::Joints,
+    places: SiteKind::Joints,
     geometry_group: false,
     depends_on_conditions: true,
     imitates_anything: false,

@@ -1,6 +1,6 @@
 //! A joint's zero is not where its encoder says.
 
-use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Search, Setting, SiteKind};
 use super::{Contribution, Effect, LooksAt, Parameter, Sample, Unit};
 
 #[derive(Debug)]
@@ -27,7 +27,7 @@ impl Effect for JointZero {
 pub(super) const KIND: Kind = Kind {
     name: "joint_zero",
     family: Family::Geometry,
-    places: Places::Joints,
+    places: SiteKind::Joints,
     geometry_group: false,
     depends_on_conditions: false,
     imitates_anything: false,

@@ -3,7 +3,7 @@
 use plumb_kinematics::DhParameter;
 
 use super::epoch_steps::{EpochSteps, Step};
-use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Search, Setting, SiteKind};
 use super::{Dof, Unit};
 use crate::arm_model::Epochs;
 
@@ -14,7 +14,7 @@ const MOST_MM: f64 = 20.0;
 pub(super) const KIND: Kind = Kind {
     name: "joint_zero_reset",
     family: Family::Epoch,
-    places: Places::Joints,
+    places: SiteKind::Joints,
     geometry_group: false,
     depends_on_conditions: true,
     imitates_anything: false,

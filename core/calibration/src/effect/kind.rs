@@ -29,7 +29,7 @@ pub enum Family {
 
 /// Where effects of a kind may act, which is also how they are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Places {
+pub enum SiteKind {
     /// One joint: `name(joint)`.
     Joints,
     /// One joint and a number of periods a turn: `name(joint, n)`.
@@ -130,7 +130,7 @@ pub struct Kind {
     /// What kind of thing it is.
     pub family: Family,
     /// Where it may act.
-    pub places: Places,
+    pub places: SiteKind,
     /// Whether `geometry(*)` includes it.
     pub geometry_group: bool,
     /// Whether it can differ between two visits to one pose.

@@ -1,6 +1,6 @@
 //! A link bends under its load, as a beam clamped at its joint.
 
-use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Search, Setting, SiteKind};
 use super::{Contribution, Dof, Effect, LooksAt, Parameter, Sample, Unit};
 
 #[derive(Debug)]
@@ -30,7 +30,7 @@ impl Effect for LinkSag {
 pub(super) const KIND: Kind = Kind {
     name: "link_sag",
     family: Family::LinkAndTime,
-    places: Places::Joints,
+    places: SiteKind::Joints,
     geometry_group: false,
     depends_on_conditions: true,
     imitates_anything: false,

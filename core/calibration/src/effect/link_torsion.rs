@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use plumb_kinematics::{Chain, LinkFrames, Motion, Weights};
 
-use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Search, Setting, SiteKind};
 use super::{Contribution, Dof, Effect, LooksAt, Parameter, Sample, Unit};
 
 /// Sine of the angle below which a link lies along an axis: as for parallel axes, what is left of it is an error of the arm.
@@ -65,7 +65,7 @@ pub(super) fn links_along(chain: &Chain, joint: usize) -> Vec<usize> {
 pub(super) const KIND: Kind = Kind {
     name: "link_torsion",
     family: Family::LinkAndTime,
-    places: Places::Joints,
+    places: SiteKind::Joints,
     geometry_group: false,
     depends_on_conditions: true,
     imitates_anything: false,

@@ -2,14 +2,14 @@
 
 use plumb_kinematics::DhParameter;
 
-use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Search, Setting, SiteKind};
 use super::row_error::RowError;
 use super::{Parameter, Unit};
 
 pub(super) const KIND: Kind = Kind {
     name: "link_twist",
     family: Family::Geometry,
-    places: Places::Joints,
+    places: SiteKind::Joints,
     geometry_group: true,
     depends_on_conditions: false,
     imitates_anything: false,

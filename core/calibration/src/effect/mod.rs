@@ -69,10 +69,10 @@ mod trigger_hysteresis;
 mod trigger_spot;
 mod warm_up;
 
-pub use defined::{Addend, Definition, DefinitionError, FormulaError, Place as DefinedPlace};
+pub use defined::{Addend, Definition, DefinitionError, FormulaError, FormulaTarget};
 pub use epoch_steps::acts_by_epoch;
 pub use identity::{Channel, EffectId, EffectNameError, Quantity, Site};
-pub use kind::{CandidateContext, DrivenBy, Family, Kind, Places, SKETCH_COLUMNS, Search, Setting, Sketch};
+pub use kind::{CandidateContext, DrivenBy, Family, Kind, SKETCH_COLUMNS, Search, Setting, SiteKind, Sketch};
 pub use library::{build, expand, kind, kinds, parse};
 pub use pose_error::POSE_ERROR;
 pub use positions::{not_at_these_positions, waves_not_shown};

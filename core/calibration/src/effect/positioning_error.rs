@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use super::kind::{CandidateContext, DrivenBy, Family, Kind, Places, Search, Setting};
+use super::kind::{CandidateContext, DrivenBy, Family, Kind, Search, Setting, SiteKind};
 use super::{Contribution, Effect, EffectId, EffectNameError, Parameter, Sample, Size, Unit, standard_error};
 
 /// Most pieces: those between the 256 lines that a compensation table of LinuxCNC has at most.
@@ -74,7 +74,7 @@ fn entry(covariance: &DMatrix<f64>, one: Option<usize>, other: Option<usize>) ->
 pub(super) const KIND: Kind = Kind {
     name: "positioning_error",
     family: Family::Joint,
-    places: Places::JointsAndPieces,
+    places: SiteKind::JointsAndPieces,
     geometry_group: false,
     depends_on_conditions: false,
     // With enough knots it is any function of the coordinate.

@@ -1,7 +1,7 @@
 //! The scale of a reading changed between two stretches of rows.
 
 use super::epoch_steps::{EpochSteps, Step};
-use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Search, Setting, SiteKind};
 use super::{Dof, EffectId, Site, Unit};
 
 /// Greatest plausible change of a scale: more would be another unit.
@@ -10,7 +10,7 @@ const MOST: f64 = 0.05;
 pub(super) const KIND: Kind = Kind {
     name: "reading_rescaled",
     family: Family::Epoch,
-    places: Places::Readings,
+    places: SiteKind::Readings,
     geometry_group: false,
     depends_on_conditions: true,
     imitates_anything: false,

@@ -1,7 +1,7 @@
 //! The zero of a reading was set anew between two stretches of rows.
 
 use super::epoch_steps::{EpochSteps, Step};
-use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Search, Setting, SiteKind};
 use super::{Dof, EffectId, Site, Unit};
 
 /// Greatest plausible change of a zero: the travel of a gauge, mm; what a level may be turned by, rad.
@@ -11,7 +11,7 @@ const MOST_RAD: f64 = 0.2;
 pub(super) const KIND: Kind = Kind {
     name: "reading_reset",
     family: Family::Epoch,
-    places: Places::Readings,
+    places: SiteKind::Readings,
     geometry_group: false,
     depends_on_conditions: true,
     imitates_anything: false,

@@ -1,6 +1,6 @@
 //! The zero of a reading shifts with temperature.
 
-use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Search, Setting, SiteKind};
 use super::{Channel, Contribution, Dof, Effect, EffectId, Parameter, Sample, Site, Unit};
 
 /// Greatest plausible shift a kelvin. Data sheets of draw wires and of optical triangulation give a hundredth of a percent of the range, of poor ones a
@@ -34,7 +34,7 @@ impl Effect for ReadingWarming {
 pub(super) const KIND: Kind = Kind {
     name: "reading_warming",
     family: Family::Instrument,
-    places: Places::Readings,
+    places: SiteKind::Readings,
     geometry_group: false,
     depends_on_conditions: true,
     imitates_anything: false,

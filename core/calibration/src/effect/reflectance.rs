@@ -1,7 +1,7 @@
 //! A surface is lighter or darker than the one the sensor was trimmed on: it switches higher or lower over it.
 
 use super::EffectNameError;
-use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Search, Setting, SiteKind};
 use super::{Contribution, Dof, Effect, EffectId, LooksAt, Parameter, Sample, Site, Unit};
 use crate::arm_model::SurfaceShape;
 use crate::arm_model::{Model, Sensor};
@@ -44,7 +44,7 @@ fn reflects(model: &Model, surface: usize) -> bool {
 pub(super) const KIND: Kind = Kind {
     name: "reflectance",
     family: Family::Sensor,
-    places: Places::Surfaces,
+    places: SiteKind::Surfaces,
     geometry_group: false,
     depends_on_conditions: false,
     imitates_anything: false,

@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use super::kind::{CandidateContext, DrivenBy, Family, Kind, Places, Search, Setting, Sketch};
+use super::kind::{CandidateContext, DrivenBy, Family, Kind, Search, Setting, SiteKind, Sketch};
 use super::tool_offset::length_of;
 use super::{
     Contribution, Dof, Effect, EffectId, EffectNameError, LooksAt, Parameter, Sample, Site, Size, Unit,
@@ -96,7 +96,7 @@ pub(super) const fn kind(
     Kind {
         name,
         family: Family::Sensor,
-        places: Places::Sensor,
+        places: SiteKind::Sensor,
         geometry_group: false,
         depends_on_conditions: false,
         imitates_anything: false,

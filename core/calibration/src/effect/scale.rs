@@ -1,6 +1,6 @@
 //! The instrument's unit of length is off along one of its axes.
 
-use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Search, Setting, SiteKind};
 use super::{Contribution, Dof, Effect, EffectId, EffectNameError, LooksAt, Parameter, Sample, Site, Unit};
 
 #[derive(Debug)]
@@ -28,7 +28,7 @@ impl Effect for Scale {
 pub(super) const KIND: Kind = Kind {
     name: "scale",
     family: Family::Instrument,
-    places: Places::Axes,
+    places: SiteKind::Axes,
     geometry_group: false,
     depends_on_conditions: false,
     imitates_anything: false,

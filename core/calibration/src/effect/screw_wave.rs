@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use nalgebra::DMatrix;
 
-use super::kind::{CandidateContext, DrivenBy, Family, Kind, Places, Search, Setting};
+use super::kind::{CandidateContext, DrivenBy, Family, Kind, Search, Setting, SiteKind};
 use super::sampling::{Sampling, sampling};
 use super::{
     Contribution, Effect, EffectId, EffectNameError, Parameter, Sample, Site, Size, Unit, amplitude,
@@ -78,7 +78,7 @@ pub(super) fn sampling_of(context: &CandidateContext<'_>, id: &EffectId) -> Opti
 pub(super) const KIND: Kind = Kind {
     name: "screw_wave",
     family: Family::Joint,
-    places: Places::JointsAndOrder,
+    places: SiteKind::JointsAndOrder,
     geometry_group: false,
     depends_on_conditions: false,
     imitates_anything: false,

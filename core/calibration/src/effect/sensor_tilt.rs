@@ -1,6 +1,6 @@
 //! The arm's own sensor sits askew in the hand: it looks aside, the further the higher it is.
 
-use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Search, Setting, SiteKind};
 use super::{Contribution, Dof, Effect, EffectId, LooksAt, Parameter, Sample, Site, Unit};
 
 #[derive(Debug)]
@@ -33,7 +33,7 @@ impl Effect for SensorTilt {
 pub(super) const KIND: Kind = Kind {
     name: "sensor_tilt",
     family: Family::Sensor,
-    places: Places::Sensor,
+    places: SiteKind::Sensor,
     geometry_group: false,
     depends_on_conditions: false,
     imitates_anything: false,

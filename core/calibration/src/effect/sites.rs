@@ -1,7 +1,7 @@
 //! Where a written effect acts: its arguments read as joints, targets, axes or surfaces of a model.
 
 use super::identity::{Channel, EffectId, EffectNameError, Quantity, Site, joint_names};
-use super::kind::{Kind, Places};
+use super::kind::{Kind, SiteKind};
 use crate::arm_model::Model;
 use crate::suggestion::suggestion;
 
@@ -23,36 +23,38 @@ impl<'a> Sites<'a> {
     pub(super) fn at(&self, arguments: &[&str]) -> Found {
         let model = self.model;
         match (self.kind.places, arguments) {
-            (Places::Base, [] | ["base"]) => self.ids([Site::Base]),
-            (Places::Instrument, [] | ["instrument"]) => self.ids([Site::Instrument]),
-            (Places::Sensor, [] | ["sensor"]) => self.ids([Site::Sensor]),
-            (Places::Joints, []) => self.ids(self.joints("*")?),
-            (Places::Joints, [name]) => self.ids(self.joints(name)?),
-            (Places::JointsAndOrder | Places::JointsAndPieces, [name, order]) => self.with_order(name, order),
-            (Places::JointPairs, [first, other]) => self.pairs(first, other),
-            (Places::JointsAndQuantity, [name, of]) => self.with_quantity(name, of),
-            (Places::Targets, [] | ["*"]) => self.ids((0..model.targets.len()).map(Site::Target)),
-            (Places::Targets, [name]) => {
+            (SiteKind::Base, [] | ["base"]) => self.ids([Site::Base]),
+            (SiteKind::Instrument, [] | ["instrument"]) => self.ids([Site::Instrument]),
+            (SiteKind::Sensor, [] | ["sensor"]) => self.ids([Site::Sensor]),
+            (SiteKind::Joints, []) => self.ids(self.joints("*")?),
+            (SiteKind::Joints, [name]) => self.ids(self.joints(name)?),
+            (SiteKind::JointsAndOrder | SiteKind::JointsAndPieces, [name, order]) => {
+                self.with_order(name, order)
+            }
+            (SiteKind::JointPairs, [first, other]) => self.pairs(first, other),
+            (SiteKind::JointsAndQuantity, [name, of]) => self.with_quantity(name, of),
+            (SiteKind::Targets, [] | ["*"]) => self.ids((0..model.targets.len()).map(Site::Target)),
+            (SiteKind::Targets, [name]) => {
                 let known = model.targets.iter().map(|target| target.name.as_str());
                 self.named("a target", name, known, model.target_position(name))
                     .map(|one| vec![self.id(Site::Target(one))])
             }
-            (Places::Surfaces, [] | ["*"]) => self.ids((0..model.surfaces.len()).map(Site::Surface)),
-            (Places::Surfaces, [name]) => {
+            (SiteKind::Surfaces, [] | ["*"]) => self.ids((0..model.surfaces.len()).map(Site::Surface)),
+            (SiteKind::Surfaces, [name]) => {
                 let known = model.surfaces.iter().map(|surface| surface.name.as_str());
                 self.named("a surface", name, known, model.surface_position(name))
                     .map(|one| vec![self.id(Site::Surface(one))])
             }
-            (Places::Readings, [] | ["*"]) => self.ids(Channel::all().map(Site::Reading)),
-            (Places::Readings, [name]) => {
+            (SiteKind::Readings, [] | ["*"]) => self.ids(Channel::all().map(Site::Reading)),
+            (SiteKind::Readings, [name]) => {
                 // Their order in the list is all that `named` needs to know.
                 let channel = Channel::by_name(name);
                 let known = Channel::all().map(Channel::name);
-                self.named("a reading", name, known, channel.map(Channel::place))?;
+                self.named("a reading", name, known, channel.map(Channel::index))?;
                 self.ids(channel.map(Site::Reading))
             }
-            (Places::Axes, [] | ["*"]) => self.ids((0..3).map(Site::Axis)),
-            (Places::Axes, [name]) => {
+            (SiteKind::Axes, [] | ["*"]) => self.ids((0..3).map(Site::Axis)),
+            (SiteKind::Axes, [name]) => {
                 let axis = ["x", "y", "z"].iter().position(|axis| axis == name);
                 self.ids([Site::Axis(axis.ok_or_else(|| self.malformed())?)])
             }
@@ -126,16 +128,16 @@ impl<'a> Sites<'a> {
     fn malformed(&self) -> EffectNameError {
         let readings = || format!("({})", Channel::all().map(Channel::name).collect::<Vec<_>>().join("|"));
         let arguments = match self.kind.places {
-            Places::Joints => "(joint)",
-            Places::JointsAndOrder => "(joint, periods a turn)",
-            Places::JointsAndPieces => "(joint, pieces)",
-            Places::JointPairs => "(joint, other joint)",
-            Places::JointsAndQuantity => "(joint, zero|length|offset)",
-            Places::Targets => "(p1)",
-            Places::Axes => "(x|y|z)",
-            Places::Surfaces => "(surface)",
-            Places::Readings => &readings(),
-            Places::Base | Places::Instrument | Places::Sensor => "",
+            SiteKind::Joints => "(joint)",
+            SiteKind::JointsAndOrder => "(joint, periods a turn)",
+            SiteKind::JointsAndPieces => "(joint, pieces)",
+            SiteKind::JointPairs => "(joint, other joint)",
+            SiteKind::JointsAndQuantity => "(joint, zero|length|offset)",
+            SiteKind::Targets => "(p1)",
+            SiteKind::Axes => "(x|y|z)",
+            SiteKind::Surfaces => "(surface)",
+            SiteKind::Readings => &readings(),
+            SiteKind::Base | SiteKind::Instrument | SiteKind::Sensor => "",
         };
         EffectNameError::Malformed {
             text: self.text.to_owned(),

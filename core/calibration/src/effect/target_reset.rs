@@ -1,7 +1,7 @@
 //! A target was taken off and put back between two stretches of rows.
 
 use super::epoch_steps::{EpochSteps, Step};
-use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Search, Setting, SiteKind};
 use super::{Dof, EffectId, Site, Unit};
 
 /// Greatest plausible shift of a target that is put back where it was, mm.
@@ -10,7 +10,7 @@ const MOST: f64 = 50.0;
 pub(super) const KIND: Kind = Kind {
     name: "target_reset",
     family: Family::Epoch,
-    places: Places::Targets,
+    places: SiteKind::Targets,
     geometry_group: false,
     depends_on_conditions: true,
     imitates_anything: false,

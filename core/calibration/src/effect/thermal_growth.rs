@@ -2,7 +2,7 @@
 
 use plumb_kinematics::DhParameter;
 
-use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Search, Setting, SiteKind};
 use super::{Contribution, Dof, Effect, Parameter, Sample, Unit};
 
 #[derive(Debug)]
@@ -33,7 +33,7 @@ impl Effect for ThermalGrowth {
 pub(super) const KIND: Kind = Kind {
     name: "thermal_growth",
     family: Family::LinkAndTime,
-    places: Places::Joints,
+    places: SiteKind::Joints,
     geometry_group: false,
     depends_on_conditions: true,
     imitates_anything: false,

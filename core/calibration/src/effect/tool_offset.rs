@@ -1,6 +1,6 @@
 //! The measured point sits elsewhere on the flange than the model says.
 
-use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Search, Setting, SiteKind};
 use super::{
     Contribution, Dof, Effect, EffectId, LooksAt, Parameter, Sample, Site, Size, Unit, standard_error,
 };
@@ -58,7 +58,7 @@ pub(super) fn length_of(values: &[f64], covariance: &DMatrix<f64>) -> Size {
 pub(super) const KIND: Kind = Kind {
     name: "tool_offset",
     family: Family::Geometry,
-    places: Places::Targets,
+    places: SiteKind::Targets,
     geometry_group: false,
     depends_on_conditions: false,
     imitates_anything: false,

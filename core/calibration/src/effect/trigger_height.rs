@@ -1,6 +1,6 @@
 //! The arm's own sensor triggers higher or lower over a surface than the model says.
 
-use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Search, Setting, SiteKind};
 use super::{Contribution, Dof, Effect, EffectId, Parameter, Sample, Site, Unit};
 
 #[derive(Debug)]
@@ -22,7 +22,7 @@ impl Effect for TriggerHeight {
 pub(super) const KIND: Kind = Kind {
     name: "trigger_height",
     family: Family::Sensor,
-    places: Places::Sensor,
+    places: SiteKind::Sensor,
     geometry_group: false,
     depends_on_conditions: false,
     imitates_anything: false,

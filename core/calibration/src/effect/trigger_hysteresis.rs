@@ -1,6 +1,6 @@
 //! The arm's own sensor lets go at another light than the model says.
 
-use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Search, Setting, SiteKind};
 use super::{Contribution, Dof, Effect, EffectId, LooksAt, Parameter, Sample, Site, Unit};
 use crate::arm_model::Sensor;
 
@@ -46,7 +46,7 @@ impl Effect for TriggerHysteresis {
 pub(super) const KIND: Kind = Kind {
     name: "trigger_hysteresis",
     family: Family::Sensor,
-    places: Places::Sensor,
+    places: SiteKind::Sensor,
     geometry_group: false,
     depends_on_conditions: false,
     imitates_anything: false,

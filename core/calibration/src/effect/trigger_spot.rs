@@ -1,6 +1,6 @@
 //! The arm's own sensor sees a spot, not a point: at an edge it switches before its middle is there.
 
-use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Search, Setting, SiteKind};
 use super::{Contribution, Dof, Effect, EffectId, LooksAt, Parameter, Sample, Site, Unit};
 use crate::arm_model::Sensor;
 
@@ -31,7 +31,7 @@ impl Effect for TriggerSpot {
 pub(super) const KIND: Kind = Kind {
     name: "trigger_spot",
     family: Family::Sensor,
-    places: Places::Sensor,
+    places: SiteKind::Sensor,
     geometry_group: false,
     depends_on_conditions: false,
     imitates_anything: false,

@@ -2,7 +2,7 @@
 
 use plumb_kinematics::DhParameter;
 
-use super::kind::{DrivenBy, Family, Kind, Places, Search, Setting};
+use super::kind::{DrivenBy, Family, Kind, Search, Setting, SiteKind};
 use super::{Contribution, Dof, Effect, EffectId, EffectNameError, Parameter, Quantity, Sample, Unit};
 
 /// Time constants that are tried, as shares of the time the table spans.
@@ -37,7 +37,7 @@ impl Effect for WarmUp {
 pub(super) const KIND: Kind = Kind {
     name: "warm_up",
     family: Family::LinkAndTime,
-    places: Places::JointsAndQuantity,
+    places: SiteKind::JointsAndQuantity,
     geometry_group: false,
     depends_on_conditions: true,
     imitates_anything: false,

@@ -8,7 +8,7 @@ use plumb_kinematics::DhParameter;
 use super::raw::{RawAdds, RawDefinition, RawParameter};
 use super::validate::{Checked, Checker};
 use crate::arm_model::Model;
-use crate::effect::{self, Addend, DefinedPlace, Definition, Parameter, Site, Unit};
+use crate::effect::{self, Addend, Definition, FormulaTarget, Parameter, Site, Unit};
 use crate::suggestion::suggestion;
 
 const EXAMPLE: &str = "write for example adds: {joint: shoulder, deg: \"a*sin(3*q2)\"}";
@@ -141,15 +141,15 @@ impl Checker<'_> {
         }
         let joint = self.joint_named(name, &model.chain)?;
         let place = match key {
-            0 => DefinedPlace::Coordinate(joint),
-            1 => DefinedPlace::Row(joint, DhParameter::A),
-            2 => DefinedPlace::Row(joint, DhParameter::D),
-            3 => DefinedPlace::Row(joint, DhParameter::Alpha),
-            _ => DefinedPlace::Row(joint, DhParameter::Beta),
+            0 => FormulaTarget::Coordinate(joint),
+            1 => FormulaTarget::Row(joint, DhParameter::A),
+            2 => FormulaTarget::Row(joint, DhParameter::D),
+            3 => FormulaTarget::Row(joint, DhParameter::Alpha),
+            _ => FormulaTarget::Row(joint, DhParameter::Beta),
         };
         let is_length = match &place {
-            DefinedPlace::Coordinate(joint) => model.slides(*joint),
-            DefinedPlace::Row(_, dh_parameter) => matches!(dh_parameter, DhParameter::A | DhParameter::D),
+            FormulaTarget::Coordinate(joint) => model.slides(*joint),
+            FormulaTarget::Row(_, dh_parameter) => matches!(dh_parameter, DhParameter::A | DhParameter::D),
             _ => false,
         };
         let unit = if is_length { "mm" } else { "deg" };
@@ -171,7 +171,7 @@ impl Checker<'_> {
         for (axis, text) in [&adds.x_mm, &adds.y_mm, &adds.z_mm].into_iter().enumerate() {
             let (Some(text), key) = (text, format!("{}_mm", axis_name(axis))) else { continue };
             match target {
-                Some(target) => wanted.push((DefinedPlace::Target(target, axis), key, text)),
+                Some(target) => wanted.push((FormulaTarget::Target(target, axis), key, text)),
                 None => {
                     return self.fail(
                         &text.span,
@@ -196,7 +196,7 @@ impl Checker<'_> {
 }
 
 /// Something an effect adds: where, under which key, and the formula.
-type Wanted<'r> = (DefinedPlace, String, &'r Spanned<String>);
+type Wanted<'r> = (FormulaTarget, String, &'r Spanned<String>);
 
 /// What is added to the base, to the instrument's readings and to the sensor's trigger height.
 fn frame_addends<'r>(adds: &'r RawAdds, wanted: &mut Vec<Wanted<'r>>) {
@@ -206,24 +206,24 @@ fn frame_addends<'r>(adds: &'r RawAdds, wanted: &mut Vec<Wanted<'r>>) {
     for axis in 0..3 {
         let name = axis_name(axis);
         let all = [
-            (DefinedPlace::BaseShift(axis), format!("base_{name}_mm"), shifts[axis]),
-            (DefinedPlace::BaseRotation(axis), format!("base_{name}_deg"), turns[axis]),
-            (DefinedPlace::Reading(axis), format!("reading_{name}_mm"), readings[axis]),
+            (FormulaTarget::BaseShift(axis), format!("base_{name}_mm"), shifts[axis]),
+            (FormulaTarget::BaseRotation(axis), format!("base_{name}_deg"), turns[axis]),
+            (FormulaTarget::Reading(axis), format!("reading_{name}_mm"), readings[axis]),
         ];
         wanted.extend(all.into_iter().filter_map(|(place, key, text)| Some((place, key, text.as_ref()?))));
     }
     let height = adds.trigger_height_mm.as_ref();
-    wanted.extend(height.map(|text| (DefinedPlace::TriggerHeight, "trigger_height_mm".to_owned(), text)));
+    wanted.extend(height.map(|text| (FormulaTarget::TriggerHeight, "trigger_height_mm".to_owned(), text)));
 }
 
 /// Where an effect acts that adds at this place.
-fn site_of(place: &DefinedPlace) -> Site {
+fn site_of(place: &FormulaTarget) -> Site {
     match place {
-        DefinedPlace::Coordinate(joint) | DefinedPlace::Row(joint, _) => Site::Joint(*joint),
-        DefinedPlace::Target(target, _) => Site::Target(*target),
-        DefinedPlace::BaseShift(_) | DefinedPlace::BaseRotation(_) => Site::Base,
-        DefinedPlace::Reading(_) => Site::Instrument,
-        DefinedPlace::TriggerHeight => Site::Sensor,
+        FormulaTarget::Coordinate(joint) | FormulaTarget::Row(joint, _) => Site::Joint(*joint),
+        FormulaTarget::Target(target, _) => Site::Target(*target),
+        FormulaTarget::BaseShift(_) | FormulaTarget::BaseRotation(_) => Site::Base,
+        FormulaTarget::Reading(_) => Site::Instrument,
+        FormulaTarget::TriggerHeight => Site::Sensor,
     }
 }
 

@@ -7,7 +7,7 @@ use thiserror::Error;
 
 /// A place in a file, counted from 1; line 0 when the place is not known.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Place {
+pub struct FilePosition {
     /// The file.
     pub path: String,
     /// Line.
@@ -16,7 +16,7 @@ pub struct Place {
     pub column: u64,
 }
 
-impl fmt::Display for Place {
+impl fmt::Display for FilePosition {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.line {
             0 => write!(formatter, "{}", self.path),

@@ -16,7 +16,7 @@ mod validate;
 mod write;
 mod yaml_text;
 
-pub use error::{ModelFileError, Place};
+pub use error::{FilePosition, ModelFileError};
 pub use schema::model_schema;
 pub use write::model_text;
 

@@ -9,7 +9,7 @@ use plumb_document::{
 use plumb_kinematics::{Chain, Convention, Joint, Mass, Motion};
 
 use super::contradiction::contradiction;
-use super::error::{ModelFileError, Place};
+use super::error::{FilePosition, ModelFileError};
 use super::parts::{measured_from, revision};
 use super::raw::{
     RawClaim, RawConvention, RawEffect, RawJoint, RawLevel, RawLink, RawModel, RawSensor, RawSide,
@@ -78,8 +78,8 @@ pub(super) type Checked<T> = Result<T, Refused>;
 
 impl Checker<'_> {
     /// The place for messages of a later time, when the formula that is there is worked out.
-    pub(super) fn place(&self, span: &Span) -> Place {
-        Place { path: self.path.to_owned(), line: span.line as u64, column: span.column as u64 }
+    pub(super) fn place(&self, span: &Span) -> FilePosition {
+        FilePosition { path: self.path.to_owned(), line: span.line as u64, column: span.column as u64 }
     }
 
     /// Reports what is wrong at a place. What follows `; ` says what would be right.

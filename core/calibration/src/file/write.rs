@@ -11,7 +11,7 @@ use crate::arm_model::SurfaceShape;
 use crate::arm_model::{
     AddedEffect, Epochs, Frame, MeasuredFrom, Model, Noise, Revision, Surface, Target, ValuePrior,
 };
-use crate::effect::{self, DefinedPlace, EffectId, Parameter};
+use crate::effect::{self, EffectId, FormulaTarget, Parameter};
 use crate::table::scalar::SCALARS;
 
 fn triple(vector: &Vector3<f64>) -> String {
@@ -163,12 +163,12 @@ fn definitions(out: &mut String, model: &Model) -> std::fmt::Result {
         let mut adds: Vec<String> = Vec::new();
         for addend in &definition.addends {
             let on = match addend.place {
-                DefinedPlace::Coordinate(index) => Some(format!("joint: {}", joint(index))),
-                DefinedPlace::Row(index, DhParameter::A) => Some(format!("length: {}", joint(index))),
-                DefinedPlace::Row(index, DhParameter::D) => Some(format!("offset: {}", joint(index))),
-                DefinedPlace::Row(index, DhParameter::Alpha) => Some(format!("twist: {}", joint(index))),
-                DefinedPlace::Row(index, _) => Some(format!("skew: {}", joint(index))),
-                DefinedPlace::Target(index, _) => {
+                FormulaTarget::Coordinate(index) => Some(format!("joint: {}", joint(index))),
+                FormulaTarget::Row(index, DhParameter::A) => Some(format!("length: {}", joint(index))),
+                FormulaTarget::Row(index, DhParameter::D) => Some(format!("offset: {}", joint(index))),
+                FormulaTarget::Row(index, DhParameter::Alpha) => Some(format!("twist: {}", joint(index))),
+                FormulaTarget::Row(index, _) => Some(format!("skew: {}", joint(index))),
+                FormulaTarget::Target(index, _) => {
                     model.targets.get(index).map(|target| format!("target: {}", target.name))
                 }
                 _ => None,

@@ -114,9 +114,9 @@ impl Changes {
             Dof::BaseShift(axis) => self.base_shift.get_mut(axis),
             Dof::BaseRotation(axis) => self.base_turn.get_mut(axis),
             Dof::Trigger => Some(&mut self.trigger_height),
-            Dof::Rig(number) => self.rig.get_mut(number.place()),
-            Dof::ReadingZero(channel) => self.readings.get_mut(channel.place()).map(|(zero, _)| zero),
-            Dof::ReadingScale(channel) => self.readings.get_mut(channel.place()).map(|(_, scale)| scale),
+            Dof::Rig(number) => self.rig.get_mut(number.index()),
+            Dof::ReadingZero(channel) => self.readings.get_mut(channel.index()).map(|(zero, _)| zero),
+            Dof::ReadingScale(channel) => self.readings.get_mut(channel.index()).map(|(_, scale)| scale),
             // What the instrument reads and where a sensor meets an edge depend on the point: see `sensor.rs`.
             Dof::Reading(_) | Dof::Edge => None,
         };
@@ -129,7 +129,7 @@ impl Changes {
 impl ArmPose {
     /// What is added to a number that is read (mm or rad), and the share by which it is read too large.
     pub(super) fn reading(&self, channel: Option<Channel>) -> (f64, f64) {
-        let known = channel.and_then(|channel| self.changes.readings.get(channel.place()));
+        let known = channel.and_then(|channel| self.changes.readings.get(channel.index()));
         known.copied().unwrap_or_default()
     }
 }

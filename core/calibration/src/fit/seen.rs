@@ -62,7 +62,7 @@ impl Seen {
                 continue;
             }
             let small = STEP * number.small();
-            let more = self.nearby[number.place()].get_or_insert_with(|| rig.moved(number, small));
+            let more = self.nearby[number.index()].get_or_insert_with(|| rig.moved(number, small));
             // One-sided: the middle point is there already, so that a number costs one look and not two.
             let points = stretch.pixels.iter().zip(&self.in_flange);
             let moved = points.map(|(pixel, here)| (in_flange(more, *pixel) - here) / small);

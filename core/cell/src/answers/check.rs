@@ -1,6 +1,6 @@
 //! Whether answers fit a procedure, and which are missing.
 
-use super::{AnswerEntry, AnswerPlace, Answers, Given, WrittenAnswer, level_readings};
+use super::{AnswerEntry, AnswerSpans, Answers, Given, WrittenAnswer, level_readings};
 use crate::answer_bounds::{check_level, check_number, check_text};
 use crate::expression::Expression;
 use crate::named_value::NamedValue;
@@ -80,7 +80,7 @@ fn mistakes(entry: &AnswerEntry, asked: &Asked<'_>, robots: &[RobotSetting]) -> 
         Given::Always(answer) => std::slice::from_ref(answer),
         Given::InTurn(answers) => answers,
     };
-    let of_answer = |(answer, place): (&WrittenAnswer, &AnswerPlace)| match fits(answer, &asked.kind) {
+    let of_answer = |(answer, place): (&WrittenAnswer, &AnswerSpans)| match fits(answer, &asked.kind) {
         Err(help) => {
             vec![(place.whole, format!("this is no answer to the prompt of step `{}`", entry.step), help)]
         }
@@ -92,7 +92,7 @@ fn mistakes(entry: &AnswerEntry, asked: &Asked<'_>, robots: &[RobotSetting]) -> 
 /// The joints of a pose that the robot has not, or not in that unit.
 fn wrong_joints(
     answer: &WrittenAnswer,
-    place: &AnswerPlace,
+    place: &AnswerSpans,
     kind: &StepQuestion<'_>,
     robots: &[RobotSetting],
 ) -> Vec<Mistake> {

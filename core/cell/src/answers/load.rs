@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::check::check_answers;
-use super::{AnswerEntry, AnswerPlace, Answers, Given, WrittenAnswer};
+use super::{AnswerEntry, AnswerSpans, Answers, Given, WrittenAnswer};
 use crate::event::NamedValue;
 use crate::procedure::Procedure;
 use crate::prompt::Decision;
@@ -61,7 +61,7 @@ fn read_entry(step: &Key, node: &Node, problems: &Problems) -> Option<AnswerEntr
     let (given, places) = match &node.value {
         NodeValue::List(items) => {
             let read = items.iter().filter_map(|item| read_answer(item, problems));
-            let (answers, places): (Vec<WrittenAnswer>, Vec<AnswerPlace>) = read.unzip();
+            let (answers, places): (Vec<WrittenAnswer>, Vec<AnswerSpans>) = read.unzip();
             (Given::InTurn(answers), places)
         }
         _ => {
@@ -73,8 +73,8 @@ fn read_entry(step: &Key, node: &Node, problems: &Problems) -> Option<AnswerEntr
 }
 
 /// An answer and where it is. Of a pose, what could not be read has been reported and is left out.
-fn read_answer(node: &Node, problems: &Problems) -> Option<(WrittenAnswer, AnswerPlace)> {
-    let mut place = AnswerPlace { whole: node.span, joints: Vec::new() };
+fn read_answer(node: &Node, problems: &Problems) -> Option<(WrittenAnswer, AnswerSpans)> {
+    let mut place = AnswerSpans { whole: node.span, joints: Vec::new() };
     let answer = match &node.value {
         NodeValue::Text(word) => WrittenAnswer::Word(word.clone()),
         NodeValue::Bool(word) => WrittenAnswer::Word(word.to_string()),

@@ -53,12 +53,12 @@ pub struct AnswerEntry {
     /// One answer for all, or one for each time it is asked.
     pub given: Given,
     /// Where each of these answers is.
-    pub places: Vec<AnswerPlace>,
+    pub places: Vec<AnswerSpans>,
 }
 
 /// Where an answer is.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct AnswerPlace {
+pub struct AnswerSpans {
     /// The whole of it.
     pub whole: Span,
     /// The names of the joints of a pose, in their order.

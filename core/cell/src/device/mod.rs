@@ -1,6 +1,6 @@
 //! Devices as the engine uses them. Behind these traits are host processes; in tests, an arm in memory.
 
-mod cell_place;
+mod cell_resources;
 pub(crate) mod configuration;
 mod hosted;
 mod input_lines;
@@ -14,7 +14,7 @@ mod wiring;
 
 use std::time::Duration;
 
-pub use cell_place::{CellPlace, PlaceState, Remains};
+pub use cell_resources::{CellResources, Occupancy, Remains};
 pub use configuration::config_mistakes;
 pub use hosted::{HostedDevices, World, hashed, plugin_files};
 pub use input_lines::InputLines;

@@ -49,7 +49,7 @@ impl Expression {
     }
 
     /// Where it is.
-    pub fn place(&self) -> Span {
+    pub fn span(&self) -> Span {
         self.span
     }
 

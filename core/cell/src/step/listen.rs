@@ -255,7 +255,7 @@ impl Action for ListenStep {
             context.check_expression(expression);
             if expression.text().parse::<f64>().is_ok_and(|number| number <= 0.0) {
                 let message = format!("`{key}` is {}", expression.text());
-                context.problems.add(expression.place(), message, "give a number above 0");
+                context.problems.add(expression.span(), message, "give a number above 0");
             }
         }
         let stream = self.known_stream(context);

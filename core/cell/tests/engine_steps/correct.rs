@@ -10,7 +10,7 @@ use plumb_record::{Record, RunId};
 use serde_json::json;
 use tempfile::TempDir;
 
-use super::place;
+use super::folder;
 use crate::support::World;
 use crate::support::running::{cell_with_steps, message_of, request, start, watch};
 
@@ -65,7 +65,7 @@ fn message_of_step(events: &[Event], id: &str) -> String {
 
 #[test]
 fn an_accepted_correction_is_taken_by_the_sensor_and_a_second_one_builds_on_it() {
-    let (place, world) = (place(), World::new([0.0; 3]));
+    let (place, world) = (folder(), World::new([0.0; 3]));
     let steps = correcting(&format!("{SHIFT}, {FACTOR}"), "");
     let first = run_in(&place, &world, &steps, "accept");
     assert_eq!((first.outcome, message_of(&first.events)), (RunOutcome::Passed, "all steps passed"));
@@ -89,7 +89,7 @@ fn an_accepted_correction_is_taken_by_the_sensor_and_a_second_one_builds_on_it()
 
 #[test]
 fn a_discarded_correction_changes_nothing_and_the_run_goes_on() {
-    let (folder, world) = (place(), World::new([0.0; 3]));
+    let (folder, world) = (folder(), World::new([0.0; 3]));
     let steps = correcting(SHIFT, "")
         + "  - {id: expected, do: {check: {that: 'set.applied == false && set.revision == 0', otherwise: never}}}\n";
     let run = run_in(&folder, &world, &steps, "reject");
@@ -105,7 +105,7 @@ fn a_discarded_correction_changes_nothing_and_the_run_goes_on() {
 
 #[test]
 fn a_correction_that_need_not_be_asked_about_is_applied_at_once() {
-    let (place, world) = (place(), World::new([0.0; 3]));
+    let (place, world) = (folder(), World::new([0.0; 3]));
     let steps = correcting(SHIFT, ", ask: false")
         + "  - {id: expected, do: {check: {that: 'set.applied && set.revision == 1', otherwise: never}}}\n";
     let run = run_in(&place, &world, &steps, "reject");
@@ -126,7 +126,7 @@ fn a_greater_change_than_plausible_is_refused_with_both_numbers_and_nothing_is_c
         (FACTOR.replace("1.25", "0.74"), "scale would change by -26.0 %"),
         (not_a_number.to_owned(), ""),
     ] {
-        let (place, world) = (place(), World::new([0.0; 3]));
+        let (place, world) = (folder(), World::new([0.0; 3]));
         let run = run_in(&place, &world, &correcting(&parameters, ""), "accept");
         assert_eq!(run.outcome, RunOutcome::Error, "{parameters}");
         assert!(message_of(&run.events).contains(words), "{}", message_of(&run.events));
@@ -136,7 +136,7 @@ fn a_greater_change_than_plausible_is_refused_with_both_numbers_and_nothing_is_c
 
 #[test]
 fn what_the_sensor_refuses_does_not_come_into_force() {
-    let (place, world) = (place(), World::new([0.0; 3]));
+    let (place, world) = (folder(), World::new([0.0; 3]));
     world.refuses_changes.store(true, Ordering::SeqCst);
     let run = run_in(&place, &world, &correcting(SHIFT, ""), "accept");
     assert_eq!(run.outcome, RunOutcome::Error);

@@ -7,11 +7,11 @@ use plumb_cell::engine::{DryRun, JointFacts, RobotFacts, dry_run};
 use plumb_cell::expression::Calculator;
 use plumb_cell::workcell::load_workcell;
 
-use super::place;
+use super::folder;
 use crate::support::running::{cell_with_steps, request};
 
 fn planned(steps: &str, unattended: bool) -> DryRun {
-    let place = place();
+    let place = folder();
     let mut run = request(&cell_with_steps(&place, steps), &place);
     run.unattended = unattended;
     dry_run(&run).expect("a plan")
@@ -83,7 +83,7 @@ measured_from: world
 
 /// What a move of that arm would do, which is with its arm straight out and its slide 30 mm down, by the limits of the cell file and its own.
 fn moving(how: &str, more: &str) -> (DryRun, Vec<(String, String, Option<String>)>) {
-    let folder = place();
+    let folder = folder();
     let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).expect("written");
     write("model.yaml", SCARA);
     write(

@@ -9,7 +9,7 @@ use plumb_cell::command::Command;
 use plumb_cell::event::{Event, RunOutcome};
 use plumb_cell::prompt::{Answer, PromptId, PromptKind};
 
-use super::place;
+use super::folder;
 use crate::support::World;
 use crate::support::running::{cell_with_steps, message_of, request, start, start_commanded, watch};
 
@@ -28,7 +28,7 @@ fn answer(prompt: PromptId, answer: Answer) -> Command {
 
 #[test]
 fn a_hundred_jogs_at_once_move_the_arm_by_at_most_two_steps_and_enter_is_not_queued_behind() {
-    let place = place();
+    let place = folder();
     let cell = cell_with_steps(&place, PLACE);
     let world = World::new([0.0; 3]);
     let mut run = request(&cell, &place);
@@ -66,7 +66,7 @@ fn a_hundred_jogs_at_once_move_the_arm_by_at_most_two_steps_and_enter_is_not_que
 
 #[test]
 fn a_stop_in_mid_jog_withdraws_the_prompt_drops_the_jogs_and_asks_anew_after_the_resume() {
-    let place = place();
+    let place = folder();
     let cell = cell_with_steps(&place, PLACE);
     let world = World::new([0.0; 3]);
     let mut run = request(&cell, &place);
@@ -104,7 +104,7 @@ fn a_stop_in_mid_jog_withdraws_the_prompt_drops_the_jogs_and_asks_anew_after_the
 fn jog_through_the_table(
     mut choose: impl FnMut(usize) -> &'static str,
 ) -> (Vec<String>, Vec<Event>, RunOutcome, Arc<World>) {
-    let place = place();
+    let place = folder();
     let cell = cell_with_steps(&place, PLACE);
     let world = World::new([0.0; 3]);
     let mut run = request(&cell, &place);
@@ -171,7 +171,7 @@ fn once_confirmed_the_jog_goes_on_and_the_height_says_that_it_is_beyond_the_tabl
 
 #[test]
 fn a_pose_in_the_answers_that_leads_through_the_table_needs_an_operator() {
-    let folder = place();
+    let folder = folder();
     let cell = cell_with_steps(&folder, PLACE);
     let world = World::new([0.0; 3]);
     let answers = folder.path().join("answers.yaml");

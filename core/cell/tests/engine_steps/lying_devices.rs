@@ -7,7 +7,7 @@ use plumb_cell::event::{Event, RunOutcome};
 use plumb_cell::prompt::Decision;
 use plumb_record::{Record, RunId};
 
-use super::place;
+use super::folder;
 use crate::support::running::{ZERO_ERROR_DEG, cell_with_steps, message_of, operator, request, start, watch};
 use crate::support::{Lie, World};
 
@@ -28,7 +28,7 @@ fn a_move_that_ended_elsewhere_or_not_at_all_is_an_error_and_no_row() {
         (|state| state.time_ns = 0, &["before one it reported earlier"]),
     ];
     for (lie, words) in lies {
-        let place = place();
+        let place = folder();
         let cell = cell_with_steps(&place, MOVE_AND_ROW);
         let world = World::new(ZERO_ERROR_DEG);
         *world.lie_after_move.lock().expect("the lie") = Some(lie);
@@ -47,7 +47,7 @@ fn a_move_that_ended_elsewhere_or_not_at_all_is_an_error_and_no_row() {
 
 #[test]
 fn a_robot_that_describes_a_speed_below_zero_is_not_used() {
-    let place = place();
+    let place = folder();
     let cell = cell_with_steps(&place, MOVE_AND_ROW);
     let world = World::new(ZERO_ERROR_DEG);
     *world.waist_speed.lock().expect("the speed") = -1.0;
@@ -63,7 +63,7 @@ fn a_robot_that_describes_a_speed_below_zero_is_not_used() {
 
 #[test]
 fn a_robot_beyond_its_own_limits_is_not_measured_with() {
-    let place = place();
+    let place = folder();
     let cell = cell_with_steps(&place, MOVE_AND_ROW);
     let world = World::new(ZERO_ERROR_DEG);
     world.push_deg(2, -200.0);
@@ -84,7 +84,7 @@ steps:
   - {id: out, do: {move: {robot: arm, by_deg: {waist: 5}}}}
   - {id: seen, do: {measure: {sensor: eye}}, on_error: abort}
 ";
-    let folder = place();
+    let folder = folder();
     let cell = cell_with_steps(&folder, steps);
     let world = World::new(ZERO_ERROR_DEG);
     world.reads_at_ns.store(1, Ordering::SeqCst);
@@ -108,7 +108,7 @@ steps:
   - {id: out, do: {move: {robot: arm, by_deg: {waist: 1}}}, on_error: retry, retries: 3}
 ";
     for unattended in [false, true] {
-        let place = place();
+        let place = folder();
         let cell = cell_with_steps(&place, steps);
         let world = World::new([0.0; 3]);
         world.lose_arm_at_move.store(1, Ordering::SeqCst);

@@ -6,7 +6,7 @@ use plumb_record::{Record, RunId};
 
 use super::support::World;
 use super::support::running::{cell_with_steps, message_of, request, start, watch};
-use super::{place, readings};
+use super::{folder, readings};
 
 /// The motors of six joints: all but the last report their temperature, none anything else.
 fn motors() -> MotorState {
@@ -19,7 +19,7 @@ fn run(
     motors: Option<MotorState>,
     steps: &str,
 ) -> (RunOutcome, String, Vec<(String, f64)>, tempfile::TempDir) {
-    let place = place();
+    let place = folder();
     let cell = cell_with_steps(&place, steps);
     let world = World::new([0.0; 3]);
     *world.motors.lock().expect("no test panicked") = motors;

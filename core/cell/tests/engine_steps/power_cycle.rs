@@ -10,7 +10,7 @@ use plumb_cell::workcell::Workcell;
 use plumb_record::{Record, RunId};
 use tempfile::TempDir;
 
-use super::place;
+use super::folder;
 use crate::support::World;
 use crate::support::running::{
     ZERO_ERROR_DEG, cell_with_steps, message_of, operator, request, start, start_commanded, watch, workcell,
@@ -48,7 +48,7 @@ fn losses(events: &[Event]) -> Vec<String> {
 
 #[test]
 fn a_drive_that_reads_where_it_was_left_keeps_its_zeros_and_nothing_is_said() {
-    let (record, steps) = (place(), place());
+    let (record, steps) = (folder(), folder());
     let world = initialized(&record);
     let cell = cell_with_steps(&steps, TURN);
     for _ in 0..2 {
@@ -60,7 +60,7 @@ fn a_drive_that_reads_where_it_was_left_keeps_its_zeros_and_nothing_is_said() {
 
 #[test]
 fn a_drive_that_was_switched_off_loses_its_zeros_until_a_run_finds_them_again() {
-    let (record, steps) = (place(), place());
+    let (record, steps) = (folder(), folder());
     let cell = cell_with_steps(&steps, TURN);
     let world = initialized(&record).switched_off_and_on();
     world.is_new.store(false, Ordering::SeqCst);
@@ -88,7 +88,7 @@ fn a_drive_that_was_switched_off_loses_its_zeros_until_a_run_finds_them_again() 
 
 #[test]
 fn a_run_that_finds_the_zeros_begins_without_them_and_ends_with_new_ones() {
-    let record = place();
+    let record = folder();
     let before = initialized(&record);
     // Its counters begin anew and the arm is over the white paper as on the first day.
     let world = World::new([2.0, -1.0, 0.5]);
@@ -109,14 +109,14 @@ fn a_run_that_finds_the_zeros_begins_without_them_and_ends_with_new_ones() {
         assert_eq!(*old, 0.0, "the zeros of before are not begun with");
         assert!((new - truth).abs() < 0.01, "{applied:?}");
     }
-    let steps = place();
+    let steps = folder();
     let (outcome, events) = turn(&cell_with_steps(&steps, TURN), &record, &world);
     assert_eq!((outcome, message_of(&events)), (RunOutcome::Passed, "all steps passed"));
 }
 
 #[test]
 fn a_new_simulated_world_for_each_run_loses_nothing() {
-    let (record, steps) = (place(), place());
+    let (record, steps) = (folder(), folder());
     drop(initialized(&record));
     let another = World::new(ZERO_ERROR_DEG);
     let (outcome, events) = turn(&cell_with_steps(&steps, TURN), &record, &another);
@@ -126,7 +126,7 @@ fn a_new_simulated_world_for_each_run_loses_nothing() {
 #[test]
 fn an_arm_moved_with_its_pendant_asks_anyone_who_is_there_whether_its_power_stayed_on() {
     for (key, ended) in [("hold", RunOutcome::Passed), ("lost", RunOutcome::NeedsOperator)] {
-        let (record, steps) = (place(), place());
+        let (record, steps) = (folder(), folder());
         let world = initialized(&record);
         world.push_deg(0, 7.0);
         let mut run = request(&cell_with_steps(&steps, TURN), &record);
@@ -149,7 +149,7 @@ fn an_arm_moved_with_its_pendant_asks_anyone_who_is_there_whether_its_power_stay
 
 #[test]
 fn an_arm_that_died_in_mid_move_is_on_its_way_and_keeps_its_zeros() {
-    let (record, steps) = (place(), place());
+    let (record, steps) = (folder(), folder());
     let world = initialized(&record);
     let cell = cell_with_steps(
         &steps,
@@ -167,7 +167,7 @@ steps:
 
 #[test]
 fn a_run_that_was_stopped_in_mid_move_notes_where_the_arm_came_to_rest() {
-    let (record, steps) = (place(), place());
+    let (record, steps) = (folder(), folder());
     let world = initialized(&record);
     let cell = cell_with_steps(&steps, TURN);
     let first = world.moves.load(Ordering::SeqCst) + 1;
@@ -186,7 +186,7 @@ fn a_run_that_was_stopped_in_mid_move_notes_where_the_arm_came_to_rest() {
 
 #[test]
 fn a_resumed_run_whose_drive_counts_anew_needs_an_operator() {
-    let (record, steps) = (place(), place());
+    let (record, steps) = (folder(), folder());
     let world = initialized(&record);
     let cell = cell_with_steps(&steps, TURN);
     world.lose_arm_at_move.store(world.moves.load(Ordering::SeqCst) + 1, Ordering::SeqCst);

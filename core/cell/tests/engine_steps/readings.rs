@@ -10,7 +10,7 @@ use plumb_plugin::{PluginError, Quantity, QuantityDescription, Reading, SensorDe
 
 use super::support::running::{ZERO_ERROR_DEG, cell_with_steps, message_of, request, watch};
 use super::support::{Devices, World};
-use super::{place, readings};
+use super::{folder, readings};
 
 /// What the sensor was asked for, in order.
 type Asked = Arc<Mutex<Vec<String>>>;
@@ -85,7 +85,7 @@ impl DeviceLinks for WithGauge {
 
 /// Runs the steps: how it ended, what it said, the readings of the record and what the gauge was asked.
 fn run(steps: &str) -> (RunOutcome, String, Vec<(String, f64)>, Vec<String>) {
-    let place = place();
+    let place = folder();
     let cell = cell_with_steps(&place, steps);
     let asked = Asked::default();
     let devices = WithGauge(Devices(World::new(ZERO_ERROR_DEG)), Arc::clone(&asked));

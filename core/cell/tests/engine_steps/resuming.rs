@@ -7,13 +7,13 @@ use plumb_cell::event::{Event, RunOutcome, StepOutcome};
 use plumb_record::RunId;
 use tempfile::TempDir;
 
-use super::{outcomes, place, readings};
+use super::{folder, outcomes, readings};
 use crate::support::World;
 use crate::support::running::{cell_with_steps, message_of, request, start, watch};
 
 /// Runs the steps until the arm is lost in that move, and resumes the run; the events of the resumed run and its outcome.
 fn lost_and_resumed(steps: &str, lost_at: usize) -> (TempDir, RunOutcome, Vec<Event>, Arc<World>) {
-    let place = place();
+    let place = folder();
     let cell = cell_with_steps(&place, steps);
     let world = World::new([0.0; 3]);
     world.lose_arm_at_move.store(lost_at, Ordering::SeqCst);

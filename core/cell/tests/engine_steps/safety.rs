@@ -11,7 +11,7 @@ use plumb_cell::workcell::{Workcell, load_workcell};
 use plumb_record::RunId;
 use tempfile::TempDir;
 
-use super::{lost_at_its_second_move, place};
+use super::{folder, lost_at_its_second_move};
 use crate::support::running::{
     cell_with_steps, message_of, request, start, start_commanded, watch, workcell,
 };
@@ -19,7 +19,7 @@ use crate::support::{Devices, World};
 
 /// Applies a zero of the waist, and then moves it to where the numbers say `to`.
 fn shifted_then_sent(zero: f64, to: f64) -> (RunOutcome, String, Arc<World>) {
-    let place = place();
+    let place = folder();
     let steps = format!("
 steps:
   - {{id: shift, do: {{apply: {{robot: arm, ask: false, joint_zero: {{waist: {{shift_deg: {zero}, uncertainty_deg: 0.1}}}}}}}}}}
@@ -65,13 +65,13 @@ fn the_cells_limits_hold_for_the_corrected_joint_whatever_its_zero() {
 
 #[test]
 fn planes_are_not_trusted_while_a_run_is_finding_the_zeros_although_all_are_known() {
-    let record = place();
+    let record = folder();
     let world = World::new([0.0; 3]);
     let whole = workcell("cell.yaml");
     assert_eq!(watch(start(request(&whole, &record), &world), |_, _| {}).0, RunOutcome::Passed);
     let down = "steps:\n  - {id: down, do: {move: {robot: arm, by_deg: {shoulder: -30}}}}\n";
     for (head, ended) in [("", RunOutcome::Error), ("finds_zeros: [arm]\n", RunOutcome::Passed)] {
-        let steps = place();
+        let steps = folder();
         let cell = cell_with_steps(&steps, &format!("{head}{down}"));
         let world = World::new([0.0; 3]);
         let (outcome, events) = watch(start(request(&cell, &record), &world), |_, _| {});
@@ -92,7 +92,7 @@ fn an_unattended_resume_sees_an_arm_that_was_moved_by_a_hundredth_of_a_degree() 
     for (moved, ended) in
         [(0.01, RunOutcome::NeedsOperator), (5.0, RunOutcome::NeedsOperator), (0.0, RunOutcome::Passed)]
     {
-        let place = place();
+        let place = folder();
         let (_cell, world, again) = lost_at_its_second_move(&place);
         world.push_deg(1, moved);
         let (outcome, events) = watch(start(again, &world), |_, _| {});
@@ -103,7 +103,7 @@ fn an_unattended_resume_sees_an_arm_that_was_moved_by_a_hundredth_of_a_degree() 
 #[test]
 fn a_run_is_not_resumed_once_a_file_of_its_cell_was_changed() {
     for file in ["cell.yaml", "extra.yaml", "teachmover.model.yaml"] {
-        let folder = place();
+        let folder = folder();
         let (_cell, world, _) = lost_at_its_second_move(&folder);
         let path = folder.path().join(file);
         let text = std::fs::read_to_string(&path).expect("the file");
@@ -119,7 +119,7 @@ fn a_run_is_not_resumed_once_a_file_of_its_cell_was_changed() {
             "{refused}"
         );
     }
-    let folder = place();
+    let folder = folder();
     let (_cell, world, again) = lost_at_its_second_move(&folder);
     assert_eq!(watch(start(again, &world), |_, _| {}).0, RunOutcome::Passed, "an unchanged one is");
 }
@@ -132,7 +132,7 @@ steps:
   - {id: after, do: {move: {robot: arm, by_deg: {waist: 1}}}}
 ";
     for command in [Command::Finish, Command::Keep, Command::Abort] {
-        let place = place();
+        let place = folder();
         let cell = cell_with_steps(&place, steps);
         let world = World::new([0.0; 3]);
         let sent = command.clone();
@@ -162,7 +162,7 @@ fn a_move_may_take_three_times_its_time_and_ten_seconds_or_what_is_left_of_its_s
         )
     };
     let limit = |more: &str| {
-        let place = place();
+        let place = folder();
         let cell = cell_with_steps(&place, &steps(more));
         let world = World::new([0.0; 3]);
         let (outcome, events) = watch(start(request(&cell, &place), &world), |_, _| {});

@@ -7,7 +7,7 @@ use plumb_cell::prompt::Decision;
 use plumb_record::{CorrectionKey, NewCorrection, NewRun, Record, RunId};
 use tempfile::TempDir;
 
-use super::{outcomes, place, run_attended};
+use super::{folder, outcomes, run_attended};
 use crate::support::World;
 use crate::support::running::{cell_with_steps, message_of, operator, request, start, watch};
 
@@ -61,7 +61,7 @@ fn a_search_comes_in_pieces_backs_off_comes_slowly_and_ends_at_its_edge() {
             "travel_deg: -40, back_off_deg: 2, fast: {chunk_deg: 3, speed: 1}, slow: {chunk_deg: 0.8, speed: 0.2}"
         )
     );
-    let found = searched_in(&place(), &steps);
+    let found = searched_in(&folder(), &steps);
     assert_eq!(found.outcome, RunOutcome::Passed, "{}", found.message);
     let edge = edge_deg();
     // 8.4 deg to the edge: three pieces, back off to 2 deg before it, three slow pieces, and past the edge by 0.4 deg, so back once more and to the edge itself.
@@ -80,7 +80,7 @@ steps:
 fn a_search_that_is_there_already_backs_off_by_its_own_way_or_tries_one_slow_piece_and_says_where_to_go() {
     let edge = edge_deg();
     let steps = format!("{THERE}{}}}\n", search("travel_deg: -40, back_off_deg: 3, already_there: back_off"));
-    let found = searched_in(&place(), &steps);
+    let found = searched_in(&folder(), &steps);
     assert_eq!(found.outcome, RunOutcome::Passed, "{}", found.message);
     let pressed =
         found.ways.iter().position(|way| (way - (edge - 1.0)).abs() < 1e-6).expect("it was pressed");
@@ -88,7 +88,7 @@ fn a_search_that_is_there_already_backs_off_by_its_own_way_or_tries_one_slow_pie
     assert!((found.ways[found.ways.len() - 1] - edge).abs() < 1e-6, "{:?}", found.ways);
 
     let steps = format!("{THERE}{}}}\n", search("travel_deg: -40, slow: {chunk_deg: 0.5}"));
-    let found = searched_in(&place(), &steps);
+    let found = searched_in(&folder(), &steps);
     assert_eq!(found.outcome, RunOutcome::Error);
     assert!((found.ways[found.ways.len() - 1] - (edge - 1.5)).abs() < 1e-6, "{:?}", found.ways);
     assert!(
@@ -99,8 +99,8 @@ fn a_search_that_is_there_already_backs_off_by_its_own_way_or_tries_one_slow_pie
 }
 
 /// A place where the zero of the shoulder is 1.5 deg.
-fn place_with_zero() -> TempDir {
-    let folder = place();
+fn folder_with_zero() -> TempDir {
+    let folder = folder();
     let mut record = Record::open(folder.path()).expect("the record");
     let run = record.start_run(&NewRun { cell: "teachmover".into(), ..NewRun::default() }).expect("a run");
     let key = CorrectionKey { device: "arm".into(), quantity: "joint_zero".into(), place: "shoulder".into() };
@@ -119,7 +119,7 @@ fn message_of_step(folder: &TempDir, step: &str) -> String {
 
 #[test]
 fn what_a_search_found_and_what_it_did_not_is_reported_in_corrected_numbers() {
-    let place = place_with_zero();
+    let place = folder_with_zero();
     let steps = format!(
         "\nsteps:\n  - {{id: up, {}}}\n  - {{id: lower, {}}}\n",
         search("travel_deg: 2, nothing_found: go_on"),
@@ -137,13 +137,13 @@ fn what_a_search_found_and_what_it_did_not_is_reported_in_corrected_numbers() {
 fn a_search_goes_as_far_as_the_joint_does_and_says_so() {
     let steps =
         format!("\nsteps:\n  - {{id: up, {}}}\n", search("travel_deg: 500, fast: {chunk_deg: 30, speed: 1}"));
-    let found = searched_in(&place(), &steps);
+    let found = searched_in(&folder(), &steps);
     assert_eq!(found.outcome, RunOutcome::Failed);
     let sentence = "eye stayed OFF while shoulder went from 41.00 to 183.35 deg, and shoulder goes no further. Move the arm nearer";
     assert!(found.message.contains(sentence), "{}", found.message);
     assert_ways(&found.ways, &[41.0, 71.0, 101.0, 131.0, 161.0, 3.2_f64.to_degrees()]);
     let steps = format!("\nsteps:\n  - {{id: up, {}}}\n", search("travel_deg: 0"));
-    let found = searched_in(&place(), &steps);
+    let found = searched_in(&folder(), &steps);
     assert!(
         found.message.contains("the travel of the search is 0: give how far it may go"),
         "{}",
@@ -200,7 +200,7 @@ steps:
 
 #[test]
 fn a_slow_approach_goes_as_far_as_the_fast_one_may_have_overshot_and_no_further() {
-    let place = place();
+    let place = folder();
     let steps = format!("\nsteps:\n  - {{id: lower, {}}}\n", search("travel_deg: -40, back_off_deg: 2"));
     let cell = cell_with_steps(&place, &steps);
     let world = World::new([0.0; 3]);
@@ -219,7 +219,7 @@ fn a_slow_approach_goes_as_far_as_the_fast_one_may_have_overshot_and_no_further(
 
 #[test]
 fn how_far_a_search_has_come_is_reported_as_a_share_of_its_way_with_where_the_joint_is() {
-    let place = place_with_zero();
+    let place = folder_with_zero();
     let steps = format!(
         "\nsteps:\n  - {{id: lower, {}}}\n",
         search("travel_deg: -40, fast: {chunk_deg: 4, speed: 1}")

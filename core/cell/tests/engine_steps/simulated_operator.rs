@@ -13,7 +13,7 @@ use super::support::World;
 use super::support::running::{
     Patient, ZERO_ERROR_DEG, cell_with_steps, message_of, operator, request, start, watch,
 };
-use super::{place, run_attended};
+use super::{folder, run_attended};
 
 const STEPS: &str = "
 parameters: {h_mm: 8}
@@ -121,7 +121,7 @@ fn simulated(prompt: PromptId) -> Command {
 
 #[test]
 fn what_is_left_to_the_simulated_world_once_is_not_asked_again_and_everything_else_is() {
-    let folder = place();
+    let folder = folder();
     let mut cell = cell_with_steps(&folder, READINGS);
     Arc::make_mut(&mut cell).world =
         Some(WorldSetting { file: folder.path().join("cell.yaml"), pace: Pace::Fast });
@@ -166,7 +166,7 @@ steps:
   - {id: ruler, do: {prompt: {text: What do you read?, number: {unit: mm}}}}
   - {id: block, do: {prompt: {text: Lay the block., simulated: {rest_on_gauge: {height_mm: 9}}}}}
 ";
-    let folder = place();
+    let folder = folder();
     let mut cell = cell_with_steps(&folder, steps);
     Arc::make_mut(&mut cell).world =
         Some(WorldSetting { file: folder.path().join("cell.yaml"), pace: Pace::Fast });

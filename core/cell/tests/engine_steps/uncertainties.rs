@@ -4,7 +4,7 @@ use plumb_cell::event::{Correction, Event, LogLevel, RunOutcome};
 use plumb_cell::prompt::Answer;
 use plumb_record::{CorrectionKey, NewCorrection, NewRun, Record, RunId};
 
-use super::{place, run_attended};
+use super::{folder, run_attended};
 use crate::support::World;
 use crate::support::running::{ZERO_ERROR_DEG, cell_with_steps, request, start, watch};
 
@@ -128,7 +128,7 @@ steps:
 /// A shift far beyond those that runs found before, or most of what is plausible, is reported before it is accepted.
 #[test]
 fn an_unusual_correction_is_pointed_out_before_it_is_accepted() {
-    let folder = place();
+    let folder = folder();
     let mut record = Record::open(folder.path()).expect("a record");
     for value in [0.10, 0.12, 0.11] {
         let run = NewRun { cell: "teachmover".into(), ..NewRun::default() };

@@ -4,7 +4,7 @@ use plumb_cell::event::{Event, RunOutcome};
 
 use super::support::World;
 use super::support::running::{ZERO_ERROR_DEG, cell_with_steps, message_of, request, start, watch};
-use super::{place, readings};
+use super::{folder, readings};
 
 const LOWER: &str = "
 steps:
@@ -14,7 +14,7 @@ steps:
 
 /// Lowers the hand in light that makes the sensor fire at these heights, one after the other.
 fn lowered(heights: &[f64]) -> (RunOutcome, String, Vec<(String, f64)>, f64) {
-    let place = place();
+    let place = folder();
     let cell = cell_with_steps(&place, LOWER);
     let world = World::new(ZERO_ERROR_DEG);
     *world.fires_at.lock().expect("no test panicked") = heights.to_vec();
@@ -53,7 +53,7 @@ steps:
   - {id: down, do: {search: {robot: arm, joint: shoulder, travel_deg: -40, until: {sensor: eye, is: on}, nothing_found: go_on}}}
   - {id: expected, do: {check: {that: 'up.found == false && down.found && up.joints.shoulder_deg > 43', otherwise: never}}}
 ";
-    let place = place();
+    let place = folder();
     let cell = cell_with_steps(&place, steps);
     let (outcome, events) =
         watch(start(request(&cell, &place), &World::new(ZERO_ERROR_DEG)), |_: &Event, _| {});

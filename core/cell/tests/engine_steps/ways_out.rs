@@ -9,7 +9,7 @@ use plumb_cell::event::{Event, RunOutcome, StepOutcome};
 use plumb_cell::prompt::{Answer, Decision, Prompt, PromptKind};
 use plumb_record::{Record, RunId};
 
-use super::{outcomes, place, run_attended};
+use super::{folder, outcomes, run_attended};
 use crate::support::World;
 use crate::support::running::{Patient, ZERO_ERROR_DEG, cell_with_steps, message_of, request, start, watch};
 
@@ -198,7 +198,7 @@ fn an_arm_on_the_wrong_side_goes_back_to_where_it_was_placed_and_what_was_found_
 
 #[test]
 fn a_run_that_went_back_is_resumed_there_and_not_where_it_failed() {
-    let place = place();
+    let place = folder();
     let cell = cell_with_steps(&place, PLACED);
     let world = World::new(ZERO_ERROR_DEG);
     let mut request_of = request(&cell, &place);
@@ -240,7 +240,7 @@ fn a_run_that_went_back_is_resumed_there_and_not_where_it_failed() {
 
 #[test]
 fn nothing_is_moved_by_hand_while_a_device_is_lost_and_that_answer_is_refused() {
-    let place = place();
+    let place = folder();
     let cell =
         cell_with_steps(&place, "steps:\n  - {id: turn, do: {move: {robot: arm, by_deg: {waist: 1}}}}\n");
     let world = World::new(ZERO_ERROR_DEG);

@@ -22,8 +22,8 @@ use crate::score_test::{Probe, Score, score};
 use crate::thresholds::{HYPOTHESES_REFITTED, HYPOTHESIS_ROWS, HYPOTHESIS_SHARE, NAMING_LEVEL, TIE_BIC};
 use forms::{Candidate, Form, FormSite};
 use plumb_calibration::arm_model::Model;
-use plumb_calibration::effect::{self, Addend, DefinedPlace, Definition, Effect, EffectId};
-use plumb_calibration::file::Place;
+use plumb_calibration::effect::{self, Addend, Definition, Effect, EffectId, FormulaTarget};
+use plumb_calibration::file::FilePosition;
 use plumb_calibration::fit::{Fit, FitOptions};
 use plumb_calibration::measurement::ReadingUnit;
 use plumb_estimation::{Progress, bic, holm};
@@ -306,10 +306,10 @@ fn definition(name: &str, form: &Form, model: &Model) -> Option<Definition> {
     let names: Vec<String> = parameters.iter().map(|parameter| parameter.name.clone()).collect();
     let addends = form.formulas().into_iter().enumerate().map(|(index, (key, formula))| {
         let place = match form.site {
-            FormSite::Joint { joint, .. } => DefinedPlace::Coordinate(joint),
-            FormSite::Base => DefinedPlace::BaseRotation(index),
+            FormSite::Joint { joint, .. } => FormulaTarget::Coordinate(joint),
+            FormSite::Base => FormulaTarget::BaseRotation(index),
         };
-        Addend::new(place, key, &formula, &names, model.chain.len(), Place::default()).ok()
+        Addend::new(place, key, &formula, &names, model.chain.len(), FilePosition::default()).ok()
     });
     let addends = addends.collect::<Option<Vec<_>>>()?;
     Some(Definition::new(name, grammar::site_of(form.site), addends, parameters, None))

@@ -284,7 +284,7 @@ fn diagnosed(model: &Model, table: &Table) -> Diagnosis {
 /// What a user acts on: verdict, name with its place, the site, the ties in any order.
 fn message(diagnosis: &Diagnosis) -> (Verdict, Option<String>, Option<String>, Vec<String>) {
     let label =
-        |effect: &plumb_diagnosis::EffectPlace| format!("{}({}) {:?}", effect.effect, effect.place, effect.n);
+        |effect: &plumb_diagnosis::EffectSite| format!("{}({}) {:?}", effect.effect, effect.place, effect.n);
     let mut tied: Vec<String> = diagnosis.tied.iter().map(label).collect();
     tied.sort();
     (

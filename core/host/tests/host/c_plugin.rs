@@ -8,7 +8,7 @@ use std::process::Command;
 use plumb_host::{HostArguments, HostEvent, Plugin, StopOutcome, verify};
 use plumb_plugin::{ContractVersion, DigitalInputs, JointVector, LogLevel, Motion, PluginError};
 
-use crate::place::{LONG, Place};
+use crate::test_folder::{LONG, TestFolder};
 
 /// The repository's `core/abi`.
 fn abi() -> PathBuf {
@@ -101,7 +101,7 @@ fn compile(source: &Path, library: &Path, definitions: &[&str]) -> bool {
 
 #[test]
 fn a_plugin_written_in_c_moves_reports_and_stops() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let Some(plugin) = compiled(folder.directory.path(), &[]) else { return };
     let inputs = plugin.manifest.streams.iter().find(|stream| stream.name == "inputs").unwrap();
     let mut lines = folder.bus().subscriber("arm", inputs).unwrap();
@@ -135,7 +135,7 @@ fn a_plugin_written_in_c_moves_reports_and_stops() {
 
 #[test]
 fn a_library_of_another_contract_is_refused_with_both_versions() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let Some(plugin) = compiled(folder.directory.path(), &["-DPLUMB_CONTRACT_MAJOR=7u"]) else { return };
     let message = verify(&plugin).unwrap_err().to_string();
     let path = plugin.library_path.display();
@@ -151,7 +151,7 @@ fn a_library_of_another_contract_is_refused_with_both_versions() {
 
 #[test]
 fn a_library_with_something_else_under_the_entrys_name_is_refused() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let magic = "-DPLUMB_MAGIC={'N','O','T','P','L','U','M','B'}";
     let Some(plugin) = compiled(folder.directory.path(), &[magic]) else { return };
     let message = verify(&plugin).unwrap_err().to_string();
@@ -169,7 +169,7 @@ const TABLE_WITHOUT_INPUTS: &str = "offsetof(plumb_robot_functions, read_inputs)
 
 #[test]
 fn a_robot_of_an_older_minor_version_with_a_shorter_table_is_loaded() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     // Its table ends where `read_inputs` would begin: what lies behind is not the table's.
     let example = fs::read_to_string(abi().join("examples/counting_arm/counting_arm.c")).unwrap();
     let shorter = example.replace(WHOLE_TABLE, TABLE_WITHOUT_INPUTS);
@@ -189,7 +189,7 @@ fn a_robot_of_an_older_minor_version_with_a_shorter_table_is_loaded() {
 
 #[test]
 fn of_a_robot_without_a_stream_of_its_lines_none_is_emitted_when_it_is_read() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let example = fs::read_to_string(example()).unwrap();
     let Some(plugin) = with_another_manifest(&example, RENAMED_INPUTS, folder.directory.path()) else {
         return;
@@ -227,11 +227,11 @@ static const plumb_robot_functions robot = {
 
 #[test]
 fn motors_of_a_robot_in_c_are_read_and_not_where_its_table_is_that_of_contract_1_0() {
-    let robot_of = |folder: &Place, size: &str| {
+    let robot_of = |folder: &TestFolder, size: &str| {
         let plugin = compiled_from_text(&with_motors(size), folder.directory.path())?;
         Some(folder.spawn(&HostArguments::new("arm", &folder.domain, &plugin)).unwrap())
     };
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let Some(host) = robot_of(&folder, "sizeof(plumb_robot_functions)") else { return };
     let motors = host.robot().unwrap().read_motors().unwrap();
     assert_eq!(motors.temperature.get(0), Some(31.5));
@@ -239,7 +239,7 @@ fn motors_of_a_robot_in_c_are_read_and_not_where_its_table_is_that_of_contract_1
     assert!(motors.temperature_uncertainty == 0.25 && motors.voltage_uncertainty.is_nan());
     assert!(host.finish(LONG).is_orderly());
 
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let host = robot_of(&folder, "offsetof(plumb_robot_functions, read_motors)").unwrap();
     let error = host.robot().unwrap().read_motors().unwrap_err().to_string();
     assert_eq!(error, "arm: this device cannot read motors");
@@ -248,7 +248,7 @@ fn motors_of_a_robot_in_c_are_read_and_not_where_its_table_is_that_of_contract_1
 
 #[test]
 fn a_robot_with_the_functions_of_a_sensor_is_refused_with_what_it_seems_to_be() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let example = fs::read_to_string(example()).unwrap();
     let other = example.replace("\"plumb.robot/1\"", "\"plumb.sensor/1\"");
     assert_ne!(other, example);
@@ -269,7 +269,7 @@ fn a_robot_that_nobody_can_watch_is_verified_with_a_note() {
     for other in
         ["", "  - {name: elbow, message: joint-state/1}\n", "  - {name: joints, message: health/1}\n"]
     {
-        let folder = Place::new();
+        let folder = TestFolder::new();
         let Some(plugin) = with_another_manifest(&example, (JOINTS, other), folder.directory.path()) else {
             return;
         };
@@ -283,10 +283,10 @@ fn a_robot_whose_lines_cannot_be_read_at_rest_is_verified_with_a_note_if_it_has_
     let example = fs::read_to_string(example()).unwrap();
     let unread = example.replace(WHOLE_TABLE, TABLE_WITHOUT_INPUTS);
     assert_ne!(unread, example);
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let Some(plugin) = compiled_from_text(&unread, folder.directory.path()) else { return };
     assert_eq!(verify(&plugin).unwrap(), [waits_in_vain]);
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let plugin = with_another_manifest(&unread, RENAMED_INPUTS, folder.directory.path()).unwrap();
     assert_eq!(verify(&plugin).unwrap(), [] as [&str; 0]);
 }

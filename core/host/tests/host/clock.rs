@@ -5,11 +5,11 @@ use plumb_plugin::Value;
 use plumb_plugin::cell_clock::{CellTime, ClockWriter};
 use serde_json::json;
 
-use crate::place::{LONG, Place};
+use crate::test_folder::{LONG, TestFolder};
 
 #[test]
 fn a_device_dates_by_the_clock_that_the_cells_world_keeps() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let file = folder.directory.path().join("world.clock");
     let clock = ClockWriter::create(&file, CellTime::Stopped { at_ns: 77_000_000_000_000 }).unwrap();
     let mut arguments = folder.arguments("arm", "misbehaving_robot", Value::Null);
@@ -28,7 +28,7 @@ fn a_device_dates_by_the_clock_that_the_cells_world_keeps() {
 
 #[test]
 fn a_device_that_dates_by_another_clock_is_named_with_how_far_it_is_away() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     // Seconds since 1970, as a plugin has them that asks the system for the date.
     let host = folder.robot(json!({"fault": "date", "in": "read"}));
     let arm = host.robot().unwrap();
@@ -43,7 +43,7 @@ fn a_device_that_dates_by_another_clock_is_named_with_how_far_it_is_away() {
 
 #[test]
 fn a_device_whose_cell_has_lost_its_clock_does_not_start() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let mut arguments = folder.arguments("arm", "misbehaving_robot", Value::Null);
     arguments.clock = Some(folder.directory.path().join("no.clock"));
     let refusal: Result<_, SpawnError> = folder.spawn(&arguments);

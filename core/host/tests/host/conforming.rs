@@ -6,11 +6,11 @@ use plumb_plugin::Value;
 use plumb_plugin::conformance::{CheckOutcome, CheckReport, LISTS, SENSOR_CHECKS, leaves_at_rest};
 
 use crate::c_plugin::{JOINTS, compiled, example, with_another_manifest};
-use crate::place::{Place, command, plugin, stream};
+use crate::test_folder::{TestFolder, command, plugin, stream};
 
 #[test]
 fn a_robot_in_rust_conforms() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let report =
         check_robot(folder.bus(), &folder.arguments("arm", "misbehaving_robot", Value::Null), command);
     assert!(report.rows.iter().all(|(_, outcome)| *outcome == CheckOutcome::Passed), "{report}");
@@ -18,7 +18,7 @@ fn a_robot_in_rust_conforms() {
 
 #[test]
 fn a_robot_in_c_conforms() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let Some(plugin) = compiled(folder.directory.path(), &[]) else { return };
     let report = check_robot(folder.bus(), &HostArguments::new("arm", &folder.domain, &plugin), command);
     assert!(report.rows.iter().all(|(_, outcome)| *outcome == CheckOutcome::Passed), "{report}");
@@ -26,7 +26,7 @@ fn a_robot_in_c_conforms() {
 
 #[test]
 fn a_robot_that_hangs_or_dies_does_not_conform() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let bus: &Bus = folder.bus();
     let arguments =
         folder.arguments("arm", "misbehaving_robot", serde_json::json!({"fault": "abort", "in": "move"}));
@@ -40,13 +40,13 @@ fn a_robot_that_hangs_or_dies_does_not_conform() {
 
 #[test]
 fn a_sensor_conforms() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let report = check_sensor(place.bus(), &wired_watcher(&place), command);
     assert!(report.is_good(), "{report}");
 }
 
 /// What the host of a sensor on a robot's input lines is given.
-fn wired_watcher(folder: &Place) -> HostArguments {
+fn wired_watcher(folder: &TestFolder) -> HostArguments {
     let mut arguments = folder.arguments("eye", "line_watcher", Value::Null);
     arguments.inputs = vec![WiredInput {
         input: "line".to_owned(),
@@ -61,7 +61,7 @@ const OF_ANY_PLUGIN: [&str; 4] =
     ["its manifest is good", "it is loaded and its device is made", "its functions are whole", LISTS];
 
 /// The report on a plugin, once it is seen that each of its rows was heard of when it was done.
-fn checked(folder: &Place, plugin: &Plugin, arguments: &HostArguments, may_move: bool) -> CheckReport {
+fn checked(folder: &TestFolder, plugin: &Plugin, arguments: &HostArguments, may_move: bool) -> CheckReport {
     let mut heard = Vec::new();
     let mut listener = |name: &'static str, outcome: &CheckOutcome| heard.push((name, outcome.clone()));
     let report = check_plugin(folder.bus(), plugin, arguments, may_move, command, &mut listener);
@@ -75,7 +75,7 @@ fn names(report: &CheckReport) -> Vec<&'static str> {
 
 #[test]
 fn a_robot_that_may_not_move_is_checked_as_far_as_it_stays_at_rest() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let arguments = place.arguments("arm", "misbehaving_robot", Value::Null);
     let report = checked(&place, &plugin("misbehaving_robot"), &arguments, false);
     let (before, of_robots) = report.rows.split_at(OF_ANY_PLUGIN.len());
@@ -90,7 +90,7 @@ fn a_robot_that_may_not_move_is_checked_as_far_as_it_stays_at_rest() {
 
 #[test]
 fn a_plugin_that_makes_no_device_is_not_checked_further() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let config = serde_json::json!({"fault": "refuse", "in": "create"});
     let arguments = place.arguments("arm", "misbehaving_robot", config);
     let report = checked(&place, &plugin("misbehaving_robot"), &arguments, true);
@@ -101,7 +101,7 @@ fn a_plugin_that_makes_no_device_is_not_checked_further() {
 
 #[test]
 fn a_sensors_plugin_is_checked_as_one_of_a_sensor() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let report = checked(&place, &plugin("line_watcher"), &wired_watcher(&place), false);
     let of_sensors = SENSOR_CHECKS.iter().map(|(name, _)| *name);
     assert_eq!(names(&report), OF_ANY_PLUGIN.into_iter().chain(of_sensors).collect::<Vec<_>>());
@@ -109,14 +109,14 @@ fn a_sensors_plugin_is_checked_as_one_of_a_sensor() {
 }
 
 /// The worked example in C with another line in its manifest.
-fn example_with(folder: &Place, change: (&str, &str)) -> Option<Plugin> {
+fn example_with(folder: &TestFolder, change: (&str, &str)) -> Option<Plugin> {
     let source = std::fs::read_to_string(example()).unwrap();
     with_another_manifest(&source, change, folder.directory.path())
 }
 
 #[test]
 fn what_could_be_better_in_a_plugins_functions_fails_its_check() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let Some(plugin) = example_with(&folder, (JOINTS, "")) else { return };
     let report = checked(&folder, &plugin, &HostArguments::new("arm", &folder.domain, &plugin), false);
     let note = "it declares no stream `joints` of joint-state/1 messages: nobody can watch it move";
@@ -125,7 +125,7 @@ fn what_could_be_better_in_a_plugins_functions_fails_its_check() {
 
 #[test]
 fn lines_that_a_manifest_counts_otherwise_than_the_robot_fail_their_check() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let counted = ("config:\n", "input_lines: 3\nconfig:\n");
     let Some(plugin) = example_with(&folder, counted) else { return };
     let report = checked(&folder, &plugin, &HostArguments::new("arm", &folder.domain, &plugin), false);
@@ -212,7 +212,7 @@ fn gauge_that_is_never_armed(source: &str) -> String {
 
 #[test]
 fn a_sensor_that_refuses_to_be_armed_does_not_conform() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let Some(plugin) = gauge(folder.directory.path(), 1.0, gauge_that_is_never_armed) else { return };
     let report = check_sensor(folder.bus(), &HostArguments::new("gauge", &folder.domain, &plugin), command);
     let armed = report.rows.iter().find(|(name, _)| *name == "it can be armed, polled and read at once");
@@ -221,7 +221,7 @@ fn a_sensor_that_refuses_to_be_armed_does_not_conform() {
 
 #[test]
 fn a_sensor_that_blocks_longer_than_it_says_does_not_conform() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let Some(plugin) = slow_gauge(folder.directory.path(), 0.3) else { return };
     let report = check_sensor(folder.bus(), &HostArguments::new("gauge", &folder.domain, &plugin), command);
     assert!(!report.is_good(), "{report}");
@@ -231,7 +231,7 @@ fn a_sensor_that_blocks_longer_than_it_says_does_not_conform() {
 
 #[test]
 fn a_sensor_has_the_time_that_its_manifest_says() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let Some(plugin) = slow_gauge(folder.directory.path(), 10.0) else { return };
     let report = check_sensor(folder.bus(), &HostArguments::new("gauge", &folder.domain, &plugin), command);
     assert!(report.is_good(), "{report}");

@@ -7,11 +7,11 @@ use nix::unistd::Pid;
 use plumb_host::{DeviceError, HostEvent};
 use plumb_plugin::{JointState, LogLevel, PluginError, Value};
 
-use crate::place::{LONG, Place, stream, until, waist_to};
+use crate::test_folder::{LONG, TestFolder, stream, until, waist_to};
 
 #[test]
 fn a_panic_is_an_error_that_says_where() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let host = folder.robot_with("panic", "move");
     let robot = host.robot().unwrap();
     robot.activate().unwrap();
@@ -38,7 +38,7 @@ fn a_crash_ends_the_host_and_is_named() {
 }
 
 fn assert_died_by(fault: &str, signal: &str) {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let host = folder.robot_with(fault, "move");
     let robot = host.robot().unwrap();
     robot.activate().unwrap();
@@ -53,7 +53,7 @@ fn assert_died_by(fault: &str, signal: &str) {
 
 #[test]
 fn a_plugin_that_exits_is_named_with_its_code() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let host = folder.robot_with("exit", "move");
     let robot = host.robot().unwrap();
     robot.activate().unwrap();
@@ -63,7 +63,7 @@ fn a_plugin_that_exits_is_named_with_its_code() {
 
 #[test]
 fn a_call_past_its_time_is_an_error_and_then_the_hosts_end() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let mut arguments =
         folder.arguments("arm", "misbehaving_robot", serde_json::json!({"fault": "hang", "in": "move"}));
     arguments.watchdog_grace_ms = 50;
@@ -78,7 +78,7 @@ fn a_call_past_its_time_is_an_error_and_then_the_hosts_end() {
 
 #[test]
 fn a_killed_host_is_replaced_at_once_and_the_old_client_says_why() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let mut receiver = folder.bus().subscriber("arm", &stream("misbehaving_robot", "joints")).unwrap();
     for round in 0..3 {
         let host = folder.robot(Value::Null);
@@ -100,7 +100,7 @@ fn a_killed_host_is_replaced_at_once_and_the_old_client_says_why() {
 
 #[test]
 fn messages_an_orchestrator_was_too_slow_for_are_reported() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let mut receiver = folder.bus().subscriber("arm", &stream("misbehaving_robot", "joints")).unwrap();
     let host = folder.robot_with("flood", "read");
     host.robot().unwrap().read_joints().unwrap();
@@ -115,7 +115,7 @@ fn messages_an_orchestrator_was_too_slow_for_are_reported() {
 
 #[test]
 fn messages_a_sensor_was_too_slow_for_are_an_error_of_its_next_reading() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let arm = folder.robot_with("flood", "read");
     let eye = folder.watcher();
     let (robot, sensor) = (arm.robot().unwrap(), eye.sensor().unwrap());
@@ -137,7 +137,7 @@ fn messages_a_sensor_was_too_slow_for_are_an_error_of_its_next_reading() {
 
 #[test]
 fn a_refusal_is_reported_in_the_plugins_words() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let host = folder.robot_with("refuse", "activate");
     let error = host.robot().unwrap().activate().unwrap_err();
     assert_eq!(error.to_string(), "arm: the robot does not want to");
@@ -145,7 +145,7 @@ fn a_refusal_is_reported_in_the_plugins_words() {
 
 #[test]
 fn lines_that_cannot_be_read_at_rest_are_reported_once() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let config = serde_json::json!({"fault": "refuse", "in": "inputs"});
     let (host, events) = folder.spawn_listening(&folder.arguments("arm", "misbehaving_robot", config));
     for _ in 0..3 {

@@ -7,7 +7,7 @@ use plumb_host::{HostArguments, HostEvent};
 use plumb_plugin::Value;
 
 use crate::c_plugin::compiled_from_text;
-use crate::place::{LONG, Place, until, waist_to};
+use crate::test_folder::{LONG, TestFolder, until, waist_to};
 
 /// What was said so far, as text.
 fn reported(events: &Receiver<HostEvent>) -> Vec<String> {
@@ -23,7 +23,7 @@ fn faulty(fault: &str, place: &str) -> Value {
 }
 
 fn assert_flood_is_cut(fault: &str, most: usize) {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let arguments = folder.arguments("arm", "misbehaving_robot", faulty(fault, "move"));
     let (host, events) = folder.spawn_listening(&arguments);
     let robot = host.robot().unwrap();
@@ -55,7 +55,7 @@ fn a_plugin_that_logs_without_end_is_cut_and_the_rest_counted() {
 
 #[test]
 fn a_long_error_is_cut_and_says_how_much_is_missing() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let host = folder.robot_with("long error", "read");
     let message = host.robot().unwrap().read_joints().unwrap_err().to_string();
     assert!(message.len() < 5_000, "{} bytes", message.len());
@@ -64,14 +64,14 @@ fn a_long_error_is_cut_and_says_how_much_is_missing() {
 
 #[test]
 fn a_description_without_end_is_refused() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let message = folder.refusal(&folder.arguments("arm", "misbehaving_robot", faulty("epic", "describe")));
     assert!(message.contains("bytes; it may have 1048576"), "{message}");
 }
 
 #[test]
 fn a_plugin_that_takes_memory_without_end_is_ended_with_words() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let mut arguments = folder.arguments("arm", "misbehaving_robot", faulty("eat", "create"));
     arguments.memory_limit_mb = 200;
     let message = folder.refusal(&arguments);
@@ -83,7 +83,7 @@ fn a_plugin_that_takes_memory_without_end_is_ended_with_words() {
 
 #[test]
 fn memory_that_is_taken_at_once_is_refused_by_the_system_and_explained() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let mut arguments = folder.arguments("arm", "misbehaving_robot", faulty("grab", "create"));
     arguments.memory_limit_mb = 200;
     let message = folder.refusal(&arguments);
@@ -93,7 +93,7 @@ fn memory_that_is_taken_at_once_is_refused_by_the_system_and_explained() {
 
 #[test]
 fn what_a_plugin_in_c_prints_arrives_without_a_flush_also_when_it_dies() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let example = fs::read_to_string(crate::c_plugin::example()).unwrap();
     let prints = example
         .replace("#include <math.h>\n", "#include <math.h>\n#include <stdio.h>\n")

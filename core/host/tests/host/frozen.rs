@@ -10,7 +10,7 @@ use plumb_host::{DeviceError, HostProcess, SpawnError};
 use plumb_plugin::Value;
 
 use crate::leaving::{is_gone, orchestrate};
-use crate::place::{LONG, Place, command, until, waist_to};
+use crate::test_folder::{LONG, TestFolder, command, until, waist_to};
 
 /// The times that `core/README.md` states, with what a busy machine adds.
 const READY_WITHIN: Duration = Duration::from_secs(3);
@@ -36,7 +36,7 @@ fn host_of(device: &str) -> i32 {
 
 /// Starts a host, freezes it some time after its process is there, and asks for its device to be ready; what came of it.
 fn frozen_after(moment: Duration, device: &str) -> Result<(), String> {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let arguments = folder.arguments(device, "misbehaving_robot", Value::Null);
     thread::scope(|scope| {
         let freezing = scope.spawn(|| {
@@ -85,7 +85,7 @@ fn a_host_frozen_at_any_moment_of_its_start_ends_in_time_and_is_named() {
 
 #[test]
 fn a_host_frozen_in_mid_move_is_ended_and_the_move_fails_with_the_reason() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let host = folder.robot(Value::Null);
     let robot = host.robot().unwrap();
     robot.activate().unwrap();
@@ -105,7 +105,7 @@ fn a_host_frozen_in_mid_move_is_ended_and_the_move_fails_with_the_reason() {
 
 #[test]
 fn a_robot_is_stopped_when_its_orchestrator_is_frozen() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let diary = folder.directory.path().join("diary");
     let arguments = folder.arguments("arm", "misbehaving_robot", serde_json::json!({ "diary": diary }));
     let (mut orchestrator, host) = orchestrate(&arguments);
@@ -131,7 +131,7 @@ fn a_robot_is_stopped_when_its_orchestrator_is_frozen() {
 
 #[test]
 fn an_orchestrator_in_a_debugger_may_be_held_as_long_as_it_takes() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let diary = folder.directory.path().join("diary");
     let mut arguments = folder.arguments("arm", "misbehaving_robot", serde_json::json!({ "diary": diary }));
     arguments.under_debugger = true;
@@ -148,7 +148,7 @@ fn an_orchestrator_in_a_debugger_may_be_held_as_long_as_it_takes() {
 
 #[test]
 fn a_short_pause_of_the_orchestrator_stops_nothing() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let host = folder.robot(Value::Null);
     let robot = host.robot().unwrap();
     robot.activate().unwrap();

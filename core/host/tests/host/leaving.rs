@@ -14,11 +14,11 @@ use plumb_bus::Bus;
 use plumb_host::{HostArguments, HostEvent, HostProcess};
 use plumb_plugin::{DeviceState, LogLevel, Value};
 
-use crate::place::{LONG, Place, command, example_file, until, waist_to};
+use crate::test_folder::{LONG, TestFolder, command, example_file, until, waist_to};
 
 #[test]
 fn nothing_is_left_in_shared_memory() {
-    let mut folder = Place::new();
+    let mut folder = TestFolder::new();
     let arm = folder.robot(Value::Null);
     let eye = folder.watcher();
     let robot = arm.robot().unwrap();
@@ -36,7 +36,7 @@ fn nothing_is_left_in_shared_memory() {
 
 #[test]
 fn nothing_is_left_in_shared_memory_after_kills() {
-    let mut folder = Place::new();
+    let mut folder = TestFolder::new();
     let host = folder.robot_with("segfault", "move");
     let robot = host.robot().unwrap();
     robot.activate().unwrap();
@@ -49,7 +49,7 @@ fn nothing_is_left_in_shared_memory_after_kills() {
 
 #[test]
 fn a_device_is_put_away_in_good_order() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let diary = folder.directory.path().join("diary");
     let host = folder.robot(serde_json::json!({ "diary": diary }));
     host.robot().unwrap().activate().unwrap();
@@ -59,7 +59,7 @@ fn a_device_is_put_away_in_good_order() {
 
 /// What is said of an end that was not in good order, of a robot that cannot be deactivated.
 fn said_of_an_end(is_active: bool) -> Vec<String> {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let config = serde_json::json!({"fault": "refuse", "in": "deactivate"});
     let (host, events) = folder.spawn_listening(&folder.arguments("arm", "misbehaving_robot", config));
     let robot = host.robot().unwrap();
@@ -87,7 +87,7 @@ fn an_active_robot_is_deactivated_before_it_is_put_away_and_an_inactive_one_is_n
 
 #[test]
 fn what_a_plugin_started_ends_with_its_host() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let diary = folder.directory.path().join("diary");
     let host = folder.robot(serde_json::json!({"diary": diary, "fault": "litter", "in": "read"}));
     host.robot().unwrap().read_joints().unwrap();
@@ -119,7 +119,7 @@ pub(crate) fn orchestrate(arguments: &HostArguments) -> (Child, i32) {
 
 #[test]
 fn a_host_that_the_system_asks_to_end_stops_its_robot_and_says_who_asked() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let diary = folder.directory.path().join("diary");
     let arguments = folder.arguments("arm", "misbehaving_robot", serde_json::json!({ "diary": diary }));
     let (host, events) = folder.spawn_listening(&arguments);
@@ -136,7 +136,7 @@ fn a_host_that_the_system_asks_to_end_stops_its_robot_and_says_who_asked() {
 
 #[test]
 fn a_robot_is_stopped_when_its_orchestrator_is_killed() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let diary = folder.directory.path().join("diary");
     let arguments = folder.arguments("arm", "misbehaving_robot", serde_json::json!({ "diary": diary }));
     let (mut orchestrator, host) = orchestrate(&arguments);
@@ -148,7 +148,7 @@ fn a_robot_is_stopped_when_its_orchestrator_is_killed() {
 
 #[test]
 fn orchestrators_killed_at_any_moment_leave_a_cell_that_works() {
-    let mut folder = Place::new();
+    let mut folder = TestFolder::new();
     let arguments = folder.arguments("arm", "misbehaving_robot", Value::Null);
     let text = serde_json::to_string(&arguments).unwrap();
     folder.bus = None;
@@ -191,7 +191,7 @@ fn orchestrators_killed_at_any_moment_leave_a_cell_that_works() {
 /// A process killed between making a piece of shared memory and giving it its size.
 #[test]
 fn what_was_killed_before_it_had_a_size_holds_nobody_up() {
-    let mut folder = Place::new();
+    let mut folder = TestFolder::new();
     let arguments = folder.arguments("arm", "misbehaving_robot", Value::Null);
     folder.bus = None;
     let (mut orchestrator, host) = orchestrate(&arguments);

@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 use plumb_host::{Catalogue, HostArguments, LoadError, Plugin, WiredInput, verify};
 use plumb_plugin::{ContractVersion, Manifest, StreamDescription, Value};
 
-use crate::place::{Place, example_file, plugin};
+use crate::test_folder::{TestFolder, example_file, plugin};
 
 /// The misbehaving robot's library and manifest, copied and changed.
-fn changed(folder: &Place, library: &str, change: impl Fn(String) -> String) -> Plugin {
+fn changed(folder: &TestFolder, library: &str, change: impl Fn(String) -> String) -> Plugin {
     let original = plugin("misbehaving_robot");
     let manifest_path = folder.directory.path().join("plugin.yaml");
     let text = fs::read_to_string(&original.manifest_path).unwrap();
@@ -19,13 +19,13 @@ fn changed(folder: &Place, library: &str, change: impl Fn(String) -> String) -> 
     Plugin::at_library(&manifest_path, &library_path).unwrap()
 }
 
-fn arguments(folder: &Place, plugin: &Plugin) -> HostArguments {
+fn arguments(folder: &TestFolder, plugin: &Plugin) -> HostArguments {
     HostArguments::new("arm", &folder.domain, plugin)
 }
 
 #[test]
 fn a_file_that_is_no_library_is_refused() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let plugin = changed(&place, "libmisbehaving_robot.so", |text| text);
     fs::write(&plugin.library_path, "this is no library").unwrap();
     let path = plugin.library_path.display();
@@ -35,7 +35,7 @@ fn a_file_that_is_no_library_is_refused() {
 
 #[test]
 fn a_library_that_is_gone_is_named() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let plugin = changed(&place, "libmisbehaving_robot.so", |text| text);
     fs::remove_file(&plugin.library_path).unwrap();
     let message = place.refusal(&arguments(&place, &plugin));
@@ -44,7 +44,7 @@ fn a_library_that_is_gone_is_named() {
 
 #[test]
 fn a_library_without_an_entry_is_refused_with_the_symbol_it_lacks() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let plugin = changed(&place, "libother.so", |text| text);
     let error = verify(&plugin).unwrap_err();
     assert_eq!(
@@ -58,7 +58,7 @@ fn a_library_without_an_entry_is_refused_with_the_symbol_it_lacks() {
 
 #[test]
 fn a_manifest_of_another_contract_is_refused_with_both_versions() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let plugin = changed(&place, "libmisbehaving_robot.so", |text| text);
     let text = fs::read_to_string(&plugin.manifest_path).unwrap().replace("[1, 0]", "[2, 0]");
     fs::write(&plugin.manifest_path, text).unwrap();
@@ -76,7 +76,7 @@ fn a_manifest_of_another_contract_is_refused_with_both_versions() {
 
 #[test]
 fn a_library_older_than_its_manifest_is_refused() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let plugin =
         changed(&place, "libmisbehaving_robot.so", |text| text.replace("version: 0.1.0", "version: 0.2.0"));
     let message = verify(&plugin).unwrap_err().to_string();
@@ -90,7 +90,7 @@ fn a_library_older_than_its_manifest_is_refused() {
 
 #[test]
 fn a_library_of_another_minor_contract_than_its_manifest_is_refused_with_the_contract() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let plugin = changed(&place, "libmisbehaving_robot.so", |text| text.replace("[1, 0]", "[1, 9]"));
     let message = verify(&plugin).unwrap_err().to_string();
     assert!(message.contains("the contract is 1.9 in the file and 1.0 in the library"), "{message}");
@@ -98,7 +98,7 @@ fn a_library_of_another_minor_contract_than_its_manifest_is_refused_with_the_con
 
 #[test]
 fn a_driver_runs_in_the_library_for_drivers_and_in_no_other() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let plugin = changed(&place, "libmisbehaving_robot.so", |text| {
         text.replace("library: libmisbehaving_robot.so", "driver: [python3, driver.py]")
     });
@@ -122,7 +122,7 @@ fn a_good_plugin_is_verified() {
 
 #[test]
 fn a_panic_in_create_is_one_line() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let message = folder.refusal(&folder.arguments(
         "arm",
         "misbehaving_robot",
@@ -135,7 +135,7 @@ fn a_panic_in_create_is_one_line() {
 
 #[test]
 fn a_refused_configuration_is_reported_in_the_plugins_words() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let config = serde_json::json!({"fault": "refuse", "in": "create"});
     let message = folder.refusal(&folder.arguments("arm", "misbehaving_robot", config));
     assert_eq!(message, "arm: the robot does not want to");
@@ -143,7 +143,7 @@ fn a_refused_configuration_is_reported_in_the_plugins_words() {
 
 #[test]
 fn a_crash_in_create_is_named() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let config = serde_json::json!({"fault": "abort", "in": "create"});
     let message = folder.refusal(&folder.arguments("arm", "misbehaving_robot", config));
     assert_eq!(message, "the host of arm was ended by SIGABRT before the device was ready");
@@ -151,17 +151,17 @@ fn a_crash_in_create_is_named() {
 
 #[test]
 fn a_hang_in_create_is_ended() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let config = serde_json::json!({"fault": "hang", "in": "create"});
     let arguments = folder.arguments("arm", "misbehaving_robot", config);
-    let command = crate::place::command().ready_within(std::time::Duration::from_millis(300));
+    let command = crate::test_folder::command().ready_within(std::time::Duration::from_millis(300));
     let error = plumb_host::HostProcess::spawn(folder.bus(), &arguments, command).map(|host| host.process());
     assert_eq!(error.unwrap_err().to_string(), "arm was not ready within 300ms; its host was killed");
 }
 
 #[test]
 fn a_robot_without_joints_is_refused() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let config = serde_json::json!({"fault": "refuse", "in": "describe"});
     let message = folder.refusal(&folder.arguments("arm", "misbehaving_robot", config));
     assert_eq!(message, "arm: the robot has 0 joints; 1 to 8 are possible");
@@ -169,10 +169,10 @@ fn a_robot_without_joints_is_refused() {
 
 #[test]
 fn an_input_left_open_or_wired_wrongly_is_refused() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let mut arguments = folder.arguments("eye", "line_watcher", Value::Null);
     assert_eq!(folder.refusal(&arguments), "eye: input 'line' of eye is not wired to any stream");
-    let joints: StreamDescription = crate::place::stream("misbehaving_robot", "joints");
+    let joints: StreamDescription = crate::test_folder::stream("misbehaving_robot", "joints");
     arguments.inputs =
         vec![WiredInput { input: "line".to_owned(), device: "arm".to_owned(), stream: joints }];
     assert_eq!(
@@ -185,7 +185,7 @@ fn an_input_left_open_or_wired_wrongly_is_refused() {
 
 #[test]
 fn a_program_that_is_no_host_is_named() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let arguments = folder.arguments("arm", "misbehaving_robot", Value::Null);
     let command = plumb_host::HostCommand::new(PathBuf::from("/bin/false"), [] as [&str; 0]);
     let error = plumb_host::HostProcess::spawn(folder.bus(), &arguments, command).map(|host| host.process());

@@ -10,6 +10,6 @@ mod flooding;
 mod frozen;
 mod leaving;
 mod loading;
-mod place;
 mod serving;
 mod stopping;
+mod test_folder;

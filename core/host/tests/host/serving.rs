@@ -8,11 +8,11 @@ use plumb_plugin::{
 
 use tracing_subscriber::registry::LookupSpan as _;
 
-use crate::place::{LONG, Place, stream, until, waist_to};
+use crate::test_folder::{LONG, TestFolder, stream, until, waist_to};
 
 #[test]
 fn a_robot_is_described_activated_moved_and_read() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let host = folder.robot(Value::Null);
     let Description::Robot(robot) = host.description() else { panic!("a robot was loaded") };
     assert_eq!(robot.joints[0].name, "waist");
@@ -37,7 +37,7 @@ fn a_robot_is_described_activated_moved_and_read() {
 
 #[test]
 fn a_robot_does_not_move_before_it_is_active() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let host = folder.robot(Value::Null);
     let error = host.robot().unwrap().move_joints(&waist_to(0.1), LONG).unwrap_err();
     assert_eq!(error.to_string(), "arm: arm is inactive; activate it before it may move");
@@ -45,7 +45,7 @@ fn a_robot_does_not_move_before_it_is_active() {
 
 #[test]
 fn a_robot_that_was_deactivated_does_not_move() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let host = folder.robot(Value::Null);
     let robot = host.robot().unwrap();
     robot.activate().unwrap();
@@ -57,7 +57,7 @@ fn a_robot_that_was_deactivated_does_not_move() {
 
 #[test]
 fn the_health_of_a_device_is_reported_with_every_state_it_enters() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let mut receiver = folder.bus().subscriber("arm", &StreamDescription::of::<Health>("health")).unwrap();
     let host = folder.robot(Value::Null);
     let robot = host.robot().unwrap();
@@ -76,7 +76,7 @@ fn the_health_of_a_device_is_reported_with_every_state_it_enters() {
 
 #[test]
 fn the_health_of_a_device_is_reported_again_while_nothing_changes() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let mut receiver = folder.bus().subscriber("arm", &StreamDescription::of::<Health>("health")).unwrap();
     let _host = folder.robot(Value::Null);
     let first: Health = until("the first report", || receiver.receive().unwrap());
@@ -87,7 +87,7 @@ fn the_health_of_a_device_is_reported_again_while_nothing_changes() {
 
 #[test]
 fn a_move_out_of_range_is_refused_by_the_host() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let mut arguments = folder.arguments("arm", "misbehaving_robot", Value::Null);
     arguments.joint_ranges = vec![JointRange { joint: "waist".to_owned(), lower: -1.0, upper: 1.0 }];
     let host = folder.spawn(&arguments).unwrap();
@@ -101,7 +101,7 @@ fn a_move_out_of_range_is_refused_by_the_host() {
 
 #[test]
 fn a_move_into_a_kept_out_place_is_refused_by_the_host() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let mut arguments = folder.arguments("arm", "misbehaving_robot", Value::Null);
     arguments.guard = serde_json::json!({"keep_below": 10.0});
     let host = folder.spawn(&arguments).unwrap();
@@ -114,7 +114,7 @@ fn a_move_into_a_kept_out_place_is_refused_by_the_host() {
 
 #[test]
 fn what_a_robot_cannot_do_is_said_and_does_no_harm() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let host = folder.robot(Value::Null);
     let robot = host.robot().unwrap();
     let error = robot.write_outputs(1).unwrap_err();
@@ -126,7 +126,7 @@ fn what_a_robot_cannot_do_is_said_and_does_no_harm() {
 
 #[test]
 fn a_sensor_has_seen_the_whole_move_once_it_has_seen_its_end() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let arm = folder.robot(Value::Null);
     let eye = folder.watcher();
     let (robot, sensor) = (arm.robot().unwrap(), eye.sensor().unwrap());
@@ -147,7 +147,7 @@ fn a_sensor_has_seen_the_whole_move_once_it_has_seen_its_end() {
 
 #[test]
 fn a_sensor_whose_inputs_stay_away_says_so_in_time() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let _arm = folder.robot(Value::Null);
     let eye = folder.watcher();
     let error = eye.sensor().unwrap().read(u64::MAX, std::time::Duration::from_millis(50)).unwrap_err();
@@ -161,7 +161,7 @@ fn a_sensor_whose_inputs_stay_away_says_so_in_time() {
 
 #[test]
 fn a_state_stream_reaches_the_orchestrator_without_loss() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let joints = stream("misbehaving_robot", "joints");
     let mut receiver = folder.bus().subscriber("arm", &StreamDescription { ..joints }).unwrap();
     let host = folder.robot(Value::Null);
@@ -180,7 +180,7 @@ fn a_state_stream_reaches_the_orchestrator_without_loss() {
 
 #[test]
 fn a_large_message_is_built_in_place() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let frames = stream("misbehaving_robot", "frames");
     let mut receiver = folder.bus().subscriber("arm", &frames).unwrap();
     let host = folder.robot(Value::Null);
@@ -191,7 +191,7 @@ fn a_large_message_is_built_in_place() {
 
 #[test]
 fn what_a_plugin_logs_and_prints_is_carried() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let config = serde_json::json!({"fault": "chatter", "in": "read"});
     let (host, events) = folder.spawn_listening(&folder.arguments("arm", "misbehaving_robot", config));
     host.robot().unwrap().read_joints().unwrap();
@@ -210,10 +210,10 @@ fn what_a_plugin_logs_and_prints_is_carried() {
 fn what_a_plugin_logs_carries_the_span_of_the_call_it_served() {
     // The one subscriber of this test program: it keeps spans, and writes nothing.
     let _ = tracing::subscriber::set_global_default(tracing_subscriber::registry());
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let config = serde_json::json!({"fault": "chatter", "in": "read"});
     let (events, received) = std::sync::mpsc::channel();
-    let command = crate::place::command().on_event(move |_, event| {
+    let command = crate::test_folder::command().on_event(move |_, event| {
         let spans = tracing::Span::current().with_subscriber(|(id, all)| {
             let all = all.downcast_ref::<tracing_subscriber::Registry>().unwrap();
             all.span(id).unwrap().scope().from_root().map(|span| span.name()).collect::<Vec<_>>()
@@ -231,7 +231,7 @@ fn what_a_plugin_logs_carries_the_span_of_the_call_it_served() {
 
 #[test]
 fn two_terminals_may_ask_the_same_robot() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let host = folder.robot(Value::Null);
     let (one, other) = (host.robot().unwrap(), host.robot().unwrap());
     one.activate().unwrap();

@@ -6,9 +6,9 @@ use std::time::{Duration, Instant};
 use plumb_host::{DeviceError, StopOutcome};
 use plumb_plugin::{DeviceState, JointState, Value};
 
-use crate::place::{LONG, Place, stream, until, waist_to};
+use crate::test_folder::{LONG, TestFolder, stream, until, waist_to};
 
-fn wait_until_moving(folder: &Place) -> impl FnMut() + '_ {
+fn wait_until_moving(folder: &TestFolder) -> impl FnMut() + '_ {
     let mut receiver = folder.bus().subscriber("arm", &stream("misbehaving_robot", "joints")).unwrap();
     move || {
         until("a moving state", || {
@@ -20,7 +20,7 @@ fn wait_until_moving(folder: &Place) -> impl FnMut() + '_ {
 
 #[test]
 fn a_stop_ends_a_move_and_holds_until_the_next_activation() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let mut wait_until_moving = wait_until_moving(&place);
     let host = place.robot(Value::Null);
     let (robot, stop) = (host.robot().unwrap(), host.stop_handle().unwrap());
@@ -45,7 +45,7 @@ fn a_stop_ends_a_move_and_holds_until_the_next_activation() {
 
 #[test]
 fn a_stop_does_not_queue_behind_requests() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let mut wait_until_moving = wait_until_moving(&place);
     let host = place.robot(Value::Null);
     let (first, second) = (host.robot().unwrap(), host.robot().unwrap());
@@ -64,7 +64,7 @@ fn a_stop_does_not_queue_behind_requests() {
 
 #[test]
 fn a_robot_at_rest_confirms_a_stop() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let host = folder.robot(Value::Null);
     let outcome = host.stop_handle().unwrap().stop(LONG);
     assert!(matches!(outcome, StopOutcome::Stopped { .. }), "{outcome:?}");
@@ -73,7 +73,7 @@ fn a_robot_at_rest_confirms_a_stop() {
 #[test]
 fn a_hung_plugin_cannot_delay_a_stop() {
     const STOP_TIME: Duration = Duration::from_millis(200);
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let host = folder.robot_with("hang", "move");
     let (robot, stop) = (host.robot().unwrap(), host.stop_handle().unwrap());
     robot.activate().unwrap();
@@ -93,14 +93,14 @@ fn a_hung_plugin_cannot_delay_a_stop() {
 
 #[test]
 fn a_robot_that_does_not_confirm_its_stop_is_cut_off() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let host = folder.robot_with("refuse", "stop");
     assert_eq!(host.stop_handle().unwrap().stop(Duration::from_millis(200)), StopOutcome::Killed);
 }
 
 #[test]
 fn a_sensor_waiting_for_its_inputs_is_stopped_too() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let _arm = folder.robot(Value::Null);
     let eye = folder.watcher();
     let (sensor, stop) = (eye.sensor().unwrap(), eye.stop_handle().unwrap());
@@ -115,7 +115,7 @@ fn a_sensor_waiting_for_its_inputs_is_stopped_too() {
 
 #[test]
 fn the_confirmation_of_an_earlier_stop_is_not_taken_for_this_one() {
-    let folder = Place::new();
+    let folder = TestFolder::new();
     let host = folder.robot_with("hang", "stop");
     let stop = host.stop_handle().unwrap();
     // As an earlier stop's, which came after its asker had given up.

@@ -5,7 +5,7 @@ use super::jumps::jumps_in_words;
 use super::rejection::rejection_in_words;
 use super::rest::rest_in_words;
 use crate::phrase::{listed, noise_text, size_text};
-use plumb_diagnosis::{Alike, Diagnosis, EffectPlace, Located, Named, NotShown, Rejection, Verdict};
+use plumb_diagnosis::{Alike, Diagnosis, EffectSite, Located, Named, NotShown, Rejection, Verdict};
 
 /// How the noise of light stripes is called among the readings of a table.
 const STRIPES: &str = "stripe_mm";
@@ -234,7 +234,7 @@ fn tied_at(diagnosis: &Diagnosis, effect: &str, site: &str) -> Vec<String> {
 }
 
 /// An effect as it is written, with the order of a wave and whatever else is part of its name.
-fn label_of(diagnosis: &Diagnosis, effect: &EffectPlace) -> String {
+fn label_of(diagnosis: &Diagnosis, effect: &EffectSite) -> String {
     let candidate = diagnosis.candidates.iter().find(|candidate| candidate.effect == *effect);
     candidate.map_or_else(|| format!("{}({})", effect.effect, effect.place), |known| known.label.clone())
 }
@@ -347,7 +347,7 @@ mod tests {
     fn a_tie_says_whether_its_effects_are_the_same_or_only_alike() {
         let diagnosis = diagnosed(DECLARED, 22, |q| [0.0, 0.01 * q[1]]);
         let named = diagnosis.named.iter().map(|named| named.effect.clone());
-        let other = EffectPlace {
+        let other = EffectSite {
             effect: "link_length".to_owned(),
             place: "shoulder".to_owned(),
             with: None,

@@ -55,7 +55,7 @@ impl ArmState {
         let arm_state = machine.balance(&load(held)).arm_state;
         let mut attitudes = Joints::of_drives(&arm_state.drives);
         // The fingers stop at what they hold; their cable is drawn on.
-        let opening = &mut attitudes.0[Joint::Gripper.place()];
+        let opening = &mut attitudes.0[Joint::Gripper.index()];
         *opening = opening.max(held.width);
         let grip = (held.width - Joints::of_drives(machine.driven()).of(Joint::Gripper)).max(0.0);
         let pose = ArmPose::of(&arm_state.link_frames);

@@ -55,7 +55,7 @@ impl Joint {
     }
 
     /// The joint's place in a list of joint values.
-    pub const fn place(self) -> usize {
+    pub const fn index(self) -> usize {
         self as usize
     }
 }
@@ -72,7 +72,7 @@ impl Joints {
 
     /// One joint's value, rad or mm.
     pub fn of(&self, joint: Joint) -> f64 {
-        self.0[joint.place()]
+        self.0[joint.index()]
     }
 
     /// The sum, joint by joint.

@@ -101,7 +101,7 @@ pub(super) fn attitude_range_deg(joint: Joint) -> Option<[f64; 2]> {
         Joint::Elbow | Joint::WristPitch => Joint::Shoulder,
         _ => joint,
     };
-    let stops = STOPS_DEG.get(first.place()..=joint.place())?;
+    let stops = STOPS_DEG.get(first.index()..=joint.index())?;
     Some([0, 1].map(|end| stops.iter().map(|stops| stops[end]).sum()))
 }
 
@@ -147,7 +147,7 @@ impl Mechanism {
         });
         // Every weight acts at the middle of its link; the rows' frames sit at the far ends.
         let weight =
-            |joint: Joint, mass, centre| Weight { after: joint.place(), mass, centre: Vector::from(centre) };
+            |joint: Joint, mass, centre| Weight { after: joint.index(), mass, centre: Vector::from(centre) };
         let weights = vec![
             weight(Joint::Shoulder, self.droop.upper_arm_mass, [-upper_arm / 2.0, 0.0, 0.0]),
             weight(Joint::Elbow, self.droop.forearm_mass, [-forearm / 2.0, 0.0, 0.0]),
@@ -170,7 +170,7 @@ impl Mechanism {
     fn imperfections(&self) -> Vec<Imperfection> {
         let Self { drag, droop, .. } = self;
         let play =
-            Joint::ALL.map(|joint| (Flaw::JointBacklash { joint: joint.place() }, self.backlash.of(joint)));
+            Joint::ALL.map(|joint| (Flaw::JointBacklash { joint: joint.index() }, self.backlash.of(joint)));
         let dragged = [
             (Joint::Elbow, Joint::Shoulder, drag.elbow_by_shoulder),
             (Joint::WristPitch, Joint::Shoulder, drag.wrist_pitch_by_shoulder),
@@ -178,14 +178,14 @@ impl Mechanism {
             (Joint::Gripper, Joint::Elbow, drag.gripper_by_elbow),
         ];
         let dragged = dragged.map(|(joint, driver, share)| {
-            (Flaw::CableDrag { joint: joint.place(), driver: driver.place() }, share)
+            (Flaw::CableDrag { joint: joint.index(), driver: driver.index() }, share)
         });
         let give = [
             (Joint::Shoulder, droop.shoulder_give),
             (Joint::Elbow, droop.elbow_give),
             (Joint::WristPitch, droop.wrist_pitch_give),
         ];
-        let give = give.map(|(joint, give)| (Flaw::JointCompliance { joint: joint.place() }, give));
+        let give = give.map(|(joint, give)| (Flaw::JointCompliance { joint: joint.index() }, give));
         play.into_iter()
             .chain(dragged)
             .chain(give)

@@ -445,7 +445,7 @@ impl World {
     fn require_finite(&self, values: &[Option<f64>; AXES]) -> Result<(), MotionRefused> {
         let wrong = Joint::ALL
             .into_iter()
-            .find(|joint| values[joint.place()].is_some_and(|value| !value.is_finite()));
+            .find(|joint| values[joint.index()].is_some_and(|value| !value.is_finite()));
         wrong.map_or(Ok(()), |joint| Err(MotionRefused::NotFinite { joint }))
     }
 }

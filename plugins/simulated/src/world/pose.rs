@@ -20,7 +20,7 @@ pub struct ArmPose {
 impl ArmPose {
     /// The parts of a TeachMover in this configuration.
     pub(super) fn of(link_frames: &LinkFrames) -> ArmPose {
-        let axis = |joint: Joint| link_frames.axes.get(joint.place());
+        let axis = |joint: Joint| link_frames.axes.get(joint.index());
         let centre = |joint: Joint| axis(joint).map_or(Vector::ZERO, |axis| axis.point);
         ArmPose {
             elbow: centre(Joint::Elbow),

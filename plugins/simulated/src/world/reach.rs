@@ -45,19 +45,19 @@ impl World {
             let short = left(&attitudes);
             if short.iter().all(|part| part.abs() < NEAR) {
                 let mut found = [None; AXES];
-                joints.iter().for_each(|joint| found[joint.place()] = Some(attitudes.of(*joint)));
+                joints.iter().for_each(|joint| found[joint.index()] = Some(attitudes.of(*joint)));
                 return Some(found);
             }
             const NUDGE: f64 = 1e-6;
             let columns = joints.map(|joint| {
                 let mut nudged = attitudes;
-                nudged.0[joint.place()] += NUDGE;
+                nudged.0[joint.index()] += NUDGE;
                 let after = left(&nudged);
                 std::array::from_fn(|row| (short[row] - after[row]) / NUDGE)
             });
             let steps = solved(columns, short)?;
             for (joint, step) in joints.iter().zip(steps) {
-                attitudes.0[joint.place()] += step.clamp(-LONGEST_REACH, LONGEST_REACH);
+                attitudes.0[joint.index()] += step.clamp(-LONGEST_REACH, LONGEST_REACH);
             }
         }
         None

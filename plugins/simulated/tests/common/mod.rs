@@ -34,7 +34,7 @@ pub(crate) fn world_with(name: &str, replacements: &[(&str, &str)]) -> World {
 /// Joint values in which one joint takes part.
 pub(crate) fn only(joint: Joint, value: f64) -> [Option<f64>; AXES] {
     let mut joints = [None; AXES];
-    joints[joint.place()] = Some(value);
+    joints[joint.index()] = Some(value);
     joints
 }
 

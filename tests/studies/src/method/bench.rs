@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use plumb_cell::answers::{Answers, load_answers};
 use plumb_cell::check_cell;
-use plumb_cell::device::{CellPlace, DeviceLinks as _, HostedDevices, KeptDevices};
+use plumb_cell::device::{CellResources, DeviceLinks as _, HostedDevices, KeptDevices};
 use plumb_cell::engine::{RunRequest, start_run};
 use plumb_cell::event::{Event, RunOutcome, StepOutcome};
 use plumb_cell::expression::Calculator;
@@ -29,9 +29,9 @@ use plumb::commands::study::study_file::{Common, lay_over};
 const TOLERANCE: &str = "{waist_deg: 3, shoulder_deg: 3, elbow_deg: 5, wrist_pitch_deg: 1}";
 
 /// A directory that goes with what made it; in memory where there is such a place, as nothing in it is kept.
-pub(super) struct Place(PathBuf);
+pub(super) struct StudyFolder(PathBuf);
 
-impl Place {
+impl StudyFolder {
     pub(super) fn new() -> Result<Self, StudyError> {
         let memory = Path::new("/dev/shm");
         let parent = if memory.is_dir() { memory.to_owned() } else { std::env::temp_dir() };
@@ -41,7 +41,7 @@ impl Place {
     }
 }
 
-impl Drop for Place {
+impl Drop for StudyFolder {
     fn drop(&mut self) {
         if let Err(error) = fs::remove_dir_all(&self.0) {
             tracing::debug!("{} is left behind: {error}", self.0.display());
@@ -66,7 +66,7 @@ pub(super) struct Run {
 
 /// The cell.
 pub(super) struct Bench<'a> {
-    place: &'a Place,
+    place: &'a StudyFolder,
     cell: Arc<Workcell>,
     procedure: Arc<Procedure>,
     answers: Option<Answers>,
@@ -79,7 +79,7 @@ pub(super) struct Bench<'a> {
 
 impl<'a> Bench<'a> {
     /// Starts the cell's world as the study changes it.
-    pub(super) fn new(with: Common, place: &'a Place, plugins: &[PathBuf]) -> Result<Self, StudyError> {
+    pub(super) fn new(with: Common, place: &'a StudyFolder, plugins: &[PathBuf]) -> Result<Self, StudyError> {
         let file = with.cell.clone().unwrap_or_default();
         let in_words = |problems: Vec<plumb_document::FileProblems>| {
             StudyError::Cell(problems.iter().map(ToString::to_string).collect())
@@ -93,7 +93,7 @@ impl<'a> Bench<'a> {
         fs::write(&world_file, world_text(&cell, &with.world)?)?;
         let setting = WorldSetting { file: world_file.clone(), pace: Pace::Fast };
         cell.world = Some(setting.clone());
-        let here = CellPlace::of_cell(&world_file)?;
+        let here = CellResources::of_cell(&world_file)?;
         let lock = here.lock(&cell.name, &world_file.display().to_string())?;
         let socket = here.world_socket();
         let started = SimulatedWorld::start(&setting, Pace::Fast, &socket)?;

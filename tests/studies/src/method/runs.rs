@@ -5,14 +5,14 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use super::StudyError;
-use super::bench::{Bench, Place, Run};
+use super::bench::{Bench, Run, StudyFolder};
 use super::statistics::Summary;
 use plumb::commands::study::study_file::{Common, Quantity, Shown, Statistic};
 use plumb::interrupt::Interrupt;
 
 /// Where and how runs are made.
 pub(super) struct Runs {
-    place: Place,
+    place: StudyFolder,
     interrupt: Interrupt,
     plugins: Vec<PathBuf>,
     began: Instant,
@@ -23,7 +23,7 @@ pub(super) struct Runs {
 impl Runs {
     /// For a study of so many runs.
     pub(super) fn new(planned: usize, plugins: &[PathBuf]) -> Result<Self, StudyError> {
-        let (place, interrupt) = (Place::new()?, Interrupt::listen()?);
+        let (place, interrupt) = (StudyFolder::new()?, Interrupt::listen()?);
         Ok(Self { place, interrupt, plugins: plugins.to_vec(), began: Instant::now(), made: 0, planned })
     }
 

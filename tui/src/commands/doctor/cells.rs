@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use plumb_cell::device::{CellPlace, PlaceState, Remains};
+use plumb_cell::device::{CellResources, Occupancy, Remains};
 use plumb_document::counted;
 use plumb_simulated::client::WorldClient;
 
@@ -28,14 +28,14 @@ pub(super) fn look(cells: &[PathBuf]) -> Result<Vec<Finding>, Box<dyn std::error
     })
 }
 
-fn finding(state: &PlaceState) -> Option<Finding> {
+fn finding(state: &Occupancy) -> Option<Finding> {
     match state {
-        PlaceState::Empty => None,
-        PlaceState::InUse(holder) => Some(Finding::good(
+        Occupancy::Empty => None,
+        Occupancy::InUse(holder) => Some(Finding::good(
             TOPIC,
             format!("{} is run by process {}", cell_name(&holder.runs), holder.process),
         )),
-        PlaceState::LeftBehind(remains) => Some(left_behind(remains)),
+        Occupancy::LeftBehind(remains) => Some(left_behind(remains)),
     }
 }
 
@@ -80,7 +80,7 @@ fn left_behind(remains: &Remains) -> Finding {
 pub(super) fn clean(cells: &[PathBuf]) -> Result<Vec<Finding>, Box<dyn std::error::Error>> {
     let mut findings = Vec::new();
     for place in places(cells)? {
-        let PlaceState::LeftBehind(remains) = place.state() else { continue };
+        let Occupancy::LeftBehind(remains) = place.state() else { continue };
         let name = name_of(&remains);
         // Held meanwhile, so that no run begins in what is being removed.
         let Ok(lock) = place.lock("this", "plumb doctor --clean") else { continue };
@@ -100,10 +100,10 @@ pub(super) fn clean(cells: &[PathBuf]) -> Result<Vec<Finding>, Box<dyn std::erro
 }
 
 /// Removes everything once the last host has finished.
-fn removed(folder: &CellPlace) -> Result<(), plumb_bus::DomainError> {
+fn removed(resources: &CellResources) -> Result<(), plumb_bus::DomainError> {
     let begin = Instant::now();
     loop {
-        match folder.remove() {
+        match resources.remove() {
             Err(plumb_bus::DomainError::InUse(_)) if begin.elapsed() < PUTTING_AWAY => {
                 std::thread::sleep(LOOK);
             }
@@ -112,16 +112,16 @@ fn removed(folder: &CellPlace) -> Result<(), plumb_bus::DomainError> {
     }
 }
 
-fn places(cells: &[PathBuf]) -> Result<Vec<CellPlace>, Box<dyn std::error::Error>> {
+fn places(cells: &[PathBuf]) -> Result<Vec<CellResources>, Box<dyn std::error::Error>> {
     if cells.is_empty() {
-        return Ok(CellPlace::all());
+        return Ok(CellResources::all());
     }
     let mut places = Vec::new();
     for cell in cells {
         if !cell.is_file() {
             return Err(NoCellFile(cell.display().to_string()).into());
         }
-        places.push(CellPlace::of_cell(cell)?);
+        places.push(CellResources::of_cell(cell)?);
     }
     Ok(places)
 }

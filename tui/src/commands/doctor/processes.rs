@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use plumb_cell::device::{CellPlace, PlaceState};
+use plumb_cell::device::{CellResources, Occupancy};
 
 use super::finding::Finding;
 
@@ -24,8 +24,9 @@ struct Process {
 }
 
 pub(super) fn look() -> Vec<Finding> {
-    let of_cells: Vec<PathBuf> = CellPlace::all().iter().map(CellPlace::world_socket).collect();
-    let runs_somewhere = CellPlace::all().iter().any(|place| matches!(place.state(), PlaceState::InUse(_)));
+    let of_cells: Vec<PathBuf> = CellResources::all().iter().map(CellResources::world_socket).collect();
+    let runs_somewhere =
+        CellResources::all().iter().any(|place| matches!(place.state(), Occupancy::InUse(_)));
     let mut findings = Vec::new();
     for process in settled_processes() {
         match process.arguments.get(1).map(String::as_str) {

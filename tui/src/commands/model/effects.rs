@@ -4,7 +4,7 @@ use std::error::Error;
 
 use nalgebra::{Isometry3, Vector3};
 use plumb_calibration::arm_model::{Model, StripeRig};
-use plumb_calibration::effect::{self, EffectId, EffectNameError, Family, Kind, Parameter, Places, Search};
+use plumb_calibration::effect::{self, EffectId, EffectNameError, Family, Kind, Parameter, Search, SiteKind};
 
 use super::arguments::EffectsArguments;
 use super::text::figure;
@@ -78,16 +78,16 @@ fn list() -> String {
 /// How an effect is written: its name and what is in its brackets.
 fn signature(kind: &Kind) -> String {
     let places = match kind.places {
-        Places::Joints => "(JOINT)",
-        Places::JointsAndOrder => "(JOINT, PERIODS)",
-        Places::JointsAndPieces => "(JOINT, PIECES)",
-        Places::JointPairs => "(JOINT, DRIVING)",
-        Places::JointsAndQuantity => "(JOINT, WHAT)",
-        Places::Targets => "(TARGET)",
-        Places::Axes => "(AXIS)",
-        Places::Surfaces => "(SURFACE)",
-        Places::Readings => "(READING)",
-        Places::Base | Places::Instrument | Places::Sensor => "",
+        SiteKind::Joints => "(JOINT)",
+        SiteKind::JointsAndOrder => "(JOINT, PERIODS)",
+        SiteKind::JointsAndPieces => "(JOINT, PIECES)",
+        SiteKind::JointPairs => "(JOINT, DRIVING)",
+        SiteKind::JointsAndQuantity => "(JOINT, WHAT)",
+        SiteKind::Targets => "(TARGET)",
+        SiteKind::Axes => "(AXIS)",
+        SiteKind::Surfaces => "(SURFACE)",
+        SiteKind::Readings => "(READING)",
+        SiteKind::Base | SiteKind::Instrument | SiteKind::Sensor => "",
     };
     format!("{}{places}", kind.name)
 }
@@ -95,16 +95,16 @@ fn signature(kind: &Kind) -> String {
 /// The effect at a site of the example arm: at a joint that turns, or, where it is of slides, at its rail.
 fn example(kind: &Kind, joint: &str) -> String {
     let place = match kind.places {
-        Places::Joints => format!("({joint})"),
-        Places::JointsAndOrder => format!("({joint}, 2)"),
-        Places::JointsAndPieces => format!("({joint}, 10)"),
-        Places::JointPairs => format!("({joint}, shoulder)"),
-        Places::JointsAndQuantity => format!("({joint}, zero)"),
-        Places::Targets => "(p1)".to_owned(),
-        Places::Axes => "(x)".to_owned(),
-        Places::Surfaces => "(table)".to_owned(),
-        Places::Readings => "(distance)".to_owned(),
-        Places::Base | Places::Instrument | Places::Sensor => String::new(),
+        SiteKind::Joints => format!("({joint})"),
+        SiteKind::JointsAndOrder => format!("({joint}, 2)"),
+        SiteKind::JointsAndPieces => format!("({joint}, 10)"),
+        SiteKind::JointPairs => format!("({joint}, shoulder)"),
+        SiteKind::JointsAndQuantity => format!("({joint}, zero)"),
+        SiteKind::Targets => "(p1)".to_owned(),
+        SiteKind::Axes => "(x)".to_owned(),
+        SiteKind::Surfaces => "(table)".to_owned(),
+        SiteKind::Readings => "(distance)".to_owned(),
+        SiteKind::Base | SiteKind::Instrument | SiteKind::Sensor => String::new(),
     };
     format!("{}{place}", kind.name)
 }

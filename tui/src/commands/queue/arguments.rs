@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Subcommand;
-use plumb_record::QueuePlace;
+use plumb_record::QueuePosition;
 
 use crate::commands::run::{PaceArgument, parameter};
 
@@ -25,7 +25,7 @@ pub(crate) enum QueueCommand {
 
 /// Where the record lies.
 #[derive(clap::Args)]
-pub(super) struct Place {
+pub(super) struct RecordDirectory {
     /// Where the record lies [default: `plumb` in $XDG_STATE_HOME, which is ~/.local/state where that is not set].
     #[arg(long, value_name = "DIR")]
     pub(super) record: Option<PathBuf>,
@@ -54,7 +54,7 @@ pub(crate) struct Add {
     #[arg(long, value_name = "DIR")]
     pub(super) plugins: Vec<PathBuf>,
     #[command(flatten)]
-    pub(super) place: Place,
+    pub(super) place: RecordDirectory,
 }
 
 /// Which queue.
@@ -66,7 +66,7 @@ pub(crate) struct List {
     #[arg(long)]
     pub(super) json: bool,
     #[command(flatten)]
-    pub(super) place: Place,
+    pub(super) place: RecordDirectory,
 }
 
 /// Which entry, and where to.
@@ -88,16 +88,16 @@ pub(crate) struct Move {
     #[arg(long, value_name = "ENTRY", group = "to")]
     after: Option<i64>,
     #[command(flatten)]
-    pub(super) place: Place,
+    pub(super) place: RecordDirectory,
 }
 
 impl Move {
-    pub(super) fn to(&self) -> QueuePlace {
+    pub(super) fn to(&self) -> QueuePosition {
         match (self.first, self.before, self.after) {
-            (true, ..) => QueuePlace::First,
-            (_, Some(entry), _) => QueuePlace::Before(entry),
-            (_, _, Some(entry)) => QueuePlace::After(entry),
-            _ => QueuePlace::Last,
+            (true, ..) => QueuePosition::First,
+            (_, Some(entry), _) => QueuePosition::Before(entry),
+            (_, _, Some(entry)) => QueuePosition::After(entry),
+            _ => QueuePosition::Last,
         }
     }
 }
@@ -108,7 +108,7 @@ pub(crate) struct Remove {
     /// Their numbers, as `plumb queue list` gives them.
     pub(super) entries: Vec<i64>,
     #[command(flatten)]
-    pub(super) place: Place,
+    pub(super) place: RecordDirectory,
 }
 
 /// Which queue, and how.
@@ -138,5 +138,5 @@ pub(crate) struct Run {
     #[arg(long)]
     pub(super) accept_plugins: bool,
     #[command(flatten)]
-    pub(super) place: Place,
+    pub(super) place: RecordDirectory,
 }

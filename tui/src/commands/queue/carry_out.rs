@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
 
-use plumb_cell::device::{CellPlace, PlaceState};
+use plumb_cell::device::{CellResources, Occupancy};
 use plumb_cell::event::RunOutcome;
 use plumb_document::counted;
 use plumb_record::{CellLock, QueueEntry, Record, RecordError, RunEnd, RunState, record_option};
@@ -67,7 +67,7 @@ pub(super) fn carry_out(arguments: &Run) -> CommandResult {
     let directory = record_directory(arguments.place.record.as_ref())?;
     let cell_file = absolute(&arguments.cell);
     let record = Record::open(&directory)?;
-    let folder = CellPlace::of_cell(Path::new(&cell_file))?;
+    let folder = CellResources::of_cell(Path::new(&cell_file))?;
     // Beside the record, under the cell's own short name: it outlives no run, and what looks for a cell's remains does not find it.
     let name = folder.domain().root().file_name().unwrap_or_default().to_string_lossy().into_owned();
     let lock = CellLock::take_file(&directory.join(format!("{name}-queue.lock")), &cell_file, &cell_file);
@@ -86,7 +86,7 @@ pub(super) fn carry_out(arguments: &Run) -> CommandResult {
 
 impl Queue<'_> {
     /// Carries out what comes next; the exit code, when that was the end.
-    fn turn(&mut self, folder: &CellPlace) -> Result<Option<ExitCode>, Box<dyn std::error::Error>> {
+    fn turn(&mut self, resources: &CellResources) -> Result<Option<ExitCode>, Box<dyn std::error::Error>> {
         if self.signals.ask_to_end() {
             return Ok(Some(ExitCode::from(RunOutcome::NeedsOperator.exit_code())));
         }
@@ -107,7 +107,7 @@ impl Queue<'_> {
             Next::GoOn(entry, run) => (entry, Some(run)),
         };
         // A person who runs the cell by hand is waited for.
-        if let PlaceState::InUse(holder) = folder.state() {
+        if let Occupancy::InUse(holder) = resources.state() {
             if !self.shown_in_use {
                 self.print_line(&format!("process {} runs the cell; waiting for its end", holder.process))?;
                 self.shown_in_use = true;

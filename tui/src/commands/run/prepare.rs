@@ -8,7 +8,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 use plumb_cell::answers::{Answers, load_answers};
-use plumb_cell::device::{CellPlace, HostedDevices, World, hashed, plugin_files};
+use plumb_cell::device::{CellResources, HostedDevices, World, hashed, plugin_files};
 use plumb_cell::engine::{RunRequest, RunningRun, StartError, start_run};
 use plumb_cell::event::RunOutcome;
 use plumb_cell::expression::Calculator;
@@ -135,11 +135,11 @@ pub(super) fn prepare(arguments: &Arguments) -> Result<Prepared, Refused> {
     let Wanted { request, catalogue, pace } = wanted(arguments)?;
     let cell = Arc::clone(&request.cell);
     let operator = request.operator.clone();
-    let folder = CellPlace::of_cell(&cell.file)?;
-    let lock = folder.lock(&cell.name, &absolute(&cell.file))?;
+    let resources = CellResources::of_cell(&cell.file)?;
+    let lock = resources.lock(&cell.name, &absolute(&cell.file))?;
     let (shown, record) = (Arc::clone(&cell), request.record_directory.clone());
-    let socket = folder.world_socket();
-    let domain = folder.domain().clone();
+    let socket = resources.world_socket();
+    let domain = resources.domain().clone();
     let under_debugger = arguments.debugger;
     let running = start_run(request, |left_world| {
         let world: Option<Box<dyn World>> = match &cell.world {

@@ -10,7 +10,7 @@ mod words;
 
 use arm_drawing::side_view;
 pub(crate) use arm_shape::ArmShape;
-pub(crate) use plan_view::HandPlace;
+pub(crate) use plan_view::HandPosition;
 use plan_view::plan_view;
 pub(crate) use state::CellState;
 pub(crate) use view::{joint_line, view, views};

@@ -15,7 +15,7 @@ use crate::screens::theme::Theme;
 
 /// Where the hand is, over the target and the table.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct HandPlace {
+pub(crate) struct HandPosition {
     /// In the frame of the cell, mm.
     point: [f64; 3],
     /// Over the target.
@@ -24,7 +24,7 @@ pub(crate) struct HandPlace {
     white_side: f64,
 }
 
-impl HandPlace {
+impl HandPosition {
     /// Where the hand of this robot is over the cell's target; none where either is not known.
     pub(crate) fn of(cell: &CellState, device: &str) -> Option<Self> {
         let (shape, target) = (cell.shape.as_ref()?, cell.target.as_ref()?);

@@ -1,6 +1,6 @@
 //! Names that can be added: the effects of the library at the arm's joints. `Tab` completes what has been written.
 
-use plumb_calibration::effect::{Places, kinds};
+use plumb_calibration::effect::{SiteKind, kinds};
 
 use super::state::ModelSummary;
 
@@ -14,20 +14,20 @@ fn names(summary: Option<&ModelSummary>) -> Vec<String> {
     for kind in kinds() {
         let name = kind.name;
         match kind.places {
-            Places::Joints => {
+            SiteKind::Joints => {
                 all.push(format!("{name}(*)"));
                 all.extend(joints().map(|joint| format!("{name}({joint})")));
             }
-            Places::JointsAndOrder
-            | Places::JointsAndPieces
-            | Places::JointPairs
-            | Places::JointsAndQuantity => {
+            SiteKind::JointsAndOrder
+            | SiteKind::JointsAndPieces
+            | SiteKind::JointPairs
+            | SiteKind::JointsAndQuantity => {
                 all.extend(joints().map(|joint| format!("{name}({joint}, ")));
             }
-            Places::Targets => all.push(format!("{name}(p")),
-            Places::Axes => all.extend(["x", "y", "z"].map(|axis| format!("{name}({axis})"))),
-            Places::Surfaces | Places::Readings => all.push(format!("{name}(")),
-            Places::Base | Places::Instrument | Places::Sensor => all.push(name.to_owned()),
+            SiteKind::Targets => all.push(format!("{name}(p")),
+            SiteKind::Axes => all.extend(["x", "y", "z"].map(|axis| format!("{name}({axis})"))),
+            SiteKind::Surfaces | SiteKind::Readings => all.push(format!("{name}(")),
+            SiteKind::Base | SiteKind::Instrument | SiteKind::Sensor => all.push(name.to_owned()),
         }
     }
     let mut seen = std::collections::HashSet::new();

@@ -4,7 +4,7 @@ use plumb_calibration::arm_model::Model;
 use plumb_diagnosis::laboratory::{Comparison, EffectPlot, EffectValue};
 use plumb_diagnosis::noise_floor::{Floor, FloorSource};
 use plumb_diagnosis::report::StepKind;
-use plumb_diagnosis::{Candidate, Claim, Diagnosis, EffectPlace, NextPose, Verdict};
+use plumb_diagnosis::{Candidate, Claim, Diagnosis, EffectSite, NextPose, Verdict};
 use plumb_report::{
     comparison_sentence, diagnosis_sentence, hypothesis_sentence, is_determined, map_in_words, note_in_words,
     percent, rejection_in_words,
@@ -234,7 +234,7 @@ fn cards(diagnosis: &Diagnosis) -> Vec<Card> {
     let mut cards: Vec<Card> =
         diagnosis.candidates.iter().map(|candidate| card(candidate, diagnosis)).collect();
     let listed =
-        |effect: &EffectPlace| diagnosis.candidates.iter().any(|candidate| candidate.effect == *effect);
+        |effect: &EffectSite| diagnosis.candidates.iter().any(|candidate| candidate.effect == *effect);
     if let Some(named) = diagnosis.named.as_ref().filter(|named| !listed(&named.effect)) {
         let size = measured(named.size, named.se, &named.unit);
         cards.push(unlisted(&named.effect, size, CardStatus::Named, Vec::new()));
@@ -251,7 +251,7 @@ fn cards(diagnosis: &Diagnosis) -> Vec<Card> {
 }
 
 /// The card of an effect that is named or tied and was not listed.
-fn unlisted(effect: &EffectPlace, size: String, status: CardStatus, ties: Vec<String>) -> Card {
+fn unlisted(effect: &EffectSite, size: String, status: CardStatus, ties: Vec<String>) -> Card {
     let arguments: Vec<String> = [Some(effect.place.clone()), effect.with.clone()]
         .into_iter()
         .flatten()
@@ -293,7 +293,7 @@ fn added(effect: &EffectValue) -> Card {
 }
 
 /// What cannot be distinguished from an effect, if it is among those that are tied.
-fn ties(effect: &EffectPlace, diagnosis: &Diagnosis) -> Vec<String> {
+fn ties(effect: &EffectSite, diagnosis: &Diagnosis) -> Vec<String> {
     if !diagnosis.tied.contains(effect) {
         return Vec::new();
     }
@@ -324,7 +324,7 @@ fn card(candidate: &Candidate, diagnosis: &Diagnosis) -> Card {
 }
 
 /// Where an effect acts, with what distinguishes it from its like.
-fn place(effect: &EffectPlace) -> String {
+fn place(effect: &EffectSite) -> String {
     let mut text = effect.place.clone();
     if let Some(with) = &effect.with {
         text.push_str(&format!(" with {with}"));

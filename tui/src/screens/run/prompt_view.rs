@@ -12,7 +12,7 @@ use super::instrument_view::{bubble_line, ruler_line};
 use super::level_view::level;
 use super::prompt::{OpenPrompt, bounds};
 use super::words::padded;
-use crate::screens::cell::HandPlace;
+use crate::screens::cell::HandPosition;
 use crate::screens::hits::{Hit, Hits};
 use crate::screens::pane::{columns, fitted, marked, reflowed, wrapped};
 use crate::screens::theme::Theme;
@@ -20,7 +20,7 @@ use crate::screens::theme::Theme;
 /// Draws the prompt into the room inside its pane. Where room is short the controls stay and the text is cut.
 pub(crate) fn view(
     prompt: &OpenPrompt,
-    hand: Option<&HandPlace>,
+    hand: Option<&HandPosition>,
     theme: &Theme,
     hits: &Hits,
     frame: &mut Frame,
@@ -49,7 +49,12 @@ pub(crate) fn view(
 }
 
 /// Rows a prompt takes with its frame if all of it is to be seen, in a pane of so many columns.
-pub(crate) fn rows_needed(prompt: &OpenPrompt, hand: Option<&HandPlace>, theme: &Theme, columns: u16) -> u16 {
+pub(crate) fn rows_needed(
+    prompt: &OpenPrompt,
+    hand: Option<&HandPosition>,
+    theme: &Theme,
+    columns: u16,
+) -> u16 {
     // The pane has a frame of one and an edge of one.
     let width = usize::from(padded(Rect::new(0, 0, columns.saturating_sub(2), 1)).width);
     let inside =
@@ -64,7 +69,7 @@ fn rows(count: usize) -> u16 {
 /// Labels are broken into lines where there is room for it, and cut where there is not.
 fn labels_that_fit(
     prompt: &OpenPrompt,
-    hand: Option<&HandPlace>,
+    hand: Option<&HandPosition>,
     theme: &Theme,
     text_rows: usize,
     area: Rect,
@@ -218,7 +223,7 @@ pub(crate) fn question(prompt: &OpenPrompt, width: usize) -> Vec<String> {
 /// What the operator works with, below the question. `hand` is where the hand of a jogged arm is.
 pub(crate) fn controls(
     prompt: &OpenPrompt,
-    hand: Option<&HandPlace>,
+    hand: Option<&HandPosition>,
     theme: &Theme,
     width: usize,
     shown: Labels,
@@ -287,7 +292,7 @@ fn simulated_lines(prompt: &OpenPrompt, theme: &Theme, width: usize, shown: Labe
 }
 
 /// Where the hand is over the target, and where it has to go.
-fn hand_lines(hand: &HandPlace, theme: &Theme, width: usize) -> Vec<Line<'static>> {
+fn hand_lines(hand: &HandPosition, theme: &Theme, width: usize) -> Vec<Line<'static>> {
     let style = if hand.is_below_the_table() { theme.bad } else { theme.text };
     let mut lines: Vec<Line<'static>> =
         wrapped(&hand.in_words(), width).into_iter().map(|line| Line::styled(line, style)).collect();

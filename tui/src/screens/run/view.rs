@@ -12,7 +12,7 @@ use super::prompt::OpenPrompt;
 use super::state::{Fate, Phase, RunState};
 use super::words::{padded, spoken};
 use super::{found, large, prompt_view, steps};
-use crate::screens::cell::{HandPlace, joint_line, views};
+use crate::screens::cell::{HandPosition, joint_line, views};
 use crate::screens::hits::Hit;
 use crate::screens::pane;
 use crate::screens::state::State;
@@ -97,8 +97,8 @@ fn title_line(state: &State, run: &RunState, frame: &mut Frame, area: Rect) {
 }
 
 /// Where the hand of the arm is that a prompt lets be jogged.
-fn hand_of(state: &State, prompt: &OpenPrompt) -> Option<HandPlace> {
-    prompt.jogged_robot().and_then(|robot| HandPlace::of(&state.cell, robot))
+fn hand_of(state: &State, prompt: &OpenPrompt) -> Option<HandPosition> {
+    prompt.jogged_robot().and_then(|robot| HandPosition::of(&state.cell, robot))
 }
 
 /// The pane that matters most: the prompt, or what is being done, or how it ended.

@@ -6,12 +6,12 @@ use thiserror::Error;
 use super::formula::{Formula, FormulaError};
 use super::variables::Variable;
 use crate::effect::{Contribution, Dof, LooksAt, Parameter, Sample, Site};
-use crate::file::Place as FilePlace;
+use crate::file::FilePosition;
 use crate::table::Table;
 
 /// What a formula is added to.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Place {
+pub enum FormulaTarget {
     /// A joint's coordinate, rad or mm.
     Coordinate(usize),
     /// Another number of a joint's row, mm or rad.
@@ -32,7 +32,7 @@ pub enum Place {
 #[derive(Debug)]
 pub struct Addend {
     /// What it is added to.
-    pub place: Place,
+    pub place: FormulaTarget,
     /// Key of the model file: `deg`, `x_mm`, ...
     pub key: String,
     /// The formula.
@@ -40,7 +40,7 @@ pub struct Addend {
     /// Internal unit per unit of the formula.
     pub(crate) scale: f64,
     /// Where it is in the model file.
-    pub(crate) at: FilePlace,
+    pub(crate) at: FilePosition,
 }
 
 impl Addend {
@@ -49,16 +49,16 @@ impl Addend {
     /// # Errors
     /// See [`FormulaError`]; instruments alone may look at the measured point.
     pub fn new(
-        place: Place,
+        place: FormulaTarget,
         key: &str,
         text: &str,
         parameters: &[String],
         joints: usize,
-        at: FilePlace,
+        at: FilePosition,
     ) -> Result<Self, FormulaError> {
         let formula = Formula::read(text, parameters, joints)?;
         let of_point = formula.variables().find(|variable| variable.looks_at() == LooksAt::Point);
-        if let (Some(_), false) = (of_point, matches!(place, Place::Reading(_))) {
+        if let (Some(_), false) = (of_point, matches!(place, FormulaTarget::Reading(_))) {
             let reason = "x, y, z of the measured point can only change what an instrument reads (`reading_x_mm`, ...)";
             return Err(FormulaError::Syntax { text: text.to_owned(), reason: reason.to_owned() });
         }
@@ -112,7 +112,7 @@ type Samples<'a> = dyn Fn(usize, &mut dyn FnMut(&Sample<'_>)) + 'a;
     "{at}: `{name}`: the formula `{text}` gives no finite number in line {line} of {table} ({values}): {why}"
 )]
 pub struct DefinitionError {
-    at: FilePlace,
+    at: FilePosition,
     name: String,
     text: String,
     line: u32,
@@ -134,7 +134,7 @@ impl Definition {
             .iter()
             .flat_map(|addend| addend.formula.variables())
             .any(|variable| variable.looks_at() == LooksAt::Gravity);
-        let reads = addends.iter().any(|addend| matches!(addend.place, Place::Reading(_)));
+        let reads = addends.iter().any(|addend| matches!(addend.place, FormulaTarget::Reading(_)));
         // What an instrument reads is worked out last, when the arm is and its moments are known.
         let looks_at = if reads {
             LooksAt::Point
@@ -163,19 +163,21 @@ impl Definition {
             for (parameter, rate) in rates.into_iter().enumerate() {
                 let rate = if rate.is_finite() { rate * addend.scale } else { 0.0 };
                 contributions.push(match addend.place {
-                    Place::Coordinate(joint) => sample.contribute_to_joint(joint, parameter, rate),
-                    Place::Row(joint, dh_parameter) => {
+                    FormulaTarget::Coordinate(joint) => sample.contribute_to_joint(joint, parameter, rate),
+                    FormulaTarget::Row(joint, dh_parameter) => {
                         Contribution { parameter, dof: Dof::Joint(joint, dh_parameter), rate }
                     }
-                    Place::Target(target, axis) => {
+                    FormulaTarget::Target(target, axis) => {
                         Contribution { parameter, dof: Dof::Target(target, axis), rate }
                     }
-                    Place::BaseShift(axis) => Contribution { parameter, dof: Dof::BaseShift(axis), rate },
-                    Place::BaseRotation(axis) => {
+                    FormulaTarget::BaseShift(axis) => {
+                        Contribution { parameter, dof: Dof::BaseShift(axis), rate }
+                    }
+                    FormulaTarget::BaseRotation(axis) => {
                         Contribution { parameter, dof: Dof::BaseRotation(axis), rate }
                     }
-                    Place::Reading(axis) => Contribution { parameter, dof: Dof::Reading(axis), rate },
-                    Place::TriggerHeight => Contribution { parameter, dof: Dof::Trigger, rate },
+                    FormulaTarget::Reading(axis) => Contribution { parameter, dof: Dof::Reading(axis), rate },
+                    FormulaTarget::TriggerHeight => Contribution { parameter, dof: Dof::Trigger, rate },
                 });
             }
         }

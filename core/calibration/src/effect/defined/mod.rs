@@ -4,7 +4,7 @@ mod definition;
 mod formula;
 mod variables;
 
-pub use definition::{Addend, Definition, DefinitionError, Place};
+pub use definition::{Addend, Definition, DefinitionError, FormulaTarget};
 pub use formula::FormulaError;
 
 #[cfg(test)]

@@ -2,8 +2,8 @@
 
 use crate::arm_model::{Epochs, Model};
 use crate::effect::{
-    CandidateContext, Channel, DatasetSummary, DrivenBy, EffectId, Family, Parameter, Places, Quantity,
-    SKETCH_COLUMNS, Search, Site, build, expand, kind, kinds,
+    CandidateContext, Channel, DatasetSummary, DrivenBy, EffectId, Family, Parameter, Quantity,
+    SKETCH_COLUMNS, Search, Site, SiteKind, build, expand, kind, kinds,
 };
 use crate::effect::{acts_by_epoch, parse};
 use crate::table::Table;
@@ -128,11 +128,12 @@ fn what_drives_a_kind_is_there_where_it_acts() {
             | DrivenBy::InstrumentAxis
             | DrivenBy::Several => false,
         };
-        let on_joints = [Places::Joints, Places::JointsAndOrder, Places::JointsAndPieces, Places::JointPairs];
+        let on_joints =
+            [SiteKind::Joints, SiteKind::JointsAndOrder, SiteKind::JointsAndPieces, SiteKind::JointPairs];
         assert!(!of_a_joint || on_joints.contains(&known.places), "{}", known.name);
         assert_eq!(
             known.driven_by == DrivenBy::OtherJoint,
-            known.places == Places::JointPairs,
+            known.places == SiteKind::JointPairs,
             "{}",
             known.name
         );
@@ -459,7 +460,7 @@ fn an_effect_is_the_same_whatever_was_searched_for_inside() {
     assert_eq!(at("tool_offset(p1)", 0.0).joint(), None);
     assert_eq!(at("joint_zero(elbow)", 0.0).joint(), Some(2));
     for (index, channel) in Channel::all().enumerate() {
-        assert_eq!((Channel::by_name(channel.name()), channel.place()), (Some(channel), index));
+        assert_eq!((Channel::by_name(channel.name()), channel.index()), (Some(channel), index));
     }
     for quantity in Quantity::ALL {
         assert_eq!(Quantity::by_name(&quantity.to_string()), Some(quantity));

@@ -36,7 +36,7 @@ struct Stop {
 
 /// Where a way has come to.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Place {
+pub(super) struct MotionState {
     /// rad.
     pub(super) joints: [f64; AXES],
     /// rad/s.
@@ -62,7 +62,7 @@ impl Way {
     }
 
     /// Goes on for a time, s.
-    pub(super) fn advance(&mut self, seconds: f64) -> Place {
+    pub(super) fn advance(&mut self, seconds: f64) -> MotionState {
         match &mut self.stop {
             Some(stop) => stop.elapsed += seconds,
             None => self.elapsed += seconds,
@@ -70,7 +70,7 @@ impl Way {
         let (gone, speed) = self.gone();
         let share = if self.length > NO_WAY { (gone / self.length).min(1.0) } else { 1.0 };
         let rate = if self.length > NO_WAY { speed / self.length } else { 0.0 };
-        let mut place = Place { joints: self.to, speeds: [0.0; AXES], ended: speed <= 0.0 };
+        let mut place = MotionState { joints: self.to, speeds: [0.0; AXES], ended: speed <= 0.0 };
         if share < 1.0 {
             for (joint, (from, to)) in place.joints.iter_mut().zip(self.from.iter().zip(&self.to)) {
                 *joint = from + share * (to - from);
@@ -115,23 +115,23 @@ mod tests {
     const CYCLE: f64 = 0.008;
 
     /// Every place of a way, and how long it took, s.
-    fn gone(mut way: Way) -> (Vec<Place>, f64) {
-        let mut places = Vec::new();
-        while places.last().is_none_or(|folder: &Place| !folder.ended) && places.len() < 10_000 {
-            places.push(way.advance(CYCLE));
+    fn gone(mut way: Way) -> (Vec<MotionState>, f64) {
+        let mut states = Vec::new();
+        while states.last().is_none_or(|state: &MotionState| !state.ended) && states.len() < 10_000 {
+            states.push(way.advance(CYCLE));
         }
-        let seconds = places.len() as f64 * CYCLE;
-        (places, seconds)
+        let seconds = states.len() as f64 * CYCLE;
+        (states, seconds)
     }
 
     #[test]
     fn neither_speed_nor_acceleration_is_exceeded_and_all_joints_arrive_together() {
         let to = [1.0, -0.5, 0.0, 0.2, 0.0, 0.0];
-        let (places, seconds) = gone(Way::new([0.0; AXES], to, 0.8, 2.0));
+        let (states, seconds) = gone(Way::new([0.0; AXES], to, 0.8, 2.0));
         // 1 rad at 0.8 rad/s, and once the ramp: 1.25 + 0.4 s.
         assert!((seconds - 1.65).abs() < 2.0 * CYCLE, "{seconds}");
-        assert_eq!(places.last().map(|place| place.joints), Some(to));
-        for pair in places.windows(2) {
+        assert_eq!(states.last().map(|place| place.joints), Some(to));
+        for pair in states.windows(2) {
             let [before, after] = pair else { continue };
             assert!((after.joints[0] - before.joints[0]) / CYCLE < 0.8 + 1e-9);
             assert!((after.speeds[0] - before.speeds[0]).abs() / CYCLE < 2.0 + 1e-6);
@@ -141,9 +141,9 @@ mod tests {
 
     #[test]
     fn a_short_way_never_reaches_the_speed() {
-        let (places, seconds) = gone(Way::new([0.0; AXES], [0.01, 0.0, 0.0, 0.0, 0.0, 0.0], 3.0, 1.0));
+        let (states, seconds) = gone(Way::new([0.0; AXES], [0.01, 0.0, 0.0, 0.0, 0.0, 0.0], 3.0, 1.0));
         assert!((seconds - 0.2).abs() < 2.0 * CYCLE, "{seconds}");
-        assert!(places.iter().all(|place| place.speeds[0] <= 0.1 + 1e-9));
+        assert!(states.iter().all(|place| place.speeds[0] <= 0.1 + 1e-9));
     }
 
     #[test]
@@ -154,9 +154,9 @@ mod tests {
         }
         let before = way.advance(CYCLE).joints[0];
         way.stop(2.0);
-        let (places, seconds) = gone(way);
+        let (states, seconds) = gone(way);
         assert!((seconds - 0.5).abs() < 2.0 * CYCLE, "{seconds}");
-        let end = places.last().map_or(0.0, |place| place.joints[0]);
+        let end = states.last().map_or(0.0, |place| place.joints[0]);
         assert!((end - before - 0.25).abs() < 1e-6, "{}", end - before);
     }
 

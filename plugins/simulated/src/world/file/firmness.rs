@@ -26,7 +26,7 @@ impl Checker<'_> {
         ];
         for (joint, name, give) in given {
             // A spring that the file leaves out has the size of a real one; moments are of all axes, these three among them.
-            let (Some(give), Some(moment)) = (give, moments.get(joint.place()).map(|moment| moment.abs()))
+            let (Some(give), Some(moment)) = (give, moments.get(joint.index()).map(|moment| moment.abs()))
             else {
                 continue;
             };

@@ -15,13 +15,13 @@ use tempfile::TempDir;
 /// Longer than anything here may take.
 pub(crate) const LONG: Duration = Duration::from_secs(20);
 
-pub(crate) struct Place {
+pub(crate) struct TestFolder {
     pub(crate) bus: Option<Bus>,
     pub(crate) domain: Domain,
     pub(crate) directory: TempDir,
 }
 
-impl Place {
+impl TestFolder {
     pub(crate) fn new() -> Self {
         static COUNT: AtomicU32 = AtomicU32::new(0);
         let directory = tempfile::Builder::new().prefix("ph").tempdir_in("/dev/shm").unwrap();
@@ -77,7 +77,7 @@ impl Place {
     }
 }
 
-impl Drop for Place {
+impl Drop for TestFolder {
     fn drop(&mut self) {
         self.bus = None;
         // What a failed test leaves is not worth a second failure.

@@ -8,13 +8,13 @@ use plumb_record::{CellLock, LockHolder, RecordError};
 
 /// The place of one cell: its shared memory, its lock, and the directory of its simulated world.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct CellPlace {
+pub struct CellResources {
     domain: Domain,
 }
 
 /// Who is at a cell's place, or was.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum PlaceState {
+pub enum Occupancy {
     /// Nothing is there.
     Empty,
     /// A program runs the cell.
@@ -36,7 +36,7 @@ pub struct Remains {
     pub world: Option<PathBuf>,
 }
 
-impl CellPlace {
+impl CellResources {
     /// The place of a cell file, the same each time.
     ///
     /// # Errors
@@ -74,12 +74,12 @@ impl CellPlace {
     }
 
     /// Who is there, or what was left.
-    pub fn state(&self) -> PlaceState {
+    pub fn state(&self) -> Occupancy {
         let lock_file = self.lock_file();
         let holder = CellLock::holder(&lock_file);
         if CellLock::is_held(&lock_file) {
             let unknown = || LockHolder { process: String::new(), runs: String::new() };
-            return PlaceState::InUse(holder.unwrap_or_else(unknown));
+            return Occupancy::InUse(holder.unwrap_or_else(unknown));
         }
         let socket = self.world_socket();
         let world_directory = socket.parent().is_some_and(Path::exists);
@@ -91,9 +91,9 @@ impl CellPlace {
             holder,
         };
         if remains.files == 0 && remains.world.is_none() {
-            return PlaceState::Empty;
+            return Occupancy::Empty;
         }
-        PlaceState::LeftBehind(remains)
+        Occupancy::LeftBehind(remains)
     }
 
     /// Removes everything of a cell that nobody runs. Its world has to be ended before.
@@ -131,23 +131,27 @@ mod tests {
     fn a_folder_shows_who_runs_the_cell_and_what_was_left_and_is_empty_after_a_removal() {
         let directory = tempfile::tempdir().expect("a directory");
         let file = directory.path().join("cell.yaml");
-        let folder = CellPlace::of_cell(&file).expect("a place");
-        assert_eq!(folder.state(), PlaceState::Empty);
-        let lock = folder.lock("teachmover", "/cells/cell.yaml").expect("free");
-        assert!(matches!(folder.state(), PlaceState::InUse(holder) if holder.runs == "/cells/cell.yaml"));
+        let resources = CellResources::of_cell(&file).expect("a place");
+        assert_eq!(resources.state(), Occupancy::Empty);
+        let lock = resources.lock("teachmover", "/cells/cell.yaml").expect("free");
+        assert!(matches!(resources.state(), Occupancy::InUse(holder) if holder.runs == "/cells/cell.yaml"));
         drop(lock);
-        assert_eq!(folder.state(), PlaceState::Empty, "an ended run leaves nothing");
+        assert_eq!(resources.state(), Occupancy::Empty, "an ended run leaves nothing");
 
-        fs::write(folder.lock_file(), "1\n/cells/cell.yaml\n").expect("a file");
-        fs::create_dir(folder.world_socket().parent().expect("a directory")).expect("a directory");
-        let PlaceState::LeftBehind(remains) = folder.state() else { panic!("a killed run leaves something") };
-        assert_eq!((remains.world, remains.files), (Some(folder.world_socket()), 1), "the lock's file");
-        fs::create_dir(folder.domain.root()).expect("a directory");
-        let PlaceState::LeftBehind(remains) = folder.state() else { panic!("a killed run leaves something") };
+        fs::write(resources.lock_file(), "1\n/cells/cell.yaml\n").expect("a file");
+        fs::create_dir(resources.world_socket().parent().expect("a directory")).expect("a directory");
+        let Occupancy::LeftBehind(remains) = resources.state() else {
+            panic!("a killed run leaves something")
+        };
+        assert_eq!((remains.world, remains.files), (Some(resources.world_socket()), 1), "the lock's file");
+        fs::create_dir(resources.domain.root()).expect("a directory");
+        let Occupancy::LeftBehind(remains) = resources.state() else {
+            panic!("a killed run leaves something")
+        };
         assert_eq!(remains.files, 2, "and the directory of the sockets");
-        assert!(CellPlace::all().contains(&folder));
-        folder.remove().expect("removed");
-        assert_eq!(folder.state(), PlaceState::Empty);
-        assert!(!CellPlace::all().contains(&folder));
+        assert!(CellResources::all().contains(&resources));
+        resources.remove().expect("removed");
+        assert_eq!(resources.state(), Occupancy::Empty);
+        assert!(!CellResources::all().contains(&resources));
     }
 }
