@@ -180,7 +180,7 @@ fn mistakes_are_reported_with_what_would_be_right() {
     assert!(new(&["--arm", "hal"]).contains("there is no arm `hal`: known are puma560, ur5"));
     assert!(new(&["--effect", "gremlins"]).contains("there is no effect `gremlins`; known are"));
     assert!(new(&["--noise", "0"]).contains("a standard deviation above zero"));
-    assert!(new(&["--outliers", "0.9"]).contains("--outliers 0.9: a share from 0 to 0.5"));
+    assert!(new(&["--outliers", "0.9"]).contains("--outliers 0.9: a fraction from 0 to 0.5"));
     assert!(message(&["trial", "reveal", "nowhere"]).contains("cannot read nowhere/answer.sealed"));
     plumb(&["trial", "new", "--seed", "1", "-o", "t"], home.path());
     assert!(new(&[]).contains("t/table.csv is there already: a trial is not overwritten"));

@@ -74,7 +74,7 @@ fn of_size(width: u32, height: u32, count: usize) -> Measured {
         }
     }
     let total: Duration = times.iter().sum();
-    let [median, most, worst] = [0.5, 0.95, 1.0].map(|share| us(quantile(&mut times, share)));
+    let [median, most, worst] = [0.5, 0.95, 1.0].map(|fraction| us(quantile(&mut times, fraction)));
     println!(
         "{width} x {height}: {count} frames, {rows} points each: median {median:.0} us, 95 % within {most:.0} us, worst {worst:.0} us; {:.0} a second",
         count as f64 / total.as_secs_f64()

@@ -49,7 +49,7 @@ pub(crate) fn measure(count: usize) -> Measured {
     }
     println!("{:<34}{:>12}{:>12}{:>12}", "", "median", "95 %", "99 %");
     for (name, times) in [("through host, contract and bus", &mut ours), ("raw iceoryx2", &mut theirs)] {
-        let [median, most, nearly_all] = [0.5, 0.95, 0.99].map(|share| us(quantile(times, share)));
+        let [median, most, nearly_all] = [0.5, 0.95, 0.99].map(|fraction| us(quantile(times, fraction)));
         println!("{name:<34}{median:>9.1} us{most:>9.1} us{nearly_all:>9.1} us");
     }
     let ratio = us(quantile(&mut ours, 0.5)) / us(quantile(&mut theirs, 0.5));

@@ -46,7 +46,7 @@ pub(crate) fn measure(count: usize) -> Measured {
         println!("{:<34}{:>12}{:>12}{:>12}", format!("{folder}/{cell}"), "median", "95 %", "worst");
         let names = EVENTS.iter().map(|(name, _)| *name).chain(["the first motion"]);
         for (name, times) in names.zip(&mut times) {
-            let [median, most, worst] = [0.5, 0.95, 1.0].map(|share| ms(quantile(times, share)));
+            let [median, most, worst] = [0.5, 0.95, 1.0].map(|fraction| ms(quantile(times, fraction)));
             println!("  {name:<32}{median:>9.0} ms{most:>9.0} ms{worst:>9.0} ms");
         }
     }

@@ -2,10 +2,10 @@
 
 use std::time::Duration;
 
-/// The value below which a share of the others lies; zero of none.
-pub(crate) fn quantile(values: &mut [Duration], share: f64) -> Duration {
+/// The value below which a fraction of the others lies; zero of none.
+pub(crate) fn quantile(values: &mut [Duration], fraction: f64) -> Duration {
     values.sort();
-    let index = ((values.len() as f64 * share).ceil() as usize).saturating_sub(1);
+    let index = ((values.len() as f64 * fraction).ceil() as usize).saturating_sub(1);
     values.get(index).copied().unwrap_or_default()
 }
 

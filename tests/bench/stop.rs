@@ -208,10 +208,11 @@ fn in_units(joint: usize, value: f64) -> f64 {
 fn print(name: &str, mut figures: Figures) {
     let within = figures.latencies.iter().filter(|latency| **latency <= Duration::from_millis(100)).count();
     let within = 100.0 * within as f64 / figures.latencies.len().max(1) as f64;
-    let [median, most, worst] = [0.5, 0.95, 1.0].map(|share| ms(quantile(&mut figures.latencies, share)));
-    let share = match figures.elapsed.is_zero() {
+    let [median, most, worst] =
+        [0.5, 0.95, 1.0].map(|fraction| ms(quantile(&mut figures.latencies, fraction)));
+    let fraction = match figures.elapsed.is_zero() {
         true => String::new(),
         false => format!("{:.1} %", 100.0 * figures.turned.as_secs_f64() / figures.elapsed.as_secs_f64()),
     };
-    println!("{name:<48}{median:>6.1} ms{most:>6.1} ms{worst:>6.1} ms{within:>7.1} %{share:>15}");
+    println!("{name:<48}{median:>6.1} ms{most:>6.1} ms{worst:>6.1} ms{within:>7.1} %{fraction:>15}");
 }

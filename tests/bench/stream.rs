@@ -67,8 +67,8 @@ pub(crate) fn measure(count: usize) -> Measured {
     for (name, (before, after)) in
         ["orchestrator", "robot's host", "sensor's host"].iter().zip(before.iter().zip(after))
     {
-        let share = 100.0 * after.saturating_sub(*before).as_secs_f64() / took.as_secs_f64();
-        println!("{name:<16}{share:>7.1} % of a core");
+        let fraction = 100.0 * after.saturating_sub(*before).as_secs_f64() / took.as_secs_f64();
+        println!("{name:<16}{fraction:>7.1} % of a core");
     }
     drop((robot, sensor, subscriber, bell));
     sensor_host.finish(LONG);

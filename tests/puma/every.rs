@@ -148,8 +148,8 @@ fn draw(number: u64, first: u64) -> (Drawn, u64) {
     let mut bits = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15);
     bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    let share = ((bits ^ (bits >> 31)) >> 11) as f64 / (1_u64 << 53) as f64;
-    let size = index.least + (index.most - index.least) * share;
+    let fraction = ((bits ^ (bits >> 31)) >> 11) as f64 / (1_u64 << 53) as f64;
+    let size = index.least + (index.most - index.least) * fraction;
     let (size, phase) = (format!("{size:.3e}"), (seed * 77) % 360);
     let entry = index.entry.replace("SIZE", &size).replace("PHASE", &phase.to_string());
     let drawn = Drawn {

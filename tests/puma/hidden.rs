@@ -115,24 +115,24 @@ impl Hidden {
 
     /// Where it sits, how much, and the lines of the world's file.
     fn drawn(self, seed: u64) -> (String, String, String) {
-        let share =
+        let fraction =
             ((seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ self as u64) >> 11) as f64 / (1_u64 << 53) as f64;
         match self {
             Self::Compliance => {
-                let softness = 3e-5 + 6e-5 * share;
+                let softness = 3e-5 + 6e-5 * fraction;
                 let text = format!("{{joint_compliance: {{joint: shoulder, rad_per_nm: {softness:.3e}}}}}");
                 ("shoulder".to_owned(), format!("{softness:.2e} rad/(N m)"), text)
             }
             Self::Wheel => {
                 let joint = ["waist", "shoulder", "elbow"][(seed % 3) as usize];
-                let (amplitude, phase) = (0.12 + 0.16 * share, (seed * 77) % 360);
+                let (amplitude, phase) = (0.12 + 0.16 * fraction, (seed * 77) % 360);
                 let text = format!(
                     "{{joint_harmonic: {{joint: {joint}, per_turn: 1, amplitude_deg: {amplitude:.3}, phase_deg: {phase}}}}}"
                 );
                 (joint.to_owned(), format!("{amplitude:.3} deg"), text)
             }
             Self::Coupling => {
-                let drag = 0.01 + 0.02 * share;
+                let drag = 0.01 + 0.02 * fraction;
                 let text = format!(
                     "{{joint_coupling: {{joint: flange, driver: wrist_bend, deg_per_deg: {drag:.4}}}}}"
                 );
@@ -140,7 +140,7 @@ impl Hidden {
             }
             Self::Backlash => {
                 let joint = ["shoulder", "elbow"][(seed % 2) as usize];
-                let width = 0.12 + 0.16 * share;
+                let width = 0.12 + 0.16 * fraction;
                 let text = format!("{{joint_backlash: {{joint: {joint}, width_deg: {width:.3}}}}}");
                 (joint.to_owned(), format!("{width:.3} deg"), text)
             }

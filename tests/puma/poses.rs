@@ -74,9 +74,9 @@ fn reach(chain: &Chain, wanted: [f64; 3], start: [f64; 3], rng: &mut Xorshift) -
             });
             let turn = solve(columns, short)?;
             let most = turn.iter().fold(0.0_f64, |most, part| most.max(part.abs()));
-            let share = (20.0 / most.max(1e-12)).min(1.0);
+            let fraction = (20.0 / most.max(1e-12)).min(1.0);
             for (q, turn) in q.iter_mut().zip(turn) {
-                *q += share * turn;
+                *q += fraction * turn;
             }
         }
         None

@@ -108,7 +108,7 @@ impl CameraNumbers {
         let seen = [0, 1].map(|axis| (at[axis] - self.principal_px[axis]) / self.focal_px[axis]);
         let [k1, k2, p1, p2, k3] = self.distortion;
         let mut guess = seen;
-        // A fixed point of bending: each round leaves a share of the order of the distortion itself.
+        // A fixed point of bending: each round leaves a fraction of the order of the distortion itself.
         for _ in 0..20 {
             let [x, y] = guess;
             let r2 = x * x + y * y;
@@ -291,7 +291,7 @@ impl Problem for Picture<'_> {
 const SMALL_MM: f64 = 1e-4;
 const SMALL_RAD: f64 = 1e-6;
 
-/// The second least singular value, as a share of the greatest, below which corners lie on a line.
+/// The second least singular value, as a fraction of the greatest, below which corners lie on a line.
 const ON_A_LINE: f64 = 1e-6;
 
 /// A pose shifted (camera's frame, mm) and turned about the board's origin (camera's axes, rad).

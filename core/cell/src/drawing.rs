@@ -53,8 +53,11 @@ fn view(points: &[[f64; 2]]) -> Vec<String> {
     for pair in points.windows(2) {
         let [from, to] = pair else { continue };
         for step in 0..=2 * WIDTH {
-            let share = step as f64 / (2 * WIDTH) as f64;
-            mark(cell(&[from[0] + (to[0] - from[0]) * share, from[1] + (to[1] - from[1]) * share]), '.');
+            let fraction = step as f64 / (2 * WIDTH) as f64;
+            mark(
+                cell(&[from[0] + (to[0] - from[0]) * fraction, from[1] + (to[1] - from[1]) * fraction]),
+                '.',
+            );
         }
     }
     points.iter().for_each(|point| mark(cell(point), 'o'));

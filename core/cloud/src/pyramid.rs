@@ -50,10 +50,10 @@ impl Cloud {
     }
 }
 
-fn percentile(values: impl Iterator<Item = f64>, share: f64) -> f64 {
+fn percentile(values: impl Iterator<Item = f64>, fraction: f64) -> f64 {
     let mut values: Vec<f64> = values.collect();
     values.sort_by(f64::total_cmp);
-    values.get((share * values.len() as f64) as usize).copied().unwrap_or(0.0)
+    values.get((fraction * values.len() as f64) as usize).copied().unwrap_or(0.0)
 }
 
 fn from_turn(raised: &[Point3<f64>], turn: f64) -> Option<PyramidFit> {

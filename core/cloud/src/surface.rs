@@ -85,8 +85,9 @@ impl Cloud {
             places.iter().map(|position| normal.dot(&position.coords) - offset_mm).collect();
         let rms_mm = rms(&distances);
         distances.sort_by(f64::total_cmp);
-        let at =
-            |share: f64| distances.get((share * distances.len() as f64) as usize).copied().unwrap_or(0.0);
+        let at = |fraction: f64| {
+            distances.get((fraction * distances.len() as f64) as usize).copied().unwrap_or(0.0)
+        };
         Ok(PlaneFit { normal, offset_mm, rms_mm, thickness_mm: at(0.975) - at(0.025) })
     }
 

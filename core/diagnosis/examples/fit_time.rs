@@ -25,7 +25,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let model = Model::read(Path::new(model))?;
     let table = Table::read(Path::new(table))?;
     let observations = Observations::new(&model, &table)?;
-    let split = Split::new(&table, Holdout::Random { share: 0.3, seed: 1 })?;
+    let split = Split::new(&table, Holdout::Random { fraction: 0.3, seed: 1 })?;
     let mut effects = Vec::new();
     for pattern in &model.free {
         effects.extend(

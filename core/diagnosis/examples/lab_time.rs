@@ -120,7 +120,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 /// Reads a table and fits the geometry to all of it.
 fn fit(model: &Path, data: &Path, rows: usize) -> Result<(), Box<dyn Error>> {
     let options = Options {
-        holdout: Holdout::Random { share: 0.3, seed: 1 },
+        holdout: Holdout::Random { fraction: 0.3, seed: 1 },
         fit: FitOptions { robust: false, ..FitOptions::default() },
         ..Options::default()
     };

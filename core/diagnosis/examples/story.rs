@@ -35,7 +35,8 @@ fn main() -> ExitCode {
     let there = |machine: &&(&str, &str, &str, bool)| Path::new(folder).join(machine.2).exists();
     for (name, model, table, random) in MACHINES.iter().filter(there).copied() {
         for seed in seeds.iter().take(if random { seeds.len() } else { 1 }) {
-            let holdout = if random { Holdout::Random { share: 0.3, seed: *seed } } else { Holdout::Session };
+            let holdout =
+                if random { Holdout::Random { fraction: 0.3, seed: *seed } } else { Holdout::Session };
             match story(name, &Path::new(folder).join(model), &Path::new(folder).join(table), holdout) {
                 Ok(line) => println!("{line}"),
                 Err(error) => eprintln!("{name}: {error}"),

@@ -61,8 +61,8 @@ pub(crate) fn joint_blocks(table: &Table, rows: &[usize], joint: usize) -> Vec<V
         left.unwrap_or(&0.0).total_cmp(right.unwrap_or(&0.0))
     });
     // Ranges of as many poses each, not of as many degrees: each must leave enough to fit.
-    let share = chosen.len().div_ceil(VALIDATION_BLOCKS).max(1);
-    chosen.chunks(share).map(|part| rows_of(&poses, part, &fitted)).collect()
+    let fraction = chosen.len().div_ceil(VALIDATION_BLOCKS).max(1);
+    chosen.chunks(fraction).map(|part| rows_of(&poses, part, &fitted)).collect()
 }
 
 /// The fitted rows by session; nothing if there is but one.
@@ -97,19 +97,19 @@ pub(crate) fn holdout_blocks(table: &Table, rows: &[usize], holdout: Holdout) ->
         }
         Holdout::Time { .. } => return stretches(table, rows, VALIDATION_BLOCKS),
     };
-    let share = order.len().div_ceil(VALIDATION_BLOCKS).max(1);
-    order.chunks(share).map(<[Vec<usize>]>::concat).collect()
+    let fraction = order.len().div_ceil(VALIDATION_BLOCKS).max(1);
+    order.chunks(fraction).map(<[Vec<usize>]>::concat).collect()
 }
 
 /// The fitted rows, cut into so many stretches of the order in which they were measured.
 pub(crate) fn stretches(table: &Table, rows: &[usize], count: usize) -> Vec<Vec<usize>> {
     let fitted: std::collections::HashSet<usize> = rows.iter().copied().collect();
     let order: Vec<usize> = table.order().into_iter().filter(|row| fitted.contains(row)).collect();
-    let share = order.len().div_ceil(count).max(1);
-    order.chunks(share).map(<[usize]>::to_vec).collect()
+    let fraction = order.len().div_ceil(count).max(1);
+    order.chunks(fraction).map(<[usize]>::to_vec).collect()
 }
 
-/// Fitted rows in groups that share a pose.
+/// Fitted rows in groups that fraction a pose.
 pub(crate) fn pose_groups(table: &Table, rows: &[usize]) -> Vec<Vec<usize>> {
     let (poses, chosen, fitted) = fitted_poses(table, rows);
     chosen.iter().map(|pose| rows_of(&poses, &[*pose], &fitted)).collect()

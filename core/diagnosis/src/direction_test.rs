@@ -285,9 +285,9 @@ struct View {
 }
 
 /// A quantile's root by the number of equations.
-fn corners(share: f64, rows: &Rows) -> Vec<f64> {
+fn corners(fraction: f64, rows: &Rows) -> Vec<f64> {
     let most = (0..rows.len()).map(|row| rows.range(row).len()).max().unwrap_or(0);
-    (0..=most).map(|equations| chi_squared_quantile(share, equations as f64).sqrt()).collect()
+    (0..=most).map(|equations| chi_squared_quantile(fraction, equations as f64).sqrt()).collect()
 }
 
 /// The corner of a row of so many equations.
@@ -720,9 +720,9 @@ mod tests {
 
     #[test]
     fn a_column_that_is_but_rounding_takes_no_degree_of_freedom() {
-        let freedom = |share: f64| {
+        let freedom = |fraction: f64| {
             let mut normal = NormalEquations::zeros(1);
-            normal.matrix[(0, 0)] = share * 4.0;
+            normal.matrix[(0, 0)] = fraction * 4.0;
             Kept { normal, equations: 9.0, kept: Vec::new() }.left(&DVector::from_element(1, 4.0)).1
         };
         assert_eq!((freedom(0.9e-10), freedom(1e-10), freedom(1.1e-10)), (9.0, 8.0, 8.0));

@@ -61,7 +61,7 @@ impl Laboratory {
     /// Rows to leave out together, to see how a model does where nothing was measured, with what they are called: some may be empty.
     fn unmeasured_ways(&self) -> Vec<(String, Vec<usize>)> {
         let mut ways: Vec<(String, Vec<usize>)> = Vec::new();
-        for holdout in [Holdout::Regions, Holdout::Time { share: 0.3 }] {
+        for holdout in [Holdout::Regions, Holdout::Time { fraction: 0.3 }] {
             if let Ok(split) = Split::new(self.table(), holdout) {
                 // What is locked away for the final check stays so here.
                 let mut rows = split.check_rows();

@@ -8,7 +8,9 @@ use crate::cross_validation::pose_groups;
 use crate::fitted::Fitted;
 use crate::found::Found;
 use crate::laboratory::{Laboratory, LaboratoryError, StandardErrors};
-use crate::outcome::{AcrossPoses, ConditionAtPoses, Diagnosis, FewPoses, Named, PoseShare, Rest, Verdict};
+use crate::outcome::{
+    AcrossPoses, ConditionAtPoses, Diagnosis, FewPoses, Named, PoseFraction, Rest, Verdict,
+};
 use crate::pose_to_pose::{FromPoseToPose, point_residual};
 use crate::thresholds::{FEW_POSES, FEW_POSES_RETURNS, LACK_OF_FIT_LEVEL};
 use crate::verdict::effect_place;
@@ -16,8 +18,8 @@ use plumb_calibration::arm_model::AddedEffect;
 use plumb_calibration::effect::{self, EffectId, Site};
 use plumb_estimation::{Progress, f_tail};
 
-impl PoseShare {
-    /// Of what a fit leaves in groups of rows that share a pose: points' residuals, mm.
+impl PoseFraction {
+    /// Of what a fit leaves in groups of rows that fraction a pose: points' residuals, mm.
     fn of(groups: &[Vec<Vector3<f64>>], axes: usize, parameters: usize) -> Option<Self> {
         let rows: usize = groups.iter().map(Vec::len).sum();
         let (mut between, mut within) = (0.0, 0.0);
@@ -32,7 +34,7 @@ impl PoseShare {
         let below = (axes * rows.checked_sub(groups.len()).filter(|freedom| *freedom > 0)?) as f64;
         let ratio = (between / above) / (within / below).max(1e-300);
         Some(Self {
-            share: between / (between + within).max(1e-300),
+            fraction: between / (between + within).max(1e-300),
             p: f_tail(ratio, above, below),
             poses: groups.len(),
         })
@@ -53,13 +55,13 @@ impl Laboratory {
     }
 
     /// How much of what is left goes with the pose alone; nothing where poses are many, or were not measured often.
-    fn pose_share(&self, fitted: &Fitted<'_>) -> Option<PoseShare> {
+    fn pose_fraction(&self, fitted: &Fitted<'_>) -> Option<PoseFraction> {
         let mut measured = [false; 3];
         let mut point = |row: &usize| point_residual(fitted, *row, &mut measured);
         let groups = self.few_poses()?;
         let groups: Vec<Vec<Vector3<f64>>> =
             groups.iter().map(|rows| rows.iter().map(&mut point).collect()).collect();
-        PoseShare::of(&groups, measured.iter().filter(|axis| **axis).count().max(1), fitted.fit.rank())
+        PoseFraction::of(&groups, measured.iter().filter(|axis| **axis).count().max(1), fitted.fit.rank())
     }
 
     /// The same with an error of its own for every pose.
@@ -82,15 +84,16 @@ impl Laboratory {
             return Ok((diagnosis, found));
         };
         let fitted = self.fit_with(&[], None, progress)?;
-        let Some(share) = self.pose_share(&fitted).filter(PoseShare::is_significant) else {
+        let Some(fraction) = self.pose_fraction(&fitted).filter(PoseFraction::is_significant) else {
             return Ok((diagnosis, found));
         };
         let beside = self.beside_pose_errors(&groups);
         let (asked, conditions) = beside.diagnose_for(progress)?;
         let Some((effect, sized)) = beside.condition(conditions, progress)? else {
             diagnosis.remaining.covariates.insert(0, "pose".to_owned());
-            diagnosis.remaining.shape = Some(Rest::PoseAlone(share));
-            diagnosis.few_poses = Some(FewPoses { share, condition: None, curve: self.curve_of_the_axis() });
+            diagnosis.remaining.shape = Some(Rest::PoseAlone(fraction));
+            diagnosis.few_poses =
+                Some(FewPoses { fraction, condition: None, curve: self.curve_of_the_axis() });
             return Ok((diagnosis, found));
         };
         let spread = beside.judged_from_pose_to_pose(
@@ -107,7 +110,7 @@ impl Laboratory {
             FromPoseToPose::Tied { scatter_mm, .. } => (Verdict::Tied, AcrossPoses::Tied { scatter_mm }),
         };
         let condition = ConditionAtPoses { label: self.model().label(&effect.id), across };
-        let few_poses = FewPoses { share, condition: Some(condition), curve: self.curve_of_the_axis() };
+        let few_poses = FewPoses { fraction, condition: Some(condition), curve: self.curve_of_the_axis() };
         let (sized, tied) = spread.of(sized);
         found.named = sized.is_some().then_some(effect);
         // What is left is said of the model itself, not of what was beside it to ask.
@@ -209,20 +212,20 @@ mod tests {
         // Means 1 and -1 of two poses, each with two returns a unit to either side: 4 between, 4 within.
         let at = |x: f64| Vector3::new(x, 0.0, 0.0);
         let groups = [vec![at(0.0), at(2.0)], vec![at(-2.0), at(0.0)]];
-        let found = PoseShare::of(&groups, 1, 1).unwrap();
-        assert!((found.share - 0.5).abs() < 1e-12);
+        let found = PoseFraction::of(&groups, 1, 1).unwrap();
+        assert!((found.fraction - 0.5).abs() < 1e-12);
         // F = (4 / 1) / (4 / 2) = 2 with 1 and 2 degrees of freedom: p = 0.2929.
         assert!((found.p - 0.292_893).abs() < 1e-5, "{}", found.p);
     }
 
     #[test]
     fn poses_that_are_off_are_distinguished_from_returns_that_scatter() {
-        let found = PoseShare::of(&groups(5.0, 1), 1, 1).unwrap();
-        assert!(found.is_significant() && found.share > 0.9, "{found:?}");
-        let noise =
-            (0..200).filter(|seed| PoseShare::of(&groups(0.0, 100 + seed), 1, 0).unwrap().is_significant());
+        let found = PoseFraction::of(&groups(5.0, 1), 1, 1).unwrap();
+        assert!(found.is_significant() && found.fraction > 0.9, "{found:?}");
+        let noise = (0..200)
+            .filter(|seed| PoseFraction::of(&groups(0.0, 100 + seed), 1, 0).unwrap().is_significant());
         assert!(noise.count() <= 3, "of 200 at a level of 0.002");
-        assert!(PoseShare::of(&groups(1.0, 2), 1, 9).is_none(), "as many numbers fitted as poses");
+        assert!(PoseFraction::of(&groups(1.0, 2), 1, 9).is_none(), "as many numbers fitted as poses");
     }
 
     #[test]
@@ -240,8 +243,8 @@ mod tests {
     #[test]
     fn without_returns_nothing_goes_with_the_pose_and_a_level_is_no_find() {
         let single = [vec![Vector3::x()], vec![-Vector3::x()], vec![Vector3::y()]];
-        assert!(PoseShare::of(&single, 3, 1).is_none());
-        let at = |p: f64| PoseShare { share: 0.5, p, poses: 3 }.is_significant();
+        assert!(PoseFraction::of(&single, 3, 1).is_none());
+        let at = |p: f64| PoseFraction { fraction: 0.5, p, poses: 3 }.is_significant();
         assert!(at(0.99 * LACK_OF_FIT_LEVEL) && !at(LACK_OF_FIT_LEVEL));
     }
 
@@ -287,7 +290,7 @@ free: [joint_zero(x)]
         assert!((named.size - 0.006).abs() < 4.0 * named.se && named.se < 0.001, "{named:?}");
         assert_eq!((diagnosis.verdict, named.effect.effect.as_str()), (Verdict::Named, "joint_backlash"));
         let few = diagnosis.few_poses.unwrap();
-        assert!(few.share.poses == 8 && few.share.share > 0.5 && few.share.is_significant());
+        assert!(few.fraction.poses == 8 && few.fraction.fraction > 0.5 && few.fraction.is_significant());
         let condition = few.condition.unwrap();
         assert_eq!((condition.label.as_str(), condition.across), ("joint_backlash(x)", AcrossPoses::Same));
         // Eight positions hold a curve of seven pieces at most.
@@ -304,7 +307,7 @@ free: [joint_zero(x)]
         let few = diagnosis.few_poses.unwrap();
         assert!(diagnosis.named.is_none() && few.condition.is_none() && few.curve.is_some());
         assert_eq!(diagnosis.remaining.covariates.first().map(String::as_str), Some("pose"));
-        assert_eq!(diagnosis.remaining.shape, Some(Rest::PoseAlone(few.share)));
+        assert_eq!(diagnosis.remaining.shape, Some(Rest::PoseAlone(few.fraction)));
         let sound = slide(0.0, 0.0).diagnose(&Progress::unwatched()).unwrap();
         assert!(sound.few_poses.is_none() && sound.named.is_none());
     }
@@ -339,7 +342,7 @@ free: [joint_zero(x)]
     #[test]
     fn play_that_differs_from_pose_to_pose_says_so_and_is_tied_with_what_settles_where_that_does_as_well() {
         assert!(matches!(judged(false, 0.0), FromPoseToPose::Same));
-        // Moves of any length and direction: a share of the last one is no play.
+        // Moves of any length and direction: a fraction of the last one is no play.
         match judged(false, 0.004) {
             FromPoseToPose::Differs { scatter_mm, wider } => {
                 // Half of 0.004 mm on either side, six returns of 0.002 mm each.

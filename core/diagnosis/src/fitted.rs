@@ -145,21 +145,21 @@ fn start_toward(
     stay
 }
 
-/// A share of the step from an earlier fit to `whole`, with what was fitted then moved by `moved`: effects that the earlier fit did not have begin at nothing.
+/// A fraction of the step from an earlier fit to `whole`, with what was fitted then moved by `moved`: effects that the earlier fit did not have begin at nothing.
 fn part_of(
     machine: &ResidualModel<'_>,
     near: &Fitted<'_>,
     (whole, moved): (&State, &[f64]),
-    share: f64,
+    fraction: f64,
 ) -> State {
     let mut start = whole.clone();
     for (values, part) in start.effects.iter_mut().zip(&machine.parts) {
         if !near.machine.parts.iter().any(|known| known.id == part.id) {
-            values.iter_mut().for_each(|value| *value *= share);
+            values.iter_mut().for_each(|value| *value *= fraction);
         }
     }
-    let shares: Vec<f64> = moved.iter().map(|one| share * one).collect();
-    beside(machine, &start, &shares)
+    let fractions: Vec<f64> = moved.iter().map(|one| fraction * one).collect();
+    beside(machine, &start, &fractions)
 }
 
 impl Laboratory {

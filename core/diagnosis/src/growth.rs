@@ -427,7 +427,7 @@ mod tests {
     /// What grows from an arm whose elbow has a wave of this amplitude, three rows in ten of which are locked away.
     fn growing(amplitude: f64) -> Growing {
         let lab = two_links(80, "joint_zero(*)", 0.05, 12, |q| [0.0, amplitude * (3.0 * q[1]).sin()]);
-        let holdout = crate::split::Holdout::Random { share: 0.3, seed: 4 };
+        let holdout = crate::split::Holdout::Random { fraction: 0.3, seed: 4 };
         let options = crate::laboratory::Options { holdout, ..lab.options().clone() };
         let laboratory = Laboratory::new(lab.model().clone(), lab.table().clone(), options).unwrap();
         let (diagnosis, found) = laboratory.diagnose_for(&Progress::unwatched()).unwrap();

@@ -58,6 +58,6 @@ pub use next_poses::{Asked, Instead, NextPoses, OtherWay, Wanted};
 pub use note::Note;
 pub use outcome::{
     AcrossPoses, Alike, Candidate, ConditionAtPoses, Diagnosis, EffectSite, FewPoses, Located, Named,
-    NextPose, NotShown, Objection, PoseShare, Rejection, Remaining, Rest, TwoPositions, Verdict,
+    NextPose, NotShown, Objection, PoseFraction, Rejection, Remaining, Rest, TwoPositions, Verdict,
 };
 pub use residual_structure::{CategoryMeans, Description, ResidualShape, Trend};

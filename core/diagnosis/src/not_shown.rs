@@ -96,13 +96,15 @@ impl Laboratory {
                 shadow.column_iter().map(|column| fitted.fit.factor.back(column.into_owned())).collect();
             let answer = DMatrix::from_columns(&answers);
             let off = there.off(columns, &answer, moves_the_tip(id));
-            let Some((error_mm, values, share)) = greatest(&shown, &off, effect.as_ref()) else { continue };
+            let Some((error_mm, values, fraction)) = greatest(&shown, &off, effect.as_ref()) else {
+                continue;
+            };
             // Sigma is that of one axis; the tip is off in space.
             if error_mm <= sigma * 3.0_f64.sqrt() {
                 continue;
             }
             let beside = -&answer * DVector::from_column_slice(&values);
-            let any_size = share < BOUNDED_BY_ROWS;
+            let any_size = fraction < BOUNDED_BY_ROWS;
             let one =
                 Faint { id: id.clone(), values, beside, error_mm, any_size, effect: Arc::clone(effect) };
             // Of waves and couplings of one joint the one that could do most represents all.
@@ -194,8 +196,8 @@ fn greatest(shown: &DMatrix<f64>, off: &DMatrix<f64>, effect: &dyn Effect) -> Op
     let at = eigen.eigenvalues.imax();
     let square = eigen.eigenvalues.get(at).copied().filter(|square| *square > 0.0)?;
     let values = lower.transpose().solve_upper_triangular(&eigen.eigenvectors.column(at).into_owned())?;
-    let share = (values.transpose() * shown * &values)[(0, 0)];
-    Some((square.sqrt(), values.as_slice().to_vec(), share))
+    let fraction = (values.transpose() * shown * &values)[(0, 0)];
+    Some((square.sqrt(), values.as_slice().to_vec(), fraction))
 }
 
 #[cfg(test)]
@@ -212,8 +214,8 @@ mod tests {
         let widest = low.abs().max(high.abs());
         let one = |value: f64| DMatrix::from_element(1, 1, value);
         // As much by the rows as by the range: the size is 1 / sqrt(2) of the range, and half of it is the rows'.
-        let (error, values, share) = greatest(&one(widest.powi(-2)), &one(9.0), gain.as_ref()).unwrap();
-        assert!((error - 3.0 * widest / 2.0_f64.sqrt()).abs() < 1e-12 && (share - 0.5).abs() < 1e-12);
+        let (error, values, fraction) = greatest(&one(widest.powi(-2)), &one(9.0), gain.as_ref()).unwrap();
+        assert!((error - 3.0 * widest / 2.0_f64.sqrt()).abs() < 1e-12 && (fraction - 0.5).abs() < 1e-12);
         assert!((values[0].abs() - widest / 2.0_f64.sqrt()).abs() < 1e-12);
         assert!(greatest(&one(1.0), &one(0.0), gain.as_ref()).is_none(), "it does not move the tip");
         let endless = Endless([plumb_calibration::effect::Parameter::new(

@@ -118,7 +118,7 @@ pub struct Candidate {
     pub se: f64,
     /// Whether a real machine could have it.
     pub plausible: bool,
-    /// Share of the effect that the parameters already fitted would swallow, 0 to 1.
+    /// Fraction of the effect that the parameters already fitted would swallow, 0 to 1.
     pub absorbed: f64,
     /// By how much the root mean square error of a point falls if this effect alone is added: [`cv_gain`](Self::cv_gain) where it was fitted, else what the
     /// score test expects of the rows that were fitted.
@@ -229,7 +229,7 @@ pub enum Rest {
     /// Returns to one pose fall into two groups, for no reason the table records.
     TwoPositions(Vec<TwoPositions>),
     /// It goes with the pose alone.
-    PoseAlone(PoseShare),
+    PoseAlone(PoseFraction),
 }
 
 /// A place that returns to one pose find in two positions.
@@ -245,9 +245,9 @@ pub struct TwoPositions {
 
 /// How much of what is left goes with the pose alone, where few poses were measured often.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PoseShare {
-    /// Share of the squares that is between poses.
-    pub share: f64,
+pub struct PoseFraction {
+    /// Fraction of the squares that is between poses.
+    pub fraction: f64,
     /// Probability of so much if only the returns scattered.
     pub p: f64,
     /// Poses.
@@ -258,7 +258,7 @@ pub struct PoseShare {
 #[derive(Debug, Clone, PartialEq)]
 pub struct FewPoses {
     /// How much of it does.
-    pub share: PoseShare,
+    pub fraction: PoseFraction,
     /// The condition that is at work beside an error of each pose's own; nothing where none is.
     pub condition: Option<ConditionAtPoses>,
     /// Where a slide alone was moved: the effect that holds its error of position as a curve, as `add` takes it.

@@ -16,17 +16,17 @@ pub enum Holdout {
     /// Whole regions of pose space, about a fifth of the poses.
     #[default]
     Regions,
-    /// A random share, by seed; returns to one pose stay together.
+    /// A random fraction, by seed; returns to one pose stay together.
     Random {
-        /// Share held out, 0 to 1.
-        share: f64,
+        /// Fraction held out, 0 to 1.
+        fraction: f64,
         /// Seed.
         seed: u64,
     },
-    /// The last share in the order of time.
+    /// The last fraction in the order of time.
     Time {
-        /// Share held out, 0 to 1.
-        share: f64,
+        /// Fraction held out, 0 to 1.
+        fraction: f64,
     },
     /// The last session.
     Session,
@@ -40,9 +40,9 @@ pub enum HoldoutError {
     /// The text says no known way.
     #[error("`{0}` is no way to hold rows out; write regions, random:0.3:SEED, time:0.3, session or none")]
     Unknown(String),
-    /// A share outside 0 to 1.
-    #[error("`{0}`: the share held out must lie between 0 and 1")]
-    Share(String),
+    /// A fraction outside 0 to 1.
+    #[error("`{0}`: the fraction held out must lie between 0 and 1")]
+    Proportion(String),
     /// `session` without sessions.
     #[error("the table has no `session` column with at least two sessions to hold one out")]
     NoSessions,
@@ -56,39 +56,43 @@ impl FromStr for Holdout {
             ["regions"] => Ok(Self::Regions),
             ["session"] => Ok(Self::Session),
             ["none"] => Ok(Self::None),
-            ["random"] => Ok(Self::Random { share: 0.3, seed: 1 }),
-            ["random", part] => Ok(Self::Random { share: share(part, text)?, seed: 1 }),
+            ["random"] => Ok(Self::Random { fraction: 0.3, seed: 1 }),
+            ["random", part] => Ok(Self::Random { fraction: fraction(part, text)?, seed: 1 }),
             ["random", part, seed] => {
                 let seed = seed.parse().map_err(|_| HoldoutError::Unknown(text.to_owned()))?;
-                Ok(Self::Random { share: share(part, text)?, seed })
+                Ok(Self::Random { fraction: fraction(part, text)?, seed })
             }
-            ["time"] => Ok(Self::Time { share: 0.3 }),
-            ["time", part] => Ok(Self::Time { share: share(part, text)? }),
+            ["time"] => Ok(Self::Time { fraction: 0.3 }),
+            ["time", part] => Ok(Self::Time { fraction: fraction(part, text)? }),
             _ => Err(HoldoutError::Unknown(text.to_owned())),
         }
     }
 }
 
-/// A share, as a part of what was written.
-fn share(part: &str, text: &str) -> Result<f64, HoldoutError> {
-    let share: f64 = part.parse().map_err(|_| HoldoutError::Unknown(text.to_owned()))?;
+/// A fraction, as a part of what was written.
+fn fraction(part: &str, text: &str) -> Result<f64, HoldoutError> {
+    let fraction: f64 = part.parse().map_err(|_| HoldoutError::Unknown(text.to_owned()))?;
     // Of nothing held out, and of nothing fitted, there is nothing to check.
-    if share > 0.0 && share < 1.0 { Ok(share) } else { Err(HoldoutError::Share(text.to_owned())) }
+    if fraction > 0.0 && fraction < 1.0 {
+        Ok(fraction)
+    } else {
+        Err(HoldoutError::Proportion(text.to_owned()))
+    }
 }
 
 impl fmt::Display for Holdout {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Regions => formatter.write_str("regions"),
-            Self::Random { share, seed } => write!(formatter, "random:{share}:{seed}"),
-            Self::Time { share } => write!(formatter, "time:{share}"),
+            Self::Random { fraction, seed } => write!(formatter, "random:{fraction}:{seed}"),
+            Self::Time { fraction } => write!(formatter, "time:{fraction}"),
             Self::Session => formatter.write_str("session"),
             Self::None => formatter.write_str("none"),
         }
     }
 }
 
-/// Poses of a table: rows that share one (returns, or equal coordinates) belong together.
+/// Poses of a table: rows that fraction one (returns, or equal coordinates) belong together.
 #[derive(Debug, Clone)]
 pub(crate) struct Poses {
     /// Rows of each pose.
@@ -260,8 +264,8 @@ impl Split {
         let poses = Poses::of(table);
         let check_rows = match holdout {
             Holdout::None => Vec::new(),
-            Holdout::Random { share, seed } => random(&poses, table.len(), share, seed),
-            Holdout::Time { share } => last(table, share),
+            Holdout::Random { fraction, seed } => random(&poses, table.len(), fraction, seed),
+            Holdout::Time { fraction } => last(table, fraction),
             Holdout::Session => last_session(table)?,
             Holdout::Regions => regions(&poses, table),
         };
@@ -306,10 +310,10 @@ fn rows(mask: &[bool]) -> Vec<usize> {
     mask.iter().enumerate().filter(|(_, set)| **set).map(|(row, _)| row).collect()
 }
 
-fn random(poses: &Poses, rows: usize, share: f64, seed: u64) -> Vec<usize> {
+fn random(poses: &Poses, rows: usize, fraction: f64, seed: u64) -> Vec<usize> {
     let mut order: Vec<usize> = (0..poses.rows.len()).collect();
     Random::seeded(seed).shuffle(&mut order);
-    let wanted = (share * rows as f64).round() as usize;
+    let wanted = (fraction * rows as f64).round() as usize;
     let mut held = Vec::new();
     for pose in order {
         if held.len() >= wanted {
@@ -320,9 +324,9 @@ fn random(poses: &Poses, rows: usize, share: f64, seed: u64) -> Vec<usize> {
     held
 }
 
-fn last(table: &Table, share: f64) -> Vec<usize> {
+fn last(table: &Table, fraction: f64) -> Vec<usize> {
     let order = table.order();
-    let kept = ((1.0 - share) * order.len() as f64).round() as usize;
+    let kept = ((1.0 - fraction) * order.len() as f64).round() as usize;
     order.into_iter().skip(kept).collect()
 }
 

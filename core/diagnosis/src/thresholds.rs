@@ -236,7 +236,7 @@ pub(crate) const WAVE_FRACTION: f64 = 0.2;
 
 // How much could be explained
 
-/// Rows looked at; of more a random part by pose (rows). Why: time; the share that is predictable is known to a few per cent from so many.
+/// Rows looked at; of more a random part by pose (rows). Why: time; the fraction that is predictable is known to a few per cent from so many.
 pub(crate) const EXPLAINABLE_ROWS: usize = 1000;
 
 /// A group of columns counts when the squared error of unseen rows falls by more (standard errors). Why: one group of noise in forty counts by chance.

@@ -139,14 +139,16 @@ fn families(lab: &Laboratory) -> Vec<Vec<(usize, Site, Shape)>> {
             });
             // Where the sum cannot reach a hinge nothing would be seen of it.
             let farthest = (low + other_low).abs().max((high + other_high).abs());
-            let hinges = HINGES.map(|share| (joint, site, Shape::Hinge { other, at: share * farthest }));
+            let hinges =
+                HINGES.map(|fraction| (joint, site, Shape::Hinge { other, at: fraction * farthest }));
             families.push(hinges.to_vec());
         }
     }
     if lab.context().has_weight() {
         let greatest = summary.greatest_moments.iter().copied().fold(0.0, f64::max);
         families.push(vec![(0, Site::Base, Shape::RockingBase { limit: None })]);
-        let limits = STOPS.map(|share| (0, Site::Base, Shape::RockingBase { limit: Some(share * greatest) }));
+        let limits =
+            STOPS.map(|fraction| (0, Site::Base, Shape::RockingBase { limit: Some(fraction * greatest) }));
         families.push(limits.into_iter().filter(|_| greatest > 0.0).collect());
     }
     families
@@ -173,10 +175,10 @@ mod tests {
             [(0, None, reach(shoulder)), (0, Some(1), both), (1, None, reach(elbow)), (1, Some(0), both)];
         assert_eq!(found.len(), expected.len());
         for (family, (joint, other, farthest)) in found.iter().zip(expected) {
-            for ((at_joint, site, shape), share) in family.iter().zip(HINGES) {
+            for ((at_joint, site, shape), fraction) in family.iter().zip(HINGES) {
                 assert_eq!((*at_joint, *site), (joint, Site::Joint(joint)));
                 let Shape::Hinge { other: beside, at } = shape else { panic!("{shape:?}") };
-                assert!(*beside == other && (at - share * farthest).abs() < 1e-12, "{shape:?}");
+                assert!(*beside == other && (at - fraction * farthest).abs() < 1e-12, "{shape:?}");
             }
         }
         let probes = probes(&lab);

@@ -204,9 +204,9 @@ mod tests {
         );
         for (joint, limit) in [(0, 170.0_f64), (1, 150.0)] {
             let reached = (0..POSES).map(|row| drawn.q_of(row)[joint].to_degrees() / limit);
-            let far = |side: f64| reached.clone().filter(|share| side * share > 0.8).count();
+            let far = |side: f64| reached.clone().filter(|fraction| side * fraction > 0.8).count();
             assert!(far(1.0) > POSES / 40 && far(-1.0) > POSES / 40, "up to both ends of joint {joint}");
-            assert!(reached.clone().all(|share| share.abs() <= 1.0));
+            assert!(reached.clone().all(|fraction| fraction.abs() <= 1.0));
         }
         assert_eq!(drawn.lines, (1..=u32::try_from(POSES).unwrap()).collect::<Vec<_>>());
         let bare = Volume::of(&volume("").0, lab.model(), &state).unwrap().table;

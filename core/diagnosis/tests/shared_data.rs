@@ -36,7 +36,7 @@ fn diagnose(case: &str) -> Option<Diagnosis> {
 fn the_ur5s_error_on_rows_not_fitted_falls_as_zeros_and_geometry_are_freed() {
     let mut means = [0.0; 3];
     for seed in 1..=3 {
-        let holdout = Holdout::Random { share: 0.3, seed };
+        let holdout = Holdout::Random { fraction: 0.3, seed };
         let ladder: [&[&str]; 3] = [&[], &["joint_zero(*)"], &["joint_zero(*)", "geometry(*)"]];
         for (mean, free) in means.iter_mut().zip(ladder) {
             let Some(found) = compare("real/ur5.yaml", "real/ur5-grid.csv", holdout, free) else { return };
@@ -54,7 +54,7 @@ fn the_ur5s_error_on_rows_not_fitted_falls_as_zeros_and_geometry_are_freed() {
 
 #[test]
 fn one_split_of_the_ur5_falls_to_the_published_figures() {
-    let holdout = Holdout::Random { share: 0.3, seed: 1 };
+    let holdout = Holdout::Random { fraction: 0.3, seed: 1 };
     let ladder: [(&[&str], f64); 3] =
         [(&[], 0.679), (&["joint_zero(*)"], 0.546), (&["joint_zero(*)", "geometry(*)"], 0.112)];
     for (free, expected) in ladder {
@@ -66,7 +66,7 @@ fn one_split_of_the_ur5_falls_to_the_published_figures() {
 
 #[test]
 fn freedoms_of_the_ur5_that_no_tracker_can_see_are_named() {
-    let holdout = Holdout::Random { share: 0.3, seed: 1 };
+    let holdout = Holdout::Random { fraction: 0.3, seed: 1 };
     let Some(found) = compare("real/ur5.yaml", "real/ur5-grid.csv", holdout, &["joint_zero(*)"]) else {
         return;
     };

@@ -30,14 +30,14 @@ mod tests {
 
     #[test]
     fn a_parameter_pays_when_it_takes_away_more_than_its_price() {
-        // Of n = 100 equations one parameter must take away the share 1 - n^(-1/n) = 4.5 % of the squares.
+        // Of n = 100 equations one parameter must take away the fraction 1 - n^(-1/n) = 4.5 % of the squares.
         let least = 1.0 - 100.0_f64.powf(-0.01);
         assert!(change_when_less(least + 1e-3) < 0.0 && change_when_less(least - 1e-3) > 0.0);
     }
 
     /// How the criterion changes when a fourth parameter takes away this share of the squares.
-    fn change_when_less(share: f64) -> f64 {
-        bic(50.0 * (1.0 - share), 100.0, 4.0, 0.0) - bic(50.0, 100.0, 3.0, 0.0)
+    fn change_when_less(fraction: f64) -> f64 {
+        bic(50.0 * (1.0 - fraction), 100.0, 4.0, 0.0) - bic(50.0, 100.0, 3.0, 0.0)
     }
 
     #[test]

@@ -107,7 +107,7 @@ const UNKEPT_PROMISE: f64 = 3e-4;
 /// Damping from which a step is short and goes down the gradient: there any smooth sum of squares falls by what its gradient promises, however it is curved.
 const DOWN_THE_GRADIENT: f64 = 1.0;
 
-/// Share of the promise below which such a step shows that the derivatives are not those of the residuals (Moré 1978, section 4: a quarter, from which on a step counts as bad).
+/// Fraction of the promise below which such a step shows that the derivatives are not those of the residuals (Moré 1978, section 4: a quarter, from which on a step counts as bad).
 const BROKEN_PROMISE: f64 = 0.25;
 
 /// Broken promises in a row that end a descent whose gains are as small as [`UNKEPT_PROMISE`]: ever shorter steps would come no nearer.
@@ -311,11 +311,11 @@ impl<P: Problem> Run<'_, P> {
             second[*parameter] = 0.0;
         }
         let correction = -factor.solve(&second);
-        let share = 2.0 * (self.scaled_square(&correction) / self.scaled_square(&change)).sqrt();
+        let fraction = 2.0 * (self.scaled_square(&correction) / self.scaled_square(&change)).sqrt();
         // Written so that what is not a number bends too far.
-        let is_straight = share < HARDLY_BENT;
+        let is_straight = fraction < HARDLY_BENT;
         self.bends = !is_straight;
-        (share <= MOST_BENT).then(|| change + correction * 0.5)
+        (fraction <= MOST_BENT).then(|| change + correction * 0.5)
     }
 
     /// Squared length of a change, each parameter in its scale.

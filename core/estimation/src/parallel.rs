@@ -51,7 +51,7 @@ fn taken<T, R>(items: &[T], next: &AtomicUsize, work: &impl Fn(&T) -> R) -> Vec<
     }
 }
 
-/// What a thread comes to. A panic in it goes on here: a share that is missing would be a wrong result.
+/// What a thread comes to. A panic in it goes on here: a fraction that is missing would be a wrong result.
 fn joined<R>(handle: ScopedJoinHandle<'_, R>) -> R {
     handle.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
 }
@@ -68,11 +68,11 @@ pub fn over_chunks<S: Send>(
     if threads == 1 {
         return join(sum_of(items, start, work));
     }
-    let share = items.len().div_ceil(threads);
+    let fraction = items.len().div_ceil(threads);
     let sums: Vec<S> = std::thread::scope(|scope| {
         let (start, work) = (&start, &work);
         let handles: Vec<_> =
-            items.chunks(share).map(|part| scope.spawn(move || sum_of(part, start, work))).collect();
+            items.chunks(fraction).map(|part| scope.spawn(move || sum_of(part, start, work))).collect();
         handles.into_iter().map(joined).collect()
     });
     sums.into_iter().for_each(join);

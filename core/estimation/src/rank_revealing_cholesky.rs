@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector};
 /// Share of a column (squared) that must be left after projection on the columns before it, or it counts as dependent.
 pub const INDISTINCT: f64 = 1e-9;
 
-/// Square of a column, as a share of the largest one's, below which it moves nothing: twelve digits below, in lengths, is what
+/// Square of a column, as a fraction of the largest one's, below which it moves nothing: twelve digits below, in lengths, is what
 /// sums of products in double precision leave of a column of zeros.
 const NO_COLUMN: f64 = 1e-24;
 
@@ -30,7 +30,7 @@ impl RankRevealingCholesky {
     }
 
     /// The same, where a column counts as dependent if no more than this share of it (squared) is left after projection on the columns before it.
-    pub fn leaving_out(matrix: &DMatrix<f64>, share: f64) -> Self {
+    pub fn leaving_out(matrix: &DMatrix<f64>, fraction: f64) -> Self {
         let size = matrix.nrows();
         let largest = matrix.diagonal().iter().copied().fold(0.0, f64::max);
         // Columns of length one: degrees, millimetres and metres per newton are then compared alike.
@@ -53,7 +53,7 @@ impl RankRevealingCholesky {
                 row.push(entry);
             }
             // `left` is the squared sine of the angle between the column and the span of those kept so far.
-            if left > share {
+            if left > fraction {
                 row.push(left.sqrt());
                 rows.push(row);
                 independent.push(column);

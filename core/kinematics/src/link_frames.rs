@@ -88,12 +88,12 @@ pub struct LinkFrames {
     turns: Vec<RowTurns>,
 }
 
-/// A joint that turns as another's drive does, times `share`.
+/// A joint that turns as another's drive does, times `fraction`.
 #[derive(Debug, Clone, Copy)]
 struct Kept {
     joint: usize,
     drive: usize,
-    share: f64,
+    fraction: f64,
 }
 
 impl Default for LinkFrames {
@@ -261,10 +261,10 @@ impl LinkFrames {
             let mut deviation = deviations.get(index).copied().unwrap_or_default();
             let mut driven = coordinate(index);
             if let Some(drive) = joint.less {
-                let share = -joint.sign * chain.joints.get(drive).map_or(1.0, |drive| drive.sign);
+                let fraction = -joint.sign * chain.joints.get(drive).map_or(1.0, |drive| drive.sign);
                 driven -= coordinate(drive);
-                deviation.theta += share * deviations.get(drive).map_or(0.0, |of_drive| of_drive.theta);
-                self.kept.push(Kept { joint: index, drive, share });
+                deviation.theta += fraction * deviations.get(drive).map_or(0.0, |of_drive| of_drive.theta);
+                self.kept.push(Kept { joint: index, drive, fraction });
             }
             self.joints.push(place(&mut walker, chain.convention, joint, driven, &deviation, turns));
         }
@@ -276,7 +276,7 @@ impl LinkFrames {
         for kept in &self.kept {
             let about = about_axes.get(kept.joint).copied().unwrap_or(0.0);
             if let Some(drive) = about_axes.get_mut(kept.drive) {
-                *drive += kept.share * about;
+                *drive += kept.fraction * about;
             }
         }
     }
@@ -305,8 +305,8 @@ impl LinkFrames {
                 for kept in self.kept.iter().filter(|kept| kept.drive == joint) {
                     if let Some(other) = self.joints.get(kept.joint) {
                         let back = turn(other.axis, other.axis_point);
-                        twist.linear += back.linear * kept.share;
-                        twist.angular += back.angular * kept.share;
+                        twist.linear += back.linear * kept.fraction;
+                        twist.angular += back.angular * kept.fraction;
                     }
                 }
                 twist

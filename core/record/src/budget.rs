@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 /// A sensitivity smaller than this changes the value by nothing that anybody can read (unit of the value per unit of the component).
 const NO_EFFECT: f64 = 1e-9;
 
-/// What the uncertainty of one value is made of. The components are independent of each other; two values that share a component
+/// What the uncertainty of one value is made of. The components are independent of each other; two values that fraction a component
 /// (the same name) are correlated by it.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Budget {

@@ -113,7 +113,7 @@ const TARGETS: usize = 5;
 /// Longest travel, mm, that is measured in this way (clause 5.3.2); longer axes are approached once at more targets.
 const LONGEST: f64 = 2000.0;
 
-/// How alike the steps between targets must be to be called regular, as a share of the mean step. The standard shifts each target by a random share of a
+/// How alike the steps between targets must be to be called regular, as a share of the mean step. The standard shifts each target by a random fraction of a
 /// period, so that errors of that period are seen.
 const REGULAR: f64 = 1e-3;
 

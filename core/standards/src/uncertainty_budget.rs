@@ -35,8 +35,9 @@ pub struct Component {
     pub name: String,
     /// Its contribution to the standard uncertainty of the position.
     pub standard: f64,
-    /// Its variance as a share of the combined one.
-    pub share: f64,
+    /// Its variance as a fraction of the combined one.
+    #[serde(rename = "share")]
+    pub fraction: f64,
 }
 
 /// An uncertainty budget.
@@ -150,7 +151,7 @@ fn written(
         .map(|(name, variance)| Component {
             name,
             standard: shown(unit, variance.sqrt()),
-            share: if all > 0.0 { variance / all } else { 0.0 },
+            fraction: if all > 0.0 { variance / all } else { 0.0 },
         })
         .collect();
     components.sort_by(|one, other| other.standard.total_cmp(&one.standard));

@@ -111,8 +111,8 @@ fn it_goes_where_it_is_sent_and_the_joints_arrive_together() {
     bench.assert_at(pose);
     let on_the_way = bench.recording.emitted::<JointState>("joints");
     let half_way = on_the_way.iter().find(|state| state.joints.get(0).unwrap().to_degrees() > 25.0).unwrap();
-    let share = (45.0 - half_way.joints.get(1).unwrap().to_degrees()) / 15.0;
-    assert!(half_way.is_moving() && (0.35..0.65).contains(&share), "{half_way:?}");
+    let fraction = (45.0 - half_way.joints.get(1).unwrap().to_degrees()) / 15.0;
+    assert!(half_way.is_moving() && (0.35..0.65).contains(&fraction), "{half_way:?}");
     bench.arm.move_joints(&Motion::relative(vector([-10.0, 0.0, 5.0, 0.0]), 0.5).only(0b101)).unwrap();
     bench.assert_at([50.0, 30.0, 65.0, -30.0]);
 }

@@ -71,8 +71,8 @@ pub(crate) fn duration_s(steps: i32, speed: f64, acceleration: f64) -> f64 {
 
 /// The speed at which a servo needs as long for its way as the slowest one for its own, steps/s.
 pub(crate) fn speed_to_arrive_with(steps: i32, longest: i32, speed: f64) -> u16 {
-    let share = f64::from(steps.abs()) / f64::from(longest.abs().max(1));
-    (speed * share).clamp(1.0, MOST_SPEED).round() as u16
+    let fraction = f64::from(steps.abs()) / f64::from(longest.abs().max(1));
+    (speed * fraction).clamp(1.0, MOST_SPEED).round() as u16
 }
 
 /// What the register of accelerations holds for so many deg/s2.

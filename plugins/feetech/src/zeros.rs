@@ -6,7 +6,7 @@ use crate::servo::{STEP_DEG, STEPS_A_TURN};
 
 /// A joint that turned by less between two declared poses says nothing of its direction, deg.
 const DIRECTION_FROM: f64 = 10.0;
-/// How far the declared turn may be from that of the servo, as a share of it: instruments and eyes are no encoders.
+/// How far the declared turn may be from that of the servo, as a fraction of it: instruments and eyes are no encoders.
 const FITS_WITHIN: f64 = 0.25;
 
 /// A joint at a declared pose.

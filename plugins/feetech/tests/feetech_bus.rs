@@ -132,8 +132,8 @@ fn it_goes_where_it_is_sent_and_the_servos_arrive_together() {
     bench.assert_at(pose);
     let on_the_way = bench.recording.emitted::<JointState>("joints");
     let half_way = on_the_way.iter().find(|state| state.joints.get(4).unwrap().to_degrees() < -30.0).unwrap();
-    let share = half_way.joints.get(0).unwrap().to_degrees() / 30.0;
-    assert!(half_way.is_moving() && (0.4..0.65).contains(&share), "{half_way:?}");
+    let fraction = half_way.joints.get(0).unwrap().to_degrees() / 30.0;
+    assert!(half_way.is_moving() && (0.4..0.65).contains(&fraction), "{half_way:?}");
 }
 
 #[test]

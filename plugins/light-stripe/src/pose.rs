@@ -83,13 +83,13 @@ fn is_same_place(before: &JointState, next: &JointState) -> bool {
 
 fn between(before: &JointState, next: &JointState, time_ns: u64) -> Pose {
     let span = next.time_ns.saturating_sub(before.time_ns).max(1) as f64;
-    let share = time_ns.saturating_sub(before.time_ns) as f64 / span;
+    let fraction = time_ns.saturating_sub(before.time_ns) as f64 / span;
     let (mut joints, mut speeds) = (before.joints, JointVector::zeros(before.joints.len()));
     let each = joints.as_mut_slice().iter_mut().zip(speeds.as_mut_slice()).zip(next.joints.as_slice());
     for ((joint, speed), to) in each {
         let way = to - *joint;
         *speed = way / (span * 1e-9);
-        *joint += way * share;
+        *joint += way * fraction;
     }
     Pose::At(joints, speeds)
 }

@@ -101,9 +101,9 @@ mod tests {
 
     proptest! {
         #[test]
-        fn what_is_folded_unfolds_again(joint in 0..AXES, share in 0.0..1.0_f64) {
+        fn what_is_folded_unfolds_again(joint in 0..AXES, fraction in 0.0..1.0_f64) {
             let joint = &JOINTS[joint];
-            let angle = joint.lower + share * (joint.upper - joint.lower);
+            let angle = joint.lower + fraction * (joint.upper - joint.lower);
             let back = unfolded(joint, folded(angle), angle);
             prop_assert!(back.is_some_and(|back| (back - angle).abs() <= 0.000_51), "{back:?} for {angle}");
         }

@@ -31,7 +31,7 @@ impl Profile {
 
 impl fmt::Display for Profile {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let share = |part: Duration| 100.0 * part.as_secs_f64() / self.total.as_secs_f64().max(1e-9);
+        let fraction = |part: Duration| 100.0 * part.as_secs_f64() / self.total.as_secs_f64().max(1e-9);
         write!(
             formatter,
             "{} commands, {} characters sent and {} received in {:.2} s: line {:.0} %, controller {:.0} %, motion {:.0} %, driver {:.0} %",
@@ -39,10 +39,10 @@ impl fmt::Display for Profile {
             self.sent,
             self.received,
             self.total.as_secs_f64(),
-            share(self.line),
-            share(self.controller),
-            share(self.motion),
-            share(self.ours())
+            fraction(self.line),
+            fraction(self.controller),
+            fraction(self.motion),
+            fraction(self.ours())
         )
     }
 }

@@ -57,14 +57,14 @@ impl Robot for Puma {
     }
 
     fn describe(&self) -> RobotDescription {
-        let share = self.configuration.full_speed_percent / 100.0;
+        let fraction = self.configuration.full_speed_percent / 100.0;
         let joints = JOINTS.iter().map(|joint| JointDescription {
             name: joint.name.to_owned(),
             unit: JointUnit::Radian,
             lower: joint.lower.to_radians(),
             upper: joint.upper.to_radians(),
             resolution: 0.01_f64.to_radians(),
-            max_speed: (joint.top_speed * share).to_radians(),
+            max_speed: (joint.top_speed * fraction).to_radians(),
             home: joint.ready.to_radians(),
         });
         RobotDescription {
@@ -490,7 +490,7 @@ fn leaves_the_arm_known(error: &MonitorError) -> bool {
     }
 }
 
-/// The SPEED for a share of the full speed, in hundredths of a percent, and never none at all.
+/// The SPEED for a fraction of the full speed, in hundredths of a percent, and never none at all.
 fn speed_percent(fraction: f64, full_speed_percent: f64) -> f64 {
     ((fraction * full_speed_percent * 100.0).round() / 100.0).max(0.01)
 }

@@ -50,7 +50,7 @@ fn make_stops(count: u64) {
     let mut after: Vec<Duration> = stops.iter().map(|stop| stop.after).collect();
     after.sort();
     let within = after.iter().filter(|after| after.as_millis() <= 100).count();
-    let at = |share: f64| after[((after.len() - 1) as f64 * share) as usize].as_secs_f64() * 1e3;
+    let at = |fraction: f64| after[((after.len() - 1) as f64 * fraction) as usize].as_secs_f64() * 1e3;
     println!(
         "{} stops; the control C on the far end of the wire after: median {:.0} ms, 95 % {:.0} ms, most {:.0} ms; {within} within 100 ms",
         after.len(),

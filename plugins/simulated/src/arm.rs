@@ -106,7 +106,7 @@ pub enum TravelRefused {
     #[error("the controller took the pose over, but its calibration file {0} cannot be written: {1}")]
     NotKept(String, std::io::ErrorKind),
     /// The speed is out of its range.
-    #[error("the speed must be a share of the greatest, 0.001 to 1")]
+    #[error("the speed must be a fraction of the greatest, 0.001 to 1")]
     Speed,
 }
 
@@ -219,7 +219,7 @@ impl ArmWorld {
         Ok(())
     }
 
-    /// Starts a motion of all joints together to `target` (rad or mm, as the controller believes) at a share of full speed.
+    /// Starts a motion of all joints together to `target` (rad or mm, as the controller believes) at a fraction of full speed.
     ///
     /// # Errors
     /// [`TravelRefused`]; then the arm does not stir.

@@ -121,7 +121,7 @@ pub enum Verb {
         /// Whether `joints` is added to where the joints are.
         #[serde(default)]
         relative: bool,
-        /// Share of the greatest speed, above 0 and at most 1.
+        /// Fraction of the greatest speed, above 0 and at most 1.
         #[serde(default = "full_speed")]
         speed: f64,
     },
@@ -182,7 +182,7 @@ pub enum Verb {
     },
     /// The operator turns the sensor's trim resistor; ends with [`Response::Reading`].
     Trim {
-        /// By how much the level at which it fires changes, as a share of the most light there can be.
+        /// By how much the level at which it fires changes, as a fraction of the most light there can be.
         by: f64,
     },
     /// The operator puts something between the fingers, or takes it away; ends with [`Response::Reading`].

@@ -33,7 +33,7 @@ pub struct MotionRequest {
     pub joints: SomeJoints,
     /// Whether the values are added to where the joints are.
     pub relative: bool,
-    /// Share of the arm's greatest speed, above 0 and at most 1.
+    /// Fraction of the arm's greatest speed, above 0 and at most 1.
     pub speed: f64,
 }
 
@@ -141,7 +141,7 @@ pub trait Switch {
     /// # Errors
     /// Why not.
     fn trim_to_fire(&mut self) -> Result<(), String>;
-    /// Turns the trim resistor, by a share of the most light there can be.
+    /// Turns the trim resistor, by a fraction of the most light there can be.
     ///
     /// # Errors
     /// Why not.

@@ -13,7 +13,7 @@ fn usual(arm: &str) -> Specification {
 }
 
 /// Share of what a mechanism does that the free parameters cannot imitate.
-fn visible_share(specification: &Specification, mechanism: Mechanism) -> f64 {
+fn visible_fraction(specification: &Specification, mechanism: Mechanism) -> f64 {
     let visits = poses::plan(specification, 1);
     let audit = Audit::new(specification, &visits, &[]).unwrap();
     let imperfection = Imperfection { size: mechanism.small_size(), mechanism };
@@ -24,18 +24,18 @@ fn visible_share(specification: &Specification, mechanism: Mechanism) -> f64 {
 fn what_is_free_already_is_swallowed_whole() {
     let zeros = usual("puma560");
     let geometry = Specification { free: Free::Geometry, ..usual("puma560") };
-    assert!(visible_share(&zeros, Mechanism::JointZero { joint: 2 }) < 1e-3);
-    assert!(visible_share(&zeros, Mechanism::BaseTilt { axis: [0.6, 0.8, 0.0] }) < 1e-3);
-    assert!(visible_share(&zeros, Mechanism::LinkLength { joint: 1 }) > 0.3);
-    assert!(visible_share(&geometry, Mechanism::LinkLength { joint: 1 }) < 1e-3);
+    assert!(visible_fraction(&zeros, Mechanism::JointZero { joint: 2 }) < 1e-3);
+    assert!(visible_fraction(&zeros, Mechanism::BaseTilt { axis: [0.6, 0.8, 0.0] }) < 1e-3);
+    assert!(visible_fraction(&zeros, Mechanism::LinkLength { joint: 1 }) > 0.3);
+    assert!(visible_fraction(&geometry, Mechanism::LinkLength { joint: 1 }) < 1e-3);
 }
 
 #[test]
 fn effects_that_the_base_or_the_target_imitate_cannot_be_seen() {
     let zeros = usual("puma560");
     // The first offset lifts the whole arm, as the base does; the last one moves the target along the flange's axis.
-    assert!(visible_share(&zeros, Mechanism::LinkOffset { joint: 0 }) < 1e-3);
-    assert!(visible_share(&zeros, Mechanism::LinkOffset { joint: 5 }) < 1e-3);
+    assert!(visible_fraction(&zeros, Mechanism::LinkOffset { joint: 0 }) < 1e-3);
+    assert!(visible_fraction(&zeros, Mechanism::LinkOffset { joint: 5 }) < 1e-3);
     // Two offsets along parallel axes are one.
     let visits = poses::plan(&zeros, 1);
     let audit = Audit::new(&zeros, &visits, &[]).unwrap();
@@ -48,7 +48,7 @@ fn narrow_poses_hide_more_than_wide_ones() {
     let wide = usual("puma560");
     let narrow = Specification { spread: Spread::Narrow, ..usual("puma560") };
     let gain = Mechanism::JointGain { joint: 1 };
-    assert!(visible_share(&narrow, gain.clone()) < 0.5 * visible_share(&wide, gain));
+    assert!(visible_fraction(&narrow, gain.clone()) < 0.5 * visible_fraction(&wide, gain));
 }
 
 #[test]

@@ -310,7 +310,7 @@ fn what_is_not_the_protocol_is_answered_and_does_no_harm() {
         r#"{"id":0,"response":{"refused":{"why":"expected value at line 1 column 1"}}}"#,
         r#"{"id":0,"response":{"refused":{"why":"unknown variant `fly`, expected one of `read`, `move`, "#,
         r#"{"id":6,"response":{"refused":{"why":"2 joint values for an arm of 6 joints"}}}"#,
-        r#"{"id":7,"response":{"refused":{"why":"the speed must be a share of the greatest, 0.001 to 1"}}}"#,
+        r#"{"id":7,"response":{"refused":{"why":"the speed must be a fraction of the greatest, 0.001 to 1"}}}"#,
         last.as_str(),
     ];
     for (answer, expected) in answers.iter().zip(expected) {

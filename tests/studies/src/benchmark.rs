@@ -34,7 +34,7 @@ pub(crate) struct Arguments {
     /// Seed of the first trial of every cell.
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Share of the full number of trials.
+    /// Fraction of the full number of trials.
     #[arg(long, default_value_t = 1.0)]
     scale: f64,
     /// Only these cells; all when not given.

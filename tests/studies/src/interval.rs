@@ -7,7 +7,7 @@ pub(crate) const Z95: f64 = 1.959_963_984_540_054;
 
 /// So many out of so many, with Wilson's 95 % interval (Wilson 1927): right also near 0 and 1.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub(crate) struct Share {
+pub(crate) struct Proportion {
     /// How many.
     pub(crate) count: usize,
     /// Out of how many.
@@ -18,8 +18,8 @@ pub(crate) struct Share {
     pub(crate) high: f64,
 }
 
-impl Share {
-    /// The share of trials for which this holds.
+impl Proportion {
+    /// The fraction of trials for which this holds.
     pub(crate) fn of(holds: impl IntoIterator<Item = bool>) -> Self {
         let (mut count, mut trials) = (0, 0);
         for one in holds {
@@ -40,7 +40,7 @@ impl Share {
         }
     }
 
-    /// The share itself, 0 to 1; not a number when there were no trials.
+    /// The fraction itself, 0 to 1; not a number when there were no trials.
     pub(crate) fn value(&self) -> f64 {
         self.count as f64 / self.trials as f64
     }
@@ -50,10 +50,10 @@ fn wilson(count: f64, trials: f64) -> (f64, f64) {
     if trials == 0.0 {
         return (0.0, 1.0);
     }
-    let share = count / trials;
+    let fraction = count / trials;
     let square = Z95 * Z95 / trials;
-    let middle = (share + 0.5 * square) / (1.0 + square);
-    let half = Z95 * (share * (1.0 - share) / trials + 0.25 * square / trials).sqrt() / (1.0 + square);
+    let middle = (fraction + 0.5 * square) / (1.0 + square);
+    let half = Z95 * (fraction * (1.0 - fraction) / trials + 0.25 * square / trials).sqrt() / (1.0 + square);
     ((middle - half).max(0.0), (middle + half).min(1.0))
 }
 
@@ -64,10 +64,13 @@ mod tests {
     #[test]
     fn the_interval_is_the_published_one() {
         // Newcombe 1998, table I: 81 of 263, Wilson without continuity correction: 0.2553 to 0.3662; 0 of 20: 0 to 0.1611.
-        let of = |count: usize, trials: usize| Share::of((0..trials).map(|index| index < count));
-        let share = of(81, 263);
-        assert!((share.low - 0.2553).abs() < 5e-5 && (share.high - 0.3662).abs() < 5e-5, "{share:?}");
-        assert_eq!((share.percent().as_str(), of(0, 0).percent().as_str()), ("30.8 [25.5, 36.6]", "-"));
+        let of = |count: usize, trials: usize| Proportion::of((0..trials).map(|index| index < count));
+        let fraction = of(81, 263);
+        assert!(
+            (fraction.low - 0.2553).abs() < 5e-5 && (fraction.high - 0.3662).abs() < 5e-5,
+            "{fraction:?}"
+        );
+        assert_eq!((fraction.percent().as_str(), of(0, 0).percent().as_str()), ("30.8 [25.5, 36.6]", "-"));
         let none = of(0, 20);
         assert!(none.low == 0.0 && (none.high - 0.1611).abs() < 5e-5, "{none:?}");
     }

@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use plotters::prelude::*;
 use serde::Serialize;
 
-use crate::interval::{Share, Z95};
+use crate::interval::{Proportion, Z95};
 
 /// What was said, and whether it was so.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -33,7 +33,7 @@ struct Bin {
     to: f64,
     /// Their mean.
     diagnosed: f64,
-    came_true: Share,
+    came_true: Proportion,
 }
 
 /// What some forecasts are worth.
@@ -55,7 +55,7 @@ impl Reliability {
         let brier = (!errors.is_empty()).then(|| errors.iter().sum::<f64>() / count)?;
         let variance =
             errors.iter().map(|error| (error - brier).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
-        let share = forecasts.iter().filter(|one| one.came_true).count() as f64 / count;
+        let fraction = forecasts.iter().filter(|one| one.came_true).count() as f64 / count;
         let bin = |edges: &[f64]| {
             let [from, to] = *edges else { return None };
             let inside = |one: &&Forecast| one.probability >= from && (one.probability < to || to >= 1.0);
@@ -65,14 +65,14 @@ impl Reliability {
                 from,
                 to,
                 diagnosed,
-                came_true: Share::of(own.iter().map(|one| one.came_true)),
+                came_true: Proportion::of(own.iter().map(|one| one.came_true)),
             })
         };
         Some(Self {
             bins: EDGES.windows(2).filter_map(bin).collect(),
             forecasts: forecasts.len(),
             brier: [brier, (variance / count).sqrt()],
-            constant_guess: share * (1.0 - share),
+            constant_guess: fraction * (1.0 - fraction),
         })
     }
 
@@ -134,10 +134,10 @@ impl Reliability {
         chart.draw_series(LineSeries::new([(0.0, 0.0), (100.0, 100.0)], grey.stroke_width(1)))?;
         let blue = RGBColor(0, 90, 160);
         for bin in &self.bins {
-            let (diagnosed, share) = (100.0 * bin.diagnosed, &bin.came_true);
-            let interval = [(diagnosed, 100.0 * share.low), (diagnosed, 100.0 * share.high)];
+            let (diagnosed, fraction) = (100.0 * bin.diagnosed, &bin.came_true);
+            let interval = [(diagnosed, 100.0 * fraction.low), (diagnosed, 100.0 * fraction.high)];
             chart.draw_series(LineSeries::new(interval, blue.stroke_width(2)))?;
-            chart.draw_series([Circle::new((diagnosed, 100.0 * share.value()), 5, blue.filled())])?;
+            chart.draw_series([Circle::new((diagnosed, 100.0 * fraction.value()), 5, blue.filled())])?;
         }
         area.present()?;
         Ok(())

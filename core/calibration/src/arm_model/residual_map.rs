@@ -56,7 +56,7 @@ pub struct ResidualMap {
     pub along: Vec<Along>,
     /// Errors of joints by the side of approach.
     pub sides: Vec<Side>,
-    /// Share of the variance that the model left and that the map takes away: not understood.
+    /// Fraction of the variance that the model left and that the map takes away: not understood.
     pub not_understood: f64,
 }
 

@@ -10,7 +10,7 @@ pub enum RigNumber {
     CameraAim(usize),
     /// Turn of the camera about its principal ray, rad.
     CameraRoll,
-    /// Focal length across and down (0, 1), as a share of itself.
+    /// Focal length across and down (0, 1), as a fraction of itself.
     CameraScale(usize),
     /// Where the principal ray falls (0 across, 1 down), px.
     PrincipalPoint(usize),

@@ -12,9 +12,9 @@ pub struct Sensor {
     pub peak: f64,
     /// Diameter of the spot it sees, mm.
     pub spot: f64,
-    /// How far below the level at which it fires it lets go, as a share of that level.
+    /// How far below the level at which it fires it lets go, as a fraction of that level.
     pub hysteresis: f64,
-    /// Light from the dark side of an edge, as a share of that from the light side.
+    /// Light from the dark side of an edge, as a fraction of that from the light side.
     pub dark: f64,
 }
 
@@ -48,7 +48,7 @@ impl Sensor {
         relative.powi(2) * (2.0 * (1.0 - relative)).exp()
     }
 
-    /// How much less light comes back a mm further, as a share, where the sensor works.
+    /// How much less light comes back a mm further, as a fraction, where the sensor works.
     pub(crate) fn falls_off(&self) -> f64 {
         2.0 / self.peak - 2.0 / self.working
     }
@@ -76,13 +76,13 @@ impl Sensor {
 }
 
 /// How far on the light side of an edge a disk of radius 1 has its middle when this share of it is light.
-fn light_side(share: f64) -> f64 {
+fn light_side(fraction: f64) -> f64 {
     let (mut low, mut high) = (-1.0, 1.0);
     for _ in 0..HALVINGS {
         let middle = f64::midpoint(low, high);
         // The area of a circular segment, over that of the disk.
         let light = 0.5 + (middle * (1.0 - middle * middle).max(0.0).sqrt() + middle.asin()) / PI;
-        if light < share { low = middle } else { high = middle }
+        if light < fraction { low = middle } else { high = middle }
     }
     f64::midpoint(low, high)
 }

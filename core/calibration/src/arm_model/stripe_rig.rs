@@ -111,7 +111,7 @@ impl StripeRig {
         let mut distance = -height / falling;
         if self.bow != 0.0 {
             let (along, _) = self.in_sheet();
-            // A bow is small: each round leaves a share of the order of it times the place along the sheet.
+            // A bow is small: each round leaves a fraction of the order of it times the place along the sheet.
             for _ in 0..4 {
                 let place = (lens + toward * distance).dot(&along);
                 distance = (self.bow * place * place - height) / falling;

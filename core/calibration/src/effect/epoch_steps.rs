@@ -102,10 +102,10 @@ impl Effect for EpochSteps {
             }
             let mut slope = vec![0.0; values.len()];
             for (index, part) in change.iter().enumerate() {
-                let share = if length > 0.0 { part / length } else { 1.0 };
-                slope[epoch * width + index] += share;
+                let fraction = if length > 0.0 { part / length } else { 1.0 };
+                slope[epoch * width + index] += fraction;
                 if let Some(before) = epoch.checked_sub(1) {
-                    slope[before * width + index] -= share;
+                    slope[before * width + index] -= fraction;
                 }
             }
             // A number that these rows do not determine (its variance is exactly zero) may have changed by as much as those they do.

@@ -37,7 +37,7 @@ pub(super) const KIND: Kind = Kind {
     is_event: false,
     search: Search::Nothing,
     driven_by: DrivenBy::OtherJoint,
-    sentence: "Turning another joint drags this one along by a small share.",
+    sentence: "Turning another joint drags this one along by a small fraction.",
     how_to_see: "Poses that turn the other joint far while this one stays.",
     sketch: ["  ↻ ◯━━━━◯ ↻", "  one joint turns,", "  the other turns along"],
     build: |setting: &Setting<'_>| {

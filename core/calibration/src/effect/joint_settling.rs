@@ -1,4 +1,4 @@
-//! A joint creeps into place: it stops short by a share of its last move.
+//! A joint creeps into place: it stops short by a fraction of its last move.
 
 use super::kind::{DrivenBy, Family, Kind, Search, Setting, SiteKind};
 use super::{Contribution, Effect, Parameter, Sample, Unit};
@@ -15,7 +15,7 @@ impl Effect for JointSettling {
     }
 
     fn contribute(&self, sample: &Sample<'_>, contributions: &mut Vec<Contribution>) {
-        // What has not settled is a share of the way that it still had to go: an exponential approach, read at one time after each move.
+        // What has not settled is a fraction of the way that it still had to go: an exponential approach, read at one time after each move.
         contributions.push(sample.contribute_to_joint(self.joint, 0, -sample.last_move(self.joint)));
     }
 
@@ -36,7 +36,7 @@ pub(super) const KIND: Kind = Kind {
     is_event: false,
     search: Search::Nothing,
     driven_by: DrivenBy::LastMove,
-    sentence: "The joint stops short by a share of its last move, as if it had not yet come to rest.",
+    sentence: "The joint stops short by a fraction of its last move, as if it had not yet come to rest.",
     how_to_see: "The same poses after short and after long moves; a wait before reading.",
     sketch: ["  ──╮ asked", "     ╲", "      ╰─── creeps in"],
     build: |setting: &Setting<'_>| {

@@ -16,13 +16,13 @@ struct JointStiffening {
 
 /// How far a cubic spring winds (`share = wound + wound^3`, the usual law of harmonic drives: Spong 1987), by Newton's
 /// method from outside, where it never overshoots.
-fn wound(share: f64) -> f64 {
-    let mut turn = share.abs().cbrt().min(share.abs());
+fn wound(fraction: f64) -> f64 {
+    let mut turn = fraction.abs().cbrt().min(fraction.abs());
     // Newton's method doubles its digits with each round: eight bring any start to rounding.
     for _ in 0..8 {
-        turn -= (turn + turn.powi(3) - share.abs()) / (1.0 + 3.0 * turn * turn);
+        turn -= (turn + turn.powi(3) - fraction.abs()) / (1.0 + 3.0 * turn * turn);
     }
-    turn.copysign(share)
+    turn.copysign(fraction)
 }
 
 impl Effect for JointStiffening {
@@ -32,8 +32,8 @@ impl Effect for JointStiffening {
 
     fn contribute(&self, sample: &Sample<'_>, contributions: &mut Vec<Contribution>) {
         // The knee is the moment from which the cubic part is as large as the linear one.
-        let share = sample.moment(self.joint) / self.knee;
-        contributions.push(sample.turn_joint(self.joint, 0, self.knee * wound(share)));
+        let fraction = sample.moment(self.joint) / self.knee;
+        contributions.push(sample.turn_joint(self.joint, 0, self.knee * wound(fraction)));
     }
 
     fn looks_at(&self) -> LooksAt {
@@ -77,7 +77,7 @@ pub(super) const KIND: Kind = Kind {
                 .copied()
                 .unwrap_or(0.0);
             let knees = KNEES.into_iter().filter(move |_| greatest > 1e-6);
-            knees.map(move |share| EffectId { inner: Some(share * greatest), ..id.clone() })
+            knees.map(move |fraction| EffectId { inner: Some(fraction * greatest), ..id.clone() })
         })
         .collect()
     },
@@ -89,9 +89,12 @@ mod tests {
 
     #[test]
     fn the_cubic_spring_balances_its_moment() {
-        for share in [-300.0, -1.0, 0.0, 1e-6, 0.4, 7.0, 1e4] {
-            let turn = wound(share);
-            assert!((turn + turn.powi(3) - share).abs() < 1e-9 * (1.0 + share.abs()), "{share}: {turn}");
+        for fraction in [-300.0, -1.0, 0.0, 1e-6, 0.4, 7.0, 1e4] {
+            let turn = wound(fraction);
+            assert!(
+                (turn + turn.powi(3) - fraction).abs() < 1e-9 * (1.0 + fraction.abs()),
+                "{fraction}: {turn}"
+            );
         }
     }
 }

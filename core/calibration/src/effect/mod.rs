@@ -99,7 +99,7 @@ pub enum Dof {
     Reading(usize),
     /// What is added to one number that is read, mm or rad.
     ReadingZero(Channel),
-    /// The share by which one number is read too large.
+    /// The fraction by which one number is read too large.
     ReadingScale(Channel),
     /// The distance over a surface at which the arm's own sensor triggers, mm.
     Trigger,

@@ -31,8 +31,8 @@ impl PositioningError {
         // Beyond the limits the error stays what it is at the end: an extrapolated line would run away.
         let along = ((coordinate - self.low) / self.piece).clamp(0.0, pieces as f64);
         let before = (along.floor() as usize).min(pieces.saturating_sub(1));
-        let share = along - before as f64;
-        [(before, 1.0 - share), (before + 1, share)]
+        let fraction = along - before as f64;
+        [(before, 1.0 - fraction), (before + 1, fraction)]
     }
 }
 
@@ -43,8 +43,8 @@ impl Effect for PositioningError {
 
     fn contribute(&self, sample: &Sample<'_>, contributions: &mut Vec<Contribution>) {
         let knots = self.knots(sample.coordinate(self.joint));
-        contributions.extend(knots.into_iter().filter_map(|(knot, share)| {
-            Some(sample.contribute_to_joint(self.joint, knot.checked_sub(1)?, share))
+        contributions.extend(knots.into_iter().filter_map(|(knot, fraction)| {
+            Some(sample.contribute_to_joint(self.joint, knot.checked_sub(1)?, fraction))
         }));
     }
 

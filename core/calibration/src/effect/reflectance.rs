@@ -23,7 +23,7 @@ impl Effect for Reflectance {
     }
 
     fn contribute(&self, sample: &Sample<'_>, contributions: &mut Vec<Contribution>) {
-        // To first order: where light falls by `k` of itself a mm, a surface that sends back a share more is seen as much further away.
+        // To first order: where light falls by `k` of itself a mm, a surface that sends back a fraction more is seen as much further away.
         if sample.trigger.is_some_and(|trigger| trigger.surface == self.surface) {
             contributions.push(Contribution {
                 parameter: 0,

@@ -181,12 +181,12 @@ fn a_joint_under_a_weight_that_nobody_knows_is_turned_by_the_cosine_and_the_sine
     // A weight ahead on the upper arm lets the shoulder down by the cosine of its angle, one on the lower arm by that of its own.
     let cases: [(usize, f64); 4] =
         [(0, -one.cos()), (1, one.sin()), (3, -(one + other).cos()), (4, (one + other).sin())];
-    for (parameter, share) in cases {
+    for (parameter, fraction) in cases {
         let mut values = [0.0; 6];
         values[parameter] = 1e-3;
         let found = changes(&unknown, &table("", ""), 0, "gravity_flexure(shoulder)", &values);
         // The deflection itself turns what pulls, by a thousandth of it.
-        assert_close(&found, displaced(1e-3 * share, 0.0).as_slice(), 1e-3, &format!("term {parameter}"));
+        assert_close(&found, displaced(1e-3 * fraction, 0.0).as_slice(), 1e-3, &format!("term {parameter}"));
     }
     // Along the axes nothing pulls, and a declared mass makes one number of it.
     let found =

@@ -72,7 +72,7 @@ pub(super) const KIND: Kind = Kind {
         let places = context.every_joint("warm_up").into_iter();
         places
             .flat_map(|id| Quantity::ALL.map(|of| EffectId { of: Some(of), ..id.clone() }))
-            .flat_map(|id| CONSTANTS.map(|share| EffectId { inner: Some(share * span), ..id.clone() }))
+            .flat_map(|id| CONSTANTS.map(|fraction| EffectId { inner: Some(fraction * span), ..id.clone() }))
             .collect()
     },
 };

@@ -199,12 +199,12 @@ impl<'m> JointErrors<'m> {
         columns
             .iter()
             .zip(weights)
-            .map(|((carrier, value), weight)| self.share(*carrier) * value * weight)
+            .map(|((carrier, value), weight)| self.fraction(*carrier) * value * weight)
             .sum()
     }
 
-    /// The share of what a column of the map moves that is the joint's own way: of a shift its part along a lone slide.
-    fn share(&self, carrier: MapCarrier) -> f64 {
+    /// The fraction of what a column of the map moves that is the joint's own way: of a shift its part along a lone slide.
+    fn fraction(&self, carrier: MapCarrier) -> f64 {
         match (carrier, self.alone) {
             (MapCarrier::Joint(joint), _) if joint == self.joint => 1.0,
             (MapCarrier::Shift(axis), Some(along)) => along.get(axis).copied().unwrap_or(0.0),

@@ -77,16 +77,16 @@ impl Checker<'_> {
 
     fn map(&self, typed: &Spanned<RawMap>, region: &MeasuredRegion, chain: &Chain) -> Checked<ResidualMap> {
         let raw = &typed.value;
-        let share = raw.not_understood.value;
-        if !(0.0..=1.0).contains(&share) {
+        let fraction = raw.not_understood.value;
+        if !(0.0..=1.0).contains(&fraction) {
             return self.fail(
                 &raw.not_understood.span,
-                format!("a share of {share} cannot be; it lies between 0 and 1"),
+                format!("a fraction of {fraction} cannot be; it lies between 0 and 1"),
             );
         }
         let middle: Vec<f64> = region.joints.iter().map(|joint| 0.5 * (joint.low + joint.high)).collect();
         let inputs = region.inputs(&middle).len();
-        let mut map = ResidualMap { not_understood: share, ..ResidualMap::default() };
+        let mut map = ResidualMap { not_understood: fraction, ..ResidualMap::default() };
         for wave in &raw.waves {
             let RawWave { rates, phase_rad, shift_mm } = &wave.value;
             if rates.len() != inputs {
@@ -223,6 +223,6 @@ mod tests {
         let message = parse(&format!("{REGION}{}", MAP.replace("[1, 2, 3]", "[1, 2]"))).unwrap_err();
         assert!(message.contains("2 rates") && message.contains("3 scaled coordinates"), "{message}");
         let message = parse(&format!("{REGION}{}", MAP.replace("0.6", "6"))).unwrap_err();
-        assert!(message.contains("a share of 6 cannot be"), "{message}");
+        assert!(message.contains("a fraction of 6 cannot be"), "{message}");
     }
 }

@@ -259,7 +259,7 @@ impl Checker<'_> {
             joint.limits = (low * scale, high * scale);
         }
         if let Some(sign) = &raw.sign {
-            // A share of a sign would be a gain.
+            // A fraction of a sign would be a gain.
             if sign.value.abs() != 1.0 {
                 return self.fail(&sign.span, format!("a sign is 1 or -1, not {}", sign.value));
             }

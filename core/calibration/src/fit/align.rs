@@ -17,7 +17,7 @@ use plumb_estimation::{Cancelled, Progress};
 /// Rows looked at, spread over the table.
 const LOOKED_AT: usize = 500;
 
-/// Share of the measured points' spread by which the arm must be off for the targets to be looked for.
+/// Fraction of the measured points' spread by which the arm must be off for the targets to be looked for.
 const FAR: f64 = 0.02;
 
 /// How many times smaller the left-over must be before the targets are moved for the first guess.

@@ -25,7 +25,7 @@ pub(crate) struct Changes {
     trigger_height: f64,
     /// Of the numbers of the light stripe's rig.
     pub(super) rig: [f64; RigNumber::ALL.len()],
-    /// What is added to each number that is read (mm or rad), and the share by which it is read too large.
+    /// What is added to each number that is read (mm or rad), and the fraction by which it is read too large.
     readings: [(f64, f64); Channel::COUNT],
 }
 
@@ -127,7 +127,7 @@ impl Changes {
 }
 
 impl ArmPose {
-    /// What is added to a number that is read (mm or rad), and the share by which it is read too large.
+    /// What is added to a number that is read (mm or rad), and the fraction by which it is read too large.
     pub(super) fn reading(&self, channel: Option<Channel>) -> (f64, f64) {
         let known = channel.and_then(|channel| self.changes.readings.get(channel.index()));
         known.copied().unwrap_or_default()

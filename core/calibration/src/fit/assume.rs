@@ -8,7 +8,7 @@ use super::scratch::Scratch;
 use super::state::State;
 use crate::effect::{Contribution, LooksAt, Sample};
 
-/// Rounds in which a bending arm comes to balance at most. What bends under its own weight changes the moments that bend it by a share that is of the order of the deflection itself
+/// Rounds in which a bending arm comes to balance at most. What bends under its own weight changes the moments that bend it by a fraction that is of the order of the deflection itself
 /// (1e-3 rad), so that three rounds leave 1e-9 of it; what would need more than this many has no balance that a machine could have.
 const ROUNDS: usize = 20;
 

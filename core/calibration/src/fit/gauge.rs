@@ -69,7 +69,7 @@ impl ResidualModel<'_> {
 
     /// A dependent column as the parts that it is made of, each with its share.
     fn gauge(&self, mut parts: Vec<(usize, f64)>, column: usize) -> Gauge {
-        parts.retain(|(_, share)| share.abs() > LEAST_SHARE);
+        parts.retain(|(_, fraction)| fraction.abs() > LEAST_SHARE);
         // What contributes most is named first.
         parts.sort_by(|left, right| right.1.abs().total_cmp(&left.1.abs()));
         let same_as =

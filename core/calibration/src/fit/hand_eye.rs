@@ -31,7 +31,7 @@ pub struct TwoRotations {
 /// Poses that can determine two rotations at least: two turns about different axes.
 const FEWEST: usize = 3;
 
-/// The second singular value, as a share of the first, from which the poses all turn about one axis: the rotations are then not determined. With the axes of
+/// The second singular value, as a fraction of the first, from which the poses all turn about one axis: the rotations are then not determined. With the axes of
 /// turns of 30 degrees spread over a cone of 10 degrees it is 0.998.
 const ONE_AXIS: f64 = 0.9995;
 
@@ -94,16 +94,16 @@ pub fn places(
 ) -> (Vector3<f64>, Vector3<f64>) {
     let (mut matrix, mut gradient) = (DMatrix::zeros(6, 6), DVector::zeros(6));
     // What may not move has no column, and the factor leaves it out.
-    let [base_share, body_share] = [base_free, body_free].map(|free| f64::from(u8::from(free)));
+    let [base_fraction, body_fraction] = [base_free, body_free].map(|free| f64::from(u8::from(free)));
     for pose in poses.iter().filter(|pose| pose.seen.translation.vector.iter().all(|part| part.is_finite())) {
         let turned = base * pose.flange.rotation;
         let believed = base * pose.flange.translation.vector + turned * body + origin;
         let left = pose.seen.translation.vector - believed;
         for axis in 0..3 {
             let mut row = DVector::zeros(6);
-            row[axis] = base_share;
+            row[axis] = base_fraction;
             for part in 0..3 {
-                row[3 + part] = body_share * turned.matrix()[(axis, part)];
+                row[3 + part] = body_fraction * turned.matrix()[(axis, part)];
             }
             matrix.ger(1.0, &row, &row, 1.0);
             gradient.axpy(left[axis], &row, 1.0);

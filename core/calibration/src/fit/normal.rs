@@ -48,7 +48,7 @@ impl ResidualModel<'_> {
     }
 
     /// The derivatives of the predictions over `rows` times their second derivative along a change of the free numbers (Transtrum and Sethna 2012, arXiv:1201.5885). By
-    /// central differences: beside what the first derivatives promise an error of theirs, divided by the share of the step, would look like a bend.
+    /// central differences: beside what the first derivatives promise an error of theirs, divided by the fraction of the step, would look like a bend.
     pub(super) fn second_derivative_along(
         &self,
         state: &State,
@@ -57,7 +57,7 @@ impl ResidualModel<'_> {
         weights: &[f64],
     ) -> DVector<f64> {
         let [ahead, behind] = [SECOND_DIFFERENCE, -SECOND_DIFFERENCE]
-            .map(|share| state.stepped(&self.free_parameters, (change * share).as_slice()));
+            .map(|fraction| state.stepped(&self.free_parameters, (change * fraction).as_slice()));
         let mut total = DVector::zeros(self.free_parameters.len());
         over_chunks(
             rows,

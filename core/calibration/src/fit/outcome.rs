@@ -273,9 +273,9 @@ const ROUNDS: usize = 4;
 /// Gain, in one measurement's variances, that every number let go must promise on average: what an information criterion asks of a parameter (Akaike 1974).
 const RELEASED: f64 = 2.0;
 
-/// The numbers of which those before them leave no more than a share, and the spared ones; ascending.
-fn dependent(normal: &NormalEquations, share: f64, spared: &[usize]) -> Vec<usize> {
-    let mut dependent = RankRevealingCholesky::leaving_out(&normal.matrix, share).dependent;
+/// The numbers of which those before them leave no more than a fraction, and the spared ones; ascending.
+fn dependent(normal: &NormalEquations, fraction: f64, spared: &[usize]) -> Vec<usize> {
+    let mut dependent = RankRevealingCholesky::leaving_out(&normal.matrix, fraction).dependent;
     dependent.extend(spared);
     dependent.sort_unstable();
     dependent.dedup();

@@ -14,7 +14,7 @@ use plumb_estimation::{CAREFUL, Cancelled, Progress, Settings, descend};
 /// Rows looked at, spread over the table.
 const LOOKED_AT: usize = 60;
 
-/// Share of the spread of the flange's places by which the profiles must be off for the sensor to be looked for anew.
+/// Fraction of the spread of the flange's places by which the profiles must be off for the sensor to be looked for anew.
 const FAR: f64 = 0.02;
 
 /// Steps of the descent from each way in which the sensor may be turned.

@@ -388,7 +388,7 @@ impl<'a> ResidualModel<'a> {
         column
     }
 
-    /// One equation's derivatives by all free numbers and probes, times `scale`; `stretch` is the share by which it is read too large.
+    /// One equation's derivatives by all free numbers and probes, times `scale`; `stretch` is the fraction by which it is read too large.
     fn derivatives(
         &self,
         what: Measurand,

@@ -9,7 +9,7 @@ use crate::table::Stretch;
 /// Where a ray that misses the sheet is taken to end, mm from the flange: so far off that no step of a fit that leads there is taken.
 const MISSED: f64 = 1e5;
 
-/// The step of a derivative, as a share of what is worth a hundredth of a millimetre: large beside rounding (1e-13 mm), small beside what bends.
+/// The step of a derivative, as a fraction of what is worth a hundredth of a millimetre: large beside rounding (1e-13 mm), small beside what bends.
 const STEP: f64 = 1e-3;
 
 /// The points of one stretch, and how they move.

@@ -114,20 +114,20 @@ impl<'t> Tangent<'t> {
     }
 
     /// Adds every row, times its share, to normal equations.
-    fn weigh(&self, normal: &mut NormalEquations, share: impl Fn(usize) -> f64) {
+    fn weigh(&self, normal: &mut NormalEquations, fraction: impl Fn(usize) -> f64) {
         let mut places = Vec::new();
-        let mut shares = Vec::new();
+        let mut fractions = Vec::new();
         for (index, row) in self.rows.iter().enumerate() {
-            let share = share(*row);
-            if share != 0.0 {
+            let fraction = fraction(*row);
+            if fraction != 0.0 {
                 places.extend(self.range(index));
-                shares.resize(places.len(), share);
+                fractions.resize(places.len(), fraction);
             }
         }
         let columns = self.jacobian.select_columns(&places);
         let mut shared = columns.clone();
-        for (mut column, share) in shared.column_iter_mut().zip(&shares) {
-            column *= *share;
+        for (mut column, fraction) in shared.column_iter_mut().zip(&fractions) {
+            column *= *fraction;
         }
         normal.matrix.gemm(1.0, &shared, &columns.transpose(), 1.0);
         normal.gradient.gemv(1.0, &shared, &self.residuals.select_rows(&places), 1.0);

@@ -35,7 +35,7 @@ pub trait MeasurementKind: fmt::Debug + Sync {
         None
     }
 
-    /// The instrument that reads it: kinds that share one share its scatter.
+    /// The instrument that reads it: kinds that fraction one share its scatter.
     fn instrument(&self) -> &'static str {
         self.name()
     }

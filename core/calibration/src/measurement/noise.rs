@@ -18,7 +18,7 @@ pub enum NoiseSource {
     Unknown,
 }
 
-/// The noise of the readings that share one key of `noise:`.
+/// The noise of the readings that fraction one key of `noise:`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ReadingNoise {
     /// The key: `p1_mm`, `tilt_deg`.

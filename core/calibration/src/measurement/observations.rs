@@ -21,7 +21,7 @@ pub(crate) struct PlaceDistance {
     pub(crate) sigma: f64,
 }
 
-/// Sigma of a known distance between places, as a share of the sigma of touching: it was measured with better means.
+/// Sigma of a known distance between places, as a fraction of the sigma of touching: it was measured with better means.
 const KNOWN_DISTANCE: f64 = 0.1;
 
 /// All equations of a table, row by row.

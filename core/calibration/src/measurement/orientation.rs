@@ -26,11 +26,11 @@ pub(super) fn apart(measured: &Rotation3<f64>, predicted: &Rotation3<f64>) -> (V
     let vector = UnitQuaternion::from_rotation_matrix(&(measured.inverse() * predicted)).scaled_axis();
     let angle = vector.norm();
     let cross = vector.cross_matrix();
-    let share = match angle < SMALL_TURN {
+    let fraction = match angle < SMALL_TURN {
         true => 1.0 / 12.0,
         false => (1.0 - 0.5 * angle / (0.5 * angle).tan()) / (angle * angle),
     };
-    (vector, Matrix3::identity() + cross * 0.5 + cross * cross * share)
+    (vector, Matrix3::identity() + cross * 0.5 + cross * cross * fraction)
 }
 
 impl MeasurementKind for Orientation {

@@ -164,8 +164,8 @@ const STARTS: [f64; 3] = [0.2, 0.5, 0.8];
 /// The joints at every mixture of these shares.
 fn other_starts(by: &[&str], ranges: &[(f64, f64)]) -> Vec<Vec<(String, Option<f64>)>> {
     by.iter().zip(ranges).fold(vec![Vec::new()], |starts, (joint, (least, most))| {
-        let at = |share: f64| ((*joint).to_owned(), Some(least + share * (most - least)));
-        let with = |start: &Vec<_>| STARTS.map(|share| [start.clone(), vec![at(share)]].concat());
+        let at = |fraction: f64| ((*joint).to_owned(), Some(least + fraction * (most - least)));
+        let with = |start: &Vec<_>| STARTS.map(|fraction| [start.clone(), vec![at(fraction)]].concat());
         starts.iter().flat_map(with).collect()
     })
 }

@@ -235,10 +235,10 @@ fn how_far_a_search_has_come_is_reported_as_a_share_of_its_way_with_where_the_jo
             _ => None,
         })
         .collect();
-    for (reported, (share, text)) in
+    for (reported, (fraction, text)) in
         reported.iter().zip([(0.1, "fast: shoulder at 38.50 deg"), (0.2, "fast: shoulder at 34.50 deg")])
     {
-        assert!((reported.0.expect("a share") - share).abs() < 1e-9, "{reported:?}");
+        assert!((reported.0.expect("a share") - fraction).abs() < 1e-9, "{reported:?}");
         assert_eq!(reported.1, text);
     }
     let slow = reported.iter().filter(|(_, text)| text.starts_with("slowly: shoulder at "));

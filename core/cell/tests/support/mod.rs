@@ -154,8 +154,8 @@ impl World {
         white && height <= if was { 10.0 } else { fires_at }
     }
 
-    /// Moves along a straight line in joint space up to `share` of the way, noting every edge at its exact place.
-    fn go(&self, target: &[f64; 6], share: f64) {
+    /// Moves along a straight line in joint space up to `fraction` of the way, noting every edge at its exact place.
+    fn go(&self, target: &[f64; 6], fraction: f64) {
         let start = *lock(&self.joints);
         let at = |fraction: f64| {
             let mut pose = start;
@@ -167,7 +167,7 @@ impl World {
         let pieces = 200;
         for piece in 1..=pieces {
             let (mut before, mut after) =
-                ((piece - 1) as f64 / pieces as f64 * share, piece as f64 / pieces as f64 * share);
+                ((piece - 1) as f64 / pieces as f64 * fraction, piece as f64 / pieces as f64 * fraction);
             let was = self.fired.load(Ordering::SeqCst);
             let now = self.is_on(&at(after), was);
             if now == was {
@@ -193,7 +193,7 @@ impl World {
                 ..ProximityEdge::default()
             });
         }
-        let end = if share == 1.0 { *target } else { at(share) };
+        let end = if fraction == 1.0 { *target } else { at(fraction) };
         *lock(&self.joints) = end;
     }
 

@@ -157,7 +157,7 @@ mod tests {
     /// An arm whose elbow has a gain that is wrong, three rows in ten of which are locked away, and the pick of each joint's gain.
     fn with_picks(look: impl FnOnce(&Laboratory, &Pool, &Fitted<'_>, [Pick; 2])) {
         let lab = two_links(90, "joint_zero(*)", 0.05, 45, |q| [0.0, 0.01 * q[1]]);
-        let holdout = Holdout::Random { share: 0.3, seed: 4 };
+        let holdout = Holdout::Random { fraction: 0.3, seed: 4 };
         let options = Options { holdout, ..lab.options().clone() };
         let lab = Laboratory::new(lab.model().clone(), lab.table().clone(), options).unwrap();
         let fitted = lab.fit_with(&[], None, &Progress::unwatched()).unwrap();

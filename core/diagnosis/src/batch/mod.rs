@@ -143,8 +143,8 @@ impl Laboratory {
         let fall = Fall::gather(before, pool, picks, precisions);
         let mut steps = Vec::new();
         for (index, pick) in picks.iter().enumerate() {
-            let share = index as f64 / picks.len() as f64;
-            progress.report(0.8 + 0.2 * share, "describing the fall of the error")?;
+            let fraction = index as f64 / picks.len() as f64;
+            progress.report(0.8 + 0.2 * fraction, "describing the fall of the error")?;
             let id: &EffectId = &pool.probes[pick.probe].id;
             let value = sized.get(known + index);
             let last = index + 1 == picks.len();

@@ -55,7 +55,7 @@ fn every_wave_of_a_family_is_found_with_its_size_and_the_error_falls_from_one_to
 /// Claims of the elbow's waves of an order in a batch with corrections, of an arm of which three rows in ten are held out.
 fn claims_of(order: f64, off: impl Fn([f64; 2]) -> [f64; 2]) -> Vec<Claim> {
     let lab = two_links(BATCH_ROWS + 200, "joint_zero(*)", 0.02, 49, off);
-    let holdout = crate::split::Holdout::Random { share: 0.3, seed: 4 };
+    let holdout = crate::split::Holdout::Random { fraction: 0.3, seed: 4 };
     let options = crate::laboratory::Options { holdout, ..lab.options().clone() };
     let lab = Laboratory::new(lab.model().clone(), lab.table().clone(), options).unwrap();
     let batch = lab.batch(false, 12, &Progress::unwatched()).unwrap().unwrap();

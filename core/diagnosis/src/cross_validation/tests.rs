@@ -132,8 +132,8 @@ fn rows_are_cut_as_they_are_held_out_each_once_and_returns_together() {
     });
     let rows: Vec<usize> = (0..60).filter(|row| *row != 7).collect();
     let blocks = |holdout: Holdout| holdout_blocks(lab.table(), &rows, holdout);
-    let random = blocks(Holdout::Random { share: 0.3, seed: 2 });
-    for blocks in [&random, &blocks(Holdout::Time { share: 0.2 }), &blocks(Holdout::Session)] {
+    let random = blocks(Holdout::Random { fraction: 0.3, seed: 2 });
+    for blocks in [&random, &blocks(Holdout::Time { fraction: 0.2 }), &blocks(Holdout::Session)] {
         let mut all = blocks.concat();
         all.sort_unstable();
         assert_eq!(all, rows);
@@ -148,7 +148,7 @@ fn rows_are_cut_as_they_are_held_out_each_once_and_returns_together() {
         );
     }
     assert!(random.iter().any(|block| block.windows(2).any(|pair| pair[1] < pair[0])), "drawn at random");
-    let stretches = blocks(Holdout::Time { share: 0.2 });
+    let stretches = blocks(Holdout::Time { fraction: 0.2 });
     assert!(stretches.iter().all(|block| block.windows(2).all(|pair| pair[0] < pair[1])));
     assert!(stretches.windows(2).all(|pair| pair[0].last() < pair[1].first()), "one after the other");
     assert_eq!(blocks(Holdout::Session).len(), 3);

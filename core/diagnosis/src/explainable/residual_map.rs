@@ -390,8 +390,8 @@ mod tests {
         let found = residual_map(&fitted.machine, &fitted.fit, &Progress::unwatched()).unwrap().unwrap();
         // Noise along three axes, 0.035 mm of a point, is all that it may leave.
         assert!(found.without_mm > 0.055 && found.with_mm < 0.047, "{} {}", found.without_mm, found.with_mm);
-        let share = 1.0 - (found.with_mm / found.without_mm).powi(2);
-        assert!((found.map.not_understood - share).abs() < 1e-12 && !found.between_unknown);
+        let fraction = 1.0 - (found.with_mm / found.without_mm).powi(2);
+        assert!((found.map.not_understood - fraction).abs() < 1e-12 && !found.between_unknown);
         assert_eq!(found.goes_by, ["pose"]);
         let mut mapped = lab.model().clone();
         (mapped.residual_map, mapped.measured_region) = (Some(found.map), Some(found.region));

@@ -140,8 +140,9 @@ fn shapes(lab: &Laboratory, site: FormSite, factor: Factor) -> Vec<Vec<Shape>> {
         shapes.push(vec![Shape::Linear(angle)]);
         if context.turns(joint) {
             shapes.extend(ORDERS.map(|order| vec![Shape::Wave(angle, order)]));
-            shapes
-                .push(HALVES.map(|share| Shape::Half(angle, rounded(share * std::f64::consts::PI))).to_vec());
+            shapes.push(
+                HALVES.map(|fraction| Shape::Half(angle, rounded(fraction * std::f64::consts::PI))).to_vec(),
+            );
         }
         shapes.extend(kinked(lab, angle));
     }
@@ -165,7 +166,7 @@ fn kinked(lab: &Laboratory, angle: Angle) -> Vec<Vec<Shape>> {
     if high - low < 1.0 / DIGITS {
         return Vec::new();
     }
-    let places = KINKS.map(|share| rounded(low + share * (high - low)));
+    let places = KINKS.map(|fraction| rounded(low + fraction * (high - low)));
     let mut shapes = vec![
         places.map(|at| Shape::Above(angle, at)).to_vec(),
         places.map(|at| Shape::Below(angle, at)).to_vec(),
@@ -178,7 +179,8 @@ fn kinked(lab: &Laboratory, angle: Angle) -> Vec<Vec<Shape>> {
     }
     if low < 0.0 && high > 0.0 {
         let far = low.abs().max(high);
-        shapes.push(EITHER_WAY.iter().map(|share| Shape::Beyond(angle, rounded(share * far))).collect());
+        shapes
+            .push(EITHER_WAY.iter().map(|fraction| Shape::Beyond(angle, rounded(fraction * far))).collect());
     }
     shapes
 }

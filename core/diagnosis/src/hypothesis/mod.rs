@@ -37,7 +37,7 @@ pub struct Hypothesis {
     pub formula: String,
     /// Values of its parameters, with their standard errors.
     pub values: Vec<HypothesisValue>,
-    /// Share of the squares beyond the noise that it takes away; of all squares where nobody knows the noise.
+    /// Fraction of the squares beyond the noise that it takes away; of all squares where nobody knows the noise.
     pub explains: f64,
     /// The unit of the two errors: that of the table's readings.
     pub unit: ReadingUnit,
@@ -290,7 +290,7 @@ fn rms(fitted: &Fitted<'_>) -> f64 {
     ErrorSummary::or_zero(ErrorSummary::of(squares)).rms
 }
 
-/// Share of the squares beyond the noise that a fitted candidate takes away; of all of them where nobody knows the noise.
+/// Fraction of the squares beyond the noise that a fitted candidate takes away; of all of them where nobody knows the noise.
 fn explained(fitted: &Fitted<'_>, fitted_candidate: &FittedCandidate, floor: &Floor) -> f64 {
     let before = fitted.fit.normal.squares;
     let freedom = (fitted.fit.normal.equations as f64 - fitted.fit.rank() as f64).max(1.0);

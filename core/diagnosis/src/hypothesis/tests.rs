@@ -170,7 +170,7 @@ fn a_searched_number_is_tried_again_on_either_side_of_where_it_was() {
     assert_eq!(tried.len(), 19);
     assert!(tried.windows(2).all(|pair| pair[1] > pair[0]), "{tried:?}");
     assert!((tried[9] - at).abs() < 1e-3 && (tried[0] + tried[18] - 2.0 * at).abs() < 1e-2, "{tried:?}");
-    // Nine tenths of the first search's spacing, a share of a range of some 200 deg.
+    // Nine tenths of the first search's spacing, a fraction of a range of some 200 deg.
     assert!((0.05..1.5).contains(&(tried[18] - at)), "{tried:?}");
 }
 
@@ -271,14 +271,14 @@ fn a_formula_explains_its_share_of_what_lies_beyond_the_noise() {
         scale: (noise > 0.0).then(|| (noise * before / freedom).sqrt()),
         ..Floor::of(&fitted.machine, &fitted.fit, &lab.context())
     };
-    let leaving = |share: f64| FittedCandidate {
-        left: (share * before, freedom),
+    let leaving = |fraction: f64| FittedCandidate {
+        left: (fraction * before, freedom),
         ..crate::testing::fitted_candidate("joint_gain", 1, 0.0)
     };
-    let share = |left: f64, noise: f64| explained(&fitted, &leaving(left), &floor(noise));
-    assert!((share(0.4, 0.2) - 0.75).abs() < 1e-9, "six tenths of eight");
-    assert!((share(0.4, 0.0) - 0.6).abs() < 1e-9, "of all where nobody knows the noise");
-    assert_eq!((share(0.1, 0.2), share(1.5, 0.2)), (1.0, 0.0));
+    let fraction = |left: f64, noise: f64| explained(&fitted, &leaving(left), &floor(noise));
+    assert!((fraction(0.4, 0.2) - 0.75).abs() < 1e-9, "six tenths of eight");
+    assert!((fraction(0.4, 0.0) - 0.6).abs() < 1e-9, "of all where nobody knows the noise");
+    assert_eq!((fraction(0.1, 0.2), fraction(1.5, 0.2)), (1.0, 0.0));
 }
 
 #[test]

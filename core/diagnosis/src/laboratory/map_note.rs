@@ -5,7 +5,7 @@ use serde::Serialize;
 /// What a comparison finds of the model's residual map.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct MapNote {
-    /// Share of the variance that it takes away of what the model leaves.
+    /// Fraction of the variance that it takes away of what the model leaves.
     pub not_understood: f64,
     /// Rows of the table inside the region that was measured, where it acts.
     pub rows_inside: usize,

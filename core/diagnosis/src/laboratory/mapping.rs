@@ -20,7 +20,7 @@ pub struct MapStep {
     pub left_out_mm: [f64; 2],
     /// The error of the model with it.
     pub rms_mm: Rms,
-    /// Share of the variance that the model left and that it takes away.
+    /// Fraction of the variance that the model left and that it takes away.
     pub not_understood: f64,
     /// What it goes by.
     pub goes_by: Vec<String>,

@@ -25,11 +25,11 @@ const FEWEST: usize = 6;
 /// Root mean square angle (rad) from which orientations do not go with the nominal arm: no arm that still works is 10 degrees off.
 const FOREIGN: f64 = 0.175;
 
-/// Share of the places' spread that base and body may leave of them, from which orientations do not go with the places: a quaternion with `w` last is that
+/// Fraction of the places' spread that base and body may leave of them, from which orientations do not go with the places: a quaternion with `w` last is that
 /// of an inverted orientation in other axes, and only where the places say how the base is turned are the two distinguished.
 const FOREIGN_PLACES: f64 = 0.1;
 
-/// What another convention may leave, in units of what is foreign, and as a share of what is left as it is.
+/// What another convention may leave, in units of what is foreign, and as a fraction of what is left as it is.
 const AGREES: f64 = 0.5;
 const MUCH_BETTER: f64 = 0.25;
 
@@ -124,7 +124,7 @@ const READINGS: [Reading; 9] = [
 struct Left {
     /// Root mean square angle, rad.
     angle: f64,
-    /// What is left of the places, as a share of their spread; 0 where none was measured.
+    /// What is left of the places, as a fraction of their spread; 0 where none was measured.
     places: f64,
 }
 
@@ -144,7 +144,7 @@ impl Left {
     }
 }
 
-/// What base and body leave of the places, as a share of their spread.
+/// What base and body leave of the places, as a fraction of their spread.
 fn places_left(poses: &[SeenPose], found: &TwoRotations) -> f64 {
     let none = (Vector3::zeros(), Vector3::zeros());
     let (origin, body) = places(poses, &found.base, none, (true, true));

@@ -396,16 +396,16 @@ fn mixed_rows(
     let (sound, odd): (Vec<_>, Vec<_>) = rows.partition(|(_, agreeing)| 4 * agreeing >= 3 * most);
     let sound: Vec<(&Sample, &Vector3<f64>)> = sound.into_iter().map(|(row, _)| row).collect();
     for ((sample, belief), _) in odd {
-        let as_is = agreeing_share(&sound, &sample.measured, belief);
+        let as_is = agreeing_fraction(&sound, &sample.measured, belief);
         let lengths = LENGTH_SLIPS.iter().map(|(factor, as_what)| {
-            (agreeing_share(&sound, &(sample.measured * *factor), belief), "the position", *as_what)
+            (agreeing_fraction(&sound, &(sample.measured * *factor), belief), "the position", *as_what)
         });
         let angles = ANGLE_SLIPS.iter().map(|(factor, as_what)| {
             let q: Vec<f64> = sample.q.iter().map(|q| q * factor).collect();
-            (agreeing_share(&sound, &sample.measured, &tip(model, &q, target)), "the pose", *as_what)
+            (agreeing_fraction(&sound, &sample.measured, &tip(model, &q, target)), "the pose", *as_what)
         });
         // Enough of the sound rows must agree with a row read in another unit, and hardly any with it as it is.
-        let slip = lengths.chain(angles).find(|(share, ..)| *share > 0.8 && *share > as_is + 0.3);
+        let slip = lengths.chain(angles).find(|(fraction, ..)| *fraction > 0.8 && *fraction > as_is + 0.3);
         if let Some((_, what, as_what)) = slip {
             let (table, line) = (table.source.clone(), sample.line);
             return Err(ImplausibleError::MixedRow { table, line, what, as_what });
@@ -415,7 +415,7 @@ fn mixed_rows(
 }
 
 /// With which share of the sound rows a point agrees by its distance from theirs, if the arm puts it where is believed.
-fn agreeing_share(
+fn agreeing_fraction(
     sound: &[(&Sample, &Vector3<f64>)],
     measured: &Vector3<f64>,
     believed: &Vector3<f64>,

@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use plumb_calibration::fit::ResidualModel;
 
-/// The share of the points that lie within [`ErrorSummary::percentile_95`].
+/// The fraction of the points that lie within [`ErrorSummary::percentile_95`].
 const SHARE_WITHIN: f64 = 0.95;
 
 /// The errors of some measured points, in the unit of the table's readings (degrees of angles alone, else mm).

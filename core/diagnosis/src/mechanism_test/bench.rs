@@ -25,7 +25,7 @@ pub(super) struct Foremost<'s> {
     pub(super) member: usize,
     pub(super) set: &'s Set,
     /// Components of the flexible part that hold what it does because they are of its own kind: smooth functions of the same errors, of the same joint. They are the suspect in
-    /// a more flexible form, and not something else that does as well; how much more than the suspect they do is asked apart (`share_left_at`).
+    /// a more flexible form, and not something else that does as well; how much more than the suspect they do is asked apart (`fraction_left_at`).
     pub(super) own_functions: Vec<usize>,
 }
 

@@ -102,9 +102,9 @@ fn along_and_across(way: DVectorView<'_, f64>, own: DVectorView<'_, f64>) -> Opt
 }
 
 impl Bench<'_> {
-    /// What else is at the joint of a suspect, as a share of what that explains: whatever smooth functions of the joint do there if they are the whole flexible part, so that
+    /// What else is at the joint of a suspect, as a fraction of what that explains: whatever smooth functions of the joint do there if they are the whole flexible part, so that
     /// none of them makes up for another part, and by how much more everything leaves along the joint's motion than across it.
-    fn share_left_at(&self, joint: usize, set: &Set, suspect: usize) -> Option<f64> {
+    fn fraction_left_at(&self, joint: usize, set: &Set, suspect: usize) -> Option<f64> {
         let own = self.components_at(joint);
         // With the other components given up the ones at this joint must take all that is there.
         let alone = self.mixed.fit(&self.parameters(&set.members), Some(&self.mixed.ratios_of(&own)))?;
@@ -114,8 +114,8 @@ impl Bench<'_> {
         Some((smooth + (along - across).max(0.0)) / explained)
     }
 
-    /// What the flexible part does beside a suspect, as a share of what that explains.
-    fn share_left(&self, set: &Set, suspect: usize) -> f64 {
+    /// What the flexible part does beside a suspect, as a fraction of what that explains.
+    fn fraction_left(&self, set: &Set, suspect: usize) -> f64 {
         let all: Vec<usize> = (0..self.features.joints.len()).collect();
         let explained = self.explained(&set.fit, suspect).max(f64::MIN_POSITIVE);
         self.mixed.squares_of_components(&set.fit, &all) / explained
@@ -207,7 +207,7 @@ impl Bench<'_> {
             .then_some(Doubt::Unlisted(suspect.id.site))
     }
 
-    /// Whether a size beside the flexible part is that of a real machine, and much the same without that part: within what blocks of rows differ by, or within a share of itself.
+    /// Whether a size beside the flexible part is that of a real machine, and much the same without that part: within what blocks of rows differ by, or within a fraction of itself.
     fn has_steady_size(
         &self,
         effect: &dyn Effect,
@@ -264,11 +264,11 @@ impl Bench<'_> {
         }
         let joint = suspect.id.joint().filter(|_| is_of_a_joint(&suspect.id));
         // What has no joint to be judged at is judged by everything else. Several numbers, as those of gravity without masses, bend to much.
-        let (share, bends) = match joint {
-            Some(joint) => (self.share_left_at(joint, set, foremost), bends || rank > 1.0),
-            None => (Some(self.share_left(set, foremost)), false),
+        let (fraction, bends) = match joint {
+            Some(joint) => (self.fraction_left_at(joint, set, foremost), bends || rank > 1.0),
+            None => (Some(self.fraction_left(set, foremost)), false),
         };
-        if share.is_none_or(|share| rules::is_crowded(share, bends)) {
+        if fraction.is_none_or(|fraction| rules::is_crowded(fraction, bends)) {
             return Some(Doubt::MoreAtItsJoint);
         }
         // Where the flexible part holds the same function, as that of the side of approach, it would predict as well with a variance of its own.

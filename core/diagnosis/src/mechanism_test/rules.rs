@@ -19,12 +19,12 @@ pub(super) fn predicts(gain: f64) -> bool {
     gain > GAIN_ERRORS
 }
 
-/// Whether so much is left at a joint, as a share of what an effect explains, that something else may be meant.
+/// Whether so much is left at a joint, as a fraction of what an effect explains, that something else may be meant.
 pub(super) fn is_crowded(left: f64, imitates: bool) -> bool {
     left > if imitates { SITE_LEFT } else { JOINT_LEFT }
 }
 
-/// Whether a size is the same beside a flexible part and without it: within its errors, or within a share of itself.
+/// Whether a size is the same beside a flexible part and without it: within its errors, or within a fraction of itself.
 pub(super) fn is_steady(flexible: f64, plain: f64, error: f64) -> bool {
     (flexible - plain).abs() <= (SIZE_ERRORS * error).max(SIZE_SHARE * flexible.abs())
 }

@@ -291,7 +291,8 @@ mod tests {
         }
         assert!(drawn.iter().flat_map(|one| &one.approach).all(|side| side.abs() == 1));
         let (low, high) = designer.range(1);
-        let reached = |share: f64| drawn.iter().filter(|one| (one.q[1] - low) / (high - low) > share).count();
+        let reached =
+            |fraction: f64| drawn.iter().filter(|one| (one.q[1] - low) / (high - low) > fraction).count();
         assert_eq!((reached(0.0), reached(1.0)), (40, 0), "within the range of the joint");
         assert!((8..32).contains(&reached(0.5)), "all over the range: {}", reached(0.5));
     }

@@ -87,9 +87,9 @@ fn keep_one_of_each_kind(faint: &mut Vec<Faint>) {
 fn rival(faint: &Faint, stage: &Stage<'_>, most_mm: f64, lab: &Laboratory) -> Rival {
     let (machine, fit) = (&stage.fitted.machine, &stage.fitted.fit);
     // Of the size that the question asks about, and no more than the rows leave room for.
-    let share = (most_mm / faint.error_mm).min(1.0);
-    let values: Vec<f64> = faint.values.iter().map(|value| value * share).collect();
-    let beside = &faint.beside * share;
+    let fraction = (most_mm / faint.error_mm).min(1.0);
+    let values: Vec<f64> = faint.values.iter().map(|value| value * fraction).collect();
+    let beside = &faint.beside * fraction;
     let mut state = fit.state.stepped(machine.free_parameters(), beside.as_slice());
     state.effects.push(values.clone());
     let known = fit.covariance.nrows();
@@ -139,16 +139,17 @@ mod tests {
         assert_eq!(ids(kept.iter().collect()), ids(first));
         let (one, stage) = (faint.first().unwrap(), &finding.stage);
         let (machine, fit) = (&stage.fitted.machine, &stage.fitted.fit);
-        for (most_mm, share) in [(0.5 * one.error_mm, 0.5), (one.error_mm, 1.0), (3.0 * one.error_mm, 1.0)] {
+        for (most_mm, fraction) in [(0.5 * one.error_mm, 0.5), (one.error_mm, 1.0), (3.0 * one.error_mm, 1.0)]
+        {
             let put_in = rival(one, stage, most_mm, &lab);
-            let values: Vec<f64> = one.values.iter().map(|value| share * value).collect();
+            let values: Vec<f64> = one.values.iter().map(|value| fraction * value).collect();
             assert_eq!(put_in.state.effects.last(), Some(&values));
             assert_eq!(
                 put_in.effects.last().map(|added| (&added.id, &added.values)),
                 Some((&one.id, &values))
             );
             assert_eq!(put_in.effects.len(), stage.taken.len() + 1);
-            let beside = fit.state.stepped(machine.free_parameters(), (&one.beside * share).as_slice());
+            let beside = fit.state.stepped(machine.free_parameters(), (&one.beside * fraction).as_slice());
             assert_eq!(put_in.state.effects[..beside.effects.len()], beside.effects);
             let known = fit.covariance.nrows();
             assert_eq!(put_in.covariance.nrows(), known + values.len());

@@ -106,7 +106,7 @@ impl Replicates {
         sizes
     }
 
-    /// How far out each member lies: the norm of its deviation over the norm that a share `inside` of sound members stays below where one sigma is 1. A
+    /// How far out each member lies: the norm of its deviation over the norm that a fraction `inside` of sound members stays below where one sigma is 1. A
     /// member that is kept is part of its group's mean, so that its deviation is smaller than its error; that of one left out is larger.
     fn distances(&self, deviations: &[DVector<f64>], kept: &[f64], inside: f64) -> Vec<f64> {
         let sizes = self.sizes(kept);

@@ -317,7 +317,7 @@ fn the_typical_sigma_is_the_root_mean_square_of_lengths_and_of_angles_where_ther
 }
 
 /// Ten pairs whose members are one sigma off their mean; a condition of two numbers is this share of the squares.
-fn pairs_of_a_condition(share: f64) -> Replicates {
+fn pairs_of_a_condition(fraction: f64) -> Replicates {
     let mut all = replicates(&[2; 10], 0.0, 5);
     all.candidates = vec![(EffectId::at("drift", Site::Base), 0..2)];
     for (member, (columns, residual)) in all.columns.iter_mut().zip(&mut all.residuals).enumerate() {
@@ -325,15 +325,15 @@ fn pairs_of_a_condition(share: f64) -> Replicates {
         *columns = DMatrix::from_row_slice(3, 2, &[side, 0.0, 0.0, side, 0.0, 0.0]);
         // What is left differs in sign from pair to pair.
         let rest = if member % 4 < 2 { side } else { -side };
-        let along = side * (share / 2.0).sqrt();
-        *residual += DVector::from_row_slice(&[along, along, rest * (1.0 - share).sqrt()]);
+        let along = side * (fraction / 2.0).sqrt();
+        *residual += DVector::from_row_slice(&[along, along, rest * (1.0 - fraction).sqrt()]);
     }
     all
 }
 
 #[test]
 fn a_condition_is_taken_out_from_a_level_of_one_percent_on() {
-    // Thirty degrees of freedom: P(F with 2 and 28 degrees > f) = (1 + f / 14)^-14, which is the share that is left to the 14th.
+    // Thirty degrees of freedom: P(F with 2 and 28 degrees > f) = (1 + f / 14)^-14, which is the fraction that is left to the 14th.
     let edge = 1.0 - 0.01_f64.powf(1.0 / 14.0);
     let (chosen, scatter) = allow(&pairs_of_a_condition(1.005 * edge));
     assert_eq!((chosen, scatter.freedom), (vec![0], 28));

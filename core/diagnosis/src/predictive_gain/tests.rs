@@ -122,8 +122,8 @@ fn what_an_effect_promises_is_foretold_as_the_held_out_rows_are_chosen() {
     let [regions, none, random, time] = [
         Holdout::Regions,
         Holdout::None,
-        Holdout::Random { share: 0.3, seed: 4 },
-        Holdout::Time { share: 0.3 },
+        Holdout::Random { fraction: 0.3, seed: 4 },
+        Holdout::Time { fraction: 0.3 },
     ]
     .map(promised);
     assert_eq!(regions, none);
@@ -134,7 +134,7 @@ fn what_an_effect_promises_is_foretold_as_the_held_out_rows_are_chosen() {
         lab.model().clone(),
         lab.table().clone(),
         crate::laboratory::Options {
-            holdout: Holdout::Random { share: 0.3, seed: 4 },
+            holdout: Holdout::Random { fraction: 0.3, seed: 4 },
             ..lab.options().clone()
         },
     );

@@ -160,12 +160,12 @@ fn a_gain_is_tested_against_what_it_leaves_on_the_degrees_it_leaves() {
 #[test]
 fn what_the_fitted_numbers_take_of_a_candidate_is_a_share_from_nought_to_one() {
     let own = DMatrix::from_row_slice(2, 2, &[4.0, 0.0, 0.0, 9.0]);
-    let share = |first: f64, second: f64| {
+    let fraction = |first: f64, second: f64| {
         absorbed(&own, &DMatrix::from_row_slice(2, 2, &[first, 0.0, 0.0, second]), &units(&own))
     };
     // A quarter and a ninth are left of two wholes.
-    assert!((share(1.0, 1.0) - (1.0 - (0.25 + 1.0 / 9.0) / 2.0)).abs() < 1e-12);
-    assert_eq!((share(4.0, 9.0), share(0.0, 0.0), share(5.0, 9.0)), (0.0, 1.0, 0.0));
+    assert!((fraction(1.0, 1.0) - (1.0 - (0.25 + 1.0 / 9.0) / 2.0)).abs() < 1e-12);
+    assert_eq!((fraction(4.0, 9.0), fraction(0.0, 0.0), fraction(5.0, 9.0)), (0.0, 1.0, 0.0));
     let nothing = DMatrix::zeros(2, 2);
     assert_eq!(absorbed(&nothing, &nothing, &units(&nothing)), 1.0, "what does nothing is absorbed whole");
 }

@@ -27,7 +27,7 @@ fn replicates_and_rows_of_one_name_share_a_pose_and_places_are_shares_of_the_ran
     assert_eq!(equal.rows, [vec![0, 2], vec![1], vec![3]]);
     let places: Vec<f64> = equal.places.iter().map(|place| place[0]).collect();
     assert!(
-        places.iter().zip([0.0, 1.0, 0.5]).all(|(place, share)| (place - share).abs() < 1e-12),
+        places.iter().zip([0.0, 1.0, 0.5]).all(|(place, fraction)| (place - fraction).abs() < 1e-12),
         "{places:?}"
     );
     let named = Poses::of(&table(",repeat", &[(10.0, ",a"), (30.0, ","), (10.01, ",a")]));
@@ -110,7 +110,7 @@ fn a_random_share_is_held_out_pose_by_pose_and_by_its_seed() {
     let mut rows = vec![(0.0, ",a"); 3];
     rows.extend((1..18).map(|row| (f64::from(row), ",")));
     let table = table(",repeat", &rows);
-    let split = |seed| Split::new(&table, Holdout::Random { share: 0.3, seed }).unwrap();
+    let split = |seed| Split::new(&table, Holdout::Random { fraction: 0.3, seed }).unwrap();
     for seed in 0..20 {
         let held = split(seed).check_rows();
         assert!((6..=8).contains(&held.len()), "a third of 20, and at most a pose more: {held:?}");
@@ -127,7 +127,7 @@ fn a_random_share_is_held_out_pose_by_pose_and_by_its_seed() {
 #[test]
 fn the_last_part_of_the_time_and_the_last_session_are_held_out() {
     let by_time = table(",time_s", &[(0.0, ",30"), (1.0, ",10"), (2.0, ",20"), (3.0, ",40")]);
-    assert_eq!(Split::new(&by_time, Holdout::Time { share: 0.5 }).unwrap().check_rows(), [0, 3]);
+    assert_eq!(Split::new(&by_time, Holdout::Time { fraction: 0.5 }).unwrap().check_rows(), [0, 3]);
     let sessions = table(",session", &[(0.0, ",mon"), (1.0, ",tue"), (2.0, ",mon"), (3.0, ",tue")]);
     assert_eq!(Split::new(&sessions, Holdout::Session).unwrap().check_rows(), [1, 3]);
     assert_eq!(Split::new(&by_time, Holdout::Session), Err(HoldoutError::NoSessions));
@@ -225,10 +225,10 @@ fn a_way_to_hold_out_is_read_as_it_is_written_and_a_wrong_one_is_refused() {
     for text in ["regions", "random:0.25:7", "time:0.4", "session", "none"] {
         assert_eq!(text.parse::<Holdout>().unwrap().to_string(), text);
     }
-    assert_eq!("random".parse(), Ok(Holdout::Random { share: 0.3, seed: 1 }));
-    assert_eq!("time".parse(), Ok(Holdout::Time { share: 0.3 }));
-    for share in ["random:0", "random:1", "time:-0.1", "time:1.5"] {
-        assert_eq!(share.parse::<Holdout>(), Err(HoldoutError::Share(share.to_owned())));
+    assert_eq!("random".parse(), Ok(Holdout::Random { fraction: 0.3, seed: 1 }));
+    assert_eq!("time".parse(), Ok(Holdout::Time { fraction: 0.3 }));
+    for fraction in ["random:0", "random:1", "time:-0.1", "time:1.5"] {
+        assert_eq!(fraction.parse::<Holdout>(), Err(HoldoutError::Proportion(fraction.to_owned())));
     }
     for unknown in ["", "rows", "random:x", "random:0.3:x", "time:0.3:1", "regions:2"] {
         assert_eq!(unknown.parse::<Holdout>(), Err(HoldoutError::Unknown(unknown.to_owned())));

@@ -173,6 +173,6 @@ fn a_name_that_the_locked_rows_contradict_is_given_and_not_added() {
     let first: String =
         text.lines().filter(|line| !line.starts_with("after")).map(|line| format!("{line}\n")).collect();
     let growth =
-        laboratory(&model, &first, options(Holdout::Random { share: 0.2, seed: 1 })).grow(&watch).unwrap();
+        laboratory(&model, &first, options(Holdout::Random { fraction: 0.2, seed: 1 })).grow(&watch).unwrap();
     assert_eq!(growth.steps.len(), 1, "{}", diagnosis_sentence(&growth.diagnosis));
 }

@@ -34,7 +34,7 @@ fn what_a_batch_takes_in_does_no_harm_where_nothing_was_measured() {
     let model = format!("{COLUMN_ARM}targets: {{p1: {{}}}}\nfree: [joint_zero(*)]\nnoise: {{p1_mm: 0.02}}\n");
     // A cable that comes tight: no wave, but waves of low order follow it inside the rows.
     let tight = |q: f64| 0.002 * (q + 60.0).max(0.0);
-    let holdout = Holdout::Random { share: 0.3, seed: 1 };
+    let holdout = Holdout::Random { fraction: 0.3, seed: 1 };
     let laboratory = laboratory(&model, &table_with(640, tight), Options { holdout, ..Options::default() });
     let growth = laboratory.grow(&Progress::unwatched()).unwrap();
     let high =
@@ -50,7 +50,7 @@ fn what_a_batch_takes_in_does_no_harm_where_nothing_was_measured() {
 #[test]
 fn a_family_of_harmonics_is_found_at_one_go_and_holds_on_rows_not_fitted() {
     let model = format!("{COLUMN_ARM}targets: {{p1: {{}}}}\nfree: [joint_zero(*)]\nnoise: {{p1_mm: 0.02}}\n");
-    let holdout = Holdout::Random { share: 0.3, seed: 1 };
+    let holdout = Holdout::Random { fraction: 0.3, seed: 1 };
     let laboratory = laboratory(&model, &table(640), Options { holdout, ..Options::default() });
     let growth = laboratory.grow(&Progress::unwatched()).unwrap();
     let names = ["waist", "shoulder", "elbow"];

@@ -253,7 +253,7 @@ fn a_wire_that_was_re_set_on_the_way_is_taken_in_before_waves_that_imitate_it() 
     let rows: Vec<String> = poses.enumerate().map(row).collect();
     let surfaces = "surfaces: {nail: {point_mm: [50, 490, 30], free: true}}\n";
     let table = format!("{Q},distance_mm,distance_to\n{}\n", rows.join("\n"));
-    let options = Options { holdout: Holdout::Random { share: 0.3, seed: 1 }, ..Options::default() };
+    let options = Options { holdout: Holdout::Random { fraction: 0.3, seed: 1 }, ..Options::default() };
     let growth =
         laboratory(&format!("{COLUMN_ARM}{KNOWN}free: [joint_zero(*)]\n{surfaces}"), &table, options)
             .grow_with_corrections(&Progress::unwatched())

@@ -35,7 +35,7 @@ fn tip(q: [f64; 3], off: impl Fn([f64; 3]) -> [f64; 3]) -> [f64; 3] {
 }
 
 fn random() -> Options {
-    Options { holdout: Holdout::Random { share: 0.3, seed: 1 }, ..Options::default() }
+    Options { holdout: Holdout::Random { fraction: 0.3, seed: 1 }, ..Options::default() }
 }
 
 fn lab(model: &str, options: Options) -> Laboratory {

@@ -77,13 +77,13 @@ fn rows(eye: Eye, seed: u64) -> String {
         let level = if on { light(8.0) } else { (1.0 - eye.hysteresis) * light(8.0) };
         let waist = rng.between(-25.0, 25.0);
         let (surface, [q1, q2, q3, q4]) = if row % 3 == 0 {
-            // Over the edge, the hand level, at some height: the share of the spot that has to be light.
+            // Over the edge, the hand level, at some height: the fraction of the spot that has to be light.
             let distance = rng.between(6.0, 7.9);
-            let share = ((level / light(distance)) - 0.05) / 0.95;
+            let fraction = ((level / light(distance)) - 0.05) / 0.95;
             let lit = |middle: f64| {
                 0.5 + (middle * (1.0 - middle * middle).sqrt() + middle.asin()) / std::f64::consts::PI
             };
-            let light_side = falls_through(-1.0, 1.0, |middle| share - lit(middle));
+            let light_side = falls_through(-1.0, 1.0, |middle| fraction - lit(middle));
             let x = 230.0 - light_side + rng.noise(0.02);
             let r = x / waist.to_radians().cos() - distance * eye.tilt;
             ("edge", pose(waist, r, distance, 0.0))

@@ -17,8 +17,8 @@ const COUNT: usize = 160;
 
 /// The temperature of a row, deg C: a morning that warms, a door that is opened at noon, and an afternoon.
 fn changeable(row: usize) -> f64 {
-    let share = row as f64 / COUNT as f64;
-    if share < 0.5 { 18.0 + 16.0 * share } else { 21.0 + 10.0 * (share - 0.5) }
+    let fraction = row as f64 / COUNT as f64;
+    if fraction < 0.5 { 18.0 + 16.0 * fraction } else { 21.0 + 10.0 * (fraction - 0.5) }
 }
 
 /// One that rises by as much in every minute, from that at which the zero was set.

@@ -75,10 +75,10 @@ impl Curvature {
             self.matrix *= (step.dot(&beyond).abs() / known).min(1.0);
         }
         let missing = beyond - &self.matrix * step;
-        let share = step.dot(&missing) / (along * along);
+        let fraction = step.dot(&missing) / (along * along);
         self.matrix.ger(1.0 / along, &missing, &change, 1.0);
         self.matrix.ger(1.0 / along, &change, &missing, 1.0);
-        self.matrix.ger(-share, &change, &change, 1.0);
+        self.matrix.ger(-fraction, &change, &change, 1.0);
     }
 }
 

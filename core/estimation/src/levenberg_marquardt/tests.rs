@@ -48,7 +48,7 @@ impl Problem for Bending {
     fn second_derivative_along(&self, state: &DVector<f64>, change: &DVector<f64>) -> Option<DVector<f64>> {
         let model = self.0.0;
         let small = 1e-3;
-        let [behind, ahead] = [-small, small].map(|share| model(&(state + change * share)).0);
+        let [behind, ahead] = [-small, small].map(|fraction| model(&(state + change * fraction)).0);
         let (here, jacobian) = model(state);
         Some(jacobian.tr_mul(&((ahead + behind - here * 2.0) / (small * small))))
     }

@@ -1,14 +1,14 @@
 //! What is said where few poses were measured often, as along an axis after ISO 230-2.
 
 use crate::phrase::{listed, size_text};
-use plumb_diagnosis::{AcrossPoses, ConditionAtPoses, Diagnosis, FewPoses, PoseShare};
+use plumb_diagnosis::{AcrossPoses, ConditionAtPoses, Diagnosis, FewPoses, PoseFraction};
 
 /// How much goes with the pose alone.
-pub(super) fn share_in_words(share: &PoseShare) -> String {
+pub(super) fn fraction_in_words(fraction: &PoseFraction) -> String {
     format!(
         "{:.0} % of what is left depends on the pose alone, more than the returns to {} poses scatter",
-        100.0 * share.share,
-        share.poses
+        100.0 * fraction.fraction,
+        fraction.poses
     )
 }
 
@@ -19,10 +19,10 @@ fn curve_in_words(few: &FewPoses) -> String {
     })
 }
 
-/// What follows a verdict's sentence where no condition is at work: the share of the pose, unless the sentence has it already, and the curve.
+/// What follows a verdict's sentence where no condition is at work: the fraction of the pose, unless the sentence has it already, and the curve.
 pub(super) fn added_to(sentence: String, few: &FewPoses) -> String {
-    let share = share_in_words(&few.share);
-    let more = if sentence.contains(&share) { String::new() } else { format!(" {}.", capital(&share)) };
+    let fraction = fraction_in_words(&few.fraction);
+    let more = if sentence.contains(&fraction) { String::new() } else { format!(" {}.", capital(&fraction)) };
     format!("{sentence}{more}{}", curve_in_words(few))
 }
 
@@ -31,7 +31,7 @@ pub(super) fn with_condition(diagnosis: &Diagnosis, few: &FewPoses, condition: &
     format!(
         "{} {}, and nothing in the library explains that.{}",
         at_work(diagnosis, condition),
-        capital(&share_in_words(&few.share)),
+        capital(&fraction_in_words(&few.fraction)),
         curve_in_words(few)
     )
 }
@@ -68,8 +68,8 @@ mod tests {
     use super::*;
 
     fn few() -> FewPoses {
-        let share = PoseShare { share: 0.617, p: 1e-6, poses: 10 };
-        FewPoses { share, condition: None, curve: None }
+        let fraction = PoseFraction { fraction: 0.617, p: 1e-6, poses: 10 };
+        FewPoses { fraction, condition: None, curve: None }
     }
 
     #[test]
@@ -82,11 +82,14 @@ mod tests {
 
     #[test]
     fn the_share_of_the_pose_is_said_once() {
-        let share =
+        let fraction =
             "62 % of what is left depends on the pose alone, more than the returns to 10 poses scatter";
-        assert_eq!(share_in_words(&few().share), share);
-        assert_eq!(added_to("Nothing is named.".to_owned(), &few()), format!("Nothing is named. {share}."));
-        let has_it = format!("0.1 mm is left: {share}.");
+        assert_eq!(fraction_in_words(&few().fraction), fraction);
+        assert_eq!(
+            added_to("Nothing is named.".to_owned(), &few()),
+            format!("Nothing is named. {fraction}.")
+        );
+        let has_it = format!("0.1 mm is left: {fraction}.");
         assert_eq!(added_to(has_it.clone(), &few()), has_it);
         let with_curve = FewPoses { curve: Some("positioning_error(x, 7)".to_owned()), ..few() };
         assert!(added_to(has_it, &with_curve).contains("scatter. `positioning_error(x, 7)` holds it"));

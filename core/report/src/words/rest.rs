@@ -1,6 +1,6 @@
 //! What the rest is like, in words: what on record it goes with, and in what shape.
 
-use super::few_poses::share_in_words;
+use super::few_poses::fraction_in_words;
 use crate::phrase::{figure, listed};
 use plumb_diagnosis::{CategoryMeans, Description, Remaining, ResidualShape, Rest, Trend, TwoPositions};
 
@@ -16,7 +16,7 @@ pub fn rest_in_words(remaining: &Remaining) -> String {
             )
         }
         Some(Rest::TwoPositions(places)) => two_positions(places),
-        Some(Rest::PoseAlone(share)) => share_in_words(share),
+        Some(Rest::PoseAlone(fraction)) => fraction_in_words(fraction),
     }
 }
 

@@ -149,7 +149,7 @@ pub struct Extractor {
 /// A picture with more of it lit shows no stripe.
 const MOST_LIT: f32 = 0.4;
 
-/// A second component this tall, as a share of the tallest, could be the stripe as well.
+/// A second component this tall, as a fraction of the tallest, could be the stripe as well.
 const RIVAL: f32 = 0.9;
 
 impl Extractor {
@@ -190,8 +190,12 @@ impl Extractor {
         if lit == 0 {
             return Err(NoStripe::Dark { threshold });
         }
-        let share = lit as f32 / image.pixels().len() as f32;
-        if share > MOST_LIT { Err(NoStripe::Bright { percent: share * 100.0, threshold }) } else { Ok(()) }
+        let fraction = lit as f32 / image.pixels().len() as f32;
+        if fraction > MOST_LIT {
+            Err(NoStripe::Bright { percent: fraction * 100.0, threshold })
+        } else {
+            Ok(())
+        }
     }
 
     fn tallest(&mut self, settings: &Settings) -> Result<Component, NoStripe> {

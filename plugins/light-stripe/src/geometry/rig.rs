@@ -44,12 +44,12 @@ impl Rig {
         let lens = Point3::from(self.flange_from_camera.translation.vector);
         let ray = flat - lens;
         let height = normal.dot(&lens.coords) + self.plane.d_mm;
-        let mut share = 1.0;
+        let mut fraction = 1.0;
         for _ in 0..BENDING_ROUNDS {
-            let place = (lens + ray * share).coords.dot(&along);
-            share = 1.0 - self.bow_per_mm * place * place / height;
+            let place = (lens + ray * fraction).coords.dot(&along);
+            fraction = 1.0 - self.bow_per_mm * place * place / height;
         }
-        lens + ray * share
+        lens + ray * fraction
     }
 
     /// The same with the camera turned where it is, first about the flange's y, then about its x, rad.

@@ -61,17 +61,17 @@ impl fmt::Display for Row {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { typing, keeps_up, profile, poses, commands_a_pose } = self;
         let total = profile.total.as_secs_f64().max(1e-9);
-        let share = |part: std::time::Duration| 100.0 * part.as_secs_f64() / total;
+        let fraction = |part: std::time::Duration| 100.0 * part.as_secs_f64() / total;
         write!(
             formatter,
             "| {typing}, {} | {commands_a_pose:.0} | {:.0}, {:.0} | {:.0} % | {:.0} % | {:.0} % | {:.0} % | {:.2} s | {:.2} s | {:.2} |",
             if *keeps_up { "keeps up" } else { "holds one character" },
             f64::from(profile.sent) / poses,
             f64::from(profile.received) / poses,
-            share(profile.line),
-            share(profile.controller),
-            share(profile.motion),
-            share(profile.ours()),
+            fraction(profile.line),
+            fraction(profile.controller),
+            fraction(profile.motion),
+            fraction(profile.ours()),
             self.spent(),
             self.limit(),
             self.times()

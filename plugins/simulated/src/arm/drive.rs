@@ -53,7 +53,7 @@ impl JointDrive {
     }
 }
 
-/// A gear by which one motor drags another along: the reading of `motor` holds `share` of the reading of `driver`, both in the joint's unit.
+/// A gear by which one motor drags another along: the reading of `motor` holds `fraction` of the reading of `driver`, both in the joint's unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MotorCoupling {
     /// Index of the motor that is dragged.
@@ -61,7 +61,7 @@ pub struct MotorCoupling {
     /// Index of the motor that drags it, which comes before it.
     pub driver: usize,
     /// rad for a rad.
-    pub share: f64,
+    pub fraction: f64,
 }
 
 /// The drive of the whole arm.
@@ -74,7 +74,7 @@ pub struct Drive {
     /// Whether the arm is set to whole counts of its encoders. One that is not takes any value: no machine is built so, but what a method
     /// itself costs is seen best with it.
     pub whole_counts: bool,
-    /// From full speed the brakes bring the arm to rest in this time, s; from a share of it, in that share.
+    /// From full speed the brakes bring the arm to rest in this time, s; from a share of it, in that fraction.
     pub braking_s: f64,
 }
 
@@ -85,7 +85,7 @@ impl Drive {
         for coupling in &self.couplings {
             let driving = readings.get(coupling.driver).copied().unwrap_or(0.0);
             if let Some(reading) = readings.get_mut(coupling.motor) {
-                *reading += coupling.share * driving;
+                *reading += coupling.fraction * driving;
             }
         }
         for (reading, joint) in readings.iter_mut().zip(&self.joints) {
@@ -107,7 +107,7 @@ impl Drive {
         for coupling in &self.couplings {
             let driving = readings.get(coupling.driver).copied().unwrap_or(0.0);
             if let Some(value) = values.get_mut(coupling.motor) {
-                *value -= coupling.share * driving;
+                *value -= coupling.fraction * driving;
             }
         }
         values

@@ -13,7 +13,7 @@ pub(super) const POINTS: usize = 5;
 /// Where the points lie along the line, or along the arc of a ball, as shares of its half.
 const ALONG: [f64; POINTS] = [-0.8, -0.4, 0.0, 0.4, 0.8];
 
-/// The smallest circle of a ball, as a share of its radius, that the sensor still sees well.
+/// The smallest circle of a ball, as a fraction of its radius, that the sensor still sees well.
 const LEAST_CIRCLE: f64 = 0.3;
 
 impl Sight {

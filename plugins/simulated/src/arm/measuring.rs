@@ -198,8 +198,8 @@ impl ArmWorld {
         }
         // Near the middle by less than it shows, so that nobody turns to and fro over one division for ever.
         let division = self.description.level.instrument.division.to_degrees();
-        let share = if shown.abs() < 1.5 * division { 0.7 } else { 1.0 };
-        Ok(LevelStep::Turn(-shown.to_radians() * share / rise))
+        let fraction = if shown.abs() < 1.5 * division { 0.7 } else { 1.0 };
+        Ok(LevelStep::Turn(-shown.to_radians() * fraction / rise))
     }
 
     /// A bubble that shows less than this is in the middle, deg.

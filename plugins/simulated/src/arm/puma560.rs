@@ -53,9 +53,9 @@ const MOST_HUNG_KG: f64 = 4.0;
 /// The gears of the wrist. Turning joint 4 by 71.923 (76.686) turns drags the motor of joint 5 (6) by one, as read at the joint; the motor of
 /// joint 6 follows the raw reading of joint 5 by 13 in 72.
 const WRIST_GEARS: [MotorCoupling; 3] = [
-    MotorCoupling { motor: 4, driver: 3, share: 1.0 / 71.923 },
-    MotorCoupling { motor: 5, driver: 3, share: -1.0 / 76.686 },
-    MotorCoupling { motor: 5, driver: 4, share: 13.0 / 72.0 },
+    MotorCoupling { motor: 4, driver: 3, fraction: 1.0 / 71.923 },
+    MotorCoupling { motor: 5, driver: 3, fraction: -1.0 / 76.686 },
+    MotorCoupling { motor: 5, driver: 4, fraction: 13.0 / 72.0 },
 ];
 
 /// Where a spirit level can lie: on the flat of the wrist assembly, along the forearm and across it; on the cage's back, which lies against the

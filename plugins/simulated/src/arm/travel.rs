@@ -19,7 +19,7 @@ pub(super) struct Travel {
 }
 
 impl Travel {
-    /// From one place to another (rad or mm) at a share of full speed.
+    /// From one place to another (rad or mm) at a fraction of full speed.
     pub(super) fn plan(drive: &Drive, from: Vec<f64>, to: Vec<f64>, speed: f64, now_ns: u64) -> Self {
         let ways = from.iter().zip(&to).map(|(from, to)| (to - from).abs());
         let durations = drive.joints.iter().zip(ways).map(|(joint, way)| way / (joint.top_speed * speed));
@@ -65,8 +65,8 @@ impl Travel {
         if now_ns >= self.end_ns() {
             return (self.end_ns(), self.to.clone());
         }
-        let share = now_ns.saturating_sub(self.began_ns) as f64 / self.duration_ns as f64;
-        (now_ns, self.on_the_way(&self.from, share))
+        let fraction = now_ns.saturating_sub(self.began_ns) as f64 / self.duration_ns as f64;
+        (now_ns, self.on_the_way(&self.from, fraction))
     }
 
     /// The motion from now on with the brakes on: half of what it would have gone in the time it brakes. One that brakes already goes on.
@@ -77,15 +77,15 @@ impl Travel {
             return self;
         }
         let (_, from) = self.at(now_ns);
-        let share = (braking_ns as f64 / 2.0 / left_ns as f64).min(1.0);
-        let to = self.on_the_way(&from, share);
+        let fraction = (braking_ns as f64 / 2.0 / left_ns as f64).min(1.0);
+        let to = self.on_the_way(&from, fraction);
         let duration_ns = braking_ns.min(left_ns.saturating_mul(2));
         Self { from, to, began_ns: now_ns, duration_ns, braking: true, ..self }
     }
 
-    /// The joints after a share of the way from somewhere to the end.
-    fn on_the_way(&self, from: &[f64], share: f64) -> Vec<f64> {
-        from.iter().zip(&self.to).map(|(joint, to)| joint + (to - joint) * share).collect()
+    /// The joints after a fraction of the way from somewhere to the end.
+    fn on_the_way(&self, from: &[f64], fraction: f64) -> Vec<f64> {
+        from.iter().zip(&self.to).map(|(joint, to)| joint + (to - joint) * fraction).collect()
     }
 }
 

@@ -9,7 +9,7 @@ use crate::protocol::{JointFacts, JointUnit, SomeJoints, Verb};
 
 /// How long a motion that was braked may take to end.
 const BRAKED_WITHIN: Duration = Duration::from_secs(5);
-/// No arm's joint is slower, as a share of its greatest speed.
+/// No arm's joint is slower, as a fraction of its greatest speed.
 const SLOWEST: f64 = 0.001;
 
 /// The arm cannot be moved any more, or is in no such world.

@@ -179,8 +179,8 @@ fn lay_piece(light: &Light, from: &Lit, to: &Lit, levels: &mut [f32], random: &m
     let first = upper.v.ceil().max(0.0) as usize;
     let end = (lower.v.ceil().max(0.0) as usize).min(light.camera.height);
     for row in first..end {
-        let share = (row as f64 - upper.v) / span;
-        let between = |a: f64, b: f64| a + (b - a) * share;
+        let fraction = (row as f64 - upper.v) / span;
+        let between = |a: f64, b: f64| a + (b - a) * fraction;
         let middle = between(upper.u, lower.u);
         // In one row: what the sheet's thickness spreads along the surface, taken back along the stripe into the row.
         let [across_u, across_v] =

@@ -11,7 +11,7 @@ pub struct Projector {
     pub width_at_300: f64,
     /// Half of the fan, rad.
     pub half_fan: f64,
-    /// How far the sheet bends out of its plane: by this times the square of the tangent in the fan, as a share of the distance.
+    /// How far the sheet bends out of its plane: by this times the square of the tangent in the fan, as a fraction of the distance.
     pub bow: f64,
     /// Grey level of the stripe's middle on a perfect white, square on, at 300 mm, were the lens perfect.
     pub level_at_300: f64,
@@ -28,8 +28,8 @@ impl Projector {
 
     /// How bright the fan is at a place in it, 1 in the middle: even, with soft ends.
     pub(super) fn brightness(&self, tangent: f64) -> f64 {
-        let share = (tangent.atan() / self.half_fan).abs();
-        if share >= 1.0 { 0.0 } else { 1.0 - share.powi(8) }
+        let fraction = (tangent.atan() / self.half_fan).abs();
+        if fraction >= 1.0 { 0.0 } else { 1.0 - fraction.powi(8) }
     }
 
     /// Standard deviation of the sheet's thickness at a distance, mm.

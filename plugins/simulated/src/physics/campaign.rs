@@ -168,8 +168,8 @@ fn observe(specification: &Specification, clean: &[Vec<f64>], seed: u64) -> (Vec
             (gross.chance(specification.outliers), gross.magnitude(10.0, 100.0), gross.direction());
         if wrong {
             outliers.push(row);
-            for (value, share) in seen.iter_mut().zip(<[f64; 3]>::from(direction)) {
-                *value += specification.noise * size * 3.0_f64.sqrt() * share;
+            for (value, fraction) in seen.iter_mut().zip(<[f64; 3]>::from(direction)) {
+                *value += specification.noise * size * 3.0_f64.sqrt() * fraction;
             }
         }
         seen

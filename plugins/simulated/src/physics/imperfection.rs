@@ -66,7 +66,7 @@ pub enum Mechanism {
     AxisYaw { joint: usize },
     /// Play of the gears; rad, the whole width.
     JointBacklash { joint: usize },
-    /// The drive creeps into place: it lags by a share of the last moves, forgotten with time; rad per rad.
+    /// The drive creeps into place: it lags by a fraction of the last moves, forgotten with time; rad per rad.
     JointSettling { joint: usize, forgetting_s: f64 },
     /// Turning `driver` drags `joint`; rad per rad.
     JointCoupling { joint: usize, driver: usize },

@@ -35,8 +35,8 @@ impl Transmission {
             Self::Matrix(rows) => {
                 let mut held = vec![0.0; self.drives(moments.len())];
                 for (row, moment) in rows.iter().zip(moments) {
-                    for (sum, share) in held.iter_mut().zip(row) {
-                        *sum += share * moment;
+                    for (sum, fraction) in held.iter_mut().zip(row) {
+                        *sum += fraction * moment;
                     }
                 }
                 held
@@ -46,7 +46,7 @@ impl Transmission {
 }
 
 fn product(row: &[f64], drives: &[f64]) -> f64 {
-    row.iter().zip(drives).map(|(share, drive)| share * drive).sum()
+    row.iter().zip(drives).map(|(fraction, drive)| fraction * drive).sum()
 }
 
 #[cfg(test)]

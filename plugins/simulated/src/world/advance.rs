@@ -13,7 +13,7 @@ use crate::chance::uniform;
 /// Half-steps in one electrical turn of a motor: what it loses, it loses in such turns.
 const HALF_STEPS_PER_ELECTRICAL_TURN: f64 = 8.0;
 
-/// How near, as a share of one part of a motion, an event is found: far below 1e-13 rad.
+/// How near, as a fraction of one part of a motion, an event is found: far below 1e-13 rad.
 const EVENT_WIDTH: f64 = 1e-12;
 
 /// One part of a motion: where the arm was before it and after it, what the registers counted, and when.
@@ -84,13 +84,13 @@ impl World {
         self.accept(after, registers, touched_ns..time.end);
     }
 
-    /// The share of the way to `goal` the arm can go before it touches.
+    /// The fraction of the way to `goal` the arm can go before it touches.
     fn free_share(&self, goal: &HalfSteps) -> f64 {
         if self.arm_state.is_trespassing() {
             return 0.0;
         }
-        first_change(0.0, 1.0, EVENT_WIDTH, |share| {
-            self.arm_state.part_way(&self.description, goal, share).is_trespassing()
+        first_change(0.0, 1.0, EVENT_WIDTH, |fraction| {
+            self.arm_state.part_way(&self.description, goal, fraction).is_trespassing()
         })
     }
 
@@ -136,21 +136,21 @@ impl World {
     /// Switches the line wherever on the way the signal passes the level it waits for.
     fn watch_throughout(&mut self, part: &Part) {
         let mut from = 0.0;
-        while let Some(share) = self.next_switch(part, from) {
-            let travelled = part.registers_after.minus(&part.registers_before).times(share);
+        while let Some(fraction) = self.next_switch(part, from) {
+            let travelled = part.registers_after.minus(&part.registers_before).times(fraction);
             let joints = part.registers_before.plus(&travelled).to_joints();
-            self.switch(within(&part.time, share), joints, Joints::default());
-            from = share;
+            self.switch(within(&part.time, fraction), joints, Joints::default());
+            from = fraction;
         }
     }
 
-    /// The share of the part, from `from` on, at which the line switches next.
+    /// The fraction of the part, from `from` on, at which the line switches next.
     fn next_switch(&self, part: &Part, from: f64) -> Option<f64> {
-        let switches = |share: f64| self.switches(self.excess_at(part, share));
+        let switches = |fraction: f64| self.switches(self.excess_at(part, fraction));
         if switches(1.0) {
             return Some(first_change(from, 1.0, EVENT_WIDTH, switches));
         }
-        let (top, _) = summit(1e-9, |share| self.excess_at(part, from + (1.0 - from) * share))?;
+        let (top, _) = summit(1e-9, |fraction| self.excess_at(part, from + (1.0 - from) * fraction))?;
         let top = from + (1.0 - from) * top;
         switches(top).then(|| first_change(from, top, EVENT_WIDTH, switches))
     }
@@ -164,14 +164,14 @@ impl World {
         }
     }
 
-    /// How far the sensor is past switching at a share of a part.
-    fn excess_at(&self, part: &Part, share: f64) -> f64 {
-        let seen = if share >= 1.0 {
+    /// How far the sensor is past switching at a fraction of a part.
+    fn excess_at(&self, part: &Part, fraction: f64) -> f64 {
+        let seen = if fraction >= 1.0 {
             part.after.seen
         } else {
-            part.before.part_way(&self.description, &part.after.rotors, share).seen
+            part.before.part_way(&self.description, &part.after.rotors, fraction).seen
         };
-        self.excess(&seen, within(&part.time, share))
+        self.excess(&seen, within(&part.time, fraction))
     }
 
     /// How far the sensor, as its line is, is past switching it.
@@ -223,9 +223,9 @@ impl World {
     }
 }
 
-/// The moment a share of the way through a span of time.
-fn within(time: &Range<u64>, share: f64) -> u64 {
-    time.start + (time.end.saturating_sub(time.start) as f64 * share) as u64
+/// The moment a fraction of the way through a span of time.
+fn within(time: &Range<u64>, fraction: f64) -> u64 {
+    time.start + (time.end.saturating_sub(time.start) as f64 * fraction) as u64
 }
 
 /// Half of what each joint moves in these half-steps.
@@ -262,8 +262,8 @@ impl Slipping {
             if self.into_turn[axis] >= HALF_STEPS_PER_ELECTRICAL_TURN {
                 self.into_turn[axis] = 0.0;
                 self.drawn += 1;
-                let lost_share = 1.0 - pull_out.0[axis] / rates.0[axis];
-                self.slips[axis] = uniform(world.description.seed ^ 0x5119, self.drawn) < lost_share;
+                let lost_fraction = 1.0 - pull_out.0[axis] / rates.0[axis];
+                self.slips[axis] = uniform(world.description.seed ^ 0x5119, self.drawn) < lost_fraction;
             }
             self.into_turn[axis] += issued.0[axis].abs();
             if self.slips[axis] { issued.0[axis] } else { 0.0 }

@@ -80,9 +80,9 @@ impl ArmState {
         ArmState::at_rest(world, machine, rotors, self.held)
     }
 
-    /// The arm a share of the way to `rotors`.
-    pub(super) fn part_way(&self, world: &WorldDescription, rotors: &HalfSteps, share: f64) -> ArmState {
-        let travelled = rotors.minus(&self.rotors).times(share);
+    /// The arm a fraction of the way to `rotors`.
+    pub(super) fn part_way(&self, world: &WorldDescription, rotors: &HalfSteps, fraction: f64) -> ArmState {
+        let travelled = rotors.minus(&self.rotors).times(fraction);
         self.after(world, self.rotors.plus(&travelled))
     }
 

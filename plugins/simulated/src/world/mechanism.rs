@@ -177,8 +177,8 @@ impl Mechanism {
             (Joint::WristPitch, Joint::Elbow, drag.wrist_pitch_by_elbow),
             (Joint::Gripper, Joint::Elbow, drag.gripper_by_elbow),
         ];
-        let dragged = dragged.map(|(joint, driver, share)| {
-            (Flaw::CableDrag { joint: joint.index(), driver: driver.index() }, share)
+        let dragged = dragged.map(|(joint, driver, fraction)| {
+            (Flaw::CableDrag { joint: joint.index(), driver: driver.index() }, fraction)
         });
         let give = [
             (Joint::Shoulder, droop.shoulder_give),

@@ -112,7 +112,7 @@ pub struct MotionOrder {
     pub joints: [Option<f64>; AXES],
     /// Whether the values are added to where the joints are.
     pub relative: bool,
-    /// Share of the arm's greatest speed, above 0 and at most 1.
+    /// Fraction of the arm's greatest speed, above 0 and at most 1.
     pub speed: f64,
 }
 
@@ -135,7 +135,7 @@ pub enum MotionRefused {
         joint: Joint,
     },
     /// The speed is out of its range.
-    #[error("the speed must be a share of the greatest, {SLOWEST} to 1")]
+    #[error("the speed must be a fraction of the greatest, {SLOWEST} to 1")]
     Speed,
     /// The motors cannot be driven so.
     #[error(
@@ -363,7 +363,7 @@ impl World {
         MotionOrder { joints: short.0.map(Some), relative: true, speed }
     }
 
-    /// Turns the sensor's trim resistor: the level at which it fires, a share of the most light there can be, changes by this.
+    /// Turns the sensor's trim resistor: the level at which it fires, a fraction of the most light there can be, changes by this.
     /// False when the sensor has none.
     pub fn turn_trim(&mut self, by: f64) -> bool {
         by.is_finite() && self.description.scene.sensor.turn_trim(by) && {

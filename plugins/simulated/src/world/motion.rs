@@ -97,16 +97,16 @@ impl Motion {
     }
 
     fn time_after(&self, part: u64) -> u64 {
-        let share = part as f64 / self.parts as f64;
-        self.started_ns + (self.duration_ns as f64 * share) as u64
+        let fraction = part as f64 / self.parts as f64;
+        self.started_ns + (self.duration_ns as f64 * fraction) as u64
     }
 
     fn registers_after(&self, part: u64) -> HalfSteps {
         if part >= self.parts {
             return self.to;
         }
-        let share = part as f64 / self.parts as f64;
-        let travelled = self.to.minus(&self.from).times(share);
+        let fraction = part as f64 / self.parts as f64;
+        let travelled = self.to.minus(&self.from).times(fraction);
         self.from.plus(&match self.resolution {
             Resolution::Continuous => travelled,
             Resolution::HalfStep => HalfSteps(travelled.0.map(f64::round)),

@@ -75,10 +75,10 @@ fn solved<const N: usize>(columns: [[f64; N]; N], wanted: [f64; N]) -> Option<[f
             return None;
         }
         for row in (0..N).filter(|row| *row != pivot) {
-            let share = rows[row].0[pivot] / rows[pivot].0[pivot];
+            let fraction = rows[row].0[pivot] / rows[pivot].0[pivot];
             let (from, right) = rows[pivot];
-            rows[row].0.iter_mut().zip(from).for_each(|(value, taken)| *value -= share * taken);
-            rows[row].1 -= share * right;
+            rows[row].0.iter_mut().zip(from).for_each(|(value, taken)| *value -= fraction * taken);
+            rows[row].1 -= fraction * right;
         }
     }
     Some(std::array::from_fn(|row| rows[row].1 / rows[row].0[row]))
@@ -95,10 +95,10 @@ mod tests {
             columns in prop::array::uniform3(prop::array::uniform3(-5.0..5.0_f64)),
             wanted in prop::array::uniform3(-5.0..5.0_f64),
         ) {
-            if let Some(shares) = solved(columns, wanted) {
-                let largest = shares.iter().fold(1.0, |most: f64, share| most.max(share.abs()));
+            if let Some(fractions) = solved(columns, wanted) {
+                let largest = fractions.iter().fold(1.0, |most: f64, fraction| most.max(fraction.abs()));
                 for row in 0..3 {
-                    let sum: f64 = (0..3).map(|column| columns[column][row] * shares[column]).sum();
+                    let sum: f64 = (0..3).map(|column| columns[column][row] * fractions[column]).sum();
                     prop_assert!((sum - wanted[row]).abs() < 1e-9 * largest);
                 }
             }

@@ -49,7 +49,7 @@ pub struct Spot {
     pub diameter: f64,
     /// Distance at which most light comes back, mm.
     pub peak_distance: f64,
-    /// How far below the level at which it fires the trigger lets go, as a share of that level.
+    /// How far below the level at which it fires the trigger lets go, as a fraction of that level.
     pub hysteresis: f64,
     /// Standard deviation of the signal's noise; the signal over a perfect white at the peak's distance is 1.
     pub noise: f64,
@@ -175,11 +175,14 @@ impl Scene {
 
     /// Reflectance at a point of the table, its edges softened over `grain` mm.
     fn reflectance(&self, point: Vector, grain: f64) -> f64 {
-        let share_outside = |distance: f64| (distance / grain + 0.5).clamp(0.0, 1.0);
-        let blend = |inside: f64, outside: f64, share: f64| inside + (outside - inside) * share;
-        let background =
-            blend(self.target.white, self.table.reflectance, share_outside(self.target.outside_patch(point)));
-        blend(self.target.black, background, share_outside(self.target.outside_black(point)))
+        let fraction_outside = |distance: f64| (distance / grain + 0.5).clamp(0.0, 1.0);
+        let blend = |inside: f64, outside: f64, fraction: f64| inside + (outside - inside) * fraction;
+        let background = blend(
+            self.target.white,
+            self.table.reflectance,
+            fraction_outside(self.target.outside_patch(point)),
+        );
+        blend(self.target.black, background, fraction_outside(self.target.outside_black(point)))
     }
 }
 

@@ -6,7 +6,7 @@ use super::cells::Work;
 use super::error::BenchmarkError;
 use super::lab::{self, Card};
 use super::trials::over_cases;
-use crate::interval::Share;
+use crate::interval::Proportion;
 
 /// A promise is kept if it is within this share of what is delivered.
 const KEPT: f64 = 0.2;
@@ -20,8 +20,8 @@ pub(super) struct Row {
     cell: &'static str,
     #[serde(skip)]
     title: &'static str,
-    locked: Share,
-    validated: Share,
+    locked: Proportion,
+    validated: Proportion,
     /// Median of promised over delivered on locked rows.
     median: f64,
     cards: Vec<Card>,
@@ -43,8 +43,8 @@ pub(super) fn delivered(work: &Work, seed: u64, count: usize) -> Result<Row, Ben
     Ok(Row {
         cell: work.name(),
         title: work.title(),
-        locked: Share::of(cards.iter().map(|card| is_kept(card.promised_mm, card.locked_mm))),
-        validated: Share::of(cards.iter().map(|card| is_kept(card.promised_mm, card.validated_mm))),
+        locked: Proportion::of(cards.iter().map(|card| is_kept(card.promised_mm, card.locked_mm))),
+        validated: Proportion::of(cards.iter().map(|card| is_kept(card.promised_mm, card.validated_mm))),
         median: ratios.get(ratios.len() / 2).copied().unwrap_or(f64::NAN),
         cards,
     })
@@ -60,7 +60,7 @@ pub(super) fn heading() -> String {
 
 /// A cell's line.
 pub(super) fn line(row: &Row) -> String {
-    let percent = Share::percent;
+    let percent = Proportion::percent;
     format!(
         "{:<52} {:>24} {:>24} {:>22.3}\n",
         format!("{} ({} cards)", row.title, row.cards.len()),

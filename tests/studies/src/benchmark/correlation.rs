@@ -19,15 +19,16 @@ pub(super) fn diagnose(evidence: &Evidence) -> Diagnosis {
         .iter()
         .map(|regressor| {
             let span = Basis::of(regressor.columns.iter().cloned());
-            let share = if total > 0.0 { span.length_within(&residual).powi(2) / total } else { 0.0 };
-            (share, span.rank(), regressor)
+            let fraction = if total > 0.0 { span.length_within(&residual).powi(2) / total } else { 0.0 };
+            (fraction, span.rank(), regressor)
         })
         .collect();
     ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
     let candidates: Vec<Candidate> =
         ranked.iter().map(|(_, _, regressor)| Candidate::at(regressor.effect, &regressor.place)).collect();
-    let chance =
-        ranked.first().map_or(1.0, |(share, rank, _)| chi_square_tail(share * residual.len() as f64, *rank));
+    let chance = ranked
+        .first()
+        .map_or(1.0, |(fraction, rank, _)| chi_square_tail(fraction * residual.len() as f64, *rank));
     let named = if chance * (ranked.len() as f64) < LEVEL { candidates.first().cloned() } else { None };
     Diagnosis {
         verdict: if named.is_some() { Verdict::Named } else { Verdict::AtFloor },

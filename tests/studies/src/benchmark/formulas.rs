@@ -8,7 +8,7 @@ use super::error::BenchmarkError;
 use super::lab;
 use super::report::describe;
 use super::trials::over_cases;
-use crate::interval::Share;
+use crate::interval::Proportion;
 
 /// A formula has the right form if it acts where the hidden effect does, and takes away this share of the squares beyond the noise.
 const RIGHT_SHARE: f64 = 0.8;
@@ -19,13 +19,13 @@ pub(super) struct Row {
     cell: &'static str,
     #[serde(skip)]
     title: &'static str,
-    offered: Share,
+    offered: Proportion,
     /// The right place and `RIGHT_SHARE` of the squares.
-    right: Share,
+    right: Proportion,
     /// The right place, whatever it takes away.
-    place: Share,
+    place: Proportion,
     /// Another place, or nothing was hidden.
-    wrong: Share,
+    wrong: Proportion,
     trials: Vec<Trial>,
 }
 
@@ -53,16 +53,18 @@ pub(super) fn offered(work: &Work, seed: u64, count: usize) -> Result<Row, Bench
             formula,
         })
     })?;
-    let share = |holds: &dyn Fn(&Trial, &Hypothesis) -> bool| {
-        Share::of(trials.iter().map(|one| one.formula.as_ref().is_some_and(|formula| holds(one, formula))))
+    let fraction = |holds: &dyn Fn(&Trial, &Hypothesis) -> bool| {
+        Proportion::of(
+            trials.iter().map(|one| one.formula.as_ref().is_some_and(|formula| holds(one, formula))),
+        )
     };
     Ok(Row {
         cell: work.name(),
         title: work.title(),
-        offered: share(&|_, _| true),
-        right: share(&|one, formula| one.right_place && formula.explains >= RIGHT_SHARE),
-        place: share(&|one, _| one.right_place),
-        wrong: share(&|one, _| !one.right_place),
+        offered: fraction(&|_, _| true),
+        right: fraction(&|one, formula| one.right_place && formula.explains >= RIGHT_SHARE),
+        place: fraction(&|one, _| one.right_place),
+        wrong: fraction(&|one, _| !one.right_place),
         trials,
     })
 }
@@ -77,7 +79,7 @@ pub(super) fn heading() -> String {
 
 /// A cell's line.
 pub(super) fn line(row: &Row) -> String {
-    let percent = Share::percent;
+    let percent = Proportion::percent;
     format!(
         "{:<52} {:>20} {:>20} {:>20} {:>20}\n",
         format!("{} ({})", row.title, row.offered.trials),

@@ -13,7 +13,7 @@ use super::cells::Work;
 use super::error::BenchmarkError;
 use super::lab;
 use super::trials::over_cases;
-use crate::interval::Share;
+use crate::interval::Proportion;
 
 /// A way of cutting a table in two.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -82,17 +82,17 @@ pub(super) struct Row {
     steady: bool,
     tables: usize,
     /// Of the tables of which a half names or locates something: the other says the same.
-    replicated: Share,
+    replicated: Proportion,
     /// Of the same: the other says something else.
-    contrary: Share,
+    contrary: Proportion,
     agreements: Vec<Agreement>,
 }
 
 impl Row {
     fn of(cut: Cut, steady: bool, agreements: Vec<Agreement>) -> Self {
         let decided = || agreements.iter().filter(|one| **one != Agreement::Neither);
-        let share = |wanted: Agreement| Share::of(decided().map(|one| *one == wanted));
-        let (replicated, contrary) = (share(Agreement::Same), share(Agreement::Contrary));
+        let fraction = |wanted: Agreement| Proportion::of(decided().map(|one| *one == wanted));
+        let (replicated, contrary) = (fraction(Agreement::Same), fraction(Agreement::Contrary));
         Self { cut, steady, tables: agreements.len(), replicated, contrary, agreements }
     }
 }

@@ -109,8 +109,8 @@ fn choose(evidence: &Evidence, strengths: &[f64]) -> f64 {
     for fold in 0..FOLDS {
         let keep: Vec<bool> = (0..evidence.rows()).map(|row| row % FOLDS != fold).collect();
         let problem = Problem::new(evidence.projected(&keep));
-        let share = (FOLDS - 1) as f64 / FOLDS as f64;
-        let scaled: Vec<f64> = strengths.iter().map(|strength| strength * share.sqrt()).collect();
+        let fraction = (FOLDS - 1) as f64 / FOLDS as f64;
+        let scaled: Vec<f64> = strengths.iter().map(|strength| strength * fraction.sqrt()).collect();
         for (weights, errors) in problem.path(&scaled).iter().zip(&mut errors) {
             errors.push(held_out(evidence, &whole, &problem, weights, &keep));
         }

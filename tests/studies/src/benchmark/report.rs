@@ -6,7 +6,7 @@ use plumb_simulated::physics::campaign::{Hidden, Verdict};
 use serde::Serialize;
 
 use super::trials::{Analyst, Trial};
-use crate::interval::Share;
+use crate::interval::Proportion;
 
 /// One analyst on one cell.
 #[derive(Debug, Serialize)]
@@ -14,9 +14,9 @@ pub(super) struct Row {
     cell: &'static str,
     analyst: Analyst,
     trials: usize,
-    shares: BTreeMap<&'static str, Share>,
+    fractions: BTreeMap<&'static str, Proportion>,
     /// Share of right diagnoses by what was hidden.
-    right_by_effect: BTreeMap<String, Share>,
+    right_by_effect: BTreeMap<String, Proportion>,
     seconds_a_trial: f64,
     wrong: Vec<Wrong>,
 }
@@ -34,26 +34,27 @@ struct Wrong {
 
 /// Sums an analyst's trials up.
 pub(super) fn summary(cell: &'static str, analyst: Analyst, trials: Vec<Trial>) -> Row {
-    let mut shares = BTreeMap::new();
-    let mut add_share = |name: &'static str, holds: &dyn Fn(&Trial) -> bool| {
-        shares.insert(name, Share::of(trials.iter().map(holds)));
+    let mut fractions = BTreeMap::new();
+    let mut add_fraction = |name: &'static str, holds: &dyn Fn(&Trial) -> bool| {
+        fractions.insert(name, Proportion::of(trials.iter().map(holds)));
     };
-    add_share("right", &|trial| trial.score.right);
-    add_share("named", &|trial| trial.verdict == Verdict::Named);
-    add_share("falsely_named", &|trial| trial.score.false_name);
+    add_fraction("right", &|trial| trial.score.right);
+    add_fraction("named", &|trial| trial.verdict == Verdict::Named);
+    add_fraction("falsely_named", &|trial| trial.score.false_name);
     if trials.iter().any(|trial| trial.can_be_named) {
-        add_share("truth_first", &|trial| trial.score.truth_first);
-        add_share("truth_in_set", &|trial| trial.score.truth_in_set);
+        add_fraction("truth_first", &|trial| trial.score.truth_first);
+        add_fraction("truth_in_set", &|trial| trial.score.truth_in_set);
     }
     if trials.iter().any(|trial| !trial.hidden.is_empty()) {
-        add_share("place_right", &|trial| trial.score.place_right);
+        add_fraction("place_right", &|trial| trial.score.place_right);
     }
     if trials.iter().any(|trial| trial.grown.is_some()) {
-        shares.insert("grown_exactly", Share::of(trials.iter().filter_map(|trial| trial.grown)));
+        fractions.insert("grown_exactly", Proportion::of(trials.iter().filter_map(|trial| trial.grown)));
     }
     let sized: Vec<f64> = trials.iter().filter_map(|trial| trial.score.size_error_over_se).collect();
     if !sized.is_empty() {
-        shares.insert("size_within_3_errors", Share::of(sized.iter().map(|error| error.abs() <= 3.0)));
+        fractions
+            .insert("size_within_3_errors", Proportion::of(sized.iter().map(|error| error.abs() <= 3.0)));
     }
     let mut right_by_effect: BTreeMap<String, Vec<bool>> = BTreeMap::new();
     for trial in &trials {
@@ -80,11 +81,11 @@ pub(super) fn summary(cell: &'static str, analyst: Analyst, trials: Vec<Trial>) 
         cell,
         analyst,
         trials: count,
-        shares,
+        fractions,
         wrong: wrong.collect(),
         right_by_effect: right_by_effect
             .into_iter()
-            .map(|(effect, right)| (effect, Share::of(right)))
+            .map(|(effect, right)| (effect, Proportion::of(right)))
             .collect(),
         seconds_a_trial: seconds,
     }
@@ -99,7 +100,7 @@ pub(super) fn describe(hidden: &Hidden) -> String {
     )
 }
 
-/// The table's columns: title, and the share it shows.
+/// The table's columns: title, and the fraction it shows.
 const COLUMNS: [(&str, &str); 8] = [
     ("right", "right"),
     ("named", "named"),
@@ -119,7 +120,7 @@ pub(super) fn heading() -> String {
 
 /// An analyst's line of the table: percent, and the 95 % interval.
 pub(super) fn line(row: &Row) -> String {
-    let cell = |name: &str| row.shares.get(name).map_or_else(|| "-".to_owned(), Share::percent);
+    let cell = |name: &str| row.fractions.get(name).map_or_else(|| "-".to_owned(), Proportion::percent);
     let columns: String = COLUMNS.iter().map(|(_, name)| format!("{:>20}", cell(name))).collect();
     format!("  {:<12}{columns}{:>10.3}\n", row.analyst.name(), row.seconds_a_trial)
 }

@@ -10,7 +10,7 @@ use super::error::BenchmarkError;
 use super::lab;
 use super::report::describe;
 use super::trials::{diagnosed, over_cases};
-use crate::interval::Share;
+use crate::interval::Proportion;
 use plumb::commands::trial::score::{Diagnosis, Score};
 
 /// Further poses.
@@ -39,9 +39,9 @@ pub(super) struct Row {
 #[derive(Debug, Serialize)]
 struct Settled {
     /// What is hidden is named now, and nothing else.
-    settled: Share,
+    settled: Proportion,
     /// Something else is named.
-    falsely_named: Share,
+    falsely_named: Proportion,
     /// The trials that are not settled.
     left: Vec<Left>,
 }
@@ -115,10 +115,10 @@ pub(super) fn settle(work: &Work, seed: u64, count: usize) -> Result<Row, Benchm
 
 impl Settled {
     fn of<'t>(ties: impl Iterator<Item = &'t Left> + Clone) -> Self {
-        let share = |outcome| Share::of(ties.clone().map(|tie| tie.outcome == outcome));
+        let fraction = |outcome| Proportion::of(ties.clone().map(|tie| tie.outcome == outcome));
         Self {
-            settled: share(Outcome::Settled),
-            falsely_named: share(Outcome::Wrong),
+            settled: fraction(Outcome::Settled),
+            falsely_named: fraction(Outcome::Wrong),
             left: ties.clone().filter(|tie| tie.outcome != Outcome::Settled).cloned().collect(),
         }
     }

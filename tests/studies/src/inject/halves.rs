@@ -11,7 +11,7 @@ use plumb_diagnosis::laboratory::{Laboratory, LaboratoryError, Options};
 use plumb_estimation::Progress;
 
 use crate::benchmark::halves::{Cut, changes_with_time, halves};
-use crate::interval::Share;
+use crate::interval::Proportion;
 
 /// Standard errors of their difference by which two sizes of one thing differ at most: 99.7 % of normal errors do.
 const SAME_SIZE: f64 = 3.0;
@@ -88,10 +88,10 @@ impl Replication {
             let named = self.named.get(cut).map_or(&[][..], Vec::as_slice);
             let right = named.iter().filter(|one| one.is_right).count();
             let [all, of_right] = [
-                Share::of(named.iter().map(Named::is_confirmed)),
-                Share::of(named.iter().filter(|one| one.is_right).map(Named::is_confirmed)),
+                Proportion::of(named.iter().map(Named::is_confirmed)),
+                Proportion::of(named.iter().filter(|one| one.is_right).map(Named::is_confirmed)),
             ]
-            .map(|share| share.percent());
+            .map(|fraction| fraction.percent());
             let mut off: Vec<f64> = named.iter().map(|one| one.off).collect();
             off.sort_by(f64::total_cmp);
             let middle = off.get(off.len() / 2).map_or_else(|| "-".to_owned(), |off| format!("{off:.2}"));

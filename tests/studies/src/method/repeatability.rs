@@ -120,9 +120,9 @@ fn coverage(row: &Row) -> String {
         let within = pairs.iter().filter(|(error, stated)| error.abs() <= COVERAGE_FACTOR * stated).count();
         let worst = pairs.iter().map(|(error, stated)| error.abs() / stated).fold(0.0, f64::max);
         let mean = pairs.iter().map(|(_, stated)| stated).sum::<f64>() / pairs.len() as f64;
-        let share =
+        let fraction =
             format!("{within} of {} = {:.1} %", pairs.len(), 100.0 * within as f64 / pairs.len() as f64);
-        let _ = writeln!(text, "{name:<14} {mean:>12.4} {share:>22} {worst:>16.2}");
+        let _ = writeln!(text, "{name:<14} {mean:>12.4} {fraction:>22} {worst:>16.2}");
     }
     let silent = passed.iter().filter(|missed| missed.stated_deg.iter().any(Option::is_none)).count();
     if silent > 0 {

@@ -124,16 +124,16 @@ pub(super) fn summary(outcomes: &[Outcome]) -> String {
         if of.is_empty() {
             continue;
         }
-        let share = |value: fn(&Outcome) -> f64| percentile_90(of.iter().map(|outcome| value(outcome)));
+        let fraction = |value: fn(&Outcome) -> f64| percentile_90(of.iter().map(|outcome| value(outcome)));
         let right = of.iter().filter(|outcome| outcome.is_right()).count();
         let _ = writeln!(
             text,
             "| {rig} | {} | {} | {:.2} | {:.2} | {:.2} | {:.2} | {right} of {} |",
             hidden.name(),
             of.len(),
-            share(|one| one.on_paper_mm),
-            share(|one| one.classical_mm),
-            share(|one| one.added_mm),
+            fraction(|one| one.on_paper_mm),
+            fraction(|one| one.classical_mm),
+            fraction(|one| one.added_mm),
             of.iter().map(|one| one.added_mm).fold(0.0, f64::max),
             of.len()
         );

@@ -62,14 +62,14 @@ pub(super) fn position(value: f64) -> String {
 /// What an uncertainty is made of.
 pub(super) fn budget_grid(budget: &Budget, digits: u8) -> Grid {
     let unit = budget.unit.name();
-    let mut grid = Grid::new("Uncertainty budget", &["contribution", unit, "share of the variance"]);
-    let percent = |share: f64| format!("{:.1} %", 100.0 * share);
+    let mut grid = Grid::new("Uncertainty budget", &["contribution", unit, "fraction of the variance"]);
+    let percent = |fraction: f64| format!("{:.1} %", 100.0 * fraction);
     for one in &budget.components {
-        grid.rows.push(vec![one.name.clone(), number(one.standard, digits), percent(one.share)]);
+        grid.rows.push(vec![one.name.clone(), number(one.standard, digits), percent(one.fraction)]);
     }
-    let share = budget.covariances / budget.combined.powi(2);
-    if share.abs() > 1e-3 {
-        grid.rows.push(vec!["covariances between these".to_owned(), String::new(), percent(share)]);
+    let fraction = budget.covariances / budget.combined.powi(2);
+    if fraction.abs() > 1e-3 {
+        grid.rows.push(vec!["covariances between these".to_owned(), String::new(), percent(fraction)]);
     }
     grid.rows.push(vec![
         "combined standard uncertainty".to_owned(),

@@ -169,7 +169,7 @@ fn check_given(arguments: &Arguments) -> Result<(), String> {
 fn unreachable_with(chosen: Initialization, tolerance: f64) -> String {
     let why = STARTING
         .iter()
-        .map(|share| chosen.errors(-FRAC_PI_2 + share * tolerance, CYCLES + 1))
+        .map(|fraction| chosen.errors(-FRAC_PI_2 + fraction * tolerance, CYCLES + 1))
         .find_map(Result::err)
         .map_or_else(String::new, |error| error.to_string());
     format!(
@@ -351,8 +351,8 @@ const STARTING: [f64; STARTS] = [-1.0, -0.75, -0.5, -0.25, 0.0, 0.25, 0.5, 0.75,
 
 /// The greatest error the method leaves over all starts, mm; nothing where some cycle is out of reach.
 fn worst(arm: Initialization, tolerance: f64) -> Option<f64> {
-    STARTING.iter().try_fold(0.0_f64, |worst, share| {
-        let errors = arm.errors(-FRAC_PI_2 + share * tolerance, CYCLES + 1).ok()?;
+    STARTING.iter().try_fold(0.0_f64, |worst, fraction| {
+        let errors = arm.errors(-FRAC_PI_2 + fraction * tolerance, CYCLES + 1).ok()?;
         errors.last().filter(|error| error.is_finite()).map(|error| worst.max(error.abs()))
     })
 }

@@ -133,7 +133,7 @@ impl CampaignArguments {
             _ => {}
         }
         if !(0.0..=0.5).contains(&self.outliers) {
-            return refuse("outliers", self.outliers, "a share from 0 to 0.5");
+            return refuse("outliers", self.outliers, "a fraction from 0 to 0.5");
         }
         match self.payloads.iter().find(|kg| !(kg.is_finite() && **kg >= 0.0)) {
             Some(bad) => refuse("payloads", *bad, "kilograms, zero or more"),
@@ -162,12 +162,12 @@ pub fn find_arm(name: &str) -> Result<ArmDescription, TrialError> {
 
 /// Most trials hide one effect; some none, two, something unknown to the lab, or a machine that does not repeat.
 fn random_effects(rng: &mut Random) -> Vec<Wanted> {
-    let share = rng.between(0.0, 1.0);
-    let names: &[&str] = match share {
-        share if share < 0.15 => &[],
-        share if share < 0.70 => &["any"],
-        share if share < 0.85 => &["any", "any"],
-        share if share < 0.95 => &["outside"],
+    let fraction = rng.between(0.0, 1.0);
+    let names: &[&str] = match fraction {
+        fraction if fraction < 0.15 => &[],
+        fraction if fraction < 0.70 => &["any"],
+        fraction if fraction < 0.85 => &["any", "any"],
+        fraction if fraction < 0.95 => &["outside"],
         _ => &["not_repeatable"],
     };
     names

@@ -161,12 +161,12 @@ fn noise(context: &mut Context, chart: &Chart, look: Look, x: [f64; 2]) {
 
 /// The cell of a canvas in which a point is drawn, as [`ratatui::widgets::canvas::Painter`] places it.
 pub(super) fn cell_of((x, y): (f64, f64), (across, up): ([f64; 2], [f64; 2]), canvas: Rect) -> Option<Rect> {
-    let share = |value: f64, [low, high]: [f64; 2]| ((value - low) / (high - low)).clamp(0.0, 1.0);
+    let fraction = |value: f64, [low, high]: [f64; 2]| ((value - low) / (high - low)).clamp(0.0, 1.0);
     if canvas.is_empty() || across[1] <= across[0] || up[1] <= up[0] {
         return None;
     }
-    let column = share(x, across) * (2.0 * f64::from(canvas.width) - 1.0);
-    let row = (1.0 - share(y, up)) * (4.0 * f64::from(canvas.height) - 1.0);
+    let column = fraction(x, across) * (2.0 * f64::from(canvas.width) - 1.0);
+    let row = (1.0 - fraction(y, up)) * (4.0 * f64::from(canvas.height) - 1.0);
     // Both lie within the canvas, so the casts are exact.
     let (column, row) = (column.round() as u16 / 2, row.round() as u16 / 4);
     Some(Rect::new(canvas.x + column, canvas.y + row, 1, 1))
@@ -238,9 +238,9 @@ fn up(ends: [f64; 2], theme: &Theme, frame: &mut Frame, area: Rect) {
     let row = |y: u16, text: &str| (Rect { y, height: 1, ..area }, format!("{text:>6} "));
     let mut numbers = vec![row(area.y, &short(ends[1])), row(area.bottom() - 1, &short(ends[0]))];
     if ends[0] < 0.0 && ends[1] > 0.0 && area.height > 2 {
-        let share = ends[1] / (ends[1] - ends[0]);
+        let fraction = ends[1] / (ends[1] - ends[0]);
         // Within the area, so the cast is exact.
-        let down = (share * f64::from(area.height - 1)).round() as u16;
+        let down = (fraction * f64::from(area.height - 1)).round() as u16;
         numbers.push(row(area.y + down, "0"));
     }
     for (place, text) in numbers {

@@ -32,9 +32,10 @@ struct Scale {
 impl Scale {
     /// The column in which an error ends, from 0; the last for the greatest.
     fn column(&self, error_mm: f64) -> usize {
-        let share = if self.greatest_mm > 0.0 { (error_mm / self.greatest_mm).clamp(0.0, 1.0) } else { 0.0 };
+        let fraction =
+            if self.greatest_mm > 0.0 { (error_mm / self.greatest_mm).clamp(0.0, 1.0) } else { 0.0 };
         // At most the width of a terminal, so the cast is exact.
-        (share * self.width.saturating_sub(1) as f64).round() as usize
+        (fraction * self.width.saturating_sub(1) as f64).round() as usize
     }
 }
 

@@ -24,8 +24,8 @@ fn bubble_in_tube(level: Option<f64>, half: i32, theme: &Theme) -> Line<'static>
     let Some(tilt) = level else {
         return Line::styled("level: the bubble is at an end", theme.warning);
     };
-    let share = (tilt / END_OF_THE_TUBE_DEG).clamp(-1.0, 1.0);
-    let bubble = (share * f64::from(half)).round() as i32;
+    let fraction = (tilt / END_OF_THE_TUBE_DEG).clamp(-1.0, 1.0);
+    let bubble = (fraction * f64::from(half)).round() as i32;
     let sign = |place: i32| match place {
         place if place == bubble => '\u{25cf}',
         0 => '|',

@@ -59,8 +59,9 @@ impl Band {
         let residual = |point: &CloudPoint| plane.normal.dot(&point.position.coords) - plane.offset_mm;
         let mut residuals: Vec<f64> = cloud.points.iter().map(residual).collect();
         residuals.sort_by(f64::total_cmp);
-        let at =
-            |share: f64| residuals.get((share * residuals.len() as f64) as usize).copied().unwrap_or(0.0);
+        let at = |fraction: f64| {
+            residuals.get((fraction * residuals.len() as f64) as usize).copied().unwrap_or(0.0)
+        };
         let count = cloud.points.len() as f64;
         let middle =
             cloud.points.iter().fold(Vector3::zeros(), |sum, point| sum + point.position.coords) / count;

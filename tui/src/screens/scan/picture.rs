@@ -174,9 +174,9 @@ fn legend(scan: &ScanState, raster: &mut Raster, size: PictureSize, top: usize) 
 }
 
 /// The colour of a value between 0 and 1.
-fn shade(share: f64) -> Ink {
+fn shade(fraction: f64) -> Ink {
     let last = RAMP.len() - 1;
-    let at = share.clamp(0.0, 1.0) * last as f64;
+    let at = fraction.clamp(0.0, 1.0) * last as f64;
     let below = (at.floor() as usize).min(last - 1);
     let part = at - below as f64;
     std::array::from_fn(|channel| {

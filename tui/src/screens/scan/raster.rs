@@ -56,8 +56,13 @@ impl Raster {
         }
         let steps = ((to.0 - from.0).hypot(to.1 - from.1) * FINE as f64).ceil().max(1.0);
         for step in 0..=steps as u32 {
-            let share = f64::from(step) / steps;
-            self.disc(from.0 + share * (to.0 - from.0), from.1 + share * (to.1 - from.1), width / 2.0, ink);
+            let fraction = f64::from(step) / steps;
+            self.disc(
+                from.0 + fraction * (to.0 - from.0),
+                from.1 + fraction * (to.1 - from.1),
+                width / 2.0,
+                ink,
+            );
         }
     }
 

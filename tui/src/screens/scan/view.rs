@@ -88,8 +88,8 @@ fn paint(context: &mut Context, scan: &ScanState, theme: &Theme, (width, height)
     let (low, high) = scan.values();
     let ramp = theme.ramp.map(colour);
     let of = |point: &CloudPoint| {
-        let share = ((scan.value(point) - low) / (high - low)).clamp(0.0, 1.0);
-        ramp[((share * ramp.len() as f64) as usize).min(ramp.len() - 1)]
+        let fraction = ((scan.value(point) - low) / (high - low)).clamp(0.0, 1.0);
+        ramp[((fraction * ramp.len() as f64) as usize).min(ramp.len() - 1)]
     };
     let every = scan.points.len().div_ceil(MOST_POINTS).max(1);
     let gap = scan.widest_gap() * every as f64;

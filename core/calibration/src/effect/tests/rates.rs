@@ -280,7 +280,7 @@ fn a_spot_meets_an_edge_when_its_share_of_light_is_there() {
 fn hysteresis_moves_the_edge_by_the_slope_of_the_light_share() {
     let found = contributions("trigger_hysteresis", |row| row.trigger = Some(AT_EDGE));
     // A disk of radius 1 whose middle is at m is light by 1/2 + (m sqrt(1 - m^2) + asin m) / pi: at m = 0 its slope is 2 / pi, so m grows by
-    // pi / 2 for a share of 1, and the share falls by 1 / (1 - dark) for a hysteresis of 1. A radius is 1.5 mm, and light is on the right.
+    // pi / 2 for a share of 1, and the fraction falls by 1 / (1 - dark) for a hysteresis of 1. A radius is 1.5 mm, and light is on the right.
     let expected = -1.5 * (-FRAC_PI_2 / 0.8);
     assert!(found.len() == 1 && found[0].dof == Dof::Edge, "{found:?}");
     assert!((found[0].rate - expected).abs() < 1e-4 * expected.abs(), "{found:?} {expected}");

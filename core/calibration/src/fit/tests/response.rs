@@ -19,7 +19,7 @@ base: {xyz_mm: [10, 20, 30], rpy_deg: [2, -3, 20], free: true}
 targets: {p1: {xyz_mm: [5, -10, 40], free: true}}
 ";
 
-/// The greatest difference between a derivative and the slope by central differences, of a model with these effects at these values, as a share of the greatest slope of its
+/// The greatest difference between a derivative and the slope by central differences, of a model with these effects at these values, as a fraction of the greatest slope of its
 /// number.
 fn worst(effects: &[(&str, &[f64])]) -> f64 {
     let others = ["joint_zero", "link_length", "link_offset", "link_twist", "axis_skew"];
@@ -117,7 +117,7 @@ fn slopes_are_kept_near_by_and_worked_out_anew_where_the_arm_hangs_otherwise() {
         .collect();
     let machine = || ResidualModel::new(&model, &table, &observations, &added).unwrap();
     let rows = [0, 1];
-    // What differs between derivatives with slopes from the start and with fresh ones, as a share of the greatest derivative.
+    // What differs between derivatives with slopes from the start and with fresh ones, as a fraction of the greatest derivative.
     let off = |state: &State| {
         let begun = machine();
         let start = begun.block(&begun.start(), &rows, &[], &[]).jacobian;
@@ -189,13 +189,14 @@ fn the_second_derivative_along_a_change_is_that_of_the_predictions() {
             _ => 0.0,
         }
     });
-    let at = |share: f64| {
-        let state = machine.start().stepped(machine.free_parameters(), (&change * share).as_slice());
+    let at = |fraction: f64| {
+        let state = machine.start().stepped(machine.free_parameters(), (&change * fraction).as_slice());
         machine.block(&state, &rows, &weights, &[])
     };
     // Central differences of the predictions, which fall as the residuals rise.
     let small = 0.01;
-    let [behind, here, ahead] = [-small, 0.0, small].map(|share| DVector::from_vec(at(share).residuals));
+    let [behind, here, ahead] =
+        [-small, 0.0, small].map(|fraction| DVector::from_vec(at(fraction).residuals));
     let second = (here * 2.0 - behind - ahead) / (small * small);
     let expected = at(0.0).jacobian * second;
     let found = machine.second_derivative_along(&machine.start(), &change, &rows, &weights);

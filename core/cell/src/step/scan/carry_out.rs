@@ -98,14 +98,14 @@ impl Engine {
             )));
         }
         let seconds = made.lasted.as_secs_f64();
-        let share = |time: Duration| time.as_secs_f64() / seconds.max(1e-9);
-        let processing = (1.0 - share(made.moving + made.exposing)).max(0.0);
+        let fraction = |time: Duration| time.as_secs_f64() / seconds.max(1e-9);
+        let processing = (1.0 - fraction(made.moving + made.exposing)).max(0.0);
         let mut result = Map::from_iter([
             ("points".to_owned(), json!(cloud.points.len())),
             ("stripes".to_owned(), json!(cloud.poses.len())),
             ("empty".to_owned(), json!(empty.stripes)),
             ("seconds".to_owned(), json!(seconds)),
-            ("camera_percent".to_owned(), json!(100.0 * share(made.exposing))),
+            ("camera_percent".to_owned(), json!(100.0 * fraction(made.exposing))),
             ("processing_percent".to_owned(), json!(100.0 * processing)),
         ]);
         let mut message = format!(
@@ -152,20 +152,20 @@ impl Engine {
         step: &ScanStep,
         at: &StepContext,
         scan: &Scan,
-        share: f64,
+        fraction: f64,
     ) -> Result<JointVector, StepError> {
-        let (here, target) = self.stripe_target(step, scan, share)?;
+        let (here, target) = self.stripe_target(step, scan, fraction)?;
         self.move_arm(&step.robot, &here, &target, step.speed, at)
     }
 
-    /// Where the drive is, and what it has to be commanded to bring the aim to a share of the way.
+    /// Where the drive is, and what it has to be commanded to bring the aim to a fraction of the way.
     pub(crate) fn stripe_target(
         &mut self,
         step: &ScanStep,
         scan: &Scan,
-        share: f64,
+        fraction: f64,
     ) -> Result<(JointVector, JointVector), StepError> {
-        let position = scan.from + scan.way * share;
+        let position = scan.from + scan.way * fraction;
         let wanted = flange_at(position, scan.attitude, scan.aim);
         let here = self.read_pose(&step.robot)?.joints;
         let arm = self.arm(&step.robot)?;

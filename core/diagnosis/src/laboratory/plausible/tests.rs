@@ -177,7 +177,7 @@ fn a_point_is_still_where_the_joints_move_and_it_does_not() {
 #[test]
 fn distances_are_compared_where_they_are_long_enough_to_matter() {
     let at = |x: f64| Vector3::new(x, 0.0, 0.0);
-    // The longest believed distance is 100: pairs from a share of it on count.
+    // The longest believed distance is 100: pairs from a fraction of it on count.
     let short = SHORT * 100.0;
     let believed = [at(0.0), at(100.0), at(1.01 * short), at(100.0 - 0.99 * short)];
     let measured = believed.map(|point| point * 2.0);

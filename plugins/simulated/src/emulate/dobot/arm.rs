@@ -36,14 +36,14 @@ struct Bare {
 }
 
 impl Bare {
-    fn share(&self, now_ns: u64) -> f64 {
+    fn fraction(&self, now_ns: u64) -> f64 {
         let gone = now_ns.saturating_sub(self.began_ns);
         if gone >= self.lasts_ns { 1.0 } else { gone as f64 / self.lasts_ns as f64 }
     }
 
     fn at(&self, now_ns: u64) -> Angles {
-        let share = self.share(now_ns);
-        std::array::from_fn(|axis| self.from[axis] + (self.to[axis] - self.from[axis]) * share)
+        let fraction = self.fraction(now_ns);
+        std::array::from_fn(|axis| self.from[axis] + (self.to[axis] - self.from[axis]) * fraction)
     }
 }
 
@@ -89,7 +89,7 @@ impl Arm {
     /// What the motors' sensors say, deg, and whether the arm moves.
     pub(super) fn read(&mut self, now_ns: u64) -> Result<(Angles, bool), ArmError> {
         match &mut self.body {
-            Body::Bare(bare) => Ok((bare.at(now_ns), bare.share(now_ns) < 1.0)),
+            Body::Bare(bare) => Ok((bare.at(now_ns), bare.fraction(now_ns) < 1.0)),
             Body::World(motion) => {
                 let (joints, moves) = motion.read()?;
                 let [base, rear_arm, elbow, _, hand] = joints[..] else {

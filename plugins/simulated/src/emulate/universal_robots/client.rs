@@ -18,7 +18,7 @@ const MOST_WAITING: usize = 1 << 20;
 /// The longest text that is no program yet, bytes.
 const LONGEST_PROGRAM: usize = 1 << 16;
 
-/// The share of packages that come in two pieces, as they may on any network.
+/// The fraction of packages that come in two pieces, as they may on any network.
 const IN_TWO_PIECES: f64 = 0.05;
 
 /// What is wrong with the connection.

@@ -68,12 +68,12 @@ impl Way {
             None => self.elapsed += seconds,
         }
         let (gone, speed) = self.gone();
-        let share = if self.length > NO_WAY { (gone / self.length).min(1.0) } else { 1.0 };
+        let fraction = if self.length > NO_WAY { (gone / self.length).min(1.0) } else { 1.0 };
         let rate = if self.length > NO_WAY { speed / self.length } else { 0.0 };
         let mut place = MotionState { joints: self.to, speeds: [0.0; AXES], ended: speed <= 0.0 };
-        if share < 1.0 {
+        if fraction < 1.0 {
             for (joint, (from, to)) in place.joints.iter_mut().zip(self.from.iter().zip(&self.to)) {
-                *joint = from + share * (to - from);
+                *joint = from + fraction * (to - from);
             }
         }
         for (joint, (from, to)) in place.speeds.iter_mut().zip(self.from.iter().zip(&self.to)) {

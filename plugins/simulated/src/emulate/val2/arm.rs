@@ -63,7 +63,7 @@ impl DrivenArm {
         self.nominal.link_frames(&degrees.map(f64::to_radians), &[], Rigid::IDENTITY).world_from_flange
     }
 
-    /// Starts a motion of the joints named, deg, at a share of full speed.
+    /// Starts a motion of the joints named, deg, at a fraction of full speed.
     pub(super) fn start(
         &mut self,
         joints: [Option<f64>; 6],

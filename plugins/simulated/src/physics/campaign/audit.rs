@@ -47,8 +47,8 @@ impl Basis {
     /// Takes out of `vector` whatever lies in the span.
     pub fn remove_from(&self, vector: &mut [f64]) {
         for direction in &self.0 {
-            let share = dot(direction, vector);
-            vector.iter_mut().zip(direction).for_each(|(entry, along)| *entry -= share * along);
+            let fraction = dot(direction, vector);
+            vector.iter_mut().zip(direction).for_each(|(entry, along)| *entry -= fraction * along);
         }
     }
 
@@ -271,16 +271,16 @@ pub fn candidates(specification: &Specification, visits: &[Visit]) -> Vec<Candid
                     }
                 }
                 "joint_step" => {
-                    for share in [0.3, 0.4, 0.5, 0.6, 0.7] {
-                        add(vec![Mechanism::JointStep { joint, at_s: share * duration }]);
+                    for fraction in [0.3, 0.4, 0.5, 0.6, 0.7] {
+                        add(vec![Mechanism::JointStep { joint, at_s: fraction * duration }]);
                     }
                 }
                 "link_sag" => add(vec![Mechanism::LinkSag { joint }]),
                 "thermal_growth" => add(vec![Mechanism::ThermalGrowth { joint }]),
                 _ => {
                     for of in [Warming::Zero, Warming::Length, Warming::Offset] {
-                        for share in [0.15, 0.3, 0.6] {
-                            add(vec![Mechanism::WarmUp { joint, of, time_constant_s: share * duration }]);
+                        for fraction in [0.15, 0.3, 0.6] {
+                            add(vec![Mechanism::WarmUp { joint, of, time_constant_s: fraction * duration }]);
                         }
                     }
                 }

@@ -161,10 +161,10 @@ impl Day {
     }
 
     fn temperature_c(&self, time_s: f64) -> f64 {
-        let share = time_s / self.duration_s;
+        let fraction = time_s / self.duration_s;
         let since = |at: f64| (time_s - at) / (0.08 * self.duration_s);
         let drop = |(at, depth): &(f64, f64)| if time_s >= *at { depth * (-since(*at)).exp() } else { 0.0 };
-        let rise = self.swing * ((share * 4.5 + self.phase).sin() - self.phase.sin());
+        let rise = self.swing * ((fraction * 4.5 + self.phase).sin() - self.phase.sin());
         20.0 + rise - self.doors.iter().map(drop).sum::<f64>()
     }
 }

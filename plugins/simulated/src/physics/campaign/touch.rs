@@ -120,8 +120,8 @@ fn steps_towards(link_frames: &LinkFrames, missing: Vector) -> Vec<f64> {
         columns[2] += *one * one.z;
     }
     let volume = columns[0].dot(columns[1].cross(columns[2]));
-    let share = |a: usize, b: usize| missing.dot(columns[a].cross(columns[b])) / volume;
-    let pull = Vector::new(share(1, 2), share(2, 0), share(0, 1));
+    let fraction = |a: usize, b: usize| missing.dot(columns[a].cross(columns[b])) / volume;
+    let pull = Vector::new(fraction(1, 2), fraction(2, 0), fraction(0, 1));
     let steps: Vec<f64> = moves.iter().map(|one| one.dot(pull)).collect();
     let greatest = steps.iter().fold(0.0_f64, |most, step| most.max(step.abs()));
     let factor = if greatest > 0.2 { 0.2 / greatest } else { 1.0 };

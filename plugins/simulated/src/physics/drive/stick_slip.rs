@@ -34,8 +34,8 @@ impl Detents {
         else {
             return 0.0;
         };
-        let share = (angle - below) / (above - below);
-        let wound = if side >= 0.0 { share } else { 1.0 - share };
+        let fraction = (angle - below) / (above - below);
+        let wound = if side >= 0.0 { fraction } else { 1.0 - fraction };
         side * self.depth * (1.0 - 2.0 * wound)
     }
 }

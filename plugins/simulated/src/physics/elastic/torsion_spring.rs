@@ -30,8 +30,8 @@ pub struct StiffeningSpring {
 impl StiffeningSpring {
     /// The turn under a moment of `moment` N m, rad: the one real root of the cubic (Cardano, in hyperbolic form).
     pub fn turn(&self, moment: f64) -> f64 {
-        let share = moment / self.knee;
-        let root = (1.5 * 3.0_f64.sqrt() * share).asinh() / 3.0;
+        let fraction = moment / self.knee;
+        let root = (1.5 * 3.0_f64.sqrt() * fraction).asinh() / 3.0;
         self.compliance * self.knee * 2.0 / 3.0_f64.sqrt() * root.sinh()
     }
 }

@@ -108,7 +108,7 @@ impl Checker<'_> {
     }
 
     fn cable_drag(&self, raw: &raw::CableDrag) -> CableDrag {
-        let share = |key, value| self.typed.or(key, value, 0.0, -1.0..=1.0, "deg/deg");
+        let fraction = |key, value| self.typed.or(key, value, 0.0, -1.0..=1.0, "deg/deg");
         let gripper = self.typed.or(
             "gripper_mm_per_elbow_deg",
             &raw.gripper_mm_per_elbow_deg,
@@ -117,12 +117,15 @@ impl Checker<'_> {
             "mm/deg",
         );
         CableDrag {
-            elbow_by_shoulder: share("elbow_deg_per_shoulder_deg", &raw.elbow_deg_per_shoulder_deg),
-            wrist_pitch_by_shoulder: share(
+            elbow_by_shoulder: fraction("elbow_deg_per_shoulder_deg", &raw.elbow_deg_per_shoulder_deg),
+            wrist_pitch_by_shoulder: fraction(
                 "wrist_pitch_deg_per_shoulder_deg",
                 &raw.wrist_pitch_deg_per_shoulder_deg,
             ),
-            wrist_pitch_by_elbow: share("wrist_pitch_deg_per_elbow_deg", &raw.wrist_pitch_deg_per_elbow_deg),
+            wrist_pitch_by_elbow: fraction(
+                "wrist_pitch_deg_per_elbow_deg",
+                &raw.wrist_pitch_deg_per_elbow_deg,
+            ),
             gripper_by_elbow: gripper.to_degrees(),
         }
     }

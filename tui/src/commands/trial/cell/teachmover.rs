@@ -147,10 +147,10 @@ fn world(fault: &Fault, seed: u64, rng: &mut Random) -> Result<(String, Truth), 
 
 fn change(fault: &Fault, rng: &mut Random) -> Result<Change, TrialError> {
     let drawn = rng.below(12);
-    let share = rng.between(0.0, 1.0);
+    let fraction = rng.between(0.0, 1.0);
     let sign = if rng.chance(0.5) { 1.0 } else { -1.0 };
     let size = |(low, high): (f64, f64)| {
-        let value: f64 = low + (high - low) * share;
+        let value: f64 = low + (high - low) * fraction;
         (value * 1e4).round() / 1e4
     };
     let of_arm = |arm: String, hidden: Hidden| Change { arm, hidden: vec![hidden], ..Change::default() };
