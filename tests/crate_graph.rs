@@ -61,8 +61,8 @@ fn graph() -> Graph {
         }
         let uses = |test: bool| -> BTreeSet<String> {
             let dependencies = package["dependencies"].as_array().unwrap();
-            let wanted = dependencies.iter().filter(|one| (one["kind"] == "dev") == test);
-            wanted.map(name).filter(|one| ours.contains(one)).collect()
+            let expected = dependencies.iter().filter(|one| (one["kind"] == "dev") == test);
+            expected.map(name).filter(|one| ours.contains(one)).collect()
         };
         graph.builds_on.insert(name(package), uses(false));
         graph.tests_with.insert(name(package), uses(true));

@@ -32,7 +32,7 @@ use std::time::{Duration, Instant};
 use lab::{Lab, Running, hosts_of};
 use plumb_cell::device::CellResources;
 use plumb_simulated::client::WorldClient;
-use plumb_simulated::protocol::Verb;
+use plumb_simulated::protocol::WorldCommand;
 
 /// Turns of a run: each is two steps, its beginning and its end, and a plan has at most 20,000.
 const TURNS: usize = 4900;
@@ -126,7 +126,7 @@ fn run(lab: &Lab) -> (Duration, Vec<Look>) {
 
 fn world_time(lab: &Lab) -> Option<Duration> {
     let socket = CellResources::of_cell(&lab.path("cell.yaml")).unwrap().world_socket();
-    let reading = WorldClient::connect(&socket, "soak").ok()?.read(Verb::Read {}).ok()?;
+    let reading = WorldClient::connect(&socket, "soak").ok()?.read(WorldCommand::Read {}).ok()?;
     Some(Duration::from_nanos(reading.time_ns))
 }
 

@@ -9,7 +9,7 @@ use std::process::{Child, ChildStdout, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use plumb_simulated::client::WorldClient;
-use plumb_simulated::protocol::Verb;
+use plumb_simulated::protocol::WorldCommand;
 
 const PATIENCE: Duration = Duration::from_secs(60);
 
@@ -223,7 +223,8 @@ fn what_happens_in_mid_move_ends_the_run_with_its_reason_and_leaves_no_row() {
         let (_, shown) = cells.plumb(&["show", "1", "--table"]);
         assert!(!shown.contains("1,2,3"), "{event}: {shown}");
         let mut client = WorldClient::connect(&cells.path("world.socket"), "test").unwrap();
-        let there = |client: &mut WorldClient| client.read(Verb::Read {}).unwrap().joints.as_slice().to_vec();
+        let there =
+            |client: &mut WorldClient| client.read(WorldCommand::Read {}).unwrap().joints.as_slice().to_vec();
         // Without anybody who watches it the controller stops the arm a quarter of a second later, by itself.
         std::thread::sleep(Duration::from_secs(1));
         let stopped = there(&mut client);

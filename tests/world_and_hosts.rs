@@ -16,7 +16,7 @@ use plumb_host::{
 };
 use plumb_plugin::{FrameHeader, JointState, JointVector, Motion, ProximityEdge, Value};
 use plumb_simulated::client::WorldClient;
-use plumb_simulated::protocol::Verb;
+use plumb_simulated::protocol::WorldCommand;
 use plumb_simulated::serve::clock_file;
 use serde_json::json;
 use tempfile::TempDir;
@@ -90,7 +90,7 @@ impl Cell {
 impl Drop for Cell {
     fn drop(&mut self) {
         if let Ok(mut client) = WorldClient::connect(&self.socket, "test") {
-            let _ = client.call(Verb::Shutdown {}, || false, |_| {});
+            let _ = client.call(WorldCommand::Shutdown {}, || false, |_| {});
         }
         let _ = self.world.kill();
         let _ = self.world.wait();
@@ -190,13 +190,13 @@ fn a_host_killed_in_mid_move_leaves_the_arm_at_rest_and_another_finds_it_there()
     let process = i32::try_from(host.process()).unwrap();
     thread::scope(|scope| {
         let moving = scope.spawn(|| arm.move_joints(&turn(WAIST, 60.0), LONG));
-        until("the move", || operator.read(Verb::Read {}).unwrap().moving);
+        until("the move", || operator.read(WorldCommand::Read {}).unwrap().moving);
         kill(Pid::from_raw(process), Signal::SIGKILL).unwrap();
         let error = moving.join().unwrap().unwrap_err();
         assert!(error.to_string().starts_with("the host of arm was ended by SIGKILL"), "{error}");
     });
-    until("the arm's rest", || !operator.read(Verb::Read {}).unwrap().moving);
-    let stopped = operator.read(Verb::Read {}).unwrap();
+    until("the arm's rest", || !operator.read(WorldCommand::Read {}).unwrap().moving);
+    let stopped = operator.read(WorldCommand::Read {}).unwrap();
     assert!((stopped.joints[WAIST] - operator.welcome().joints[WAIST].home).to_degrees() < 55.0);
     let another = cell.arm();
     let found: JointState = another.robot().unwrap().read_joints().unwrap();
@@ -213,12 +213,12 @@ fn a_stop_brings_the_simulated_arm_to_rest() {
     let mut operator = cell.operator();
     thread::scope(|scope| {
         let moving = scope.spawn(|| arm.move_joints(&turn(WAIST, 60.0), LONG));
-        until("the move", || operator.read(Verb::Read {}).unwrap().moving);
+        until("the move", || operator.read(WorldCommand::Read {}).unwrap().moving);
         let outcome = stop.stop(LONG);
         assert!(matches!(outcome, StopOutcome::Stopped { .. }), "{outcome:?}");
         assert!(moving.join().unwrap().unwrap_err().is_stop());
     });
-    assert!(!operator.read(Verb::Read {}).unwrap().moving);
+    assert!(!operator.read(WorldCommand::Read {}).unwrap().moving);
 }
 
 /// A stripe sensor that is wired to a camera and an arm the test plays itself.

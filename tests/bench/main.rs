@@ -55,8 +55,8 @@ fn main() -> Measured {
     {
         return request::serve_raw(rest);
     }
-    let wanted = arguments.first().map(String::as_str);
-    if let Some(name) = wanted.filter(|name| MEASUREMENTS.iter().all(|row| row.0 != *name)) {
+    let expected = arguments.first().map(String::as_str);
+    if let Some(name) = expected.filter(|name| MEASUREMENTS.iter().all(|row| row.0 != *name)) {
         let names: Vec<&str> = MEASUREMENTS.iter().map(|row| row.0).collect();
         return Err(format!("there is no measurement `{name}`; there are {}", names.join(", ")).into());
     }
@@ -64,7 +64,7 @@ fn main() -> Measured {
     parts::build_steady_robot()?;
     println!("{}", parts::machine());
     for (name, what, usual, measure) in MEASUREMENTS {
-        if wanted.is_none_or(|wanted| wanted == name) {
+        if expected.is_none_or(|expected| expected == name) {
             let count = count.unwrap_or(usual).max(1);
             println!("\n{name}: {what}, {count}");
             measure(count)?;

@@ -8,7 +8,7 @@ use std::process::{Command, Stdio};
 use std::time::Instant;
 
 use plumb_simulated::client::WorldClient;
-use plumb_simulated::protocol::Verb;
+use plumb_simulated::protocol::WorldCommand;
 use serde_json::Value;
 
 use crate::parts::Cells;
@@ -71,7 +71,7 @@ fn true_zeros(cells: &Cells) -> Result<[f64; 3], Box<dyn Error>> {
     };
     let there = client.look()?;
     let (truth, believed) = (there.attitudes, there.counted);
-    client.call(Verb::Shutdown {}, || false, |_| ())?;
+    client.call(WorldCommand::Shutdown {}, || false, |_| ())?;
     world.wait()?;
     let mut zeros = [0.0; 3];
     for ((zero, truth), believed) in zeros.iter_mut().zip(truth).zip(believed) {

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use plumb_simulated::client::WorldClient;
-use plumb_simulated::protocol::Verb;
+use plumb_simulated::protocol::WorldCommand;
 use serde_json::Value;
 
 use crate::parts::Cells;
@@ -92,8 +92,8 @@ fn first_motion(cells: &Cells, cell: &str, procedure: &str) -> Result<Vec<Durati
 fn until_moved(socket: PathBuf) -> Result<(), Box<dyn Error>> {
     let began = Instant::now();
     let mut world = WorldClient::connect(&socket, "bench")?;
-    let before = world.read(Verb::Read {})?.half_steps;
-    while world.read(Verb::Read {})?.half_steps == before {
+    let before = world.read(WorldCommand::Read {})?.half_steps;
+    while world.read(WorldCommand::Read {})?.half_steps == before {
         if began.elapsed() > LONG {
             return Err("the arm does not move".into());
         }

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use plumb_simulated::client::WorldClient;
 use plumb_simulated::physics::random::Random;
-use plumb_simulated::protocol::Verb;
+use plumb_simulated::protocol::WorldCommand;
 use portable_pty::{Child, CommandBuilder, PtySize, native_pty_system};
 
 use crate::LONG;
@@ -87,7 +87,7 @@ impl Operator {
     }
 
     fn motors(&mut self) -> Result<[f64; 6], Box<dyn Error>> {
-        self.world.read(Verb::Read {})?.half_steps.fixed().ok_or_else(|| "no TeachMover".into())
+        self.world.read(WorldCommand::Read {})?.half_steps.fixed().ok_or_else(|| "no TeachMover".into())
     }
 
     /// Waits until the arm moves. A run that has not come to rest yet takes no `r`, so that it is pressed again.

@@ -73,7 +73,7 @@ fn main() -> ExitCode {
     }
     let arguments: Vec<String> = std::env::args().skip(1).filter(|text| !text.starts_with('-')).collect();
     let rounds = arguments.iter().find_map(|text| text.parse().ok()).unwrap_or(1);
-    let wanted: Vec<&String> = arguments.iter().filter(|text| text.parse::<usize>().is_err()).collect();
+    let expected: Vec<&String> = arguments.iter().filter(|text| text.parse::<usize>().is_err()).collect();
     let all =
         [hosts::ROWS, plugins::ROWS, drivers::ROWS, worlds::ROWS, outside::ROWS, machine::ROWS, files::ROWS]
             .concat();
@@ -81,7 +81,7 @@ fn main() -> ExitCode {
         all.iter().for_each(|row| println!("{}: test", row.name));
         return ExitCode::SUCCESS;
     }
-    let chosen = |row: &&&Row| wanted.is_empty() || wanted.iter().any(|text| row.name.contains(*text));
+    let chosen = |row: &&&Row| expected.is_empty() || expected.iter().any(|text| row.name.contains(*text));
     let rows: Vec<&Row> = all.iter().filter(chosen).copied().collect();
     // What a row panics with is given in its line of the table.
     std::panic::set_hook(Box::new(|_| ()));

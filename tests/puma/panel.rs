@@ -6,7 +6,7 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use plumb_simulated::client::WorldClient;
-use plumb_simulated::protocol::Verb;
+use plumb_simulated::protocol::WorldCommand;
 use serde_json::Value;
 
 use super::cells::Cells;
@@ -77,7 +77,7 @@ impl Panel {
     /// Where the world's arm is, deg.
     pub(crate) fn joint_angles(&self) -> [f64; 6] {
         let mut client = WorldClient::connect(&self.socket, "panel").unwrap();
-        client.read(Verb::Read {}).unwrap().joints.fixed::<6>().unwrap().map(f64::to_degrees)
+        client.read(WorldCommand::Read {}).unwrap().joints.fixed::<6>().unwrap().map(f64::to_degrees)
     }
 
     /// Runs the cell, and does something at the panel once the arm moves; its exit code, and what it ended with.
@@ -102,7 +102,7 @@ impl Panel {
     fn wait_for_motion(&self) {
         let mut client = WorldClient::connect(&self.socket, "panel").unwrap();
         let begin = Instant::now();
-        while !client.read(Verb::Read {}).unwrap().moving {
+        while !client.read(WorldCommand::Read {}).unwrap().moving {
             assert!(begin.elapsed() < PATIENCE, "the arm does not move");
             std::thread::sleep(Duration::from_millis(2));
         }
@@ -112,7 +112,7 @@ impl Panel {
 impl Drop for Panel {
     fn drop(&mut self) {
         if let Ok(mut client) = WorldClient::connect(&self.socket, "panel") {
-            let _ = client.call(Verb::Shutdown {}, || false, |_| ());
+            let _ = client.call(WorldCommand::Shutdown {}, || false, |_| ());
         }
         for child in [&mut self.controller, &mut self.world] {
             let _ = child.kill();

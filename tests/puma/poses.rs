@@ -37,10 +37,10 @@ pub(crate) fn fresh(model: &Path, seed: u64) -> String {
             (if point.is_multiple_of(2) { 400.0 } else { 700.0 }, if point < FRESH / 4 { 0.0 } else { 1.5 });
         let azimuth = rng.between(-120.0, 120.0);
         let (sin, cos) = azimuth.to_radians().sin_cos();
-        let wanted = [radius * cos, radius * sin, rng.between(-150.0, 250.0)];
+        let expected = [radius * cos, radius * sin, rng.between(-150.0, 250.0)];
         let across = if azimuth < 0.0 { azimuth + 180.0 } else { azimuth - 180.0 };
-        let lefty = reach(&chain, wanted, [azimuth, -20.0, 150.0], &mut rng);
-        let righty = reach(&chain, wanted, [across, -160.0, 30.0], &mut rng);
+        let lefty = reach(&chain, expected, [azimuth, -20.0, 150.0], &mut rng);
+        let righty = reach(&chain, expected, [across, -160.0, 30.0], &mut rng);
         if let (Some(lefty), Some(righty)) = (lefty, righty) {
             poses.extend([(lefty, load), (righty, load)]);
         }
@@ -54,14 +54,14 @@ pub(crate) fn fresh(model: &Path, seed: u64) -> String {
 }
 
 /// Joints (deg) with which the tip is there, near `start` in the first three, the wrist at random; none within some trials.
-fn reach(chain: &Chain, wanted: [f64; 3], start: [f64; 3], rng: &mut Xorshift) -> Option<[f64; 6]> {
+fn reach(chain: &Chain, expected: [f64; 3], start: [f64; 3], rng: &mut Xorshift) -> Option<[f64; 6]> {
     (0..30).find_map(|_| {
         let [first, second, third] = start;
         let wrist = [rng.between(-100.0, 100.0), rng.between(-90.0, 90.0), rng.between(-180.0, 180.0)];
         let mut q = [first, second, third, wrist[0], wrist[1], wrist[2]];
         for _ in 0..60 {
             let here = tip(chain, &q);
-            let short = [0, 1, 2].map(|axis| wanted[axis] - here[axis]);
+            let short = [0, 1, 2].map(|axis| expected[axis] - here[axis]);
             if short.iter().all(|part| part.abs() < 1e-6) {
                 q[0] = (q[0] + 180.0).rem_euclid(360.0) - 180.0;
                 return (inside(chain, &q) && clear(chain, &q)).then_some(q);

@@ -63,8 +63,8 @@ fn an_example_cell_is_put_where_the_user_is_and_the_printed_commands_run() {
     assert_eq!(lines.len(), 3, "{}", output.out());
     for line in lines {
         assert!(line.contains("'my lab/teachmover/cell.yaml'"), "a path with a blank is quoted: {line}");
-        let verb = line.split_whitespace().nth(1).unwrap();
-        let mut arguments = vec![verb, "my lab/teachmover/cell.yaml"];
+        let command = line.split_whitespace().nth(1).unwrap();
+        let mut arguments = vec![command, "my lab/teachmover/cell.yaml"];
         arguments.extend(line.contains("--dry-run").then_some("--dry-run"));
         let ran = place.plumb(&arguments);
         assert_eq!(ran.code(), 0, "{line}\n{}", ran.all());

@@ -75,8 +75,9 @@ fn a_driver_that_is_killed_while_it_moves_ends_the_step_with_how_it_ended() {
     let (last, code) = running.end();
     assert_eq!(code, Some(2), "{last}");
     let error_text = message(&last);
-    let wanted = format!("its driver `python3 driver.py` (process {driver}) has ended (signal: 9 (SIGKILL))");
-    assert!(error_text.contains(&wanted), "{error_text}");
+    let expected =
+        format!("its driver `python3 driver.py` (process {driver}) has ended (signal: 9 (SIGKILL))");
+    assert!(error_text.contains(&expected), "{error_text}");
 }
 
 #[test]

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 use nix::pty::{OpenptyResult, openpty};
 use plumb_simulated::client::WorldClient;
-use plumb_simulated::protocol::Verb;
+use plumb_simulated::protocol::WorldCommand;
 use plumb_teachmover::reply_line::ReplyLine;
 
 use crate::lab::{CommandOutput, Lab, PATIENCE, Running};
@@ -85,7 +85,13 @@ impl Bench {
     /// Where the motors are, half-steps.
     fn registers(&self) -> [i64; 6] {
         let mut client = WorldClient::connect(&self.socket, "test").unwrap();
-        client.read(Verb::Read {}).unwrap().half_steps.fixed::<6>().unwrap().map(|count| count.round() as i64)
+        client
+            .read(WorldCommand::Read {})
+            .unwrap()
+            .half_steps
+            .fixed::<6>()
+            .unwrap()
+            .map(|count| count.round() as i64)
     }
 
     fn assert_zeros_found(&self, run: &str) {

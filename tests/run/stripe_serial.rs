@@ -7,7 +7,7 @@ use std::process::{Child, Stdio};
 use std::time::{Duration, Instant};
 
 use plumb_simulated::client::WorldClient;
-use plumb_simulated::protocol::Verb;
+use plumb_simulated::protocol::WorldCommand;
 use serde_json::Value;
 
 use crate::lab::{Lab, PATIENCE, kill, processes_of};
@@ -230,7 +230,7 @@ impl Bench {
 impl Drop for Bench {
     fn drop(&mut self) {
         if let Ok(mut client) = WorldClient::connect(&self.lab.path("world.socket"), "test") {
-            let _ = client.call(Verb::Shutdown {}, || false, |_| {});
+            let _ = client.call(WorldCommand::Shutdown {}, || false, |_| {});
         }
         for child in [&mut self.controller, &mut self.world] {
             let _ = child.kill();

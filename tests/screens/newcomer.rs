@@ -25,10 +25,10 @@ fn chosen(page: &str, joint: &str) -> Option<f64> {
 fn jog(session: &mut Session, joint: &str, key: &str, times: u32) {
     for _ in 0..times {
         let before = chosen(&session.text(), joint).expect("the joint is chosen");
-        let wanted = before + if key == RIGHT { 10.0 } else { -10.0 };
+        let expected = before + if key == RIGHT { 10.0 } else { -10.0 };
         session.press(key);
-        session.wait_until(&format!("{joint} at {wanted}"), |screen| {
-            chosen(&screen.contents(), joint).is_some_and(|now| (now - wanted).abs() < 0.02)
+        session.wait_until(&format!("{joint} at {expected}"), |screen| {
+            chosen(&screen.contents(), joint).is_some_and(|now| (now - expected).abs() < 0.02)
         });
         // Keys that come while the arm still moves are dropped.
         std::thread::sleep(std::time::Duration::from_millis(150));

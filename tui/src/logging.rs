@@ -90,14 +90,14 @@ impl Write for Line {
 /// # Errors
 /// [`LogError`].
 pub(crate) fn start(file: Option<&Path>) -> Result<(), LogError> {
-    let wanted = std::env::var("RUST_LOG").ok().filter(|text| !text.trim().is_empty());
-    let text = wanted.as_deref().unwrap_or(USUAL);
+    let requested = std::env::var("RUST_LOG").ok().filter(|text| !text.trim().is_empty());
+    let text = requested.as_deref().unwrap_or(USUAL);
     let filter = EnvFilter::builder()
         .parse(text)
         .map_err(|error| LogError::Filter { text: text.to_owned(), reason: error.to_string() })?;
     {
         let mut sinks = sinks();
-        sinks.on_stderr = wanted.is_some();
+        sinks.on_stderr = requested.is_some();
         sinks.file = file.map(open).transpose()?;
     }
     let lines =

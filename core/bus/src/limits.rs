@@ -51,10 +51,10 @@ fn limit(resource: Resource) -> u64 {
 
 fn raise_open_files() {
     if let Ok((soft, hard)) = getrlimit(Resource::RLIMIT_NOFILE)
-        && let Some(wanted) = raised(soft, hard)
+        && let Some(requested) = raised(soft, hard)
     {
         // What cannot be raised is reported below when it is too little.
-        let _ = setrlimit(Resource::RLIMIT_NOFILE, wanted, hard);
+        let _ = setrlimit(Resource::RLIMIT_NOFILE, requested, hard);
     }
 }
 

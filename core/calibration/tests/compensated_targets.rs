@@ -38,10 +38,10 @@ fn the_calibrated_arm_comes_where_the_drawing_would_have_with_its_hand_as_drawn(
     // From the row before: down or up, or none for the first and for a joint that stays.
     let sides: [&[i8]; 3] = [&[], &[-1, -1, 1, 1, -1, -1], &[0, 1, 1, -1, 1, 1]];
     for ((target, q), sides) in targets.iter().zip(table.q.chunks_exact(6)).zip(sides) {
-        let (wanted, comes) = (tip(&drawing, q, &[]), tip(&calibrated, &target.q, sides));
-        assert!((wanted.translation.vector - comes.translation.vector).norm() < 1e-5);
-        assert!(wanted.rotation.angle_to(&comes.rotation) < 1e-7);
-        assert_eq!(target.wanted, wanted.translation.vector);
+        let (expected, comes) = (tip(&drawing, q, &[]), tip(&calibrated, &target.q, sides));
+        assert!((expected.translation.vector - comes.translation.vector).norm() < 1e-5);
+        assert!(expected.rotation.angle_to(&comes.rotation) < 1e-7);
+        assert_eq!(target.requested, expected.translation.vector);
         assert!(target.off_before > 0.5, "{} mm", target.off_before);
     }
 }

@@ -184,10 +184,10 @@ impl Maker<'_> {
     }
 
     fn trigger_rows(&self) -> Result<Vec<Row>, TableError> {
-        let wanted = self.recorded.triggers.iter();
-        let wanted =
-            wanted.filter(|one| one.fine && one.device == self.robot.device && one.surface.is_some());
-        wanted.map(|trigger| self.trigger_row(trigger)).collect()
+        let requested = self.recorded.triggers.iter();
+        let requested =
+            requested.filter(|one| one.fine && one.device == self.robot.device && one.surface.is_some());
+        requested.map(|trigger| self.trigger_row(trigger)).collect()
     }
 
     fn trigger_row(&self, trigger: &StoredTrigger) -> Result<Row, TableError> {

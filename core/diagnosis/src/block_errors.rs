@@ -106,8 +106,8 @@ mod tests {
     fn a_covariance_is_raised_at_the_same_correlations_and_never_lowered() {
         let covariance = DMatrix::from_row_slice(3, 3, &[4.0, 1.0, 0.0, 1.0, 9.0, 0.0, 0.0, 0.0, 0.0]);
         let raised = at_least(&covariance, &[6.0, 1.0, 5.0]);
-        let wanted = DMatrix::from_row_slice(3, 3, &[36.0, 3.0, 0.0, 3.0, 9.0, 0.0, 0.0, 0.0, 0.0]);
-        assert!((raised - wanted).norm() < 1e-12, "what is held stays without an error");
+        let requested = DMatrix::from_row_slice(3, 3, &[36.0, 3.0, 0.0, 3.0, 9.0, 0.0, 0.0, 0.0, 0.0]);
+        assert!((raised - requested).norm() < 1e-12, "what is held stays without an error");
         assert_eq!(factor_of_the_best_known(&covariance, &[6.0, 1.0, 5.0]), 3.0);
         assert_eq!(factor_of_the_best_known(&covariance, &[]), 1.0);
         let mut errors = [0.5, 2.0];

@@ -182,9 +182,9 @@ impl Kept {
     /// Keeps these rows; only those that come or go are counted anew.
     fn keep(&mut self, projected: &Projected, kept: &[bool]) {
         // From turn to turn only a few rows change sides; the sums of thousands of others remain.
-        for (wanted, sign) in [(true, 1.0), (false, -1.0)] {
+        for (is_kept, sign) in [(true, 1.0), (false, -1.0)] {
             let changed: Vec<usize> = (0..projected.rows.len())
-                .filter(|row| kept.get(*row) == Some(&wanted) && self.kept.get(*row) == Some(&!wanted))
+                .filter(|row| kept.get(*row) == Some(&is_kept) && self.kept.get(*row) == Some(&!is_kept))
                 .collect();
             if changed.is_empty() {
                 continue;
@@ -194,7 +194,7 @@ impl Kept {
                 places.iter().filter_map(|place| projected.rows.residuals.get(*place)).copied().collect();
             let mut own = NormalEquations::zeros(self.normal.gradient.len());
             own.take(&residuals, &projected.rows.columns.select_columns(&places));
-            match wanted {
+            match is_kept {
                 true => self.normal.add(&own),
                 false => self.normal.subtract(&own),
             }

@@ -54,7 +54,7 @@ pub use extrapolation::Extrapolation;
 pub use growth::{Growth, Step, StepRms};
 pub use hypothesis::{HYPOTHESIS, Hypothesis, HypothesisValue};
 pub use jump::Jump;
-pub use next_poses::{Asked, Instead, NextPoses, OtherWay, Wanted};
+pub use next_poses::{Asked, Instead, NextPoses, OtherWay, Requested};
 pub use note::Note;
 pub use outcome::{
     AcrossPoses, Alike, Candidate, ConditionAtPoses, Diagnosis, EffectSite, FewPoses, Located, Named,

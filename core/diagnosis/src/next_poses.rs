@@ -30,7 +30,7 @@ use report::{approached_from_the_other_side, what_would};
 
 /// What poses are wanted.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Wanted {
+pub struct Requested {
     /// New poses, not counting the repeats.
     pub count: usize,
     /// Where the arm must not go.
@@ -65,7 +65,11 @@ impl Laboratory {
     ///
     /// # Errors
     /// Nothing can be fitted, no pose is allowed, or cancellation.
-    pub fn next_poses(&self, wanted: &Wanted, progress: &Progress) -> Result<NextPoses, LaboratoryError> {
+    pub fn next_poses(
+        &self,
+        requested: &Requested,
+        progress: &Progress,
+    ) -> Result<NextPoses, LaboratoryError> {
         // The same rows as in a diagnosis: what is asked about is what it could not settle.
         let thin = self.thinned(SEARCH_ROWS);
         let lab = thin.as_ref().unwrap_or(self);
@@ -76,15 +80,18 @@ impl Laboratory {
         let candidates = Candidates { listed: candidates::probes(lab), unlisted: unlisted::probes(lab) };
         let finding = lab.find(&floor, &candidates, progress)?;
         if finding.verdict == Verdict::AtFloor
-            && let Some(poses) = lab.poses_for_not_shown(&finding.stage, &floor, wanted, progress)?
+            && let Some(poses) = lab.poses_for_not_shown(&finding.stage, &floor, requested, progress)?
         {
             return Ok(poses);
         }
         let (rivals, noise) = lab.rivals_of(&finding, &floor, progress)?;
         progress.report(0.7, "choosing poses")?;
         let mut chooser = Chooser::new(lab, rivals, noise)?;
-        let request =
-            PoseRequest { count: wanted.count, keep_out: &wanted.keep_out, payloads: &wanted.payloads };
+        let request = PoseRequest {
+            count: requested.count,
+            keep_out: &requested.keep_out,
+            payloads: &requested.payloads,
+        };
         let choice = chooser.choose(request, progress)?;
         if choice.designs.is_empty() {
             return Err(no_pose());
@@ -113,9 +120,9 @@ impl Laboratory {
         floor: &Floor,
         progress: &Progress,
     ) -> Result<(Vec<NextPose>, Option<f64>), LaboratoryError> {
-        let wanted = Wanted { count: FEW, keep_out: Vec::new(), payloads: Vec::new() };
+        let requested = Requested { count: FEW, keep_out: Vec::new(), payloads: Vec::new() };
         if finding.verdict == Verdict::AtFloor {
-            let poses = self.poses_for_not_shown(&finding.stage, floor, &wanted, progress)?;
+            let poses = self.poses_for_not_shown(&finding.stage, floor, &requested, progress)?;
             let next = poses.map_or_else(Vec::new, |poses| poses.next.into_iter().take(FEW).collect());
             return Ok((next, None));
         }
@@ -157,8 +164,8 @@ mod tests {
     fn poses_keep_clear_of_limits_distinguish_the_name_from_what_comes_next_and_end_with_returns() {
         let lines = "free: [joint_zero(*)]\nnoise: {p1_mm: 0.05}";
         let lab = two_links_with(lines, 30, 0.05, 51, |q| [0.0, 0.01 * q[1]]);
-        let wanted = Wanted { count: 3, keep_out: Vec::new(), payloads: Vec::new() };
-        let chosen = lab.next_poses(&wanted, &Progress::unwatched()).unwrap();
+        let requested = Requested { count: 3, keep_out: Vec::new(), payloads: Vec::new() };
+        let chosen = lab.next_poses(&requested, &Progress::unwatched()).unwrap();
         assert_eq!(chosen.next.len(), 5, "{chosen:?}");
         assert_eq!(chosen.between[0], "joint_gain(elbow)");
         assert_eq!(chosen.next[3].q_deg, chosen.next[0].q_deg);
@@ -171,7 +178,7 @@ mod tests {
             assert!(chosen.between.iter().all(|label| pose.predicted.contains_key(label)), "{pose:?}");
         }
         assert!(chosen.separation > SETTLES && chosen.instead.is_none(), "{chosen:?}");
-        let again = lab.next_poses(&wanted, &Progress::unwatched()).unwrap();
+        let again = lab.next_poses(&requested, &Progress::unwatched()).unwrap();
         assert_eq!(chosen.next, again.next, "the same question has the same answer");
     }
 
@@ -180,7 +187,7 @@ mod tests {
         let lab = two_links_with("free: [joint_zero(*)]\nnoise: {p1_mm: 0.05}", 30, 0.05, 52, |q| {
             [0.0, 0.01 * q[1]]
         });
-        let beyond = |offset: f64| Wanted {
+        let beyond = |offset: f64| Requested {
             count: 2,
             keep_out: vec![HalfSpace { normal: [0.0, 1.0, 0.0], offset }],
             payloads: Vec::new(),

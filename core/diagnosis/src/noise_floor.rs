@@ -109,10 +109,10 @@ pub(crate) fn typical_sigma(machine: &ResidualModel<'_>) -> f64 {
 /// in the list of candidates and what scatter is left.
 pub(crate) fn allow(returns: &Replicates) -> (Vec<usize>, Scatter) {
     let mut chosen: Vec<usize> = Vec::new();
-    let mut wanted: Vec<usize> = Vec::new();
-    let mut scatter = returns.scatter(&wanted);
+    let mut requested: Vec<usize> = Vec::new();
+    let mut scatter = returns.scatter(&requested);
     while chosen.len() < MOST_CONDITIONS && scatter.freedom > FLOOR_FREEDOM {
-        let gains = returns.gains(&scatter, &wanted);
+        let gains = returns.gains(&scatter, &requested);
         let squares = scatter.squares;
         let p_values: Vec<f64> = gains
             .iter()
@@ -135,8 +135,8 @@ pub(crate) fn allow(returns: &Replicates) -> (Vec<usize>, Scatter) {
         match best.filter(|best| adjusted[*best] < CONDITION_LEVEL && !chosen.contains(best)) {
             Some(index) => {
                 chosen.push(index);
-                wanted.extend(returns.candidates.get(index).map_or(0..0, |(_, range)| range.clone()));
-                scatter = returns.scatter(&wanted);
+                requested.extend(returns.candidates.get(index).map_or(0..0, |(_, range)| range.clone()));
+                scatter = returns.scatter(&requested);
             }
             None => break,
         }

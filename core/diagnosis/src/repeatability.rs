@@ -122,7 +122,7 @@ struct Inquiry<'r> {
     /// allowed effects taken out, with the first few, and with none.
     ways: Vec<Scatter>,
     /// Columns of the effects of conditions that the floor allows.
-    wanted: Vec<usize>,
+    requested: Vec<usize>,
     /// What one cluster has to be explained by: conditions, or the two sides of approach of some joint with a gap that differs from
     /// pose to pose. Each with its price in natural logarithms.
     explained: Vec<(Vec<DVector<f64>>, f64)>,
@@ -135,22 +135,22 @@ struct Inquiry<'r> {
 impl<'r> Inquiry<'r> {
     fn of(returns: &'r Replicates) -> Self {
         let (chosen, scatter) = allow(returns);
-        let mut wanted: Vec<usize> = Vec::new();
-        let mut ways = vec![returns.scatter(&wanted)];
+        let mut requested: Vec<usize> = Vec::new();
+        let mut ways = vec![returns.scatter(&requested)];
         for index in chosen {
-            wanted.extend(returns.candidates.get(index).map_or(0..0, |(_, range)| range.clone()));
-            ways.push(returns.scatter(&wanted));
+            requested.extend(returns.candidates.get(index).map_or(0..0, |(_, range)| range.clone()));
+            ways.push(returns.scatter(&requested));
         }
         let a_number = 0.5 * (returns.members.len().max(1) as f64).ln();
-        let allowed = a_number * wanted.len() as f64;
+        let allowed = a_number * requested.len() as f64;
         let price = allowed + a_number * returns.groups as f64;
         let mut explained = vec![(scatter.deviations, allowed)];
         let gaps = returns.candidates.iter().filter(|(id, _)| id.name == SIDE_OF_APPROACH);
         explained.extend(gaps.map(|(_, range)| {
-            let columns: Vec<usize> = wanted.iter().copied().chain(range.clone()).collect();
+            let columns: Vec<usize> = requested.iter().copied().chain(range.clone()).collect();
             (returns.scatter(&columns).deviations, price)
         }));
-        Self { returns, ways, wanted, explained, a_number, jumps: OnceCell::new() }
+        Self { returns, ways, requested, explained, a_number, jumps: OnceCell::new() }
     }
 
     /// Deviations with nothing explained.
@@ -184,9 +184,10 @@ impl<'r> Inquiry<'r> {
         self.jumps.get_or_init(|| {
             let steps = self.returns.candidates.iter().filter(|(id, _)| is_event(id));
             let steps: Vec<&Range<usize>> = steps.map(|(_, range)| range).collect();
-            let price = self.a_number * (self.wanted.len() as f64 + 1.0) + (steps.len().max(1) as f64).ln();
+            let price =
+                self.a_number * (self.requested.len() as f64 + 1.0) + (steps.len().max(1) as f64).ln();
             let without = steps.into_iter().map(|range| {
-                let columns: Vec<usize> = self.wanted.iter().copied().chain(range.clone()).collect();
+                let columns: Vec<usize> = self.requested.iter().copied().chain(range.clone()).collect();
                 (self.returns.scatter(&columns).deviations, price)
             });
             without.collect()

@@ -91,8 +91,8 @@ impl Laboratory {
         let asks = !diagnosis.next.is_empty() || diagnosis.named.is_some();
         let next = match asks {
             true => {
-                let wanted = crate::Wanted { count: 8, keep_out: Vec::new(), payloads: Vec::new() };
-                self.next_poses(&wanted, progress).ok()
+                let requested = crate::Requested { count: 8, keep_out: Vec::new(), payloads: Vec::new() };
+                self.next_poses(&requested, progress).ok()
             }
             false => None,
         };
@@ -104,7 +104,7 @@ impl Laboratory {
     fn worth_plotting(&self, diagnosis: &Diagnosis) -> Vec<String> {
         let named = diagnosis.named.iter().map(|named| &named.effect);
         let asked: Vec<_> = named.chain(&diagnosis.tied).collect();
-        let mut wanted: Vec<String> = diagnosis
+        let mut requested: Vec<String> = diagnosis
             .candidates
             .iter()
             .enumerate()
@@ -114,8 +114,8 @@ impl Laboratory {
             .map(|(_, candidate)| candidate.label.clone())
             .collect();
         let added = self.model().effects.iter().rev().take(ADDED_PLOTTED);
-        wanted.extend(added.map(|added| self.model().label(&added.id)));
-        wanted
+        requested.extend(added.map(|added| self.model().label(&added.id)));
+        requested
     }
 
     /// The fall of the error, effect by effect; a residual map, which goes with all of them, comes last.

@@ -313,10 +313,10 @@ fn rows(mask: &[bool]) -> Vec<usize> {
 fn random(poses: &Poses, rows: usize, fraction: f64, seed: u64) -> Vec<usize> {
     let mut order: Vec<usize> = (0..poses.rows.len()).collect();
     Random::seeded(seed).shuffle(&mut order);
-    let wanted = (fraction * rows as f64).round() as usize;
+    let requested = (fraction * rows as f64).round() as usize;
     let mut held = Vec::new();
     for pose in order {
-        if held.len() >= wanted {
+        if held.len() >= requested {
             break;
         }
         held.extend(poses.rows_of(&[pose]));

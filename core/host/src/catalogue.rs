@@ -234,15 +234,15 @@ impl Catalogue {
 
 impl CatalogueRow {
     /// Why the plugin of this name cannot be used, if it is the one here: by the name in its manifest, or where that cannot be read, its folder's.
-    fn why_unusable(&self, wanted: &str) -> Option<String> {
+    fn why_unusable(&self, requested: &str) -> Option<String> {
         let error = self.plugin.as_ref().err()?;
         let is_it = match error {
             CatalogueError::NoLibrary { id, .. }
             | CatalogueError::NotTrusted { id, .. }
-            | CatalogueError::Manifest(ManifestError::Contract { id, .. }) => id == wanted,
+            | CatalogueError::Manifest(ManifestError::Contract { id, .. }) => id == requested,
             _ => {
                 let folder = self.manifest_path.parent().and_then(Path::file_name);
-                folder.is_some_and(|folder| folder == wanted)
+                folder.is_some_and(|folder| folder == requested)
             }
         };
         is_it.then(|| error.to_string())

@@ -30,11 +30,11 @@ const MOST_STEPS: usize = 200;
 /// [`OutOfReach`]
 pub fn inverse(
     flange_of: impl Fn(&[f64]) -> IsometryMatrix3<f64>,
-    wanted: &IsometryMatrix3<f64>,
+    requested: &IsometryMatrix3<f64>,
     start: &[f64],
 ) -> Result<Vec<f64>, OutOfReach> {
     let mut joints = start.to_vec();
-    let mut short = difference(&flange_of(&joints), wanted);
+    let mut short = difference(&flange_of(&joints), requested);
     let mut damping = 1.0;
     for _ in 0..MOST_STEPS {
         if short.norm() < THERE {
@@ -48,7 +48,7 @@ pub fn inverse(
         // No joint turns by more than a quarter radian at once: beyond that the slope means little.
         let scale = (0.25 / step.amax()).min(1.0);
         let tried: Vec<f64> = joints.iter().zip(step.iter()).map(|(joint, by)| joint + by * scale).collect();
-        let left = difference(&flange_of(&tried), wanted);
+        let left = difference(&flange_of(&tried), requested);
         if left.norm() < short.norm() {
             (joints, short) = (tried, left);
             damping = (damping * 0.2).max(1e-9);
@@ -126,9 +126,9 @@ mod tests {
     fn what_is_out_of_reach_says_how_far() {
         let chain = puma();
         let flange_of = |joints: &[f64]| LinkFrames::of(&chain, joints, &[]).flange;
-        let mut wanted = flange_of(&[0.0; 6]);
-        wanted.translation.vector = Vector3::new(2000.0, 0.0, 0.0);
-        let error = inverse(flange_of, &wanted, &[0.0, -0.5, 0.3, 0.0, 1.0, 0.0]).unwrap_err();
+        let mut requested = flange_of(&[0.0; 6]);
+        requested.translation.vector = Vector3::new(2000.0, 0.0, 0.0);
+        let error = inverse(flange_of, &requested, &[0.0, -0.5, 0.3, 0.0, 1.0, 0.0]).unwrap_err();
         assert!(error.away_mm > 900.0, "{error}");
     }
 }

@@ -58,9 +58,9 @@ fn the_rows_move_the_tip_as_the_file_says() {
     assert_eq!(arm.ends, ("world".to_owned(), "tool".to_owned()));
     for q in [[0.0; 4], [0.3, -0.7, 1.1, 40.0], [-1.9, 2.4, -2.8, 210.0]] {
         let there = arm.root_from_base * LinkFrames::of(&arm.chain, &q, &[]).flange * arm.flange_from_tip;
-        let wanted = tip(q);
-        assert!((there.translation.vector - wanted.translation.vector).norm() < 1e-9, "{q:?}");
-        assert!((there.rotation.matrix() - wanted.rotation.matrix()).norm() < 1e-9, "{q:?}");
+        let expected = tip(q);
+        assert!((there.translation.vector - expected.translation.vector).norm() < 1e-9, "{q:?}");
+        assert!((there.rotation.matrix() - expected.rotation.matrix()).norm() < 1e-9, "{q:?}");
     }
     assert_eq!(arm.chain.joints[3].limits, (0.0, 250.0), "a slide counts in mm");
     assert_eq!((arm.masses.len(), arm.masses[0].after, arm.masses[0].mass), (1, 0, 2.5));

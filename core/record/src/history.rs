@@ -73,9 +73,9 @@ impl Record {
             ("substr(started, 1, 10) >= ?", filter.since.clone()),
             ("substr(started, 1, 10) <= ?", filter.until.clone()),
         ];
-        let wanted: Vec<(&str, String)> =
+        let requested: Vec<(&str, String)> =
             conditions.into_iter().filter_map(|(condition, value)| Some((condition, value?))).collect();
-        let conditions: Vec<&str> = wanted.iter().map(|(condition, _)| *condition).collect();
+        let conditions: Vec<&str> = requested.iter().map(|(condition, _)| *condition).collect();
         let filter_text = match conditions.is_empty() {
             true => String::new(),
             false => format!("WHERE {}", conditions.join(" AND ")),
@@ -88,7 +88,7 @@ impl Record {
             ))
             .during("list the runs")?;
         let rows = statement
-            .query_map(params_from_iter(wanted.iter().map(|(_, value)| value)), summary)
+            .query_map(params_from_iter(requested.iter().map(|(_, value)| value)), summary)
             .during("list the runs")?;
         rows.collect::<Result<_, _>>().during("list the runs")
     }

@@ -165,7 +165,7 @@ pub fn report(report: &Report) -> Result<Value> {
 mod tests {
     use super::*;
     use crate::testing::two_links;
-    use plumb_diagnosis::Wanted;
+    use plumb_diagnosis::Requested;
     use plumb_estimation::Progress;
 
     const DECLARED: &str = "free: [joint_zero(*)]\nnoise: {p1_mm: 0.05}";
@@ -206,8 +206,8 @@ mod tests {
     #[test]
     fn poses_say_what_would_do_instead_also_where_nothing_has_to() {
         let lab = two_links(40, DECLARED, 0.05, 22, |q| [0.0, 0.01 * q[1]]);
-        let wanted = Wanted { count: 3, keep_out: Vec::new(), payloads: Vec::new() };
-        let found = lab.next_poses(&wanted, &Progress::unwatched()).unwrap();
+        let requested = Requested { count: 3, keep_out: Vec::new(), payloads: Vec::new() };
+        let found = lab.next_poses(&requested, &Progress::unwatched()).unwrap();
         let output = next_poses(&found).unwrap();
         assert_eq!(keys(&output), ["next", "between", "separation", "instead", "sentence"]);
         assert!(output["instead"].is_null() && output["sentence"] == json!(next_poses_sentence(&found)));

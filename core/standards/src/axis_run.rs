@@ -382,9 +382,9 @@ fn moves(table: &Table, joint: usize) -> bool {
 }
 
 /// The joint that is the axis: the one that was asked for, or the only one that moves.
-fn axis(table: &Table, wanted: Option<usize>) -> Result<usize, AxisRunError> {
+fn axis(table: &Table, requested: Option<usize>) -> Result<usize, AxisRunError> {
     let source = || table.source.clone();
-    if let Some(joint) = wanted {
+    if let Some(joint) = requested {
         return match moves(table, joint) {
             true => Ok(joint),
             false => Err(AxisRunError::AxisRests { table: source(), axis: column(table, joint) }),
@@ -464,7 +464,7 @@ fn reading(
     axis: &str,
     unit: Unit,
     commanded: &[f64],
-    wanted: Option<&str>,
+    requested: Option<&str>,
 ) -> Result<(String, Vec<f64>, f64), AxisRunError> {
     let source = || table.source.clone();
     let known: Vec<(String, Vec<f64>, f64)> = readings(table, unit)
@@ -492,11 +492,11 @@ fn reading(
             known.get(*index).is_some_and(|(_, _, slope)| (slope.abs() - 1.0).abs() <= SLOPE_AGREES)
         })
         .collect();
-    let chosen = match (wanted, along.as_slice(), names.as_slice()) {
-        (Some(wanted), ..) => {
-            names.iter().position(|name| name == wanted).ok_or_else(|| AxisRunError::UnknownReading {
+    let chosen = match (requested, along.as_slice(), names.as_slice()) {
+        (Some(requested), ..) => {
+            names.iter().position(|name| name == requested).ok_or_else(|| AxisRunError::UnknownReading {
                 table: source(),
-                reading: wanted.to_owned(),
+                reading: requested.to_owned(),
                 unit: unit.name(),
                 known: names.clone(),
             })?

@@ -53,7 +53,9 @@ pub(crate) fn at_pose(
 ) -> Option<OrientationAtPose> {
     let middle = mean(attained)?;
     let each: Vec<[f64; 3]> = match commanded {
-        Some(commanded) => attained.iter().zip(commanded).map(|(one, wanted)| turned(one, wanted)).collect(),
+        Some(commanded) => {
+            attained.iter().zip(commanded).map(|(one, requested)| turned(one, requested)).collect()
+        }
         None => attained.iter().map(|one| turned(one, &middle)).collect(),
     };
     let count = each.len() as f64;

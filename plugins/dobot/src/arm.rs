@@ -148,13 +148,13 @@ impl DobotArm {
             )));
         }
         let mut target = *here;
-        for (index, (wanted, (name, _))) in target.iter_mut().zip(joints::JOINTS).enumerate() {
+        for (index, (requested, (name, _))) in target.iter_mut().zip(joints::JOINTS).enumerate() {
             let Some(given) = motion.target.get(index).filter(|_| motion.moves(index)) else { continue };
             if !given.is_finite() {
                 return Err(PluginError::Refused(format!("the value for {name} is {given}; give a number")));
             }
-            let before = if motion.relative != 0 { *wanted } else { 0.0 };
-            *wanted = before + given.to_degrees();
+            let before = if motion.relative != 0 { *requested } else { 0.0 };
+            *requested = before + given.to_degrees();
         }
         joints::check_reach(&target, &self.configuration)?;
         Ok(target)

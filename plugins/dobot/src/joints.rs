@@ -69,8 +69,8 @@ pub(crate) fn in_words(angles: &Angles, count: usize) -> String {
 }
 
 /// Says why the arm cannot go there, if so.
-pub(crate) fn check_reach(wanted: &Angles, configuration: &Configuration) -> Result<(), PluginError> {
-    let joints = JOINTS.iter().zip(wanted).take(count(configuration));
+pub(crate) fn check_reach(requested: &Angles, configuration: &Configuration) -> Result<(), PluginError> {
+    let joints = JOINTS.iter().zip(requested).take(count(configuration));
     for ((name, [lower, upper]), degrees) in joints {
         if *degrees < lower - BESIDE_LIMITS || *degrees > upper + BESIDE_LIMITS {
             return Err(PluginError::OutOfRange(format!(
@@ -79,11 +79,11 @@ pub(crate) fn check_reach(wanted: &Angles, configuration: &Configuration) -> Res
         }
     }
     let [least, most] = configuration.between_arms;
-    let open = between_arms(wanted);
+    let open = between_arms(requested);
     if open < least - BESIDE_LIMITS || open > most + BESIDE_LIMITS {
         return Err(PluginError::OutOfRange(format!(
             "rear_arm at {:.2} and forearm at {:.2} degrees would be {open:.2} degrees apart (90 + rear_arm - forearm); the parallelogram goes from {least} to {most}",
-            wanted[REAR_ARM], wanted[FOREARM]
+            requested[REAR_ARM], requested[FOREARM]
         )));
     }
     Ok(())

@@ -50,7 +50,7 @@ impl Bench {
     fn assert_at(&mut self, degrees: [f64; 4]) {
         let reads = self.reads();
         assert!(
-            degrees.iter().zip(&reads).all(|(wanted, reads)| (wanted - reads).abs() <= SETTLES),
+            degrees.iter().zip(&reads).all(|(expected, reads)| (expected - reads).abs() <= SETTLES),
             "{reads:?}"
         );
     }

@@ -233,14 +233,15 @@ impl FeetechArm {
                 return Err(PluginError::Refused(format!("the value for {name} is {given}; give a number")));
             }
             let current = joint.direction.degrees(state.position);
-            let wanted = if motion.relative != 0 { current + given.to_degrees() } else { given.to_degrees() };
-            if wanted < limits[0] - BESIDE_LIMITS || wanted > limits[1] + BESIDE_LIMITS {
+            let requested =
+                if motion.relative != 0 { current + given.to_degrees() } else { given.to_degrees() };
+            if requested < limits[0] - BESIDE_LIMITS || requested > limits[1] + BESIDE_LIMITS {
                 return Err(PluginError::OutOfRange(format!(
-                    "{name} would go to {wanted:.2} degrees; it goes from {} to {}",
+                    "{name} would go to {requested:.2} degrees; it goes from {} to {}",
                     limits[0], limits[1]
                 )));
             }
-            targets.push((index, joint.direction.step(wanted).clamp(0, STEPS_A_TURN - 1)));
+            targets.push((index, joint.direction.step(requested).clamp(0, STEPS_A_TURN - 1)));
         }
         Ok(targets)
     }

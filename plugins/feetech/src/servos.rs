@@ -180,13 +180,13 @@ impl Servos {
                 (goal.servo, goal.block(acceleration, steps_a_unit))
             })
             .collect();
-        let wanted: Vec<(u8, i32)> = goals.iter().map(|goal| (goal.servo, goal.step)).collect();
-        self.write_until_taken(ACCELERATION.address, 7, &blocks, &wanted)
+        let requested: Vec<(u8, i32)> = goals.iter().map(|goal| (goal.servo, goal.step)).collect();
+        self.write_until_taken(ACCELERATION.address, 7, &blocks, &requested)
     }
 
     /// Has servos hold where they are now. One that does not say where it is holds where it was `seen` last. Waits until they are at rest.
     pub(crate) fn hold(&mut self, places: &[usize], seen: &[ServoState]) -> Result<(), PluginError> {
-        let mut wanted = Vec::new();
+        let mut requested = Vec::new();
         let mut silent = None;
         for place in places {
             let Some(servo) = self.joints.get(*place).map(|joint| joint.setting.servo) else { continue };
@@ -199,14 +199,14 @@ impl Servos {
                 }
             };
             if let Some(state) = now.or_else(|| seen.get(*place).copied()) {
-                wanted.push((servo, state.position.clamp(0, STEPS_A_TURN - 1)));
+                requested.push((servo, state.position.clamp(0, STEPS_A_TURN - 1)));
             }
         }
         let block = |(servo, step): &(u8, i32)| {
             (*servo, u16::try_from(*step).unwrap_or_default().to_le_bytes().to_vec())
         };
-        let blocks: Vec<_> = wanted.iter().map(block).collect();
-        let held = self.write_until_taken(GOAL.address, GOAL.length, &blocks, &wanted);
+        let blocks: Vec<_> = requested.iter().map(block).collect();
+        let held = self.write_until_taken(GOAL.address, GOAL.length, &blocks, &requested);
         if let Some(error) = silent {
             return Err(self.plugin_error(error));
         }
@@ -229,12 +229,12 @@ impl Servos {
         address: u8,
         length: u8,
         blocks: &[(u8, Vec<u8>)],
-        wanted: &[(u8, i32)],
+        requested: &[(u8, i32)],
     ) -> Result<(), PluginError> {
-        if wanted.is_empty() {
+        if requested.is_empty() {
             return Ok(());
         }
-        let servos: Vec<u8> = wanted.iter().map(|(servo, _)| *servo).collect();
+        let servos: Vec<u8> = requested.iter().map(|(servo, _)| *servo).collect();
         let mut missing = Vec::new();
         for _ in 0..SENDINGS {
             self.bus.write_all(address, length, blocks).map_err(|error| self.plugin_error(error))?;
@@ -246,7 +246,7 @@ impl Servos {
                 let bytes = u16::try_from(*step).unwrap_or_default().to_le_bytes();
                 answers.iter().any(|answer| answer.servo == *servo && answer.data == bytes)
             };
-            missing = wanted.iter().filter(|wanted| !has(wanted)).map(|(servo, _)| *servo).collect();
+            missing = requested.iter().filter(|requested| !has(requested)).map(|(servo, _)| *servo).collect();
             if missing.is_empty() {
                 return Ok(());
             }

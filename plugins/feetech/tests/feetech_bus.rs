@@ -55,8 +55,8 @@ impl Bench {
     }
 
     fn assert_at(&mut self, degrees: [f64; 6]) {
-        for (index, (wanted, reads)) in degrees.iter().zip(self.reads()).enumerate() {
-            assert!((wanted - reads).abs() <= 1.5 * STEP, "servo {}: {wanted} {reads}", index + 1);
+        for (index, (expected, reads)) in degrees.iter().zip(self.reads()).enumerate() {
+            assert!((expected - reads).abs() <= 1.5 * STEP, "servo {}: {expected} {reads}", index + 1);
         }
     }
 

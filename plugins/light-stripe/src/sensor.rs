@@ -267,17 +267,17 @@ impl LightStripe {
     }
 
     fn require_size(&self, size: (u32, u32), header: &FrameHeader) -> Result<(), PluginError> {
-        let wanted = self
+        let requested = self
             .geometry
             .as_ref()
             .map_or(size, |geometry| (geometry.rig.camera.width_px, geometry.rig.camera.height_px));
-        if (header.width, header.height) == wanted {
+        if (header.width, header.height) == requested {
             return Ok(());
         }
         let from = if self.geometry.is_some() { "the rig's camera has" } else { "those before it had" };
         Err(PluginError::Failed(format!(
             "a picture of {} x {} pixels came; {from} {} x {}",
-            header.width, header.height, wanted.0, wanted.1
+            header.width, header.height, requested.0, requested.1
         )))
     }
 

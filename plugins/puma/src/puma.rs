@@ -160,8 +160,9 @@ impl Robot for Puma {
     }
 
     fn set_zero(&mut self, joints: &JointVector) -> Result<(), PluginError> {
-        let wanted = six(joints)?;
-        let is_ready = wanted.iter().zip(&READY).all(|(wanted, ready)| (wanted - ready).abs() < 0.01);
+        let requested = six(joints)?;
+        let is_ready =
+            requested.iter().zip(&READY).all(|(requested, ready)| (requested - ready).abs() < 0.01);
         if !is_ready {
             return Err(PluginError::Refused(
                 "POTCAL knows one pose only, the ready position (0, -90, 90, 0, 0, 0): bring the arm to where that should be, and declare that".to_owned(),

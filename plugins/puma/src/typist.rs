@@ -277,9 +277,9 @@ impl Typist {
     fn type_fast(&mut self, text: &str) -> Result<(), LineError> {
         self.write(text, text.as_bytes())?;
         let mut echo = Vec::new();
-        let wanted = text.len();
-        let deadline = Instant::now() + self.echo_within + self.line.duration(2 * wanted as u32 + 4);
-        while after_prompt(&printable(&echo), true).len() < wanted {
+        let requested = text.len();
+        let deadline = Instant::now() + self.echo_within + self.line.duration(2 * requested as u32 + 4);
+        while after_prompt(&printable(&echo), true).len() < requested {
             let left = deadline.saturating_duration_since(Instant::now());
             if left.is_zero() {
                 let missing =

@@ -302,13 +302,13 @@ fn a_point_set_by_its_angles_is_gone_to_as_clients_of_later_controllers_do() {
     arm.deactivate().unwrap();
     drop(arm);
     let mut line = SerialLine::open(&port, 9600).unwrap();
-    let wanted = [10.0, -80.0, 95.0, 5.0, -20.0, 30.0];
+    let expected = [10.0, -80.0, 95.0, 5.0, -20.0, 30.0];
     let output = typed(&mut line, "DO SET #X=#PPOINT(10,-80,95,5,-20,30)");
     assert!(!output.contains('*'), "{output:?}");
     let output = typed(&mut line, "DO MOVE #X");
     assert!(!output.contains('*'), "{output:?}");
-    for (wanted, made) in wanted.iter().zip(world.joints()) {
-        assert!((wanted - made).abs() < 0.012, "{wanted} {made}");
+    for (expected, made) in expected.iter().zip(world.joints()) {
+        assert!((expected - made).abs() < 0.012, "{expected} {made}");
     }
     let output = typed(&mut line, "DO MOVE #Y");
     assert!(output.contains('*'), "nobody has set it: {output:?}");

@@ -116,7 +116,7 @@ fn answers_that_come_in_pieces_are_whole_when_their_prompt_has_come() {
         let mut cell = Paused::behind(dialect, &words, 120);
         cell.go(LEFTY).unwrap_or_else(|error| panic!("{name}: {error}"));
         let at = cell.world.joints();
-        assert!(at.iter().zip(LEFTY).all(|(at, wanted)| (at - wanted).abs() < 0.012), "{name}: {at:?}");
+        assert!(at.iter().zip(LEFTY).all(|(at, expected)| (at - expected).abs() < 0.012), "{name}: {at:?}");
         cell.go(READY).unwrap_or_else(|error| panic!("{name}: {error}"));
         let ready = plumb_plugin::JointVector::from_slice(&READY.map(f64::to_radians)).unwrap();
         cell.arm.set_zero(&ready).unwrap_or_else(|error| panic!("{name}: {error}"));

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use plumb_plugin::{FrameHeader, Host, PluginError, Reading, Sensor, SensorDescription, Value};
 use plumb_simulated::client::WorldClient;
-use plumb_simulated::protocol::Verb;
+use plumb_simulated::protocol::WorldCommand;
 use serde::Deserialize;
 
 /// The stream of pictures.
@@ -103,14 +103,14 @@ impl Sensor for SimulatedCamera {
 
 impl SimulatedCamera {
     fn shine(&mut self, settings: Settings) -> Result<(), PluginError> {
-        let verb = Verb::Shine {
+        let command = WorldCommand::Shine {
             laser: settings.laser.map(|laser| laser == OnOff::On),
             filter: settings.filter.map(|filter| filter == InOut::In),
         };
-        self.world.read(verb).map_err(PluginError::from)?;
+        self.world.read(command).map_err(PluginError::from)?;
         if let Some(every_ms) = settings.every_ms {
             let every_ms = (every_ms != 0.0).then_some(every_ms);
-            self.world.read(Verb::Shutter { every_ms }).map_err(PluginError::from)?;
+            self.world.read(WorldCommand::Shutter { every_ms }).map_err(PluginError::from)?;
         }
         Ok(())
     }

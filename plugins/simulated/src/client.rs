@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use plumb_plugin::PluginError;
 
 use crate::lines::{Lines, Received};
-use crate::protocol::{Answer, Call, Hello, PROTOCOL, Reading, Response, TruthReport, Verb, Welcome};
+use crate::protocol::{Answer, Call, Hello, PROTOCOL, Reading, Response, TruthReport, Welcome, WorldCommand};
 
 /// How often a caller that waits is asked whether it still wants to.
 const LOOK: Duration = Duration::from_millis(10);
@@ -92,17 +92,17 @@ impl WorldClient {
     /// moves is stopped and the call ends with a reading that says so.
     pub fn call(
         &mut self,
-        verb: Verb,
+        command: WorldCommand,
         should_stop: impl Fn() -> bool,
         mut on_the_way: impl FnMut(&Response),
     ) -> Result<Response, ClientError> {
-        let id = self.send(verb)?;
+        let id = self.send(command)?;
         let mut stop = None;
         let mut heard = Instant::now();
         let mut end = None;
         loop {
             if end.is_none() && stop.is_none() && should_stop() {
-                stop = Some(self.send(Verb::Stop {})?);
+                stop = Some(self.send(WorldCommand::Stop {})?);
             }
             let line = match self.lines.receive(LOOK)? {
                 Received::Line(line) => line,
@@ -133,8 +133,8 @@ impl WorldClient {
     }
 
     /// Makes a call that ends with a reading.
-    pub fn read(&mut self, verb: Verb) -> Result<Reading, ClientError> {
-        match self.call(verb, || false, |_| {})? {
+    pub fn read(&mut self, command: WorldCommand) -> Result<Reading, ClientError> {
+        match self.call(command, || false, |_| {})? {
             Response::Reading(reading) => Ok(reading),
             other => Err(ClientError::Garbled(format!("{other:?} instead of a reading"))),
         }
@@ -148,7 +148,7 @@ impl WorldClient {
         let mut pixels = Vec::new();
         let mut whole = true;
         let end = self.call(
-            Verb::Expose {},
+            WorldCommand::Expose {},
             || false,
             |response| {
                 if let Response::Pixels { hex } = response {
@@ -168,15 +168,15 @@ impl WorldClient {
 
     /// What is so.
     pub fn look(&mut self) -> Result<TruthReport, ClientError> {
-        match self.call(Verb::Look {}, || false, |_| {})? {
+        match self.call(WorldCommand::Look {}, || false, |_| {})? {
             Response::Truth(truth) => Ok(*truth),
             other => Err(ClientError::Garbled(format!("{other:?} instead of the truth"))),
         }
     }
 
-    fn send(&mut self, verb: Verb) -> Result<u64, ClientError> {
+    fn send(&mut self, command: WorldCommand) -> Result<u64, ClientError> {
         self.calls += 1;
-        self.lines.send(&Call { id: self.calls, verb })?;
+        self.lines.send(&Call { id: self.calls, command })?;
         Ok(self.calls)
     }
 }

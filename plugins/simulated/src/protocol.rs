@@ -102,7 +102,7 @@ pub struct Call {
     pub id: u64,
     /// What is wanted.
     #[serde(rename = "do")]
-    pub verb: Verb,
+    pub command: WorldCommand,
 }
 
 /// A value for each joint of the arm, rad or mm; null leaves a joint out.
@@ -111,7 +111,7 @@ pub type SomeJoints = Vec<Option<f64>>;
 /// What a client may want.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
-pub enum Verb {
+pub enum WorldCommand {
     /// What the controller knows: ends with [`Response::Reading`].
     Read {},
     /// Moves joints; ends with [`Response::Reading`] when the arm is at rest.
@@ -535,14 +535,18 @@ mod tests {
     fn a_call_reads_as_a_person_would_write_it() {
         let line = r#"{"id":3,"do":{"move":{"joints":[null,-0.1,null,null,null,null],"relative":true}}}"#;
         let call: Call = serde_json::from_str(line).unwrap();
-        let wanted = Verb::Move { joints: only(Joint::Shoulder, -0.1), relative: true, speed: 1.0 };
-        assert_eq!(call, Call { id: 3, verb: wanted });
+        let requested =
+            WorldCommand::Move { joints: only(Joint::Shoulder, -0.1), relative: true, speed: 1.0 };
+        assert_eq!(call, Call { id: 3, command: requested });
         assert_eq!(there_and_back(&call), call);
-        assert_eq!(serde_json::from_str::<Call>(r#"{"id":4,"do":{"look":{}}}"#).unwrap().verb, Verb::Look {});
+        assert_eq!(
+            serde_json::from_str::<Call>(r#"{"id":4,"do":{"look":{}}}"#).unwrap().command,
+            WorldCommand::Look {}
+        );
     }
 
     #[test]
-    fn an_unknown_verb_is_named_with_those_there_are() {
+    fn an_unknown_command_is_named_with_those_there_are() {
         let error = serde_json::from_str::<Call>(r#"{"id":4,"do":{"fly":{}}}"#).unwrap_err().to_string();
         assert!(
             error.starts_with("unknown variant `fly`, expected one of `read`, `move`, `follow`"),

@@ -10,7 +10,7 @@ use serde::Deserialize;
 
 use crate::client::{ClientError, WorldClient};
 use crate::joint_values::JointValues;
-use crate::protocol::{self, Change, PendantKey, Reading, Response, Verb};
+use crate::protocol::{self, Change, PendantKey, Reading, Response, WorldCommand};
 
 /// The stream of joint states.
 const JOINTS: &str = "joints";
@@ -64,35 +64,36 @@ impl Robot for SimulatedRobot {
     }
 
     fn activate(&mut self) -> Result<(), PluginError> {
-        self.ask(Verb::Read {}).map(drop)
+        self.ask(WorldCommand::Read {}).map(drop)
     }
 
     fn deactivate(&mut self) -> Result<(), PluginError> {
-        self.ask(Verb::Stop {}).map(drop)
+        self.ask(WorldCommand::Stop {}).map(drop)
     }
 
     fn read_joints(&mut self) -> Result<JointState, PluginError> {
-        self.ask(Verb::Read {}).map(|reading| joint_state(&reading))
+        self.ask(WorldCommand::Read {}).map(|reading| joint_state(&reading))
     }
 
     fn move_joints(&mut self, motion: &Motion) -> Result<JointState, PluginError> {
         let joints = self.values_of("a target of ", &motion.target)?;
         let joints =
             joints.iter().enumerate().map(|(axis, value)| motion.moves(axis).then_some(*value)).collect();
-        let verb = Verb::Move { joints, relative: motion.relative != 0, speed: motion.speed_fraction };
+        let command =
+            WorldCommand::Move { joints, relative: motion.relative != 0, speed: motion.speed_fraction };
         if self.host.should_stop() {
             return Err(PluginError::stopped());
         }
-        let reading = self.ask(verb)?;
+        let reading = self.ask(command)?;
         if reading.stopped { Err(PluginError::stopped()) } else { Ok(joint_state(&reading)) }
     }
 
     fn stop(&mut self) -> Result<(), PluginError> {
-        self.ask(Verb::Stop {}).map(drop)
+        self.ask(WorldCommand::Stop {}).map(drop)
     }
 
     fn read_inputs(&mut self) -> Result<DigitalInputs, PluginError> {
-        self.ask(Verb::Read {}).map(|reading| levels(&reading))
+        self.ask(WorldCommand::Read {}).map(|reading| levels(&reading))
     }
 
     fn write_outputs(&mut self, levels: u64) -> Result<(), PluginError> {
@@ -106,11 +107,11 @@ impl Robot for SimulatedRobot {
                 "output levels {levels:#b} set a line past the last; the arm {there}"
             )));
         }
-        self.ask(Verb::Outputs { bits: levels }).map(drop)
+        self.ask(WorldCommand::Outputs { bits: levels }).map(drop)
     }
 
     fn jog(&mut self, on: bool) -> Result<JogState, PluginError> {
-        let reading = self.ask(Verb::Pendant { on })?;
+        let reading = self.ask(WorldCommand::Pendant { on })?;
         Ok(JogState {
             state: joint_state(&reading),
             key: reading.key,
@@ -120,7 +121,7 @@ impl Robot for SimulatedRobot {
 
     fn set_zero(&mut self, joints: &JointVector) -> Result<(), PluginError> {
         let joints = self.values_of("", joints)?;
-        self.ask(Verb::SetZero { joints }).map(drop)
+        self.ask(WorldCommand::SetZero { joints }).map(drop)
     }
 }
 
@@ -135,7 +136,7 @@ impl SimulatedRobot {
 
     /// Makes a call and emits all that happens meanwhile; at its end the joints and, last, the input levels, so that anyone who has
     /// seen these has seen everything before them.
-    fn ask(&mut self, verb: Verb) -> Result<Reading, PluginError> {
+    fn ask(&mut self, command: WorldCommand) -> Result<Reading, PluginError> {
         let Self { host, world, .. } = self;
         let mut unsent = Ok(());
         let on_the_way = |say: &Response| {
@@ -148,8 +149,8 @@ impl SimulatedRobot {
                 unsent = sent;
             }
         };
-        let moves = matches!(verb, Verb::Move { .. });
-        let end = world.call(verb, || moves && host.should_stop(), on_the_way);
+        let moves = matches!(command, WorldCommand::Move { .. });
+        let end = world.call(command, || moves && host.should_stop(), on_the_way);
         let reading = match end {
             Ok(Response::Reading(reading)) => reading,
             Ok(other) => return Err(PluginError::Failed(format!("the world answered {other:?}"))),

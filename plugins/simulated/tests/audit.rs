@@ -54,10 +54,10 @@ fn narrow_poses_hide_more_than_wide_ones() {
 #[test]
 fn what_is_hidden_at_random_can_be_seen() {
     use plumb_simulated::physics::campaign::catalogue::Choice;
-    use plumb_simulated::physics::campaign::specification::{Size, Wanted};
+    use plumb_simulated::physics::campaign::specification::{Requested, Size};
     for (name, _) in arms::ARMS {
-        let wanted = Wanted { choice: Choice::named("any"), size: Size::OverNoise(3.0) };
-        let specification = Specification { hidden: vec![wanted], ..usual(name) };
+        let expected = Requested { choice: Choice::named("any"), size: Size::OverNoise(3.0) };
+        let specification = Specification { hidden: vec![expected], ..usual(name) };
         for seed in 0..20 {
             let made = campaign::generate(&specification, seed).unwrap();
             let hidden = &made.truth.hidden[0];

@@ -6,7 +6,7 @@ use plumb_simulated::physics::arms;
 use plumb_simulated::physics::campaign::catalogue::{self, Choice};
 use plumb_simulated::physics::campaign::poses::Chosen;
 use plumb_simulated::physics::campaign::specification::{
-    Approach, Free, Reading, Size, Specification, Spread, Wanted,
+    Approach, Free, Reading, Requested, Size, Specification, Spread,
 };
 use plumb_simulated::physics::campaign::{self, Case, Verdict, seal};
 
@@ -15,9 +15,11 @@ fn usual(arm: &str) -> Specification {
 }
 
 fn hiding(arm: &str, effects: &[(&str, f64)]) -> Specification {
-    let wanted =
-        |(name, ratio): &(&str, f64)| Wanted { choice: Choice::named(name), size: Size::OverNoise(*ratio) };
-    Specification { hidden: effects.iter().map(wanted).collect(), heat: true, ..usual(arm) }
+    let expected = |(name, ratio): &(&str, f64)| Requested {
+        choice: Choice::named(name),
+        size: Size::OverNoise(*ratio),
+    };
+    Specification { hidden: effects.iter().map(expected).collect(), heat: true, ..usual(arm) }
 }
 
 fn case(specification: &Specification, seed: u64) -> Case {
@@ -263,7 +265,7 @@ fn further_poses_are_measured_on_the_same_arm_without_disturbing_what_was_read()
 #[test]
 fn wishes_that_make_no_sense_are_refused_with_what_would_be_right() {
     let message = |choice: Choice| {
-        let hidden = vec![Wanted { choice, size: Size::OverNoise(3.0) }];
+        let hidden = vec![Requested { choice, size: Size::OverNoise(3.0) }];
         campaign::generate(&Specification { hidden, ..usual("puma560") }, 1).unwrap_err().to_string()
     };
     assert!(

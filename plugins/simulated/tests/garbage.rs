@@ -10,7 +10,7 @@ use std::net::Shutdown;
 use std::os::unix::net::UnixStream;
 
 use common::{Served, world_path};
-use plumb_simulated::protocol::{Pace, Verb};
+use plumb_simulated::protocol::{Pace, WorldCommand};
 use plumb_simulated::world::World;
 use plumb_simulated::world::file::parse;
 use proptest::prelude::*;
@@ -62,7 +62,7 @@ fn a_client_that_babbles_harms_nobody() {
         let _ = stream.shutdown(Shutdown::Write);
         let mut answers = Vec::new();
         let _ = stream.read_to_end(&mut answers);
-        let heard = quiet.borrow_mut().read(Verb::Read {});
+        let heard = quiet.borrow_mut().read(WorldCommand::Read {});
         prop_assert!(heard.is_ok());
     });
 }

@@ -6,12 +6,14 @@ mod common;
 
 use common::{Served, only, world_path};
 use plumb_simulated::client::WorldClient;
-use plumb_simulated::protocol::{Instrument, Pace, Response, Verb};
+use plumb_simulated::protocol::{Instrument, Pace, Response, WorldCommand};
 use plumb_simulated::world::Joint;
 use plumb_simulated::world::file::{parse, read, seal};
 
 fn measure(client: &mut WorldClient, with: Instrument) -> (f64, String) {
-    match client.call(Verb::Measure { with, at: None, turned: false, axis: None }, || false, |_| {}).unwrap()
+    match client
+        .call(WorldCommand::Measure { with, at: None, turned: false, axis: None }, || false, |_| {})
+        .unwrap()
     {
         Response::Measured { value, unit } => (value, unit),
         other => panic!("{other:?}"),
@@ -24,7 +26,7 @@ fn place_at_height(client: &mut WorldClient, height_mm: f64) {
         let truth = client.look().unwrap();
         let short = height_mm - truth.sensor_mm[2];
         let shoulder = truth.attitudes[1] + short / (177.8 * truth.attitudes[1].cos());
-        client.read(Verb::Place { joints: only(Joint::Shoulder, shoulder).into() }).unwrap();
+        client.read(WorldCommand::Place { joints: only(Joint::Shoulder, shoulder).into() }).unwrap();
     }
 }
 
@@ -34,15 +36,15 @@ fn the_trim_resistor_sets_the_height_at_which_the_sensor_fires() {
     let mut client = served.connect();
     place_at_height(&mut client, 9.5);
     let mut turns = 0;
-    assert_eq!(client.read(Verb::Read {}).unwrap().inputs, 0);
-    while client.read(Verb::Trim { by: -0.005 }).unwrap().inputs == 0 {
+    assert_eq!(client.read(WorldCommand::Read {}).unwrap().inputs, 0);
+    while client.read(WorldCommand::Trim { by: -0.005 }).unwrap().inputs == 0 {
         turns += 1;
         assert!(turns < 200);
     }
     // 9.5 mm over white 0.9: 0.9 * 1.9^2 * exp(2 * (1 - 1.9)) = 0.537, from 0.694 at 8 mm.
     assert!((25..=38).contains(&turns), "{turns}");
     let served = Served::start("world-ideal.yaml", Pace::Fast);
-    let refused = served.connect().read(Verb::Trim { by: 0.1 }).unwrap_err();
+    let refused = served.connect().read(WorldCommand::Trim { by: 0.1 }).unwrap_err();
     assert_eq!(refused.to_string(), "this sensor has no trim resistor");
 }
 
@@ -52,7 +54,7 @@ fn level_and_ruler_read_what_is_there() {
     let mut client = served.connect();
     let mut joints = only(Joint::WristPitch, -88.5_f64.to_radians());
     joints[1] = Some(0.7);
-    client.read(Verb::Place { joints: joints.into() }).unwrap();
+    client.read(WorldCommand::Place { joints: joints.into() }).unwrap();
     let (tilt, unit) = measure(&mut client, Instrument::Level);
     assert!((tilt - 1.5).abs() < 1e-8 && unit == "deg", "{tilt} {unit}");
     let (height, unit) = measure(&mut client, Instrument::Ruler);
@@ -76,14 +78,14 @@ fn a_coarse_instrument_reads_in_divisions_with_its_error() {
 fn a_controller_steps_the_motors_themselves() {
     let served = Served::start("world-backlash.yaml", Pace::Fast);
     let mut client = served.connect();
-    let before = client.read(Verb::Read {}).unwrap();
+    let before = client.read(WorldCommand::Read {}).unwrap();
     let half_steps = [0.0, 100.0, -40.0, 0.0, 0.0, -40.0];
-    let after = client.read(Verb::Step { half_steps: half_steps.into(), rate: 200.0 }).unwrap();
+    let after = client.read(WorldCommand::Step { half_steps: half_steps.into(), rate: 200.0 }).unwrap();
     let issued: Vec<f64> = (0..6).map(|motor| after.half_steps[motor] - before.half_steps[motor]).collect();
     assert_eq!(issued, half_steps);
     assert_eq!(after.time_ns - before.time_ns, 500_000_000, "100 half-steps at 200 a second");
     assert!((after.joints[5] - before.joints[5]).abs() < 1e-12, "the gripper's motor went with the elbow's");
-    let refused = client.read(Verb::Step { half_steps: half_steps.into(), rate: 0.0 }).unwrap_err();
+    let refused = client.read(WorldCommand::Step { half_steps: half_steps.into(), rate: 0.0 }).unwrap_err();
     assert_eq!(
         refused.to_string(),
         "a motor makes at most 100000 half-steps in one motion, and 1 to 100000 in a second"
@@ -94,18 +96,18 @@ fn a_controller_steps_the_motors_themselves() {
 fn a_closing_gripper_feels_what_it_holds() {
     let served = Served::start("world-ideal.yaml", Pace::Fast);
     let mut client = served.connect();
-    let refused = client.read(Verb::Hold { width_mm: 30.0 }).unwrap_err();
+    let refused = client.read(WorldCommand::Hold { width_mm: 30.0 }).unwrap_err();
     assert_eq!(refused.to_string(), "the fingers are not so far open; open them first");
-    client.read(Verb::Hold { width_mm: 12.7 }).unwrap();
-    let mut reading = client.read(Verb::Read {}).unwrap();
+    client.read(WorldCommand::Hold { width_mm: 12.7 }).unwrap();
+    let mut reading = client.read(WorldCommand::Read {}).unwrap();
     while !reading.grip {
         assert!(reading.joints[5] > 5.0, "nothing was felt");
         reading = client
-            .read(Verb::Step { half_steps: [0.0, 0.0, 0.0, 0.0, 0.0, -1.0].into(), rate: 40.0 })
+            .read(WorldCommand::Step { half_steps: [0.0, 0.0, 0.0, 0.0, 0.0, -1.0].into(), rate: 40.0 })
             .unwrap();
     }
     assert!((reading.joints[5] - 12.7).abs() < 0.5, "{}", reading.joints[5]);
-    let close = Verb::Move { joints: only(Joint::Gripper, 0.0).into(), relative: false, speed: 1.0 };
+    let close = WorldCommand::Move { joints: only(Joint::Gripper, 0.0).into(), relative: false, speed: 1.0 };
     client.read(close).unwrap();
     let truth = client.look().unwrap();
     assert!((truth.attitudes[5] - 12.7).abs() < 1e-9);
@@ -144,7 +146,7 @@ fn what_is_true_in_a_sealed_world_is_said_once_it_is_revealed() {
         refused.to_string(),
         "this world is sealed: what is true in it stays hidden until it is revealed"
     );
-    let Response::Revealed { text } = client.call(Verb::Reveal {}, || false, |_| {}).unwrap() else {
+    let Response::Revealed { text } = client.call(WorldCommand::Reveal {}, || false, |_| {}).unwrap() else {
         panic!("not revealed");
     };
     assert!(text.contains("backlash: {waist_deg: 0.4"));
@@ -155,28 +157,28 @@ fn what_is_true_in_a_sealed_world_is_said_once_it_is_revealed() {
 fn a_gauge_block_and_the_trim_resistor_set_the_sensor_to_a_height() {
     let served = Served::start("world-worn.yaml", Pace::Fast);
     let mut client = served.connect();
-    client.read(Verb::RestOnGauge { height_mm: 9.5 }).unwrap();
+    client.read(WorldCommand::RestOnGauge { height_mm: 9.5 }).unwrap();
     let height = client.look().unwrap().sensor_mm[2];
     // As near as half-steps of the shoulder come: 0.16 mm each.
     assert!((height - 9.5).abs() < 0.1, "{height}");
-    assert_eq!(client.read(Verb::Read {}).unwrap().inputs, 0);
-    assert_eq!(client.read(Verb::TrimToFire {}).unwrap().inputs, 1, "it just fires");
-    client.read(Verb::RestOnGauge { height_mm: 14.0 }).unwrap();
-    assert_eq!(client.read(Verb::Read {}).unwrap().inputs, 0, "and lets go higher up");
-    let refused = client.read(Verb::RestOnGauge { height_mm: 900.0 }).unwrap_err();
+    assert_eq!(client.read(WorldCommand::Read {}).unwrap().inputs, 0);
+    assert_eq!(client.read(WorldCommand::TrimToFire {}).unwrap().inputs, 1, "it just fires");
+    client.read(WorldCommand::RestOnGauge { height_mm: 14.0 }).unwrap();
+    assert_eq!(client.read(WorldCommand::Read {}).unwrap().inputs, 0, "and lets go higher up");
+    let refused = client.read(WorldCommand::RestOnGauge { height_mm: 900.0 }).unwrap_err();
     assert_eq!(refused.to_string(), "the shoulder cannot bring the hand to that height");
 }
 
 #[test]
 fn the_hand_is_placed_over_a_point_as_well_as_the_eye_can_see() {
-    let point = Verb::PlaceHand { x_mm: 127.0, y_mm: 10.0, z_mm: 5.0 };
+    let point = WorldCommand::PlaceHand { x_mm: 127.0, y_mm: 10.0, z_mm: 5.0 };
     let served = Served::start("world-ideal.yaml", Pace::Fast);
     let mut client = served.connect();
     client.read(point.clone()).unwrap();
     let there = client.look().unwrap().sensor_mm;
     let off = [there[0] - 127.0, there[1] - 10.0, there[2] - 5.0];
     assert!(off.iter().all(|part| part.abs() < 1e-6), "{off:?}");
-    let far = client.read(Verb::PlaceHand { x_mm: 700.0, y_mm: 0.0, z_mm: 5.0 }).unwrap_err();
+    let far = client.read(WorldCommand::PlaceHand { x_mm: 700.0, y_mm: 0.0, z_mm: 5.0 }).unwrap_err();
     assert_eq!(far.to_string(), "the arm does not reach that point");
 
     let text = std::fs::read_to_string(world_path("world-ideal.yaml")).unwrap();
@@ -200,20 +202,20 @@ fn a_world_that_begins_again_is_as_it_was_and_its_clock_runs_on() {
     let served = Served::start("world-worn.yaml", Pace::Fast);
     let mut client = served.connect();
     let lowered = |client: &mut WorldClient| {
-        client.read(Verb::RestOnGauge { height_mm: 8.0 }).unwrap();
-        client.read(Verb::Wait { ms: 400 }).unwrap();
+        client.read(WorldCommand::RestOnGauge { height_mm: 8.0 }).unwrap();
+        client.read(WorldCommand::Wait { ms: 400 }).unwrap();
         let truth = client.look().unwrap();
         (truth.attitudes, truth.counted, truth.lost_half_steps)
     };
-    client.read(Verb::Again { seed: 5 }).unwrap();
+    client.read(WorldCommand::Again { seed: 5 }).unwrap();
     let first = lowered(&mut client);
-    client.read(Verb::Trim { by: 0.2 }).unwrap();
-    let before = client.read(Verb::Read {}).unwrap().time_ns;
+    client.read(WorldCommand::Trim { by: 0.2 }).unwrap();
+    let before = client.read(WorldCommand::Read {}).unwrap().time_ns;
     let mut changes = 0;
-    client.call(Verb::Again { seed: 5 }, || false, |_| changes += 1).unwrap();
-    let begun = client.read(Verb::Read {}).unwrap();
+    client.call(WorldCommand::Again { seed: 5 }, || false, |_| changes += 1).unwrap();
+    let begun = client.read(WorldCommand::Read {}).unwrap();
     assert!(begun.time_ns >= before && begun.inputs == 0, "the sensor is high over the table again");
     assert_eq!(lowered(&mut client), first, "the same seed, the same world");
-    client.read(Verb::Again { seed: 6 }).unwrap();
-    assert_eq!(client.read(Verb::Read {}).unwrap().inputs, 0);
+    client.read(WorldCommand::Again { seed: 6 }).unwrap();
+    assert_eq!(client.read(WorldCommand::Read {}).unwrap().inputs, 0);
 }

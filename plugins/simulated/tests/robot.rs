@@ -11,7 +11,7 @@ use plumb_plugin::{
     PluginError, Robot,
 };
 use plumb_simulated::SimulatedRobot;
-use plumb_simulated::protocol::{Pace, PendantKey, Verb};
+use plumb_simulated::protocol::{Pace, PendantKey, WorldCommand};
 use serde_json::json;
 
 fn robot(served: &Served) -> (RecordingHost, SimulatedRobot) {
@@ -99,8 +99,8 @@ fn a_stop_ends_a_move_with_the_arm_at_rest() {
     let before = robot.read_joints().unwrap();
     let (stopper, mut watcher) = (recording.clone(), served.connect());
     let stopping = std::thread::spawn(move || {
-        let started = watcher.read(Verb::Read {}).unwrap().joints;
-        until("the move", || watcher.read(Verb::Read {}).unwrap().joints != started);
+        let started = watcher.read(WorldCommand::Read {}).unwrap().joints;
+        until("the move", || watcher.read(WorldCommand::Read {}).unwrap().joints != started);
         stopper.set_stop(true);
     });
     let error = robot.move_joints(&turn(0, 60.0)).unwrap_err();
@@ -135,11 +135,11 @@ fn the_operator_drives_until_the_stop_key() {
     let before = robot.jog(true).unwrap();
     assert_eq!((before.key, before.finished), (0, 0));
     let joints: [_; 6] = std::array::from_fn(|axis| (axis == 2).then_some(0.05));
-    operator.read(Verb::Move { joints: joints.into(), relative: true, speed: 0.5 }).unwrap();
+    operator.read(WorldCommand::Move { joints: joints.into(), relative: true, speed: 0.5 }).unwrap();
     let meanwhile = robot.jog(true).unwrap();
     let went = meanwhile.state.joints.as_slice()[2] - before.state.joints.as_slice()[2];
     assert!((went - 0.05).abs() < 1e-12);
-    operator.read(Verb::Key { key: PendantKey::Stop }).unwrap();
+    operator.read(WorldCommand::Key { key: PendantKey::Stop }).unwrap();
     let end = robot.jog(false).unwrap();
     assert_eq!((end.key, end.finished), (7, 1));
 }
@@ -149,7 +149,7 @@ fn lines_and_zero_are_set() {
     let served = Served::start("world-ideal.yaml", Pace::Fast);
     let (_, mut robot) = robot(&served);
     robot.write_outputs(0b10110).unwrap();
-    assert_eq!(served.connect().read(Verb::Read {}).unwrap().outputs, 0b10110);
+    assert_eq!(served.connect().read(WorldCommand::Read {}).unwrap().outputs, 0b10110);
     let error = robot.write_outputs(1 << 5).unwrap_err();
     assert_eq!(
         error.to_string(),
@@ -191,7 +191,7 @@ fn a_world_that_is_not_there_or_goes_is_a_broken_connection() {
 
     let mut served = Served::start("world-ideal.yaml", Pace::Fast);
     let (_, mut robot) = robot(&served);
-    served.connect().call(Verb::Shutdown {}, || false, |_| {}).unwrap();
+    served.connect().call(WorldCommand::Shutdown {}, || false, |_| {}).unwrap();
     served.ended().unwrap();
     let error = robot.read_joints().unwrap_err();
     assert!(matches!(error, PluginError::Disconnected(_)), "{error:?}");

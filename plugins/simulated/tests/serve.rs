@@ -13,12 +13,12 @@ use common::{Served, only, until, world_path};
 use nix::time::{ClockId, clock_gettime};
 use plumb_plugin::cell_clock::ClockReader;
 use plumb_simulated::client::{ClientError, WorldClient};
-use plumb_simulated::protocol::{Pace, PendantKey, Reading, Response, Verb};
+use plumb_simulated::protocol::{Pace, PendantKey, Reading, Response, WorldCommand};
 use plumb_simulated::serve::{ServeOptions, clock_file, serve};
 use plumb_simulated::world::Joint;
 
-fn turn(joint: Joint, by_deg: f64) -> Verb {
-    Verb::Move { joints: only(joint, by_deg.to_radians()).into(), relative: true, speed: 1.0 }
+fn turn(joint: Joint, by_deg: f64) -> WorldCommand {
+    WorldCommand::Move { joints: only(joint, by_deg.to_radians()).into(), relative: true, speed: 1.0 }
 }
 
 fn reading(response: Response) -> Reading {
@@ -54,7 +54,7 @@ fn a_fast_world_moves_at_once_and_reports_every_edge() {
 fn a_stop_in_mid_move_leaves_the_arm_where_it_was() {
     let served = Served::start("world-ideal.yaml", Pace::Real);
     let mut client = served.connect();
-    let before = client.read(Verb::Read {}).unwrap();
+    let before = client.read(WorldCommand::Read {}).unwrap();
     let on_the_way = Cell::new(0);
     let end = client.call(
         turn(Joint::Waist, 70.0),
@@ -69,7 +69,7 @@ fn a_stop_in_mid_move_leaves_the_arm_where_it_was() {
     assert!(end.stopped && !end.moving);
     let turned = (end.joints[0] - before.joints[0]).to_degrees();
     assert!(turned > 0.5 && turned < 60.0, "{turned}");
-    let later = client.read(Verb::Wait { ms: 50 }).unwrap();
+    let later = client.read(WorldCommand::Wait { ms: 50 }).unwrap();
     assert_eq!(later.joints, end.joints);
     assert!(!later.stopped);
 }
@@ -85,13 +85,13 @@ fn a_client_that_goes_in_mid_move_leaves_the_arm_at_rest() {
             b"{\"id\":1,\"do\":{\"move\":{\"joints\":[1.0,null,null,null,null,null],\"relative\":true}}}\n",
         )
         .unwrap();
-    until("the move", || watcher.read(Verb::Read {}).unwrap().moving);
+    until("the move", || watcher.read(WorldCommand::Read {}).unwrap().moving);
     drop(stream);
-    until("the arm's rest", || !watcher.read(Verb::Read {}).unwrap().moving);
-    let halted = watcher.read(Verb::Read {}).unwrap();
+    until("the arm's rest", || !watcher.read(WorldCommand::Read {}).unwrap().moving);
+    let halted = watcher.read(WorldCommand::Read {}).unwrap();
     let home = watcher.welcome().joints[0].home;
     assert!(halted.joints[0] - home < 0.9, "it stopped short of where it was sent");
-    assert_eq!(watcher.read(Verb::Wait { ms: 30 }).unwrap().joints, halted.joints);
+    assert_eq!(watcher.read(WorldCommand::Wait { ms: 30 }).unwrap().joints, halted.joints);
 }
 
 #[test]
@@ -100,10 +100,10 @@ fn another_client_can_stop_the_arm_and_none_can_move_it_meanwhile() {
     let mut mover = served.connect();
     let mut other = served.connect();
     let moving = std::thread::spawn(move || mover.call(turn(Joint::Waist, 70.0), || false, |_| {}));
-    until("the move", || other.read(Verb::Read {}).unwrap().moving);
+    until("the move", || other.read(WorldCommand::Read {}).unwrap().moving);
     let refused = other.read(turn(Joint::Elbow, 5.0)).unwrap_err();
     assert_eq!(refused.to_string(), "the arm is moving already; wait for it or stop it first");
-    other.read(Verb::Stop {}).unwrap();
+    other.read(WorldCommand::Stop {}).unwrap();
     assert!(reading(moving.join().unwrap().unwrap()).stopped);
 }
 
@@ -112,13 +112,13 @@ fn the_pendants_stop_key_stops_the_arm_and_gives_it_back() {
     let served = Served::start("world-ideal.yaml", Pace::Real);
     let mut driver = served.connect();
     let mut operator = served.connect();
-    assert!(driver.read(Verb::Pendant { on: true }).unwrap().pendant);
+    assert!(driver.read(WorldCommand::Pendant { on: true }).unwrap().pendant);
     let jogging = std::thread::spawn(move || {
         let end = operator.call(turn(Joint::Waist, 70.0), || false, |_| {});
         (operator, end)
     });
-    until("the move", || driver.read(Verb::Read {}).unwrap().moving);
-    let pressed = driver.read(Verb::Key { key: PendantKey::Stop }).unwrap();
+    until("the move", || driver.read(WorldCommand::Read {}).unwrap().moving);
+    let pressed = driver.read(WorldCommand::Key { key: PendantKey::Stop }).unwrap();
     assert_eq!((pressed.pendant, pressed.key, pressed.moving), (false, 7, false));
     let (_, end) = jogging.join().unwrap();
     assert!(reading(end.unwrap()).stopped);
@@ -131,7 +131,7 @@ fn an_operator_places_the_arm_by_what_it_looks_like_whatever_play_it_has() {
         let mut client = served.connect();
         let mut joints = only(Joint::Elbow, -75_f64.to_radians());
         joints[0] = Some(0.1);
-        client.read(Verb::Place { joints: joints.into() }).unwrap();
+        client.read(WorldCommand::Place { joints: joints.into() }).unwrap();
         let truth = client.look().unwrap();
         let half_step = (360.0_f64 / 4158.0).to_radians();
         assert!((truth.attitudes[2].to_degrees() + 75.0).to_radians().abs() < half_step, "{file}");
@@ -143,7 +143,7 @@ fn an_operator_places_the_arm_by_what_it_looks_like_whatever_play_it_has() {
 fn an_operator_cannot_place_the_arm_in_the_table() {
     let served = Served::start("world-ideal.yaml", Pace::Fast);
     let refused =
-        served.connect().read(Verb::Place { joints: only(Joint::Shoulder, 0.2).into() }).unwrap_err();
+        served.connect().read(WorldCommand::Place { joints: only(Joint::Shoulder, 0.2).into() }).unwrap_err();
     assert_eq!(refused.to_string(), "the operator cannot bring the arm there; it touches something solid");
 }
 
@@ -163,7 +163,7 @@ fn a_second_world_at_one_address_is_refused() {
         served.socket.display()
     );
     assert_eq!(error.to_string(), expected);
-    served.connect().read(Verb::Read {}).unwrap();
+    served.connect().read(WorldCommand::Read {}).unwrap();
 }
 
 #[test]
@@ -185,7 +185,7 @@ fn a_socket_left_by_a_dead_world_is_taken_over() {
         client = WorldClient::connect(&socket, "test").ok();
         client.is_some()
     });
-    client.unwrap().call(Verb::Shutdown {}, || false, |_| {}).unwrap();
+    client.unwrap().call(WorldCommand::Shutdown {}, || false, |_| {}).unwrap();
     thread.join().unwrap().unwrap();
 }
 
@@ -193,10 +193,10 @@ fn a_socket_left_by_a_dead_world_is_taken_over() {
 fn a_world_asked_to_end_removes_its_socket_and_leaves_nothing() {
     let mut served = Served::start("world-ideal.yaml", Pace::Real);
     let mut bystander = served.connect();
-    served.connect().call(Verb::Shutdown {}, || false, |_| {}).unwrap();
+    served.connect().call(WorldCommand::Shutdown {}, || false, |_| {}).unwrap();
     served.ended().unwrap();
     assert_eq!(std::fs::read_dir(served.directory()).unwrap().count(), 0);
-    assert!(bystander.read(Verb::Read {}).is_err());
+    assert!(bystander.read(WorldCommand::Read {}).is_err());
 }
 
 #[test]
@@ -264,18 +264,18 @@ fn cell_ns(served: &Served) -> u64 {
 fn the_world_keeps_the_cells_clock_at_either_pace() {
     let served = Served::start("world-ideal.yaml", Pace::Fast);
     let mut client = served.connect();
-    let before = client.read(Verb::Read {}).unwrap().time_ns;
+    let before = client.read(WorldCommand::Read {}).unwrap().time_ns;
     assert_eq!(cell_ns(&served), before);
     let after = client.read(turn(Joint::Waist, 20.0)).unwrap().time_ns;
     assert!(after > before + 100_000_000, "{} ns", after - before);
     assert_eq!(cell_ns(&served), after);
-    client.read(Verb::Wait { ms: 60_000 }).unwrap();
+    client.read(WorldCommand::Wait { ms: 60_000 }).unwrap();
     assert_eq!(cell_ns(&served), after + 60_000_000_000);
-    client.read(Verb::Pace { pace: Pace::Real }).unwrap();
-    let (first, reported) = (cell_ns(&served), client.read(Verb::Read {}).unwrap().time_ns);
+    client.read(WorldCommand::Pace { pace: Pace::Real }).unwrap();
+    let (first, reported) = (cell_ns(&served), client.read(WorldCommand::Read {}).unwrap().time_ns);
     assert!(first >= after + 60_000_000_000 && reported >= first && cell_ns(&served) >= reported);
     // It never runs back, whatever the pace is changed to.
-    client.read(Verb::Pace { pace: Pace::Fast }).unwrap();
+    client.read(WorldCommand::Pace { pace: Pace::Fast }).unwrap();
     assert!(cell_ns(&served) >= reported);
 }
 
@@ -284,7 +284,7 @@ fn a_world_in_real_pace_dates_by_the_clock_that_kernels_date_with() {
     let served = Served::start("world-ideal.yaml", Pace::Real);
     let monotonic_ns = || Duration::from(clock_gettime(ClockId::CLOCK_MONOTONIC).unwrap()).as_nanos() as u64;
     let before = monotonic_ns();
-    let reported = served.connect().read(Verb::Read {}).unwrap().time_ns;
+    let reported = served.connect().read(WorldCommand::Read {}).unwrap().time_ns;
     assert!(before <= reported && reported <= monotonic_ns(), "{before} {reported}");
 }
 
@@ -322,12 +322,12 @@ fn what_is_not_the_protocol_is_answered_and_does_no_harm() {
 fn no_call_can_keep_the_world_busy_for_ever() {
     let served = Served::start("world-worn.yaml", Pace::Fast);
     let mut client = served.connect();
-    let far = Verb::Move { joints: only(Joint::Waist, 1e9).into(), relative: false, speed: 1.0 };
+    let far = WorldCommand::Move { joints: only(Joint::Waist, 1e9).into(), relative: false, speed: 1.0 };
     assert!(client.read(far).unwrap_err().to_string().contains("further than any joint goes"));
-    let long = client.read(Verb::Wait { ms: u64::MAX }).unwrap_err();
+    let long = client.read(WorldCommand::Wait { ms: u64::MAX }).unwrap_err();
     assert_eq!(long.to_string(), "a wait lasts at most 3600000 ms; wait again after it");
-    client.read(Verb::Wait { ms: 600_000 }).unwrap();
-    let slow = Verb::Move { joints: only(Joint::Waist, 0.2).into(), relative: true, speed: 0.001 };
+    client.read(WorldCommand::Wait { ms: 600_000 }).unwrap();
+    let slow = WorldCommand::Move { joints: only(Joint::Waist, 0.2).into(), relative: true, speed: 0.001 };
     client.read(slow).unwrap();
 }
 
@@ -351,8 +351,8 @@ fn the_pace_can_be_changed_while_the_arm_moves() {
     let mut mover = served.connect();
     let mut other = served.connect();
     let moving = std::thread::spawn(move || mover.call(turn(Joint::Waist, 60.0), || false, |_| {}));
-    until("the move", || other.read(Verb::Read {}).unwrap().moving);
-    assert!(!other.read(Verb::Pace { pace: Pace::Fast }).unwrap().moving);
+    until("the move", || other.read(WorldCommand::Read {}).unwrap().moving);
+    assert!(!other.read(WorldCommand::Pace { pace: Pace::Fast }).unwrap().moving);
     let end = reading(moving.join().unwrap().unwrap());
     assert!(!end.stopped);
     let home = other.welcome().joints[0].home;

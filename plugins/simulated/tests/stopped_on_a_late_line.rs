@@ -13,7 +13,7 @@ use std::time::Duration;
 use common::{Served, until};
 use plumb_simulated::emulate::teachmover::{Motors, MotorsInWorld};
 use plumb_simulated::emulate::{dobot, val2};
-use plumb_simulated::protocol::{Pace, Verb};
+use plumb_simulated::protocol::{Pace, WorldCommand};
 
 /// How late an order to move is.
 const LATE: Duration = Duration::from_millis(200);
@@ -49,8 +49,8 @@ fn pass_on(from: UnixStream, mut to: UnixStream, late: Duration) {
 /// How far the first joint has turned in the world, deg, once the arm is at rest.
 fn turned(served: &Served) -> f64 {
     let mut client = served.connect();
-    until("the arm's rest", || !client.read(Verb::Read {}).unwrap().moving);
-    client.read(Verb::Read {}).unwrap().joints[0].to_degrees()
+    until("the arm's rest", || !client.read(WorldCommand::Read {}).unwrap().moving);
+    client.read(WorldCommand::Read {}).unwrap().joints[0].to_degrees()
 }
 
 /// A frame of the Dobot's protocol.

@@ -10,7 +10,7 @@ use plumb_plugin::recording::RecordingHost;
 use plumb_plugin::{DigitalInputs, JointState, JointVector, Motion, PluginError, Robot};
 use plumb_simulated::client::WorldClient;
 use plumb_simulated::emulate::teachmover::{Emulator, Event, LineOptions, MotorsInWorld};
-use plumb_simulated::protocol::{Pace, PendantKey, Verb};
+use plumb_simulated::protocol::{Pace, PendantKey, WorldCommand};
 use plumb_simulated::serve::{ServeError, ServeOptions, serve};
 use plumb_teachmover::TeachMover;
 use plumb_teachmover::drive::Joint;
@@ -59,7 +59,7 @@ impl Cell {
     /// The joints as the world's arm has made them and as the driver reports them, at most `half_steps` apart.
     fn assert_agreed(&mut self, half_steps: f64) {
         let reported = self.arm.read_joints().unwrap().joints;
-        let made = self.world.read(Verb::Read {}).unwrap().joints;
+        let made = self.world.read(WorldCommand::Read {}).unwrap().joints;
         for (joint, (reported, made)) in Joint::ALL.into_iter().zip(reported.as_slice().iter().zip(made)) {
             let apart = (reported - made).abs() * joint.half_steps_per_unit();
             assert!(apart <= half_steps + 1e-6, "{}: reported {reported}, made {made}", joint.name());
@@ -69,7 +69,7 @@ impl Cell {
 
 impl Drop for Cell {
     fn drop(&mut self) {
-        let _ = self.world.call(Verb::Shutdown {}, || false, |_| {});
+        let _ = self.world.call(WorldCommand::Shutdown {}, || false, |_| {});
         if let Some(server) = self.server.take() {
             let _ = server.join();
         }
@@ -147,7 +147,7 @@ fn a_stop_anywhere_in_a_move_leaves_registers_and_world_alike() {
 #[test]
 fn a_stop_at_the_worlds_pendant_is_a_stop_of_the_move() {
     let mut cell = Cell::of("world-worn.yaml", &[]);
-    cell.world.read(Verb::Key { key: PendantKey::Stop }).unwrap();
+    cell.world.read(WorldCommand::Key { key: PendantKey::Stop }).unwrap();
     let stopped = cell.turn(Joint::Waist, -9.0).unwrap_err();
     assert!(
         stopped.text().starts_with("the STOP key on the pendant was pressed; the arm is at"),
@@ -177,7 +177,7 @@ fn the_sensors_line_changes_between_the_poses_the_driver_reports() {
         (change.joints.get(shoulder).unwrap(), change.joints_half_width.get(shoulder).unwrap());
     // 0.5 degrees are 10 half-steps, one piece: the change is known to within half of it.
     assert!((half_width * Joint::Shoulder.half_steps_per_unit() - 5.0).abs() < 0.6, "{half_width}");
-    let here = cell.world.read(Verb::Read {}).unwrap();
+    let here = cell.world.read(WorldCommand::Read {}).unwrap();
     assert_eq!(here.inputs & 1, 1);
     assert!((here.joints[shoulder] - middle).abs() <= half_width + 1e-9);
     for other in [Joint::Waist, Joint::Elbow, Joint::WristPitch] {
@@ -191,16 +191,16 @@ fn under_hand_control_the_operator_places_the_arm_and_the_registers_follow() {
         let mut cell = Cell::of(file, &[]);
         assert_eq!(cell.arm.jog(true).unwrap().finished, 0);
         let deadline = Instant::now() + PATIENCE;
-        while !cell.world.read(Verb::Read {}).unwrap().pendant {
+        while !cell.world.read(WorldCommand::Read {}).unwrap().pendant {
             assert!(Instant::now() < deadline, "the controller does not hand the arm over");
             std::thread::sleep(Duration::from_millis(2));
         }
         let mut there = [None; 6];
         there[Joint::Waist.index()] = Some(0.05);
         there[Joint::Shoulder.index()] = Some(0.8);
-        cell.world.read(Verb::Place { joints: there.into() }).unwrap();
+        cell.world.read(WorldCommand::Place { joints: there.into() }).unwrap();
         assert_eq!(cell.arm.jog(true).unwrap().finished, 0);
-        cell.world.read(Verb::Key { key: PendantKey::Stop }).unwrap();
+        cell.world.read(WorldCommand::Key { key: PendantKey::Stop }).unwrap();
         while cell.arm.jog(true).unwrap().finished == 0 {
             assert!(Instant::now() < deadline, "hand control does not end");
             std::thread::sleep(Duration::from_millis(2));
@@ -214,7 +214,7 @@ fn under_hand_control_the_operator_places_the_arm_and_the_registers_follow() {
 #[test]
 fn the_gripper_stops_at_what_the_world_puts_between_its_fingers() {
     let mut cell = Cell::of("world-ideal.yaml", &HALF_STEPS);
-    cell.world.read(Verb::Hold { width_mm: 12.0 }).unwrap();
+    cell.world.read(WorldCommand::Hold { width_mm: 12.0 }).unwrap();
     let target = JointVector::from_slice(&[0.0; 6]).unwrap();
     let closed =
         cell.arm.move_joints(&Motion::absolute(target, 0.5).only(1 << Joint::Gripper.index())).unwrap();

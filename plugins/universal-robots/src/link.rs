@@ -275,11 +275,11 @@ impl Agreeing {
         let names: Vec<String> = outputs.iter().map(|(name, _)| name.clone()).collect();
         let body = self.ask(Kind::SetUpOutputs, &rtde::set_up_outputs(STATES_HZ, &names))?;
         let (recipe, types) = rtde::recipe(Kind::SetUpOutputs, &body).map_err(|error| self.failed(&error))?;
-        for (index, (name, wanted)) in outputs.iter().enumerate() {
+        for (index, (name, requested)) in outputs.iter().enumerate() {
             let found = types.get(index).map_or("nothing", String::as_str);
-            if found != *wanted {
+            if found != *requested {
                 return Err(self.failed(&format!(
-                    "the controller sends `{name}` as {found}, not {wanted}: its software is of another version than this driver knows"
+                    "the controller sends `{name}` as {found}, not {requested}: its software is of another version than this driver knows"
                 )));
             }
         }

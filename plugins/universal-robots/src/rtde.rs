@@ -45,14 +45,14 @@ pub enum RtdeError {
     #[error("a package of the unknown kind {0}: what answers is not RTDE")]
     Kind(u8),
     /// A package that ends too early or too late.
-    #[error("a package of kind {kind} has {found} bytes where {wanted} were agreed")]
+    #[error("a package of kind {kind} has {found} bytes where {requested} were agreed")]
     Size {
         /// As its letter.
         kind: char,
         /// How many there are.
         found: usize,
         /// How many there should be.
-        wanted: usize,
+        requested: usize,
     },
     /// A value that cannot be.
     #[error("a state holds {0}, which is no number")]
@@ -146,7 +146,7 @@ pub fn integer_input(recipe: u8, value: i32) -> Vec<u8> {
 pub fn accepted(kind: Kind, body: &[u8]) -> Result<bool, RtdeError> {
     match body {
         [answer] => Ok(*answer != 0),
-        other => Err(RtdeError::Size { kind: char::from(kind as u8), found: other.len(), wanted: 1 }),
+        other => Err(RtdeError::Size { kind: char::from(kind as u8), found: other.len(), requested: 1 }),
     }
 }
 
@@ -155,7 +155,7 @@ pub fn accepted(kind: Kind, body: &[u8]) -> Result<bool, RtdeError> {
 /// # Errors
 /// [`RtdeError::Size`].
 pub fn controller_version(body: &[u8]) -> Result<[u32; 4], RtdeError> {
-    let wrong = || RtdeError::Size { kind: 'v', found: body.len(), wanted: 16 };
+    let wrong = || RtdeError::Size { kind: 'v', found: body.len(), requested: 16 };
     let mut version = [0; 4];
     if body.len() != 16 {
         return Err(wrong());
@@ -172,7 +172,7 @@ pub fn controller_version(body: &[u8]) -> Result<[u32; 4], RtdeError> {
 /// [`RtdeError::Size`] for an answer without a number.
 pub fn recipe(kind: Kind, body: &[u8]) -> Result<(u8, Vec<String>), RtdeError> {
     let (number, types) =
-        body.split_first().ok_or(RtdeError::Size { kind: char::from(kind as u8), found: 0, wanted: 1 })?;
+        body.split_first().ok_or(RtdeError::Size { kind: char::from(kind as u8), found: 0, requested: 1 })?;
     Ok((*number, String::from_utf8_lossy(types).split(',').map(str::to_owned).collect()))
 }
 
@@ -227,7 +227,7 @@ impl State {
     /// # Errors
     /// [`RtdeError::Size`] for one that is not as agreed, [`RtdeError::NotFinite`].
     pub fn read(recipe: u8, body: &[u8]) -> Result<Self, RtdeError> {
-        let wrong = || RtdeError::Size { kind: 'U', found: body.len(), wanted: STATE_BYTES };
+        let wrong = || RtdeError::Size { kind: 'U', found: body.len(), requested: STATE_BYTES };
         if body.len() != STATE_BYTES || body.first() != Some(&recipe) {
             return Err(wrong());
         }

@@ -24,7 +24,7 @@ pub(crate) struct Picture {
 
 /// When a picture is wanted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Wanted {
+enum Requested {
     Not,
     /// One whose shutter opened at this moment or later, ns.
     OpenedSince(u64),
@@ -40,7 +40,7 @@ enum Wanted {
 pub(crate) struct Film {
     layout: Layout,
     exposure_ns: Option<u64>,
-    wanted: Wanted,
+    requested: Requested,
     kept: VecDeque<Picture>,
     /// Number and time of the last buffer.
     last: Option<(u32, u64)>,
@@ -59,7 +59,7 @@ impl Film {
         Self {
             layout,
             exposure_ns,
-            wanted: Wanted::Not,
+            requested: Requested::Not,
             kept: VecDeque::new(),
             last: None,
             before_last_ns: 0,
@@ -84,7 +84,8 @@ impl Film {
             )));
         }
         self.forget();
-        self.wanted = every_ns.map_or(Wanted::Not, |every_ns| Wanted::Every { every_ns, due_ns: None });
+        self.requested =
+            every_ns.map_or(Requested::Not, |every_ns| Requested::Every { every_ns, due_ns: None });
         Ok(())
     }
 
@@ -97,12 +98,12 @@ impl Film {
 
     /// From now on no picture is wanted; those that were kept stay.
     pub(crate) fn want_no_more(&mut self) {
-        self.wanted = Wanted::Not;
+        self.requested = Requested::Not;
     }
 
     /// From now on a picture is wanted whose shutter opened at this moment or later, ns.
     pub(crate) fn want_one_since(&mut self, moment_ns: u64) {
-        self.wanted = Wanted::OpenedSince(moment_ns);
+        self.requested = Requested::OpenedSince(moment_ns);
     }
 
     /// The oldest picture that was kept, and how many more there are.
@@ -151,12 +152,12 @@ impl Film {
         self.before_last_ns = before.map_or(0, |(_, last_ns)| last_ns);
         self.last = Some((shot.number, time_ns));
         let missing = before.map_or(0, |(number, _)| shot.number.wrapping_sub(number).saturating_sub(1));
-        let wanted = self.wanted;
-        match wanted {
-            Wanted::OpenedSince(moment_ns) if opened_ns >= moment_ns && self.keep(shot, time_ns) => {
-                self.wanted = Wanted::Not;
+        let requested = self.requested;
+        match requested {
+            Requested::OpenedSince(moment_ns) if opened_ns >= moment_ns && self.keep(shot, time_ns) => {
+                self.requested = Requested::Not;
             }
-            Wanted::Every { every_ns, due_ns } if due_ns.is_none_or(|due_ns| time_ns >= due_ns) => {
+            Requested::Every { every_ns, due_ns } if due_ns.is_none_or(|due_ns| time_ns >= due_ns) => {
                 let due_ns = due_ns.unwrap_or(time_ns);
                 let interval_ns =
                     before.map_or(0, |(_, last_ns)| time_ns - last_ns) / (u64::from(missing) + 1);
@@ -167,7 +168,7 @@ impl Film {
                     let next_ns = due_ns + every_ns;
                     // One that came late is no reason to hurry afterwards.
                     let due_ns = Some(if next_ns > time_ns { next_ns } else { time_ns + every_ns });
-                    self.wanted = Wanted::Every { every_ns, due_ns };
+                    self.requested = Requested::Every { every_ns, due_ns };
                 }
             }
             _ => {}

@@ -63,9 +63,9 @@ enum OpenError {
     #[error("another program uses it (`fuser -v` names it)")]
     Busy,
     #[error(
-        "it offers {offered}, of which none can be taken: what can be is {wanted}. Compressed pictures cannot: compression moves the edges of a line"
+        "it offers {offered}, of which none can be taken: what can be is {requested}. Compressed pictures cannot: compression moves the edges of a line"
     )]
-    NoFormat { offered: String, wanted: String },
+    NoFormat { offered: String, requested: String },
     #[error("it takes no pictures of {} in {format}; the nearest are {} x {}", asked(*width, *height), nearest.0, nearest.1)]
     NoSize { width: Option<u32>, height: Option<u32>, format: String, nearest: (u32, u32) },
     #[error("its rows of {width} pixels in {format} would have {stride} bytes, which cannot be")]
@@ -177,14 +177,14 @@ fn set_format(device: &Device, config: &Config, formats: &[GreyFormat]) -> Resul
     let offers = |format: &GreyFormat| offered.iter().any(|offer| offer.fourcc.repr == format.code);
     let Some(format) = formats.iter().copied().find(offers) else {
         let offered: Vec<String> = offered.iter().map(|offer| name(offer.fourcc.repr)).collect();
-        let wanted = if formats.len() == 1 { formats } else { &FORMATS };
-        let wanted: Vec<String> = wanted.iter().map(GreyFormat::name).collect();
-        return Err(OpenError::NoFormat { offered: offered.join(", "), wanted: wanted.join(", ") });
+        let requested = if formats.len() == 1 { formats } else { &FORMATS };
+        let requested: Vec<String> = requested.iter().map(GreyFormat::name).collect();
+        return Err(OpenError::NoFormat { offered: offered.join(", "), requested: requested.join(", ") });
     };
     let now = device.format().map_err(|cause| refused("asking for its size", cause))?;
     let (width, height) = (config.width_px.unwrap_or(now.width), config.height_px.unwrap_or(now.height));
-    let wanted = Format::new(width, height, FourCC::new(&format.code));
-    let set = device.set_format(&wanted).map_err(|cause| refused("setting its format", cause))?;
+    let requested = Format::new(width, height, FourCC::new(&format.code));
+    let set = device.set_format(&requested).map_err(|cause| refused("setting its format", cause))?;
     if (set.width, set.height, set.fourcc.repr) != (width, height, format.code) {
         let (width, height) = (config.width_px, config.height_px);
         let nearest = (set.width, set.height);
@@ -204,12 +204,12 @@ fn set_speed(device: &Device, config: &Config) -> Result<Option<u64>, OpenError>
     let now = match config.frames_per_second {
         // A driver that has one speed need not report it.
         None => device.params().ok(),
-        Some(wanted) => {
-            let interval = Fraction::new(1000, (wanted * 1000.0).round() as u32);
-            let not_set = |cause| OpenError::NotSet { key: "frames_per_second", value: wanted, cause };
+        Some(requested) => {
+            let interval = Fraction::new(1000, (requested * 1000.0).round() as u32);
+            let not_set = |cause| OpenError::NotSet { key: "frames_per_second", value: requested, cause };
             let set = device.set_params(&Parameters::new(interval)).map_err(not_set)?;
             let given = f64::from(set.interval.denominator) / f64::from(set.interval.numerator.max(1));
-            if (given / wanted - 1.0).abs() > 0.05 {
+            if (given / requested - 1.0).abs() > 0.05 {
                 let cause = format!("the nearest is {given:.1}");
                 return Err(not_set(io::Error::other(cause)));
             }

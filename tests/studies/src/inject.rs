@@ -271,8 +271,8 @@ impl Set {
 }
 
 /// Rows drawn of a table of so many: four fifths at most, so that no two seeds draw the same.
-fn rows_drawn(rows: usize, wanted: usize) -> usize {
-    wanted.min(rows * 4 / 5)
+fn rows_drawn(rows: usize, expected: usize) -> usize {
+    expected.min(rows * 4 / 5)
 }
 
 /// Effect and place of what was named.

@@ -42,25 +42,25 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
         }
         return Ok(ExitCode::SUCCESS);
     }
-    let wanted = arguments.cell.iter().map(|name| find(&examples, name)).collect::<Result<Vec<_>, _>>()?;
+    let requested = arguments.cell.iter().map(|name| find(&examples, name)).collect::<Result<Vec<_>, _>>()?;
     // All is looked at before anything is written. What others use and is there whole, from an earlier time, stays as it is.
     let mut copied = Vec::new();
-    for example in with_needs(&examples, &wanted) {
+    for example in with_needs(&examples, &requested) {
         let place = arguments.directory.join(&example.name);
-        let is_wanted = wanted.iter().any(|wanted| wanted.name == example.name);
+        let is_requested = requested.iter().any(|requested| requested.name == example.name);
         if place.symlink_metadata().is_err() {
             copied.push(example);
-        } else if is_wanted || !holds_all(&place, &example.folder)? {
+        } else if is_requested || !holds_all(&place, &example.folder)? {
             return Err(InitError::Exists { path: place }.into());
         }
     }
     for example in &copied {
         copy(&example.folder, &arguments.directory.join(&example.name))?;
     }
-    for example in &wanted {
+    for example in &requested {
         print_next(example, &arguments.directory)?;
     }
-    for example in copied.iter().filter(|one| wanted.iter().all(|wanted| wanted.name != one.name)) {
+    for example in copied.iter().filter(|one| requested.iter().all(|requested| requested.name != one.name)) {
         let place = arguments.directory.join(&example.name);
         print_line!("{}: {}, whose files are used too", place.display(), example.title)?;
     }
@@ -94,9 +94,9 @@ fn find<'a>(examples: &'a [Shipped], name: &str) -> Result<&'a Shipped, InitErro
 }
 
 /// The wanted examples, and those whose files they use, each once.
-fn with_needs<'a>(examples: &'a [Shipped], wanted: &[&'a Shipped]) -> Vec<&'a Shipped> {
+fn with_needs<'a>(examples: &'a [Shipped], requested: &[&'a Shipped]) -> Vec<&'a Shipped> {
     let mut all: Vec<&Shipped> = Vec::new();
-    let mut open: Vec<&Shipped> = wanted.iter().rev().copied().collect();
+    let mut open: Vec<&Shipped> = requested.iter().rev().copied().collect();
     while let Some(next) = open.pop() {
         if all.iter().any(|known| known.name == next.name) {
             continue;

@@ -156,10 +156,10 @@ fn warn_once(error: &RecordError, trouble: &mut String) {
 fn allow_many_readers() {
     use nix::sys::resource::{Resource, getrlimit, setrlimit};
     if let Ok((soft, hard)) = getrlimit(Resource::RLIMIT_NOFILE) {
-        let wanted = hard.min(MOST_READERS as u64 + 100);
-        if soft < wanted {
+        let requested = hard.min(MOST_READERS as u64 + 100);
+        if soft < requested {
             // Where the system refuses, fewer may read at once.
-            let _ = setrlimit(Resource::RLIMIT_NOFILE, wanted, hard);
+            let _ = setrlimit(Resource::RLIMIT_NOFILE, requested, hard);
         }
     }
 }

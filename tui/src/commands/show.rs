@@ -88,13 +88,13 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
     let run = match arguments.run.as_slice() {
         [run, others @ ..] if others.is_empty() || arguments.table => record.run(RunId(*run))?,
         [] => {
-            let wanted = RunFilter {
+            let requested = RunFilter {
                 cell: arguments.cell.clone(),
                 procedure: arguments.procedure.clone(),
                 limit: 1,
                 ..RunFilter::default()
             };
-            let newest = record.find_runs(&wanted)?.into_iter().next();
+            let newest = record.find_runs(&requested)?.into_iter().next();
             newest.ok_or_else(|| no_runs(arguments, &directory))?
         }
         _ => return Err(SeveralRuns.into()),

@@ -89,12 +89,12 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
         list(&streams, arguments.json, &mut output)?;
         return Ok(ExitCode::SUCCESS);
     }
-    let wanted = wanted(&streams, &arguments.streams)?;
+    let requested = requested(&streams, &arguments.streams)?;
     let place = CellResources::of_cell(&cell.file)?;
     if !waited_for(&place, arguments.wait) {
         return Err(StreamsError::NotRunning(arguments.cell.clone()).into());
     }
-    let printed = print(&place, &wanted, arguments, &mut output);
+    let printed = print(&place, &requested, arguments, &mut output);
     tidy(&place, &cell);
     printed?;
     Ok(ExitCode::SUCCESS)
@@ -145,7 +145,7 @@ fn list(streams: &[Stream], as_json: bool, output: &mut impl Write) -> io::Resul
     Ok(())
 }
 
-fn wanted(streams: &[Stream], names: &[String]) -> Result<Vec<Stream>, StreamsError> {
+fn requested(streams: &[Stream], names: &[String]) -> Result<Vec<Stream>, StreamsError> {
     let known: Vec<String> = streams.iter().map(Stream::name).collect();
     let unknown = names.iter().find(|name| *name != "all" && !known.contains(name));
     if let Some(name) = unknown {
@@ -153,8 +153,8 @@ fn wanted(streams: &[Stream], names: &[String]) -> Result<Vec<Stream>, StreamsEr
         return Err(StreamsError::Unknown { name: name.clone(), help });
     }
     let names: BTreeSet<&String> = names.iter().collect();
-    let is_wanted = |stream: &&Stream| names.iter().any(|name| *name == "all" || **name == stream.name());
-    Ok(streams.iter().filter(is_wanted).cloned().collect())
+    let is_requested = |stream: &&Stream| names.iter().any(|name| *name == "all" || **name == stream.name());
+    Ok(streams.iter().filter(is_requested).cloned().collect())
 }
 
 fn is_running(resources: &CellResources) -> bool {

@@ -33,17 +33,17 @@ pub enum TargetsError {
         joints: usize,
     },
     /// Poses of another arm.
-    #[error("{path}: poses of {found} joints for an arm of {wanted}")]
+    #[error("{path}: poses of {found} joints for an arm of {requested}")]
     OtherArm {
         /// The table.
         path: String,
         /// In the table.
         found: usize,
         /// In the model.
-        wanted: usize,
+        requested: usize,
     },
     /// A column in the wrong unit.
-    #[error("{path}: column `{column}` is in {found}, and joint `{joint}` {moves}: write it in {wanted}")]
+    #[error("{path}: column `{column}` is in {found}, and joint `{joint}` {moves}: write it in {requested}")]
     Unit {
         /// The table.
         path: String,
@@ -56,7 +56,7 @@ pub enum TargetsError {
         /// Turns or slides.
         moves: &'static str,
         /// mm or deg.
-        wanted: &'static str,
+        requested: &'static str,
     },
     /// A pose that is not to be had.
     #[error("{path}: line {line}: {reason}")]
@@ -76,7 +76,7 @@ pub struct CompensatedTarget {
     /// What the joints are to be sent to, rad or mm.
     pub q: Vec<f64>,
     /// Where the drawing has the point, frame of the measurements, mm.
-    pub wanted: Vector3<f64>,
+    pub requested: Vector3<f64>,
     /// How far off it the point would come at the old target, by the calibrated model, mm.
     pub off_before: f64,
 }
@@ -99,14 +99,14 @@ pub fn compensated_targets(
         let sides = sides(before, q);
         before = Some(q);
         // Where the one who worked out the target believed the hand to be: by the drawing, which has no play.
-        let wanted = drawn.at(q, &[]);
+        let requested = drawn.at(q, &[]);
         // From the old target on: the new one is a fraction of a degree away, on the same branch.
-        let found =
-            inverse(|q| known.at(q, &sides), &wanted, q).map_err(|out: OutOfReach| wrong(out.to_string()))?;
+        let found = inverse(|q| known.at(q, &sides), &requested, q)
+            .map_err(|out: OutOfReach| wrong(out.to_string()))?;
         let held = within_limits(calibrated, &found).and_then(|()| calibrated.holds_at(&found));
         held.map_err(wrong)?;
-        let off_before = (known.at(q, &sides).translation.vector - wanted.translation.vector).norm();
-        Ok(CompensatedTarget { q: found, wanted: wanted.translation.vector, off_before })
+        let off_before = (known.at(q, &sides).translation.vector - requested.translation.vector).norm();
+        Ok(CompensatedTarget { q: found, requested: requested.translation.vector, off_before })
     })
     .collect()
 }
@@ -121,7 +121,7 @@ fn check(model: &Model, poses: &Table) -> Result<(), TargetsError> {
         return Err(TargetsError::OtherArm {
             path: poses.source.clone(),
             found: poses.joints,
-            wanted: joints,
+            requested: joints,
         });
     }
     for (joint, (column, in_mm)) in model.chain.joints.iter().zip(&poses.coordinate_columns) {
@@ -133,7 +133,7 @@ fn check(model: &Model, poses: &Table) -> Result<(), TargetsError> {
                 found: unit_name(*in_mm),
                 joint: joint.name.clone(),
                 moves: if slides { "slides" } else { "turns" },
-                wanted: unit_name(slides),
+                requested: unit_name(slides),
             });
         }
     }

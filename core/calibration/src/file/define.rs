@@ -114,13 +114,13 @@ impl Checker<'_> {
 
     /// What the effect adds, each with its formula.
     fn addends(&self, raw: &RawDefinition, names: &[String], model: &Model) -> Checked<Vec<Addend>> {
-        let mut wanted: Vec<Wanted<'_>> = self.joint_addend(raw, model)?.into_iter().collect();
-        self.target_addends(&raw.adds, model, &mut wanted)?;
-        frame_addends(&raw.adds, &mut wanted);
-        if wanted.is_empty() {
+        let mut requested: Vec<Requested<'_>> = self.joint_addend(raw, model)?.into_iter().collect();
+        self.target_addends(&raw.adds, model, &mut requested)?;
+        frame_addends(&raw.adds, &mut requested);
+        if requested.is_empty() {
             return self.fail(&raw.name.span, format!("`adds` says nothing that is added; {EXAMPLE}"));
         }
-        let read = wanted.into_iter().map(|(place, key, text)| {
+        let read = requested.into_iter().map(|(place, key, text)| {
             Addend::new(place, &key, &text.value, names, model.chain.len(), self.place(&text.span))
                 .or_else(|error| self.fail(&text.span, error.to_string()))
         });
@@ -128,7 +128,7 @@ impl Checker<'_> {
     }
 
     /// What is added to a joint's coordinate or to one number of its row: one of them at most, in the unit that belongs to it.
-    fn joint_addend<'r>(&self, raw: &'r RawDefinition, model: &Model) -> Checked<Option<Wanted<'r>>> {
+    fn joint_addend<'r>(&self, raw: &'r RawDefinition, model: &Model) -> Checked<Option<Requested<'r>>> {
         let adds = &raw.adds;
         let given = [&adds.joint, &adds.length, &adds.offset, &adds.twist, &adds.skew];
         let mut given = given.into_iter().enumerate().filter_map(|(key, name)| Some((key, name.as_ref()?)));
@@ -165,13 +165,13 @@ impl Checker<'_> {
         &self,
         adds: &'r RawAdds,
         model: &Model,
-        wanted: &mut Vec<Wanted<'r>>,
+        requested: &mut Vec<Requested<'r>>,
     ) -> Checked<()> {
         let target = adds.target.as_ref().map(|name| self.target(name, model)).transpose()?;
         for (axis, text) in [&adds.x_mm, &adds.y_mm, &adds.z_mm].into_iter().enumerate() {
             let (Some(text), key) = (text, format!("{}_mm", axis_name(axis))) else { continue };
             match target {
-                Some(target) => wanted.push((FormulaTarget::Target(target, axis), key, text)),
+                Some(target) => requested.push((FormulaTarget::Target(target, axis), key, text)),
                 None => {
                     return self.fail(
                         &text.span,
@@ -196,10 +196,10 @@ impl Checker<'_> {
 }
 
 /// Something an effect adds: where, under which key, and the formula.
-type Wanted<'r> = (FormulaTarget, String, &'r Spanned<String>);
+type Requested<'r> = (FormulaTarget, String, &'r Spanned<String>);
 
 /// What is added to the base, to the instrument's readings and to the sensor's trigger height.
-fn frame_addends<'r>(adds: &'r RawAdds, wanted: &mut Vec<Wanted<'r>>) {
+fn frame_addends<'r>(adds: &'r RawAdds, requested: &mut Vec<Requested<'r>>) {
     let shifts = [&adds.base_x_mm, &adds.base_y_mm, &adds.base_z_mm];
     let turns = [&adds.base_x_deg, &adds.base_y_deg, &adds.base_z_deg];
     let readings = [&adds.reading_x_mm, &adds.reading_y_mm, &adds.reading_z_mm];
@@ -210,10 +210,10 @@ fn frame_addends<'r>(adds: &'r RawAdds, wanted: &mut Vec<Wanted<'r>>) {
             (FormulaTarget::BaseRotation(axis), format!("base_{name}_deg"), turns[axis]),
             (FormulaTarget::Reading(axis), format!("reading_{name}_mm"), readings[axis]),
         ];
-        wanted.extend(all.into_iter().filter_map(|(place, key, text)| Some((place, key, text.as_ref()?))));
+        requested.extend(all.into_iter().filter_map(|(place, key, text)| Some((place, key, text.as_ref()?))));
     }
     let height = adds.trigger_height_mm.as_ref();
-    wanted.extend(height.map(|text| (FormulaTarget::TriggerHeight, "trigger_height_mm".to_owned(), text)));
+    requested.extend(height.map(|text| (FormulaTarget::TriggerHeight, "trigger_height_mm".to_owned(), text)));
 }
 
 /// Where an effect acts that adds at this place.

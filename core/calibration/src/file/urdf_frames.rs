@@ -58,7 +58,7 @@ mod tests {
         assert!((at.coords - Vector3::new(100.0, 10.0, 5.0)).norm() < 1e-9, "{at}");
         let axes = (flange.rotation * placed[0].rotation).into_inner();
         // The tip's x is the root's y, its y the root's -x.
-        let wanted = nalgebra::Matrix3::from_columns(&[Vector3::y(), Vector3::z(), Vector3::x()]);
-        assert!((axes - wanted).norm() < 1e-9, "{axes}");
+        let requested = nalgebra::Matrix3::from_columns(&[Vector3::y(), Vector3::z(), Vector3::x()]);
+        assert!((axes - requested).norm() < 1e-9, "{axes}");
     }
 }

@@ -277,8 +277,8 @@ mod tests {
         *second.of_row(0).unwrap() = Some(Box::new(at(0.1)));
         let third = KeptSlopes::after(&second);
         let found = |row: usize, theta: f64| {
-            let wanted = at(theta);
-            third.earlier(row, (&wanted.down, &wanted.deviations), |slopes| slopes.deviations[0].theta)
+            let requested = at(theta);
+            third.earlier(row, (&requested.down, &requested.deviations), |slopes| slopes.deviations[0].theta)
         };
         assert_eq!([found(0, 0.1), found(0, 0.0), found(0, 0.2)], [Some(0.1), Some(0.0), None]);
         assert_eq!([found(1, 0.0), found(7, 0.0)], [None, None], "of these rows none are known");

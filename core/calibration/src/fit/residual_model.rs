@@ -430,8 +430,8 @@ impl<'a> ResidualModel<'a> {
             }
         }
         // Surfaces and places are moved by no twist of the arm: their kind says what they do, and overwrites.
-        what.kind.own_derivatives(what, context, &mut |wanted, value| {
-            let index = self.free_parameters.iter().position(|free_parameter| *free_parameter == wanted);
+        what.kind.own_derivatives(what, context, &mut |requested, value| {
+            let index = self.free_parameters.iter().position(|free_parameter| *free_parameter == requested);
             if let Some(entry) = index.and_then(|index| entries.get_mut(index)) {
                 *entry = value * scale;
             }

@@ -126,7 +126,7 @@ impl WrittenAnswer {
                 level_readings(readings).map(|(x, y)| Answer::Level { x, y })
             }
             (PromptKind::JogTo { .. }, Self::Pose(joints)) => Ok(Answer::Pose { joints: joints.clone() }),
-            (kind, _) => Err(format!("this prompt is answered by {}", wanted(kind))),
+            (kind, _) => Err(format!("this prompt is answered by {}", requested(kind))),
         }
     }
 }
@@ -148,7 +148,7 @@ pub fn level_readings(text: &str) -> Result<(f64, f64), String> {
     }
 }
 
-fn wanted(kind: &PromptKind) -> String {
+fn requested(kind: &PromptKind) -> String {
     match kind {
         PromptKind::Acknowledge { .. } => "`done`".to_owned(),
         PromptKind::Choice { options, .. } => {

@@ -48,7 +48,7 @@ pub(crate) struct Arm {
 
 /// A point that is to be brought somewhere.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct WantedPoint<'a> {
+pub(crate) struct RequestedPoint<'a> {
     /// Where, mm, in the model's frame of measurements.
     pub(crate) xyz_mm: [f64; 3],
     /// Which of the model's targets; the first where none is named.
@@ -197,7 +197,7 @@ impl Arm {
     /// A sentence: out of reach, or there is no model.
     pub(crate) fn joints_for(
         &self,
-        wanted: &IsometryMatrix3<f64>,
+        requested: &IsometryMatrix3<f64>,
         from: &JointVector,
     ) -> Result<JointVector, String> {
         let model = self.geometry()?;
@@ -206,7 +206,7 @@ impl Arm {
         let mut sides = self.sides.clone();
         for _ in 0..2 {
             let listed = self.in_listed_order(&sides);
-            let found = inverse(|joints| flange_of(model, joints, &listed), wanted, &start);
+            let found = inverse(|joints| flange_of(model, joints, &listed), requested, &start);
             let found = found.map_err(|error| error.to_string())?;
             for (joint, value) in self.listed.iter().zip(&found) {
                 joint.set(&mut target, value - self.zero(*joint))?;

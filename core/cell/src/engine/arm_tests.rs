@@ -217,13 +217,13 @@ fn the_hand_is_brought_to_where_it_was_asked_for_by_the_drives_own_numbers() {
     arm.set_zeros(&[zero("shoulder", 10.0), zero("elbow", -5.0)], true);
     let from = drive([10.0, 40.0, 60.0, 5.0]);
     let there = drive([25.0, 60.0, 80.0, -20.0]);
-    let wanted = arm.flange(&there).expect("there is a model");
-    let found = arm.joints_for(&wanted, &from).expect("it is within reach");
+    let expected = arm.flange(&there).expect("there is a model");
+    let found = arm.joints_for(&expected, &from).expect("it is within reach");
     for (found, there) in found.as_slice().iter().zip(there.as_slice()) {
         assert!((found - there).abs() < 1e-6, "{found:?} {there:?}");
     }
     // 225 mm at 35 degrees, then 175 mm at 90 degrees.
-    let position = wanted.translation.vector;
+    let position = expected.translation.vector;
     let x = 225.0 * 35.0_f64.to_radians().cos();
     let y = 225.0 * 35.0_f64.to_radians().sin() + 175.0;
     assert!(

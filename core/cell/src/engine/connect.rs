@@ -18,11 +18,11 @@ impl Engine {
     pub(crate) fn connect_all(&mut self) -> Result<(), StepError> {
         let cell = Arc::clone(&self.cell);
         // Their hosts start at once: the first makes a stream, the other finds it there.
-        let mut wanted = Vec::new();
+        let mut requested = Vec::new();
         for device in &cell.devices {
-            wanted.push((device, self.guard_of(&device.name)?));
+            requested.push((device, self.guard_of(&device.name)?));
         }
-        self.links.prepare(&wanted);
+        self.links.prepare(&requested);
         let (first, second): (Vec<_>, Vec<_>) =
             cell.devices.iter().partition(|device| device.inputs.is_empty());
         for device in first.into_iter().chain(second) {

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use plumb_calibration::prediction;
 use plumb_plugin::JointVector;
 
-use super::arm::{Arm, WantedPoint};
+use super::arm::{Arm, RequestedPoint};
 use super::joint_index::JointIndex;
 use crate::deg_or_mm::DegOrMm;
 use crate::workcell::ModelFile;
@@ -34,8 +34,8 @@ const STARTS: [f64; 3] = [0.2, 0.5, 0.8];
 struct Reach<'a> {
     arm: &'a Arm,
     model: &'a ModelFile,
-    point: &'a WantedPoint<'a>,
-    wanted: DVector<f64>,
+    point: &'a RequestedPoint<'a>,
+    requested: DVector<f64>,
     /// Where the arm is: it decides from which side the joints arrive.
     from: &'a JointVector,
     by: &'a [JointIndex],
@@ -63,7 +63,7 @@ impl Arm {
     /// A sentence: out of reach, within the limits of a joint that it names, or there is no model.
     pub(crate) fn joints_for_point(
         &self,
-        point: &WantedPoint<'_>,
+        point: &RequestedPoint<'_>,
         from: &JointVector,
         others: &JointVector,
     ) -> Result<JointVector, String> {
@@ -76,7 +76,7 @@ impl Arm {
             arm: self,
             model: self.geometry()?,
             point,
-            wanted: DVector::from_column_slice(&point.xyz_mm),
+            requested: DVector::from_column_slice(&point.xyz_mm),
             from,
             by,
             scales: by.iter().map(scale).collect(),
@@ -240,7 +240,7 @@ impl Reach<'_> {
             .iter()
             .map(|there| DVector::from_column_slice((there - here).as_slice()) / NUDGE)
             .collect();
-        Ok((&self.wanted - DVector::from_column_slice(here.as_slice()), DMatrix::from_columns(&columns)))
+        Ok((&self.requested - DVector::from_column_slice(here.as_slice()), DMatrix::from_columns(&columns)))
     }
 
     /// Other places to begin at, the nearest first: another branch leads from there.
@@ -328,21 +328,21 @@ mod tests {
         ]
     }
 
-    fn found(from: [f64; 4], wanted: [f64; 3]) -> Result<[f64; 4], String> {
+    fn found(from: [f64; 4], requested: [f64; 3]) -> Result<[f64; 4], String> {
         let here = drive(from);
         let arm = arm();
         let by = ["shoulder", "elbow", "quill"].map(|joint| arm.joint(joint).unwrap());
-        let point = WantedPoint { xyz_mm: wanted, target: None, by: &by, payload_kg: 0.0 };
+        let point = RequestedPoint { xyz_mm: requested, target: None, by: &by, payload_kg: 0.0 };
         let target = arm.joints_for_point(&point, &here, &here)?;
         let value = |column: usize| target.get(column).unwrap();
         Ok([value(0).to_degrees(), value(1).to_degrees(), value(2), value(3).to_degrees()])
     }
 
-    fn assert_there(from: [f64; 4], wanted: [f64; 3]) -> [f64; 4] {
-        let target = found(from, wanted).unwrap();
+    fn assert_there(from: [f64; 4], requested: [f64; 3]) -> [f64; 4] {
+        let target = found(from, requested).unwrap();
         let there = point(target);
-        for (axis, wanted) in there.iter().zip(wanted) {
-            assert!((axis - wanted).abs() < 1e-5, "{target:?} is at {there:?}, not at {wanted:?}");
+        for (axis, requested) in there.iter().zip(requested) {
+            assert!((axis - requested).abs() < 1e-5, "{target:?} is at {there:?}, not at {requested:?}");
         }
         // The last bit may change where degrees become radians and back.
         assert!((target[3] - from[3]).abs() < 1e-12, "what takes no part stays: {target:?}");
@@ -361,15 +361,16 @@ mod tests {
             let arm = arm_with(CELL, &format!("{MODEL}{region}{more}"));
             let by = ["shoulder", "elbow", "quill"].map(|joint| arm.joint(joint).unwrap());
             let here = drive([30.0, 40.0, 50.0, 0.0]);
-            let sent = |wanted: [f64; 3]| {
-                let point = WantedPoint { xyz_mm: wanted, target: None, by: &by, payload_kg: 0.0 };
+            let sent = |requested: [f64; 3]| {
+                let point = RequestedPoint { xyz_mm: requested, target: None, by: &by, payload_kg: 0.0 };
                 arm.joints_for_point(&point, &here, &here)
             };
             let inside = point([35.0, 45.0, 60.0, 0.0]);
             let target = sent(inside).unwrap();
             let commanded = [0, 1].map(|joint| target.get(joint).unwrap().to_degrees());
             let place = point([commanded[0], commanded[1], target.get(2).unwrap(), 0.0]);
-            let moved: f64 = place.iter().zip(inside).map(|(there, wanted)| (there - wanted).powi(2)).sum();
+            let moved: f64 =
+                place.iter().zip(inside).map(|(there, requested)| (there - requested).powi(2)).sum();
             assert!(
                 moved.sqrt() > 0.05,
                 "the drive is commanded otherwise than by the plain geometry: {commanded:?}"
@@ -392,7 +393,7 @@ mod tests {
     #[test]
     fn the_other_elbow_is_taken_where_a_limit_is_in_the_way_of_the_near_one() {
         // With the elbow to the left the shoulder would have to go to 140 deg.
-        let wanted = {
+        let requested = {
             let reach =
                 f64::hypot(225.0 + 175.0 * 60.0_f64.to_radians().cos(), 175.0 * 60.0_f64.to_radians().sin());
             let turned =
@@ -400,7 +401,7 @@ mod tests {
             let direction = -140.0_f64.to_radians() + turned;
             [reach * direction.cos(), reach * direction.sin(), 250.0]
         };
-        let target = assert_there([-120.0, 60.0, 40.0, 0.0], wanted);
+        let target = assert_there([-120.0, 60.0, 40.0, 0.0], requested);
         assert!(target[1] < 0.0, "the other elbow: {target:?}");
         assert!(target[0].abs() <= 130.0 + 1e-9, "{target:?}");
     }
@@ -427,10 +428,10 @@ mod tests {
         for shoulder in [-100.0, -20.0, 80.0] {
             for elbow in [-120.0, 40.0, 100.0] {
                 for quill in [5.0, 175.0] {
-                    let wanted = point([shoulder, elbow, quill, 0.0]);
+                    let requested = point([shoulder, elbow, quill, 0.0]);
                     for from in [[0.0, 1.0, 0.0, 0.0], [120.0, -140.0, 180.0, 0.0], [-120.0, 60.0, 90.0, 0.0]]
                     {
-                        assert_there(from, wanted);
+                        assert_there(from, requested);
                     }
                 }
             }
@@ -441,12 +442,12 @@ mod tests {
     fn with_reach<R>(xyz_mm: [f64; 3], act: impl FnOnce(&Reach<'_>) -> R) -> R {
         let (arm, from) = (arm(), drive([0.0; 4]));
         let by = ["shoulder", "elbow", "quill"].map(|joint| arm.joint(joint).unwrap());
-        let point = WantedPoint { xyz_mm, target: None, by: &by, payload_kg: 0.0 };
+        let point = RequestedPoint { xyz_mm, target: None, by: &by, payload_kg: 0.0 };
         act(&Reach {
             arm: &arm,
             model: arm.geometry().unwrap(),
             point: &point,
-            wanted: DVector::from_column_slice(&xyz_mm),
+            requested: DVector::from_column_slice(&xyz_mm),
             from: &from,
             by: &by,
             scales: vec![1.0, 1.0, MM_PER_RADIAN],
@@ -502,12 +503,12 @@ mod tests {
 
     #[test]
     fn what_is_left_to_the_point_and_how_it_changes_is_that_of_the_geometry() {
-        let (here, wanted) = ([20.0, 30.0, 40.0, 0.0], [300.0, 100.0, 200.0]);
-        with_reach(wanted, |reach| {
+        let (here, requested) = ([20.0, 30.0, 40.0, 0.0], [300.0, 100.0, 200.0]);
+        with_reach(requested, |reach| {
             let (left, slope) = reach.look(&drive(here)).unwrap();
             let there = point(here);
             for axis in 0..3 {
-                assert!((left[axis] - (wanted[axis] - there[axis])).abs() < 1e-9, "{left}");
+                assert!((left[axis] - (requested[axis] - there[axis])).abs() < 1e-9, "{left}");
             }
             // The shoulder turns the point about the base, the elbow about the elbow, the slide lowers it, 200 mm for one.
             let (x, y) = (there[0], there[1]);

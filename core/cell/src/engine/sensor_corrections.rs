@@ -14,12 +14,12 @@ pub(crate) const CORRECTIONS: &str = "corrections";
 impl Engine {
     /// Gives a sensor the corrections in force, where there are any: a device that starts knows nothing of them.
     pub(crate) fn give_corrections(&mut self, sensor: &str) -> Result<(), StepError> {
-        let wanted = self.corrections_with(sensor, &[])?;
-        if wanted.is_empty() {
+        let requested = self.corrections_with(sensor, &[])?;
+        if requested.is_empty() {
             return Ok(());
         }
         let mut shown = Vec::new();
-        for (key, value) in &wanted {
+        for (key, value) in &requested {
             let value = value.as_f64().ok_or_else(|| {
                 StepError::error(format!(
                     "the record's correction `{key}` of {sensor} is no number: roll it back"
@@ -27,7 +27,7 @@ impl Engine {
             })?;
             shown.push(format!("{key} {value:.4}"));
         }
-        let configured = self.sensor(sensor)?.link.configure(&json!({CORRECTIONS: wanted}));
+        let configured = self.sensor(sensor)?.link.configure(&json!({CORRECTIONS: requested}));
         configured.map_err(|error| self.device_error(error))?;
         let message = format!("{sensor} works with the corrections of the record: {}", shown.join(", "));
         Ok(self.journal.log(LogLevel::Info, sensor, None, &message)?)
@@ -40,9 +40,9 @@ impl Engine {
         more: &[NewCorrection],
     ) -> Result<Map<String, Value>, StepError> {
         let in_force = self.journal.record.corrections_in_force(&self.cell.name, sensor)?;
-        let mut wanted = sensor_corrections(&in_force);
-        wanted.extend(more.iter().map(|one| (key_of(&one.key.place, &one.unit), json!(one.new))));
-        Ok(wanted)
+        let mut requested = sensor_corrections(&in_force);
+        requested.extend(more.iter().map(|one| (key_of(&one.key.place, &one.unit), json!(one.new))));
+        Ok(requested)
     }
 }
 

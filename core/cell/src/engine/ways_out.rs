@@ -36,9 +36,9 @@ impl Engine {
     pub(crate) fn ways_out(&self, entry: &Entry) -> Result<WaysOut, RecordError> {
         let again_from = self.first_that_found(entry);
         let before = again_from.unwrap_or(entry.index);
-        let asked = |wanted: fn(&PromptQuestion) -> bool| {
-            let is_wanted = |earlier: &&Entry| matches!(earlier.step.action.question(), Some(StepQuestion::Prompt(question)) if wanted(question));
-            self.before(entry, before).find(is_wanted).map(|earlier| earlier.index)
+        let asked = |requested: fn(&PromptQuestion) -> bool| {
+            let is_requested = |earlier: &&Entry| matches!(earlier.step.action.question(), Some(StepQuestion::Prompt(question)) if requested(question));
+            self.before(entry, before).find(is_requested).map(|earlier| earlier.index)
         };
         let placed = asked(|question| matches!(question, PromptQuestion::JogTo { .. }));
         let back_to = placed.or_else(|| asked(|_| true));

@@ -101,10 +101,10 @@ impl Expression {
         value.as_bool().ok_or_else(|| self.is_no("condition that is true or false", &value))
     }
 
-    fn is_no(&self, wanted: &str, value: &Value) -> ExpressionError {
+    fn is_no(&self, requested: &str, value: &Value) -> ExpressionError {
         ExpressionError {
             expression: first_line(&self.text),
-            cause: format!("the result {value} is no {wanted}"),
+            cause: format!("the result {value} is no {requested}"),
         }
     }
 }
@@ -200,15 +200,15 @@ fn syntax_problem(error: &rhai::ParseError, text: &str, place: Span, file: &str)
 /// Where `line` and `column` (from 0) of an expression are in the file. The expression may be plain, quoted, or a block of lines; where it
 /// cannot be found the beginning is shown.
 fn place_inside(text: &str, span: Span, line: usize, column: usize, length: usize, file: &str) -> Span {
-    let Some(wanted) = text.lines().nth(line) else { return span };
+    let Some(requested) = text.lines().nth(line) else { return span };
     for (index, candidate) in
         file.lines().enumerate().skip(span.line.saturating_sub(1)).take(text.lines().count() + 2)
     {
         let from = if index + 1 == span.line { span.column.saturating_sub(1) } else { 0 };
         let from_byte = candidate.char_indices().nth(from).map_or(candidate.len(), |(byte, _)| byte);
         let rest = candidate.get(from_byte..).unwrap_or_default();
-        if !wanted.trim().is_empty()
-            && let Some(found) = rest.find(wanted)
+        if !requested.trim().is_empty()
+            && let Some(found) = rest.find(requested)
         {
             let before = rest.get(..found).map_or(0, |skipped| skipped.chars().count());
             return Span { line: index + 1, column: from + before + column + 1, length };

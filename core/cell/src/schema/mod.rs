@@ -85,14 +85,14 @@ fn part_of(plugin: &Manifest) -> Value {
     let stream = |message: &str| json!({"description": format!("A stream of {message}."), "type": "string"});
     let inputs: Map<String, Value> =
         plugin.inputs.iter().map(|input| (input.name.clone(), stream(&input.message))).collect();
-    let wanted: Vec<&str> =
+    let requested: Vec<&str> =
         plugin.inputs.iter().filter(|input| !input.optional).map(|input| input.name.as_str()).collect();
-    if !wanted.is_empty() {
+    if !requested.is_empty() {
         required.push("inputs");
     }
     properties.insert(
         "inputs".to_owned(),
-        json!({"properties": inputs, "required": wanted, "additionalProperties": false}),
+        json!({"properties": inputs, "required": requested, "additionalProperties": false}),
     );
     json!({
         "if": {"properties": {"plugin": {"const": plugin.id}}, "required": ["plugin"]},

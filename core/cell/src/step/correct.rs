@@ -197,8 +197,8 @@ impl Engine {
             });
         }
         // The sensor takes them before the record says that they apply: a plugin may refuse them.
-        let wanted = self.corrections_with(&step.sensor, &corrections)?;
-        let configured = self.sensor(&step.sensor)?.link.configure(&json!({CORRECTIONS: wanted}));
+        let requested = self.corrections_with(&step.sensor, &corrections)?;
+        let configured = self.sensor(&step.sensor)?.link.configure(&json!({CORRECTIONS: requested}));
         configured.map_err(|error| self.device_error(error))?;
         let reason = format!("run {}, step {}", self.journal.run, at.path);
         let revision = self.journal.applied(&cell, &step.sensor, &numbers, &corrections, &reason)?;

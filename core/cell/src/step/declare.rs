@@ -247,14 +247,14 @@ impl Engine {
     ) -> Result<(), StepError> {
         let arm = self.arm(&step.robot)?;
         for joint in arm.joints() {
-            let (wanted, reads) = (joint.value(declared)?, joint.value(now)?);
-            let apart = (wanted - reads).abs();
+            let (requested, reads) = (joint.value(declared)?, joint.value(now)?);
+            let apart = (requested - reads).abs();
             if apart > STEPS_APART * arm.resolution(joint) + 1e-6 {
                 let unit = arm.unit(joint);
                 return Err(StepError::error(format!(
                     "{} was to read {:.3} {unit} and reads {:.3} {unit}: the controller did not take the pose over",
                     arm.joint_name(joint),
-                    unit.from_internal(wanted),
+                    unit.from_internal(requested),
                     unit.from_internal(reads),
                     unit = unit.symbol()
                 )));

@@ -20,7 +20,7 @@ const MM_PER_RADIAN: f64 = 200.0;
 const NUDGE: f64 = 1e-6;
 
 /// A point of the model's, where it shall go, and by which joints of the cell's list.
-pub(super) struct WantedTip<'a> {
+pub(super) struct RequestedTip<'a> {
     /// In the model's frame of measurements, mm.
     pub(super) xyz_mm: Vector3<f64>,
     /// Which of the model's targets; the first where none is named.
@@ -33,20 +33,20 @@ pub(super) struct WantedTip<'a> {
 pub(super) fn joints_for_tip(
     geometry: &dyn Geometry,
     start: &[f64],
-    wanted: &WantedTip<'_>,
+    requested: &RequestedTip<'_>,
 ) -> Option<Vec<f64>> {
     let mut joints = start.to_vec();
     let scale = |slides: bool| if slides { MM_PER_RADIAN } else { 1.0 };
     for _ in 0..STEPS {
         let mut tried = vec![joints.clone()];
-        for (place, slides) in &wanted.by {
+        for (place, slides) in &requested.by {
             let mut nudged = joints.clone();
             *nudged.get_mut(*place)? += NUDGE * scale(*slides);
             tried.push(nudged);
         }
-        let points = geometry.tips(wanted.target, &tried)?;
+        let points = geometry.tips(requested.target, &tried)?;
         let (here, nudged) = points.split_first()?;
-        let left = wanted.xyz_mm - Vector3::new(here.x, here.y, here.z);
+        let left = requested.xyz_mm - Vector3::new(here.x, here.y, here.z);
         if left.norm() < NEAR_MM {
             return Some(joints);
         }
@@ -59,7 +59,7 @@ pub(super) fn joints_for_tip(
         if longest > LONGEST_STEP {
             step *= LONGEST_STEP / longest;
         }
-        for ((place, slides), by) in wanted.by.iter().zip(step.iter()) {
+        for ((place, slides), by) in requested.by.iter().zip(step.iter()) {
             *joints.get_mut(*place)? += by * scale(*slides);
         }
     }

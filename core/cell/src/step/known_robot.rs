@@ -4,7 +4,7 @@ use nalgebra::{IsometryMatrix3, Vector3};
 use plumb_kinematics::inverse;
 
 use super::geometry::Geometry;
-use super::known_point::{WantedTip, joints_for_tip};
+use super::known_point::{RequestedTip, joints_for_tip};
 use crate::deg_or_mm::DegOrMm;
 use crate::joint_range::JointRange;
 
@@ -170,8 +170,8 @@ impl<'a> KnownRobot<'a> {
             let listed = self.joints.iter().position(|(name, _)| name == joint)?;
             Some((listed, self.joints.get(listed)?.1 == DegOrMm::Mm))
         });
-        let wanted = WantedTip { xyz_mm, target, by: by.collect::<Option<Vec<_>>>()? };
-        joints_for_tip(self.geometry?, &start?, &wanted)
+        let requested = RequestedTip { xyz_mm, target, by: by.collect::<Option<Vec<_>>>()? };
+        joints_for_tip(self.geometry?, &start?, &requested)
     }
 
     /// It has gone to these places.

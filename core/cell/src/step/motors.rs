@@ -159,12 +159,12 @@ mod tests {
     #[test]
     fn values_have_the_units_of_their_names_and_the_uncertainty_that_is_known() {
         let done = result_of(&["pan", "lift"], &motors());
-        let wanted = json!({
+        let requested = json!({
             "pan_temperature_c": 31.0, "lift_temperature_c": 52.0, "hottest_c": 52.0,
             "pan_load_percent": 6.0, "lift_load_percent": 8.0,
             "pan_voltage_v": 7.1, "lift_voltage_v": 7.1,
         });
-        assert_eq!(done.result, wanted);
+        assert_eq!(done.result, requested);
         let of = |name: &str| done.values.iter().find(|value| value.name == name).unwrap();
         let known = |name: &str| (of(name).value, of(name).unit.as_str(), of(name).uncertainty);
         assert_eq!(known("lift_temperature"), (52.0, "degC", Some(0.25)));
@@ -182,10 +182,10 @@ mod tests {
         some.temperature.set(1, f64::NAN);
         some.load = vector([f64::NAN; 2]);
         let done = result_of(&["pan", "lift"], &some);
-        let wanted = json!({
+        let requested = json!({
             "pan_temperature_c": 31.0, "hottest_c": 31.0, "pan_voltage_v": 7.1, "lift_voltage_v": 7.1,
         });
-        assert_eq!(done.result, wanted);
+        assert_eq!(done.result, requested);
         assert_eq!(done.values.len(), 3);
         assert_eq!(done.message, "temperature 31.0 degC, voltage 7.1 V");
         some.temperature = some.load;

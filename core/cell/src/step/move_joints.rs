@@ -15,7 +15,7 @@ use super::time::{Foreseen, TimeContext};
 use crate::cell_names::CellNames;
 use crate::check_context::CheckContext;
 use crate::engine::Engine;
-use crate::engine::arm::WantedPoint;
+use crate::engine::arm::RequestedPoint;
 use crate::engine::flange::flange_at;
 use crate::engine::motion::joint_vector;
 use crate::engine::scope::joints_value;
@@ -454,8 +454,8 @@ impl Engine {
         }
         if let Some(hand) = &step.hand {
             let attitude = self.attitude([&hand.tilt, &hand.azimuth, &hand.turn], at)?;
-            let wanted = flange_at(self.place(&hand.at, at)?, attitude, Vector3::from(hand.aim_mm));
-            target = self.arm(&step.robot)?.joints_for(&wanted, start).map_err(StepError::error)?;
+            let requested = flange_at(self.place(&hand.at, at)?, attitude, Vector3::from(hand.aim_mm));
+            target = self.arm(&step.robot)?.joints_for(&requested, start).map_err(StepError::error)?;
         }
         if let Some(point) = &step.point {
             target = self.point_target(step, point, at, start, &target)?;
@@ -473,8 +473,8 @@ impl Engine {
         start: &JointVector,
         others: &JointVector,
     ) -> Result<JointVector, StepError> {
-        let mut wanted = [0.0; 3];
-        for (value, expression) in wanted.iter_mut().zip(&point.xyz) {
+        let mut requested = [0.0; 3];
+        for (value, expression) in requested.iter_mut().zip(&point.xyz) {
             *value = self.number(at.scope, expression)?;
         }
         let payload_kg = match &point.payload {
@@ -484,8 +484,8 @@ impl Engine {
         let arm = self.arm(&step.robot)?;
         let by = point.by.iter().map(|(joint, _)| arm.joint(joint)).collect::<Result<Vec<_>, _>>()?;
         let target = point.target.as_ref().map(|(name, _)| name.as_str());
-        let wanted = WantedPoint { xyz_mm: wanted, target, by: &by, payload_kg };
-        arm.joints_for_point(&wanted, start, others).map_err(StepError::error)
+        let requested = RequestedPoint { xyz_mm: requested, target, by: &by, payload_kg };
+        arm.joints_for_point(&requested, start, others).map_err(StepError::error)
     }
 }
 

@@ -130,8 +130,10 @@ impl Workcell {
     }
 
     /// The procedure of this name, or in this file.
-    pub fn procedure(&self, wanted: &str) -> Option<&Arc<Procedure>> {
-        self.procedures.iter().find(|procedure| procedure.name == wanted || procedure.file.ends_with(wanted))
+    pub fn procedure(&self, requested: &str) -> Option<&Arc<Procedure>> {
+        self.procedures
+            .iter()
+            .find(|procedure| procedure.name == requested || procedure.file.ends_with(requested))
     }
 }
 

@@ -27,7 +27,7 @@ pub(super) fn check(tolerances: &[(Key, f64)], procedures: &[Arc<Procedure>], pr
     for procedure in procedures {
         collect_used(procedure, &mut used);
     }
-    let given = |wanted: &str| tolerances.iter().any(|(name, _)| name.name == wanted);
+    let given = |requested: &str| tolerances.iter().any(|(name, _)| name.name == requested);
     let missing: Vec<&str> = used.iter().map(String::as_str).filter(|name| !given(name)).collect();
     for (name, _) in tolerances.iter().filter(|(name, _)| !used.contains(&name.name)) {
         if let Some(meant) = nearest(&name.name, &missing) {

@@ -118,9 +118,9 @@ impl Laboratory {
                 continue;
             }
             kept.extend(self.imitating(pool, &picks, (fitted, floor), progress)?);
-            let wanted = kept.is_empty() || corrections > 0;
-            opened += u32::from(wanted && !kept.is_empty());
-            if wanted && (kept.is_empty() || self.bear_out(pool, &picks, &kept, fitted)) {
+            let requested = kept.is_empty() || corrections > 0;
+            opened += u32::from(requested && !kept.is_empty());
+            if requested && (kept.is_empty() || self.bear_out(pool, &picks, &kept, fitted)) {
                 return Ok(Some(Chosen { picks, corrections: kept, opened }));
             }
             closed.extend(kept.iter().map(|one| one.probe));

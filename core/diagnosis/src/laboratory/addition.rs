@@ -37,7 +37,7 @@ impl Laboratory {
     /// # Errors
     /// The effect is not known or in the model already, nothing can be fitted, or cancellation.
     pub fn add(&self, text: &str, progress: &Progress) -> Result<Addition, LaboratoryError> {
-        let more = self.wanted(text, progress)?;
+        let more = self.requested(text, progress)?;
         self.take_in(more, progress)
     }
 

@@ -135,13 +135,13 @@ impl Laboratory {
             return Ok(Vec::new());
         }
         let fitted = self.fit_with(&[], None, progress)?;
-        let mut wanted: Vec<Probe> = probes(self);
+        let mut requested: Vec<Probe> = probes(self);
         // With every number that is searched for inside: the best of them is drawn.
-        wanted.retain(|probe| ids.iter().any(|id| probe.id.same_as(id)));
-        let scores = score(&fitted.machine, &fitted.fit, &wanted);
-        let best = best_variants(&wanted, scores);
+        requested.retain(|probe| ids.iter().any(|id| probe.id.same_as(id)));
+        let scores = score(&fitted.machine, &fitted.fit, &requested);
+        let best = best_variants(&requested, scores);
         let valued =
-            ids.iter().filter_map(|id| in_model(&fitted, id).or_else(|| expected(&wanted, &best, id)));
+            ids.iter().filter_map(|id| in_model(&fitted, id).or_else(|| expected(&requested, &best, id)));
         Ok(valued.filter_map(|effect| self.plot(&fitted, &effect)).collect())
     }
 
@@ -197,10 +197,10 @@ fn in_model(fitted: &Fitted<'_>, id: &EffectId) -> Option<Valued> {
 }
 
 /// An effect that is not in the model, at the values its score expects.
-fn expected(wanted: &[Probe], best: &[(usize, Score)], id: &EffectId) -> Option<Valued> {
+fn expected(requested: &[Probe], best: &[(usize, Score)], id: &EffectId) -> Option<Valued> {
     let (probe, score) = best
         .iter()
-        .filter_map(|(index, score)| Some((wanted.get(*index)?, score)))
+        .filter_map(|(index, score)| Some((requested.get(*index)?, score)))
         .find(|(probe, _)| probe.id.same_as(id))?;
     Some(Valued {
         id: probe.id.clone(),

@@ -35,7 +35,7 @@ impl Laboratory {
     /// # Errors
     /// The effect is not known or is in the model already, nothing can be fitted, or cancellation.
     pub fn preview(&self, text: &str, progress: &Progress) -> Result<Preview, LaboratoryError> {
-        let more = self.wanted(text, progress)?;
+        let more = self.requested(text, progress)?;
         if let Some(dated) = self.dated_for(more.iter().map(|added| &added.id), progress)? {
             return dated.preview(text, progress);
         }
@@ -60,13 +60,13 @@ impl Laboratory {
 
     /// The effects a text means, at zero, without those that are fitted already. What is searched for inside an
     /// effect is set to what the data like best.
-    pub(crate) fn wanted(
+    pub(crate) fn requested(
         &self,
         text: &str,
         progress: &Progress,
     ) -> Result<Vec<AddedEffect>, LaboratoryError> {
         if let Some(dated) = self.dated_for(effect::expand(text, self.model())?.iter(), progress)? {
-            return dated.wanted(text, progress);
+            return dated.requested(text, progress);
         }
         let fitted = self.fitted_effects()?;
         let mut more = Vec::new();

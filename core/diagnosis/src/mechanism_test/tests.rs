@@ -190,11 +190,11 @@ pub(super) fn with_wave_in<T>(
     let lab = two_links(120, "joint_zero(*)", 0.05, 21, off);
     let none = crate::candidates::Candidates { listed: Vec::new(), unlisted: Vec::new() };
     let mut stage = lab.stage(Vec::new(), None, &none, &Progress::unwatched()).unwrap();
-    let wanted: Vec<EffectId> = std::iter::once("joint_harmonic(elbow, 12)")
+    let expected: Vec<EffectId> = std::iter::once("joint_harmonic(elbow, 12)")
         .chain(beside.iter().copied())
         .map(|text| plumb_calibration::effect::parse(text, lab.model()).unwrap())
         .collect();
-    stage.fitted_candidates = wanted
+    stage.fitted_candidates = expected
         .iter()
         .map(|id| FittedCandidate { id: id.clone(), ..crate::testing::fitted_candidate("", 0, 0.0) })
         .collect();
@@ -206,7 +206,7 @@ pub(super) fn with_wave_in<T>(
     let mixed = Mixed::new(&features, &columns).unwrap();
     let (nothing, equations) = (mixed.fit(&[], None).unwrap(), columns.nrows() as f64);
     let bench = Bench { stage: &stage, suspects, overtones, rows, features, mixed, nothing, equations };
-    let members: Vec<usize> = (0..wanted.len()).collect();
+    let members: Vec<usize> = (0..expected.len()).collect();
     let set = bench.fitted(&members, &bench.nothing.ratios, 9).unwrap();
     ask(&bench, &set)
 }

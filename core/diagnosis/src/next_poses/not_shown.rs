@@ -6,7 +6,7 @@ use super::choose::Chooser;
 use super::design::PoseRequest;
 use super::outcome::{Asked, Instead};
 use super::rivals::Rival;
-use super::{NextPoses, Wanted, no_pose, with_returns};
+use super::{NextPoses, Requested, no_pose, with_returns};
 use crate::forward_selection::Stage;
 use crate::laboratory::{Laboratory, LaboratoryError};
 use crate::noise_floor::Floor;
@@ -22,7 +22,7 @@ impl Laboratory {
         &self,
         stage: &Stage<'_>,
         floor: &Floor,
-        wanted: &Wanted,
+        requested: &Requested,
         progress: &Progress,
     ) -> Result<Option<NextPoses>, LaboratoryError> {
         let mut faint = self.faint(&stage.fitted, floor)?;
@@ -39,8 +39,11 @@ impl Laboratory {
         rivals.extend(faint.iter().map(|one| rival(one, stage, asked_mm(sigma), self)));
         let mut chooser = Chooser::new(&weighty, rivals, noise)?;
         chooser.separate_from_first();
-        let request =
-            PoseRequest { count: wanted.count, keep_out: &wanted.keep_out, payloads: &wanted.payloads };
+        let request = PoseRequest {
+            count: requested.count,
+            keep_out: &requested.keep_out,
+            payloads: &requested.payloads,
+        };
         let choice = chooser.choose(request, progress)?;
         if choice.designs.is_empty() {
             return Err(no_pose());
@@ -162,8 +165,8 @@ mod tests {
     #[test]
     fn one_effect_of_each_kind_is_asked_about_and_poses_that_show_it_put_it_clear_of_the_noise() {
         let (lab, progress) = (narrow(), Progress::unwatched());
-        let wanted = Wanted { count: 3, keep_out: Vec::new(), payloads: Vec::new() };
-        let found = lab.next_poses(&wanted, &progress).unwrap();
+        let requested = Requested { count: 3, keep_out: Vec::new(), payloads: Vec::new() };
+        let found = lab.next_poses(&requested, &progress).unwrap();
         let Asked::NotShown { shown, size } = &found.asked else { panic!("{:?}", found.asked) };
         assert_eq!((*size, found.new), (ASKED_SIZE, 3));
         let mut kinds: Vec<&str> = found.between.iter().filter_map(|label| label.split('(').next()).collect();

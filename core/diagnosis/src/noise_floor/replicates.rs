@@ -186,11 +186,11 @@ impl Replicates {
     pub(super) fn centred(
         &self,
         weights: &[f64],
-        wanted: &[usize],
+        requested: &[usize],
     ) -> (Vec<DVector<f64>>, Vec<DMatrix<f64>>) {
         let mut residuals = self.residuals.clone();
         let mut columns: Vec<DMatrix<f64>> =
-            self.columns.iter().map(|columns| columns.select_columns(wanted)).collect();
+            self.columns.iter().map(|columns| columns.select_columns(requested)).collect();
         for group in 0..self.groups {
             let own: Vec<usize> =
                 (0..self.members.len()).filter(|member| self.members[*member].1 == group).collect();

@@ -30,19 +30,19 @@ pub(crate) struct Scatter {
 
 impl Replicates {
     /// Scatter left after a fit of the `wanted` columns; returns far outside the bulk are left out.
-    pub(crate) fn scatter(&self, wanted: &[usize]) -> Scatter {
+    pub(crate) fn scatter(&self, requested: &[usize]) -> Scatter {
         let mut kept = vec![1.0; self.members.len()];
-        let (mut deviations, mut rank) = self.fitted(&kept, wanted);
+        let (mut deviations, mut rank) = self.fitted(&kept, requested);
         // Sigma and the outliers need each other: the first sigma is one that outliers hardly move.
         let mut sigma = self.typical(&deviations, &kept);
         for _ in 0..ROUNDS {
             let before = kept.clone();
             // One layer at a time: the worst outlier draws its group's mean along and makes sound members look far out.
             while self.leave_out_farthest(&mut kept, &deviations, sigma) {
-                (deviations, rank) = self.fitted(&kept, wanted);
+                (deviations, rank) = self.fitted(&kept, requested);
             }
             if self.take_back(&mut kept, &deviations, sigma) {
-                (deviations, rank) = self.fitted(&kept, wanted);
+                (deviations, rank) = self.fitted(&kept, requested);
             }
             sigma = self.sigma(&deviations, &kept, rank);
             if kept == before {
@@ -62,16 +62,16 @@ impl Replicates {
 
     /// What each candidate would take away of the squares that `wanted` columns leave, and with how many parameters of
     /// its own.
-    pub(crate) fn gains(&self, scatter: &Scatter, wanted: &[usize]) -> Vec<(f64, usize)> {
+    pub(crate) fn gains(&self, scatter: &Scatter, requested: &[usize]) -> Vec<(f64, usize)> {
         let all: Vec<usize> = (0..self.columns.first().map_or(0, DMatrix::ncols)).collect();
         // Of the same members as the scatter: were outliers judged anew for each candidate, one could explain them by leaving them out.
         let (deviations, columns) = self.centred(&scatter.kept, &all);
         let all = (deviations.as_slice(), columns.as_slice());
-        let (known, rank) = explained(all, &scatter.kept, wanted);
+        let (known, rank) = explained(all, &scatter.kept, requested);
         self.candidates
             .iter()
             .map(|(_, range)| {
-                let chosen: Vec<usize> = wanted.iter().copied().chain(range.clone()).collect();
+                let chosen: Vec<usize> = requested.iter().copied().chain(range.clone()).collect();
                 let (with, with_rank) = explained(all, &scatter.kept, &chosen);
                 // More columns take more away, but for rounding.
                 ((with - known).max(0.0), with_rank.saturating_sub(rank))
@@ -80,12 +80,12 @@ impl Replicates {
     }
 
     /// Deviations after the columns' least-squares fit, and how many columns mattered.
-    fn fitted(&self, kept: &[f64], wanted: &[usize]) -> (Vec<DVector<f64>>, usize) {
-        let (mut deviations, columns) = self.centred(kept, wanted);
-        if wanted.is_empty() {
+    fn fitted(&self, kept: &[f64], requested: &[usize]) -> (Vec<DVector<f64>>, usize) {
+        let (mut deviations, columns) = self.centred(kept, requested);
+        if requested.is_empty() {
             return (deviations, 0);
         }
-        let all: Vec<usize> = (0..wanted.len()).collect();
+        let all: Vec<usize> = (0..requested.len()).collect();
         let (matrix, gradient) = sums(&deviations, &columns, kept, &all);
         let factor = RankRevealingCholesky::new(&matrix);
         let solution = factor.solve(&gradient);

@@ -73,9 +73,9 @@ fn views(model: &Model) -> Vec<View> {
                 -285.0 + 20.0 * f64::from(approach % 2),
             );
             let origin = place - attitude * Vector3::new(-30.0, 0.0, 360.0);
-            let wanted = nalgebra::IsometryMatrix3::from_parts(Translation3::from(origin), attitude);
+            let expected = nalgebra::IsometryMatrix3::from_parts(Translation3::from(origin), attitude);
             let flange_of = |q: &[f64]| LinkFrames::of(&model.chain, q, &[]).flange;
-            if let Ok(q) = inverse(flange_of, &wanted, &start) {
+            if let Ok(q) = inverse(flange_of, &expected, &start) {
                 views.push(View { q, speed: Vec::new(), approach: Vec::new(), time_s: None });
             }
         }

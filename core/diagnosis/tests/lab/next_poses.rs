@@ -2,7 +2,7 @@
 
 use plumb_diagnosis::laboratory::Options;
 use plumb_diagnosis::split::Holdout;
-use plumb_diagnosis::{NextPoses, Wanted};
+use plumb_diagnosis::{NextPoses, Requested};
 use plumb_estimation::Progress;
 use plumb_kinematics::HalfSpace;
 use plumb_report::{instead_in_words, next_poses_sentence};
@@ -25,8 +25,8 @@ fn narrow() -> String {
 fn next(model: &str, keep_out: Vec<HalfSpace>) -> NextPoses {
     let options = Options { holdout: Holdout::None, ..Options::default() };
     let laboratory = laboratory(&format!("{model}noise: {{p1_mm: 0.05}}\n"), &narrow(), options);
-    let wanted = Wanted { count: 4, keep_out, payloads: Vec::new() };
-    laboratory.next_poses(&wanted, &Progress::unwatched()).unwrap()
+    let expected = Requested { count: 4, keep_out, payloads: Vec::new() };
+    laboratory.next_poses(&expected, &Progress::unwatched()).unwrap()
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use plumb_diagnosis::laboratory::{Laboratory, Options};
 use plumb_diagnosis::split::Holdout;
-use plumb_diagnosis::{Diagnosis, NotShown, Verdict, Wanted};
+use plumb_diagnosis::{Diagnosis, NotShown, Requested, Verdict};
 use plumb_estimation::Progress;
 use plumb_report::{diagnosis_sentence, next_poses_sentence};
 
@@ -55,8 +55,8 @@ fn an_elbow_that_hardly_moved_hides_its_gain_and_poses_are_asked_for_that_would_
         diagnosis_sentence(&diagnosis)
     );
     assert_eq!(diagnosis.next.len(), 4);
-    let wanted = Wanted { count: 4, keep_out: Vec::new(), payloads: Vec::new() };
-    let poses = lab.next_poses(&wanted, &Progress::unwatched()).unwrap();
+    let expected = Requested { count: 4, keep_out: Vec::new(), payloads: Vec::new() };
+    let poses = lab.next_poses(&expected, &Progress::unwatched()).unwrap();
     assert!(poses.between.contains(&"joint_gain(elbow)".to_owned()), "{:?}", poses.between);
     let sentence = next_poses_sentence(&poses);
     assert!(sentence.contains("they would show"), "{sentence}");

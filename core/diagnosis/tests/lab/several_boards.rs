@@ -2,7 +2,7 @@
 
 use plumb_calibration::arm_model::Model;
 use plumb_calibration::file::model_text;
-use plumb_diagnosis::Wanted;
+use plumb_diagnosis::Requested;
 use plumb_diagnosis::laboratory::Options;
 use plumb_estimation::Progress;
 use plumb_report::diagnosis_sentence;
@@ -84,8 +84,8 @@ fn a_wrong_zero_is_named_by_two_boards() {
     let lab = laboratory(&model("[]", "{board_mm: 0.1, board_deg: 0.02}"), &rows, Options::default());
     let diagnosis = lab.diagnose(&Progress::unwatched()).unwrap();
     assert!(diagnosis_sentence(&diagnosis).contains("joint_zero(j3)"), "{}", diagnosis_sentence(&diagnosis));
-    let wanted = Wanted { count: 3, keep_out: Vec::new(), payloads: Vec::new() };
-    let next = lab.next_poses(&wanted, &Progress::unwatched()).unwrap();
+    let expected = Requested { count: 3, keep_out: Vec::new(), payloads: Vec::new() };
+    let next = lab.next_poses(&expected, &Progress::unwatched()).unwrap();
     for pose in &next.next {
         let q: [f64; 6] = pose.q_deg.clone().try_into().unwrap();
         let sees = |board: &Pose| {

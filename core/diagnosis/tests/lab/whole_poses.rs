@@ -4,7 +4,7 @@
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use plumb_calibration::arm_model::Model;
 use plumb_calibration::file::model_text;
-use plumb_diagnosis::Wanted;
+use plumb_diagnosis::Requested;
 use plumb_diagnosis::laboratory::{Comparison, Laboratory, Options};
 use plumb_diagnosis::split::Holdout;
 use plumb_estimation::Progress;
@@ -448,8 +448,8 @@ fn next_poses_keep_the_board_in_view_and_distinguish_effects() {
         &text,
         Options::default(),
     );
-    let wanted = Wanted { count: 4, keep_out: Vec::new(), payloads: Vec::new() };
-    let next = lab.next_poses(&wanted, &Progress::unwatched()).unwrap();
+    let request = Requested { count: 4, keep_out: Vec::new(), payloads: Vec::new() };
+    let next = lab.next_poses(&request, &Progress::unwatched()).unwrap();
     assert!(next.next.len() >= 4, "{next:?}");
     for pose in &next.next {
         let q: [f64; 6] = pose.q_deg.clone().try_into().unwrap();

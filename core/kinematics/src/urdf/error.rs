@@ -50,10 +50,10 @@ pub enum UrdfError {
     )]
     Branches(String),
     /// No such link.
-    #[error("there is no link `{wanted}`; there are {known}")]
+    #[error("there is no link `{requested}`; there are {known}")]
     UnknownTip {
         /// What was asked for.
-        wanted: String,
+        requested: String,
         /// What there is.
         known: String,
     },

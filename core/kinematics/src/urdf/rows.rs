@@ -120,13 +120,13 @@ fn root_of(robot: &Robot) -> Result<String, UrdfError> {
     }
 }
 
-fn tip_of(robot: &Robot, root: &str, wanted: Option<&str>) -> Result<String, UrdfError> {
-    if let Some(wanted) = wanted {
-        return match robot.links.iter().find(|link| link.name == wanted) {
+fn tip_of(robot: &Robot, root: &str, requested: Option<&str>) -> Result<String, UrdfError> {
+    if let Some(requested) = requested {
+        return match robot.links.iter().find(|link| link.name == requested) {
             Some(link) => Ok(link.name.clone()),
             None => {
                 let known: Vec<&str> = robot.links.iter().map(|link| link.name.as_str()).collect();
-                Err(UrdfError::UnknownTip { wanted: wanted.to_owned(), known: known.join(", ") })
+                Err(UrdfError::UnknownTip { requested: requested.to_owned(), known: known.join(", ") })
             }
         };
     }

@@ -30,7 +30,7 @@ pub fn from_json(layout: Option<&Layout>, fields: &Value) -> Result<Vec<u8>, Str
             return Err(format!("its layout has no field '{name}'; it has {known:?}"));
         };
         let bytes = bytes_of(field.of, value)
-            .map_err(|wanted| format!("its field '{name}' is {wanted}, not {value}"))?;
+            .map_err(|requested| format!("its field '{name}' is {requested}, not {value}"))?;
         field.write(&mut message, &bytes);
     }
     Ok(message)

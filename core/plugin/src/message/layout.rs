@@ -316,7 +316,7 @@ mod tests {
         ];
         let layout = Layout::of(&stream).unwrap();
         let offsets: Vec<usize> = layout.fields.iter().map(|field| field.offset).collect();
-        let wanted = [
+        let requested = [
             offset_of!(Weight, time_ns),
             offset_of!(Weight, sequence),
             offset_of!(Weight, grams),
@@ -325,7 +325,7 @@ mod tests {
             offset_of!(Weight, raw),
             offset_of!(Weight, drift),
         ];
-        assert_eq!(offsets, wanted);
+        assert_eq!(offsets, requested);
         assert_eq!(layout.length(), Some(size_of::<Weight>()));
     }
 }

@@ -101,8 +101,8 @@ fn whereabouts(out: &mut String, report: &Report, shown: &HashSet<u32>) -> std::
 
 /// The own plots of the candidates, or of what was added.
 fn own_plots(report: &Report, added: bool, shown: &HashSet<u32>) -> Vec<Panel> {
-    let wanted = report.plots.iter().filter(|plot| plot.added == added);
-    let panels = wanted.map(|plot| {
+    let requested = report.plots.iter().filter(|plot| plot.added == added);
+    let panels = requested.map(|plot| {
         let mut panel = effect_panel(plot, &report.comparison);
         let [before, after] = plot.rms_mm;
         panel.title.push_str(&format!(": {before:.3} -> {after:.3} {}", plot.up.unit));

@@ -58,9 +58,9 @@ fn scale(rows: &[&RowResidual], arm: &[[f64; 3]]) -> f64 {
 
 /// How many times larger errors are drawn than distances: a round number.
 fn magnification(rows: &[&RowResidual], arm: &[[f64; 3]], rms: f64) -> f64 {
-    let wanted = TYPICAL / (rms * scale(rows, arm));
-    let power = 10_f64.powf(wanted.log10().floor());
-    [5.0, 2.0, 1.0].into_iter().map(|step| step * power).find(|step| *step <= wanted).unwrap_or(power)
+    let requested = TYPICAL / (rms * scale(rows, arm));
+    let power = 10_f64.powf(requested.log10().floor());
+    [5.0, 2.0, 1.0].into_iter().map(|step| step * power).find(|step| *step <= requested).unwrap_or(power)
 }
 
 fn draw(

@@ -14,7 +14,7 @@ use plumb_plugin::{JointState, JointVector, Motion, PluginError, Robot};
 use plumb_puma::Puma;
 use plumb_simulated::client::WorldClient;
 use plumb_simulated::emulate::val2::{Dialect, Emulator, EmulatorOptions, LineOptions};
-use plumb_simulated::protocol::{Pace, Verb};
+use plumb_simulated::protocol::{Pace, WorldCommand};
 use plumb_simulated::serve::{ServeError, ServeOptions, serve};
 use serde_json::{Value, json};
 
@@ -44,18 +44,18 @@ impl World {
     /// Somebody turns a joint (from 0) by so many degrees with the teach pendant.
     pub(crate) fn pendant_turns(&mut self, joint: usize, degrees: f64) {
         let joints: [_; 6] = std::array::from_fn(|axis| (axis == joint).then_some(degrees.to_radians()));
-        self.client.read(Verb::Move { joints: joints.into(), relative: true, speed: 1.0 }).unwrap();
+        self.client.read(WorldCommand::Move { joints: joints.into(), relative: true, speed: 1.0 }).unwrap();
     }
 
     /// Where the world's arm is, as its drive counts, deg.
     pub(crate) fn joints(&mut self) -> [f64; 6] {
-        self.client.read(Verb::Read {}).unwrap().joints.fixed::<6>().unwrap().map(f64::to_degrees)
+        self.client.read(WorldCommand::Read {}).unwrap().joints.fixed::<6>().unwrap().map(f64::to_degrees)
     }
 }
 
 impl Drop for World {
     fn drop(&mut self) {
-        let _ = self.client.call(Verb::Shutdown {}, || false, |_| {});
+        let _ = self.client.call(WorldCommand::Shutdown {}, || false, |_| {});
         if let Some(server) = self.server.take() {
             let _ = server.join();
         }
@@ -107,8 +107,8 @@ impl Cell {
 
     pub(crate) fn assert_at(&mut self, degrees: [f64; 6]) {
         let reported = self.arm.read_joints().unwrap().joints;
-        for (index, (wanted, made)) in degrees.iter().zip(self.world.joints()).enumerate() {
-            assert!((wanted - made).abs() < 0.012, "joint {}: {wanted} {made}", index + 1);
+        for (index, (expected, made)) in degrees.iter().zip(self.world.joints()).enumerate() {
+            assert!((expected - made).abs() < 0.012, "joint {}: {expected} {made}", index + 1);
             let reported = reported.get(index).unwrap().to_degrees();
             assert!((reported - made).abs() < 0.012, "joint {}: reported {reported}, made {made}", index + 1);
         }
@@ -117,8 +117,8 @@ impl Cell {
 
 impl Cell {
     pub(crate) fn assert_world_at(&mut self, degrees: [f64; 6]) {
-        for (wanted, made) in degrees.iter().zip(self.world.joints()) {
-            assert!((wanted - made).abs() < 0.012);
+        for (expected, made) in degrees.iter().zip(self.world.joints()) {
+            assert!((expected - made).abs() < 0.012);
         }
     }
 }

@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use plumb_plugin::{JointVector, Motion, PluginError, Robot};
 use plumb_simulated::emulate::val2::{Dialect, EmulatorOptions};
-use plumb_simulated::protocol::{Pace, Verb};
+use plumb_simulated::protocol::{Pace, WorldCommand};
 use serde_json::json;
 
 use super::{Cell, LEFTY, at_9600, connect};
@@ -37,7 +37,7 @@ fn stop(dialect: Dialect, speed: f64) -> Stop {
     let asked = std::thread::spawn(move || {
         // Well under way, so that there is something to brake.
         let before = loop {
-            let waist = watcher.read(Verb::Read {}).unwrap().joints[0].to_degrees();
+            let waist = watcher.read(WorldCommand::Read {}).unwrap().joints[0].to_degrees();
             if waist > 1.0 {
                 break waist;
             }
@@ -50,6 +50,6 @@ fn stop(dialect: Dialect, speed: f64) -> Stop {
     assert!(matches!(error, PluginError::Stopped(_)), "{error:?}");
     let (asked, before) = asked.join().unwrap();
     let heard = cell.emulator.status().last_cancel.unwrap();
-    assert!(!cell.world.client.read(Verb::Read {}).unwrap().moving);
+    assert!(!cell.world.client.read(WorldCommand::Read {}).unwrap().moving);
     Stop { speed, after: heard.saturating_duration_since(asked), went_deg: cell.world.joints()[0] - before }
 }

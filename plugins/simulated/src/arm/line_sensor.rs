@@ -65,11 +65,11 @@ impl ArmWorld {
     /// # Errors
     /// [`MeasuringError`]
     pub fn read_profile(&mut self, of: &str, point: usize, axis: Axis) -> Result<f64, MeasuringError> {
-        let wanted = point.checked_sub(1).ok_or(MeasuringError::NoSuchPoint(point))?;
-        if (wanted == 0 && axis == Axis::X) || self.profile.is_empty() {
+        let requested = point.checked_sub(1).ok_or(MeasuringError::NoSuchPoint(point))?;
+        if (requested == 0 && axis == Axis::X) || self.profile.is_empty() {
             self.profile = self.take_profile(of)?;
         }
-        let found = self.profile.get(wanted).ok_or(MeasuringError::NoSuchPoint(point))?;
+        let found = self.profile.get(requested).ok_or(MeasuringError::NoSuchPoint(point))?;
         match axis {
             Axis::X => Ok(found[0]),
             Axis::Z => Ok(found[1]),

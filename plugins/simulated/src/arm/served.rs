@@ -164,8 +164,8 @@ impl Arm for ArmWorld {
             return Err(super::TravelRefused::Count { given, joints }.to_string());
         }
         let mut target = self.believed.clone();
-        for (target, wanted) in target.iter_mut().zip(&request.joints) {
-            match wanted {
+        for (target, requested) in target.iter_mut().zip(&request.joints) {
+            match requested {
                 Some(by) if request.relative => *target += by,
                 Some(to) => *target = *to,
                 None => {}

@@ -5,7 +5,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, TryRecvError, channel}
 use std::time::Duration;
 
 use crate::client::{ClientError, WorldClient};
-use crate::protocol::{Reading, Response, Verb};
+use crate::protocol::{Reading, Response, WorldCommand};
 
 /// How a motion ended.
 type End = Result<Reading, ClientError>;
@@ -22,7 +22,7 @@ enum News {
 /// Makes one motion at a time. Another connection stops it.
 #[derive(Debug)]
 pub(super) struct Mover {
-    motions: Sender<Verb>,
+    motions: Sender<WorldCommand>,
     news: Receiver<News>,
     /// The end of a motion that was refused instead of begun.
     refused: Option<End>,
@@ -32,10 +32,10 @@ impl Mover {
     /// Connects to the world at `socket`; `name` says who calls.
     pub(super) fn connect(socket: &Path, name: &str) -> Result<Self, ClientError> {
         let mut world = WorldClient::connect(socket, name)?;
-        let (motions, wanted) = channel();
+        let (motions, requested) = channel();
         let (report, news) = channel();
         std::thread::spawn(move || {
-            for motion in wanted {
+            for motion in requested {
                 let end = make(&mut world, motion, &report);
                 if report.send(News::Ended(end)).is_err() {
                     break;
@@ -47,7 +47,7 @@ impl Mover {
 
     /// Begins a motion; the one before has ended. Returns when the world has begun or refused it: a stop over another connection that came to the world
     /// before the motion would stop nothing, and the motion would be made to its end.
-    pub(super) fn begin(&mut self, motion: Verb) -> Result<(), ClientError> {
+    pub(super) fn begin(&mut self, motion: WorldCommand) -> Result<(), ClientError> {
         self.motions.send(motion).map_err(|_| ClientError::Gone)?;
         // A world that is silent is given up by the connection.
         match self.news.recv() {
@@ -80,7 +80,7 @@ impl Mover {
 }
 
 /// Makes a motion to its end, and reports when the world has begun it.
-fn make(world: &mut WorldClient, motion: Verb, report: &Sender<News>) -> End {
+fn make(world: &mut WorldClient, motion: WorldCommand, report: &Sender<News>) -> End {
     let mut begun = false;
     let end = world.call(
         motion,

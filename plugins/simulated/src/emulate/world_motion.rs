@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use super::mover::Mover;
 use crate::client::{ClientError, WorldClient};
-use crate::protocol::{JointFacts, JointUnit, SomeJoints, Verb};
+use crate::protocol::{JointFacts, JointUnit, SomeJoints, WorldCommand};
 
 /// How long a motion that was braked may take to end.
 const BRAKED_WITHIN: Duration = Duration::from_secs(5);
@@ -49,7 +49,7 @@ impl WorldMotion {
     /// Where its joints are, rad, and whether they move.
     pub(super) fn read(&mut self) -> Result<(Vec<f64>, bool), MotionError> {
         self.settle()?;
-        let reading = self.client.read(Verb::Read {})?;
+        let reading = self.client.read(WorldCommand::Read {})?;
         Ok((reading.joints.to_vec(), self.moves))
     }
 
@@ -64,7 +64,7 @@ impl WorldMotion {
             .map(|((to, from), facts)| to.map_or(0.0, |to| (to - from).abs() / facts.top_speed));
         let at_full_speed_s = times.fold(0.0, f64::max);
         let speed = (at_full_speed_s / lasts_s).clamp(SLOWEST, 1.0);
-        self.mover.begin(Verb::Move { joints, relative: false, speed })?;
+        self.mover.begin(WorldCommand::Move { joints, relative: false, speed })?;
         self.moves = true;
         Ok(())
     }
@@ -75,7 +75,7 @@ impl WorldMotion {
         if !self.moves {
             return Ok(());
         }
-        self.client.read(Verb::Stop {})?;
+        self.client.read(WorldCommand::Stop {})?;
         let end = self.mover.end(BRAKED_WITHIN);
         self.moves = false;
         let not_braked = || {

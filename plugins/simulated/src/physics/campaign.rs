@@ -108,8 +108,8 @@ pub fn generate_further(
     let audit = Audit::new(specification, &visits, &nuisances)?;
     let mut random = Random::new(seed, "hidden");
     let mut hidden = Vec::with_capacity(specification.hidden.len());
-    for wanted in &specification.hidden {
-        hidden.push(hide::hide(&audit, wanted, specification, &hidden, &mut random)?);
+    for requested in &specification.hidden {
+        hidden.push(hide::hide(&audit, requested, specification, &hidden, &mut random)?);
     }
     if specification.reading == Reading::Touch && !chosen.is_empty() {
         return Err(GenerateError::NoFurtherTouch);

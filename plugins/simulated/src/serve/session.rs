@@ -11,7 +11,8 @@ use super::shared::{Order, Shared, State};
 use crate::lines::{Lines, Received};
 use crate::physics::rigid::Vector;
 use crate::protocol::{
-    Answer, Axis, Call, Hello, Instrument, PIXELS_A_LINE, PROTOCOL, Pace, Reading, Response, SomeJoints, Verb,
+    Answer, Axis, Call, Hello, Instrument, PIXELS_A_LINE, PROTOCOL, Pace, Reading, Response, SomeJoints,
+    WorldCommand,
 };
 use crate::served_world::{Exposure, MotionRequest, Use};
 
@@ -114,58 +115,62 @@ impl Session {
         }
     }
 
-    fn answer(&mut self, Call { id, verb }: Call) -> Result<(), Gone> {
-        match verb {
-            Verb::Move { joints, relative, speed } => {
+    fn answer(&mut self, Call { id, command }: Call) -> Result<(), Gone> {
+        match command {
+            WorldCommand::Move { joints, relative, speed } => {
                 self.answer_motion(id, &Order::Joints(MotionRequest { joints, relative, speed }))
             }
-            Verb::Follow { joints, ms } => self.change(id, |state| state.follow(&joints, ms)),
-            Verb::Step { half_steps, rate } => self.answer_motion(id, &Order::HalfSteps(half_steps, rate)),
-            Verb::Place { joints } => self.answer_place(id, &joints),
-            Verb::RestOnGauge { height_mm } => {
+            WorldCommand::Follow { joints, ms } => self.change(id, |state| state.follow(&joints, ms)),
+            WorldCommand::Step { half_steps, rate } => {
+                self.answer_motion(id, &Order::HalfSteps(half_steps, rate))
+            }
+            WorldCommand::Place { joints } => self.answer_place(id, &joints),
+            WorldCommand::RestOnGauge { height_mm } => {
                 let resting = self.shared.now().switch().map(|switch| switch.attitudes_at_height(height_mm));
                 self.answer_operator(id, resting, "the shoulder cannot bring the hand to that height")
             }
-            Verb::PlaceHand { x_mm, y_mm, z_mm } => {
+            WorldCommand::PlaceHand { x_mm, y_mm, z_mm } => {
                 let point = Vector { x: x_mm, y: y_mm, z: z_mm };
                 let there = self.shared.now().switch().map(|switch| switch.attitudes_over(&point));
                 self.answer_operator(id, there, "the arm does not reach that point")
             }
-            Verb::Wait { ms } => self.answer_wait(id, ms),
-            Verb::Read {} => self.finish(id, false),
-            Verb::Stop {} => self.act(id, |state| state.halt()),
-            Verb::Outputs { bits } => self.act(id, |state| state.world.set_outputs(bits)),
-            Verb::SetZero { joints } => self.change(id, |state| state.world.set_registers(&joints)),
-            Verb::Pendant { on } => self.act(id, |state| state.hand_over(on)),
-            Verb::Key { key } => self.act(id, |state| state.press(key)),
-            Verb::Pace { pace } => self.act(id, |state| state.set_pace(pace)),
-            Verb::TrimToFire {} => self.change(id, |state| state.switch()?.trim_to_fire()),
-            Verb::Again { seed } => self.change(id, |state| state.begin_again(seed)),
-            Verb::Trim { by } => self.change(id, |state| state.switch()?.turn_trim(by)),
-            Verb::Hold { width_mm } => {
+            WorldCommand::Wait { ms } => self.answer_wait(id, ms),
+            WorldCommand::Read {} => self.finish(id, false),
+            WorldCommand::Stop {} => self.act(id, |state| state.halt()),
+            WorldCommand::Outputs { bits } => self.act(id, |state| state.world.set_outputs(bits)),
+            WorldCommand::SetZero { joints } => self.change(id, |state| state.world.set_registers(&joints)),
+            WorldCommand::Pendant { on } => self.act(id, |state| state.hand_over(on)),
+            WorldCommand::Key { key } => self.act(id, |state| state.press(key)),
+            WorldCommand::Pace { pace } => self.act(id, |state| state.set_pace(pace)),
+            WorldCommand::TrimToFire {} => self.change(id, |state| state.switch()?.trim_to_fire()),
+            WorldCommand::Again { seed } => self.change(id, |state| state.begin_again(seed)),
+            WorldCommand::Trim { by } => self.change(id, |state| state.switch()?.turn_trim(by)),
+            WorldCommand::Hold { width_mm } => {
                 self.change(id, |state| state.fingers()?.put_between_fingers(width_mm))
             }
-            Verb::Measure { with, at, turned, axis } => {
+            WorldCommand::Measure { with, at, turned, axis } => {
                 let used = Use { with, at: at.as_deref(), turned, axis, rising: None };
                 self.answer_with(id, |state| measure(state, &used))
             }
-            Verb::Hang { mass_kg } => self.change(id, |state| state.world.hang(mass_kg)),
-            Verb::ReadPoint { axis, ahead_mm } => {
+            WorldCommand::Hang { mass_kg } => self.change(id, |state| state.world.hang(mass_kg)),
+            WorldCommand::ReadPoint { axis, ahead_mm } => {
                 self.answer_with(id, |state| read_point(state, axis, ahead_mm))
             }
-            Verb::ReadProfile { of, point, axis } => {
+            WorldCommand::ReadProfile { of, point, axis } => {
                 self.answer_with(id, |state| read_profile(state, &of, point as usize, axis))
             }
-            Verb::Level { joint, at, turned, rising } => {
+            WorldCommand::Level { joint, at, turned, rising } => {
                 let used = Use { with: Instrument::Level, at: Some(&at), turned, axis: None, rising };
                 self.answer_level(id, &joint, &used)
             }
-            Verb::Look {} => self.answer_with(id, |state| look(state)),
-            Verb::Shine { laser, filter } => self.change(id, |state| state.shine(laser, filter)),
-            Verb::Shutter { every_ms } => self.change(id, |state| state.set_shutter(every_ms)),
-            Verb::Expose {} => self.answer_expose(id),
-            Verb::Reveal {} => self.answer_with(id, |state| Response::Revealed { text: state.reveal() }),
-            Verb::Shutdown {} => {
+            WorldCommand::Look {} => self.answer_with(id, |state| look(state)),
+            WorldCommand::Shine { laser, filter } => self.change(id, |state| state.shine(laser, filter)),
+            WorldCommand::Shutter { every_ms } => self.change(id, |state| state.set_shutter(every_ms)),
+            WorldCommand::Expose {} => self.answer_expose(id),
+            WorldCommand::Reveal {} => {
+                self.answer_with(id, |state| Response::Revealed { text: state.reveal() })
+            }
+            WorldCommand::Shutdown {} => {
                 self.shared.end();
                 self.respond(id, Response::Done {})
             }
@@ -351,7 +356,7 @@ impl Session {
     /// A line while something is under way: a stop stops it, anything else must wait.
     fn interrupt(&mut self, line: &[u8]) -> Result<(), Gone> {
         match read_line::<Call>(line) {
-            Ok(call) if call.verb == Verb::Stop {} => {
+            Ok(call) if call.command == WorldCommand::Stop {} => {
                 self.shared.now().halt();
                 self.finish(call.id, false)
             }

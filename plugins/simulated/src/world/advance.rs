@@ -95,7 +95,7 @@ impl World {
     }
 
     /// Which of this travel the motors cannot make, the arm being in touch.
-    fn stalled(&self, wanted: &HalfSteps) -> HalfSteps {
+    fn stalled(&self, requested: &HalfSteps) -> HalfSteps {
         let rotors = self.arm_state.rotors;
         let pushes = |travel: &HalfSteps| {
             let there = self.arm_state.after(&self.description, rotors.plus(travel));
@@ -103,10 +103,10 @@ impl World {
         };
         let stalled = HalfSteps(std::array::from_fn(|axis| {
             let mut alone = HalfSteps::default();
-            alone.0[axis] = wanted.0[axis];
-            if wanted.0[axis] != 0.0 && pushes(&alone) { wanted.0[axis] } else { 0.0 }
+            alone.0[axis] = requested.0[axis];
+            if requested.0[axis] != 0.0 && pushes(&alone) { requested.0[axis] } else { 0.0 }
         }));
-        if pushes(&wanted.minus(&stalled)) { *wanted } else { stalled }
+        if pushes(&requested.minus(&stalled)) { *requested } else { stalled }
     }
 
     /// The registers will count these half-steps, the rotors do not make them.

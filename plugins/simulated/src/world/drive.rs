@@ -174,14 +174,14 @@ mod tests {
 
         #[test]
         fn rounding_moves_no_motor_more_than_half_a_half_step(
-            wanted in prop::array::uniform6(-3000.0..3000.0_f64),
+            requested in prop::array::uniform6(-3000.0..3000.0_f64),
             from in prop::array::uniform6(-3000..3000_i32),
         ) {
             let from = HalfSteps(from.map(f64::from));
-            let rounded = HalfSteps(wanted).rounded_from(&from);
-            for (rounded, wanted) in rounded.0.iter().zip(wanted) {
+            let rounded = HalfSteps(requested).rounded_from(&from);
+            for (rounded, requested) in rounded.0.iter().zip(requested) {
                 prop_assert_eq!(rounded.fract(), 0.0);
-                prop_assert!((rounded - wanted).abs() <= 0.5 + 2e-6);
+                prop_assert!((rounded - requested).abs() <= 0.5 + 2e-6);
             }
         }
     }

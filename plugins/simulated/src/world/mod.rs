@@ -318,16 +318,16 @@ impl World {
         Ok(())
     }
 
-    fn begin_toward(&mut self, wanted: HalfSteps, speed: f64) {
-        self.begin_at_rates(wanted, &self.description.arm.top_rates.times(speed));
+    fn begin_toward(&mut self, requested: HalfSteps, speed: f64) {
+        self.begin_at_rates(requested, &self.description.arm.top_rates.times(speed));
     }
 
     /// Starts a motion of the registers to these half-steps.
-    fn begin_at_rates(&mut self, wanted: HalfSteps, rates: &HalfSteps) {
+    fn begin_at_rates(&mut self, requested: HalfSteps, rates: &HalfSteps) {
         let arm = &self.description.arm;
         let target = match arm.resolution {
-            Resolution::Continuous => wanted,
-            Resolution::HalfStep => wanted.rounded_from(&self.registers),
+            Resolution::Continuous => requested,
+            Resolution::HalfStep => requested.rounded_from(&self.registers),
         };
         let motion = Motion::plan(
             self.registers,
@@ -355,11 +355,11 @@ impl World {
     /// Where the controller must send the arm for its true attitudes to come to these, as an operator sees by looking; play
     /// may make it come short, so that the operator looks and sends again.
     pub fn order_toward(&self, attitudes: &[Option<f64>; AXES], speed: f64) -> MotionOrder {
-        let wanted = Joints(std::array::from_fn(|axis| {
+        let requested = Joints(std::array::from_fn(|axis| {
             attitudes[axis].unwrap_or_else(|| self.arm_state.attitudes.0[axis])
         }));
         let here = self.arm_state.command_for(&self.arm_state.attitudes);
-        let short = self.arm_state.command_for(&wanted).minus(&here);
+        let short = self.arm_state.command_for(&requested).minus(&here);
         MotionOrder { joints: short.0.map(Some), relative: true, speed }
     }
 

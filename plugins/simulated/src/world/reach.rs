@@ -65,9 +65,9 @@ impl World {
 }
 
 /// How much of each column makes up `wanted`: elimination with the greatest pivot. None when the columns do not lead there.
-fn solved<const N: usize>(columns: [[f64; N]; N], wanted: [f64; N]) -> Option<[f64; N]> {
+fn solved<const N: usize>(columns: [[f64; N]; N], requested: [f64; N]) -> Option<[f64; N]> {
     let mut rows: [([f64; N], f64); N] =
-        std::array::from_fn(|row| (std::array::from_fn(|column| columns[column][row]), wanted[row]));
+        std::array::from_fn(|row| (std::array::from_fn(|column| columns[column][row]), requested[row]));
     for pivot in 0..N {
         let best = (pivot..N).max_by(|a, b| rows[*a].0[pivot].abs().total_cmp(&rows[*b].0[pivot].abs()))?;
         rows.swap(pivot, best);
@@ -93,13 +93,13 @@ mod tests {
         #[test]
         fn what_is_solved_makes_up_what_was_wanted(
             columns in prop::array::uniform3(prop::array::uniform3(-5.0..5.0_f64)),
-            wanted in prop::array::uniform3(-5.0..5.0_f64),
+            requested in prop::array::uniform3(-5.0..5.0_f64),
         ) {
-            if let Some(fractions) = solved(columns, wanted) {
+            if let Some(fractions) = solved(columns, requested) {
                 let largest = fractions.iter().fold(1.0, |most: f64, fraction| most.max(fraction.abs()));
                 for row in 0..3 {
                     let sum: f64 = (0..3).map(|column| columns[column][row] * fractions[column]).sum();
-                    prop_assert!((sum - wanted[row]).abs() < 1e-9 * largest);
+                    prop_assert!((sum - requested[row]).abs() < 1e-9 * largest);
                 }
             }
         }

@@ -7,7 +7,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use plumb_simulated::client::WorldClient;
-use plumb_simulated::protocol::{Pace, Verb};
+use plumb_simulated::protocol::{Pace, WorldCommand};
 use plumb_simulated::serve::{ServeError, ServeOptions, serve};
 use plumb_simulated::world::{AXES, Joint, LineChange, MotionOrder, World, file};
 
@@ -146,7 +146,7 @@ impl Drop for Served {
     fn drop(&mut self) {
         if let Some(thread) = self.thread.take() {
             if let Ok(mut client) = WorldClient::connect(&self.socket, "test") {
-                let _ = client.call(Verb::Shutdown {}, || false, |_| {});
+                let _ = client.call(WorldCommand::Shutdown {}, || false, |_| {});
             }
             let _ = thread.join();
         }

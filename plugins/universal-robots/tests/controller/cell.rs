@@ -8,7 +8,7 @@ use plumb_plugin::recording::RecordingHost;
 use plumb_plugin::{JointState, JointVector, Motion, PluginError, Robot};
 use plumb_simulated::client::WorldClient;
 use plumb_simulated::emulate::universal_robots::{Emulator, EmulatorOptions};
-use plumb_simulated::protocol::{Pace, Verb};
+use plumb_simulated::protocol::{Pace, WorldCommand};
 use plumb_simulated::serve::{ServeError, ServeOptions, serve};
 use plumb_universal_robots::UniversalRobot;
 use serde_json::{Value, json};
@@ -41,14 +41,14 @@ impl World {
 
     /// Where the world's arm is, deg, and whether it moves.
     pub(crate) fn joints(&mut self) -> ([f64; 6], bool) {
-        let reading = self.client.read(Verb::Read {}).unwrap();
+        let reading = self.client.read(WorldCommand::Read {}).unwrap();
         (reading.joints.fixed::<6>().unwrap().map(f64::to_degrees), reading.moving)
     }
 }
 
 impl Drop for World {
     fn drop(&mut self) {
-        let _ = self.client.call(Verb::Shutdown {}, || false, |_| {});
+        let _ = self.client.call(WorldCommand::Shutdown {}, || false, |_| {});
         if let Some(server) = self.server.take() {
             let _ = server.join();
         }

@@ -36,15 +36,15 @@ fn both_generations_go_where_they_are_sent_in_no_time_and_in_their_own() {
         for pose in [BENT, UPRIGHT, BENT, BENT] {
             let state = cell.go(pose).unwrap();
             assert!(!state.is_moving());
-            for ((reported, wanted), is) in
+            for ((reported, expected), is) in
                 state.joints.as_slice().iter().zip(pose).zip(cell.world.joints().0)
             {
                 assert!(
-                    (reported.to_degrees() - wanted).abs() < 0.006,
-                    "{} for {wanted}",
+                    (reported.to_degrees() - expected).abs() < 0.006,
+                    "{} for {expected}",
                     reported.to_degrees()
                 );
-                assert!((is - wanted).abs() < 0.001, "{is} for {wanted}");
+                assert!((is - expected).abs() < 0.001, "{is} for {expected}");
             }
             assert_eq!(cell.arm.read_joints().unwrap().joints, state.joints);
         }

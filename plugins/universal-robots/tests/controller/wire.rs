@@ -64,7 +64,7 @@ fn a_state_is_read_and_one_that_is_cut_or_another_recipes_is_not() {
     let read = State::read(1, &bytes).unwrap();
     assert_eq!((read.timestamp, read.joints, read.fastest()), (12.5, [0.1, 0.2, 0.3, 0.4, 0.5, 0.6], 0.25));
     assert_eq!((read.robot_mode.0, read.runtime.0, read.begun, read.ended), (7, 1, 7, 6));
-    let wrong = |found| RtdeError::Size { kind: 'U', found, wanted: STATE_BYTES };
+    let wrong = |found| RtdeError::Size { kind: 'U', found, requested: STATE_BYTES };
     assert_eq!(State::read(2, &bytes), Err(wrong(STATE_BYTES)));
     assert_eq!(State::read(1, &bytes[..60]), Err(wrong(60)));
     let longer = [&bytes[..], &[0]].concat();

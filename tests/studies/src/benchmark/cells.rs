@@ -4,7 +4,7 @@ use plumb_simulated::physics::arms;
 use plumb_simulated::physics::campaign::catalogue::{
     ASKED, Choice, LIBRARY, NOT_REPEATABLE, OUTSIDE, SPECIAL,
 };
-use plumb_simulated::physics::campaign::specification::{Free, Size, Specification, Spread, Wanted};
+use plumb_simulated::physics::campaign::specification::{Free, Requested, Size, Specification, Spread};
 use plumb_simulated::physics::campaign::{self, Case};
 use plumb_simulated::physics::description::ArmDescription;
 use plumb_simulated::physics::random::Random;
@@ -238,12 +238,12 @@ impl Cell {
         };
         let larger = |name: &str| self.hides == Hides::AmongOthers && !OUTSIDE.contains(&name);
         let times = |name: &str| if larger(name) { 2.0 } else { 1.0 };
-        let wanted = |name: &str| Wanted {
+        let expected = |name: &str| Requested {
             choice: Choice::named(name),
             size: Size::OverNoise(self.ratio * times(name)),
         };
         Specification {
-            hidden: names.into_iter().map(wanted).collect(),
+            hidden: names.into_iter().map(expected).collect(),
             poses: self.poses,
             spread: self.spread,
             outliers: self.outliers,

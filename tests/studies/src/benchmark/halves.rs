@@ -91,7 +91,7 @@ pub(super) struct Row {
 impl Row {
     fn of(cut: Cut, steady: bool, agreements: Vec<Agreement>) -> Self {
         let decided = || agreements.iter().filter(|one| **one != Agreement::Neither);
-        let fraction = |wanted: Agreement| Proportion::of(decided().map(|one| *one == wanted));
+        let fraction = |expected: Agreement| Proportion::of(decided().map(|one| *one == expected));
         let (replicated, contrary) = (fraction(Agreement::Same), fraction(Agreement::Contrary));
         Self { cut, steady, tables: agreements.len(), replicated, contrary, agreements }
     }
@@ -136,8 +136,8 @@ pub(crate) fn halves(table: &str, cut: Cut, seed: u64) -> [String; 2] {
             rows.iter().map(in_first).collect()
         }
     };
-    [true, false].map(|wanted| {
-        let own = rows.iter().zip(&first).filter(|(_, first)| **first == wanted).map(|(row, _)| *row);
+    [true, false].map(|expected| {
+        let own = rows.iter().zip(&first).filter(|(_, first)| **first == expected).map(|(row, _)| *row);
         std::iter::once(header).chain(own).fold(String::new(), |text, line| text + line + "\n")
     })
 }

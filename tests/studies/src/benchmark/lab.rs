@@ -3,7 +3,7 @@
 use plumb_calibration::arm_model::Model;
 use plumb_calibration::table::Table;
 use plumb_diagnosis::laboratory::{Laboratory, LaboratoryError, Options};
-use plumb_diagnosis::{Hypothesis, Wanted};
+use plumb_diagnosis::{Hypothesis, Requested};
 use plumb_estimation::Progress;
 use plumb_simulated::physics::campaign::Case;
 use plumb_simulated::physics::campaign::poses::Chosen;
@@ -35,8 +35,8 @@ pub(super) fn formula(case: &Case) -> Result<Option<Hypothesis>, LaboratoryError
 /// The poses it asks for, to distinguish what it cannot: so many new ones, without the returns that come on top; nothing where it
 /// says that no pose would.
 pub(super) fn next_poses(case: &Case, count: usize) -> Result<Option<Vec<Chosen>>, LaboratoryError> {
-    let wanted = Wanted { count, keep_out: Vec::new(), payloads: Vec::new() };
-    let asked = open(case)?.next_poses(&wanted, &Progress::unwatched())?;
+    let expected = Requested { count, keep_out: Vec::new(), payloads: Vec::new() };
+    let asked = open(case)?.next_poses(&expected, &Progress::unwatched())?;
     if asked.instead.is_some() {
         return Ok(None);
     }

@@ -17,7 +17,7 @@ use plumb_document::did_you_mean;
 use plumb_host::Catalogue;
 use plumb_record::{CellLock, Record};
 use plumb_simulated::client::{ClientError, WorldClient};
-use plumb_simulated::protocol::Verb;
+use plumb_simulated::protocol::WorldCommand;
 use serde_json::Value;
 
 use super::StudyError;
@@ -107,7 +107,7 @@ impl<'a> Bench<'a> {
 
     /// Makes one run from a start drawn from `seed`, and takes its error.
     pub(super) fn run(&mut self, seed: u64) -> Result<Run, StudyError> {
-        let begin = self.world.read(Verb::Again { seed })?;
+        let begin = self.world.read(WorldCommand::Again { seed })?;
         let record_directory = self.place.0.join("record");
         let request = RunRequest {
             notes: Vec::new(),
@@ -135,7 +135,7 @@ impl<'a> Bench<'a> {
             }
         }
         let outcome = running.thread.join().unwrap_or(RunOutcome::Error);
-        let end = self.world.read(Verb::Read {})?;
+        let end = self.world.read(WorldCommand::Read {})?;
         let seconds = end.time_ns.saturating_sub(begin.time_ns) as f64 / 1e9;
         let missed = match outcome {
             RunOutcome::Passed => Some(self.take_error(&record_directory)?),
@@ -165,15 +165,15 @@ impl Drop for Bench<'_> {
     }
 }
 
-fn procedure_of(cell: &Workcell, wanted: Option<&str>) -> Result<Arc<Procedure>, StudyError> {
-    let found = match wanted {
-        Some(wanted) => cell.procedure(wanted),
+fn procedure_of(cell: &Workcell, expected: Option<&str>) -> Result<Arc<Procedure>, StudyError> {
+    let found = match expected {
+        Some(expected) => cell.procedure(expected),
         None => cell.procedures.first(),
     };
     found.cloned().ok_or_else(|| {
-        let wanted = wanted.unwrap_or_default();
-        let help = did_you_mean(wanted, cell.procedures.iter().map(|procedure| procedure.name.as_str()));
-        StudyError::Cell(format!("cell `{}` has no procedure `{wanted}`: {help}", cell.name))
+        let expected = expected.unwrap_or_default();
+        let help = did_you_mean(expected, cell.procedures.iter().map(|procedure| procedure.name.as_str()));
+        StudyError::Cell(format!("cell `{}` has no procedure `{expected}`: {help}", cell.name))
     })
 }
 

@@ -6,7 +6,7 @@ use plumb_cell::workcell::Workcell;
 use plumb_kinematics::LinkFrames;
 use plumb_record::AppliedCorrection;
 use plumb_simulated::client::WorldClient;
-use plumb_simulated::protocol::{TruthReport, Verb};
+use plumb_simulated::protocol::{TruthReport, WorldCommand};
 
 use super::StudyError;
 use plumb::commands::study::study_file::Quantity;
@@ -66,7 +66,7 @@ pub(super) fn take(
         }
     }
     for joints in [outside, there] {
-        world.read(Verb::Move { joints: joints.into(), relative: false, speed: SPEED })?;
+        world.read(WorldCommand::Move { joints: joints.into(), relative: false, speed: SPEED })?;
     }
     let truth = world.look()?;
     let corrected: Vec<f64> =

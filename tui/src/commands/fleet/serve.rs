@@ -126,11 +126,11 @@ async fn trends(State(shared): Served) -> Response {
 }
 
 async fn trend(State(shared): Served, address: Uri) -> Response {
-    let wanted = |name: &str| {
+    let requested = |name: &str| {
         let mut pairs = url::form_urlencoded::parse(address.query().unwrap_or_default().as_bytes());
         pairs.find(|(key, _)| key == name).map(|(_, value)| value.into_owned())
     };
-    let (name, asked) = match (wanted("correction"), wanted("effect")) {
+    let (name, asked) = match (requested("correction"), requested("effect")) {
         (Some(text), None) => (text.clone(), Asked::correction(&text)),
         (None, Some(text)) => (text.clone(), Asked::effect(&text)),
         _ => return bad_request("ask for one correction or one effect: /trends lists them"),
@@ -139,7 +139,7 @@ async fn trend(State(shared): Served, address: Uri) -> Response {
         Ok(asked) => asked,
         Err(error) => return bad_request(&error.to_string()),
     };
-    let arm = wanted("arm").filter(|arm| !arm.is_empty());
+    let arm = requested("arm").filter(|arm| !arm.is_empty());
     match shared.reader.lock().await.ask(async |central| points(central, &asked, arm.as_deref()).await).await
     {
         Ok(points) => Html(page::trend(&name, arm.as_deref(), &points)).into_response(),

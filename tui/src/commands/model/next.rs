@@ -4,7 +4,7 @@ use std::error::Error;
 
 use plumb_calibration::arm_model::Model;
 use plumb_calibration::table::Table;
-use plumb_diagnosis::{NextPose, NextPoses, Wanted};
+use plumb_diagnosis::{NextPose, NextPoses, Requested};
 use plumb_kinematics::Motion;
 use plumb_report::{json, next_poses_sentence};
 
@@ -14,12 +14,12 @@ use crate::progress::watched;
 /// Chooses poses, prints them.
 pub(super) fn run(arguments: &NextArguments) -> Result<String, Box<dyn Error>> {
     let opened = arguments.pair.open()?;
-    let wanted = Wanted {
+    let requested = Requested {
         count: usize::from(arguments.number),
         keep_out: arguments.keep_out.clone(),
         payloads: arguments.payload.clone(),
     };
-    let poses = watched(|progress| opened.laboratory.next_poses(&wanted, progress))?;
+    let poses = watched(|progress| opened.laboratory.next_poses(&requested, progress))?;
     if arguments.pair.json {
         return Ok(super::json(&json::next_poses(&poses)?)?);
     }

@@ -116,7 +116,8 @@ fn config_of(arguments: &CheckArguments, manifest: &Manifest) -> Result<Value, B
 /// The inputs that have to be wired, and those that were asked for.
 fn inputs_of(arguments: &CheckArguments, manifest: &Manifest) -> Result<Vec<WiredInput>, CheckError> {
     let names = || manifest.inputs.iter().map(|input| input.name.as_str());
-    if let Some(unknown) = arguments.inputs.iter().find(|wanted| !names().any(|name| name == wanted.as_str()))
+    if let Some(unknown) =
+        arguments.inputs.iter().find(|requested| !names().any(|name| name == requested.as_str()))
     {
         let help = did_you_mean(unknown, names());
         return Err(CheckError::Input { plugin: manifest.id.clone(), input: unknown.clone(), help });

@@ -3,7 +3,7 @@
 use std::io::IsTerminal as _;
 use std::path::PathBuf;
 
-use super::json_events::Wanted;
+use super::json_events::Requested;
 
 /// Run a procedure of a cell. In a terminal the screens open; without one, or with --headless, it runs by itself with answers from a file.
 #[derive(Default, clap::Args)]
@@ -27,7 +27,7 @@ pub(crate) struct Arguments {
     pub(super) json: bool,
     /// With --json: only these events, as in step_finished,run_ended; or all but some, as in no:joints,no:clearance.
     #[arg(long, value_name = "NAMES", value_delimiter = ',', requires = "json")]
-    events: Vec<Wanted>,
+    events: Vec<Requested>,
     /// Go on with a run that was interrupted: the newest of the cell, or the one of this number.
     #[arg(long, value_name = "RUN", num_args = 0..=1)]
     #[expect(clippy::option_option, reason = "given, given with a number, or not given")]
@@ -128,7 +128,7 @@ impl From<OfQueue> for Arguments {
 
 impl Arguments {
     /// Which events are printed as JSON; none where lines are printed for people.
-    pub(super) fn json_events(&self) -> Option<Vec<Wanted>> {
+    pub(super) fn json_events(&self) -> Option<Vec<Requested>> {
         self.json.then(|| self.events.clone())
     }
 

@@ -8,13 +8,13 @@ use plumb_cell::event::RunOutcome;
 
 use super::Arguments;
 use super::headless::duration;
-use super::prepare::{Refused, Wanted, wanted};
+use super::prepare::{Refused, Requested, requested};
 use crate::print_line::print_line;
 use crate::step_numbers::{step_count, step_numbers, steps_in_words};
 
 /// Prints what the run would do. The exit code is 4 when it could not start without somebody there.
 pub(super) fn plan(arguments: &Arguments) -> Result<ExitCode, Refused> {
-    let Wanted { request, .. } = wanted(arguments)?;
+    let Requested { request, .. } = requested(arguments)?;
     let plan = dry_run(&request)?;
     if arguments.json {
         print_line!("{}", serde_json::to_string_pretty(&plan)?)?;

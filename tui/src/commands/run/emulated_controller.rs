@@ -20,10 +20,10 @@ const ENDED_WITHIN: Duration = Duration::from_secs(5);
 #[derive(Debug, thiserror::Error)]
 pub(super) enum ControllerError {
     /// There is none of that name.
-    #[error("there is no emulated controller `{wanted}`; there are `{}`", CONTROLLERS.join("`, `"))]
+    #[error("there is no emulated controller `{requested}`; there are `{}`", CONTROLLERS.join("`, `"))]
     Unknown {
         /// What was asked for.
-        wanted: String,
+        requested: String,
     },
     /// Its process cannot be started.
     #[error("the emulated controller cannot be started: {0}")]
@@ -57,7 +57,7 @@ impl EmulatedController {
         let mut words = controller.split_whitespace();
         let name = words.next().unwrap_or_default();
         if !CONTROLLERS.contains(&name) {
-            return Err(ControllerError::Unknown { wanted: name.to_owned() });
+            return Err(ControllerError::Unknown { requested: name.to_owned() });
         }
         let mut command = Command::new(std::env::current_exe()?);
         command.arg("emulate").arg(name).args(words).arg("--world").arg(world).arg("--ends-with-parent");

@@ -8,7 +8,7 @@ use plumb_cell::event::{Event, LogLevel, PlannedStep, RunOutcome, StampedEvent, 
 use plumb_cell::prompt::Prompt;
 use plumb_cell::{change_in_words, corrected_quantity, give_or_take};
 
-use super::json_events::{self, Wanted};
+use super::json_events::{self, Requested};
 use crate::commands::answer::{SIMULATE, SIMULATES, ways_to_answer};
 use crate::step_numbers::{step_numbers, steps_in_words};
 
@@ -19,7 +19,7 @@ use crate::step_numbers::{step_numbers, steps_in_words};
 /// The system does not let it wait for events.
 pub(super) fn watch(
     mut running: RunningRun,
-    json: Option<Vec<Wanted>>,
+    json: Option<Vec<Requested>>,
     attended: bool,
 ) -> io::Result<RunOutcome> {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
@@ -49,7 +49,7 @@ pub(super) fn watch(
 
 struct Printer {
     /// As JSON, and which events; none for lines that people read.
-    json: Option<Vec<Wanted>>,
+    json: Option<Vec<Requested>>,
     /// Somebody answers from another terminal.
     attended: bool,
     plan: Vec<PlannedStep>,
@@ -61,8 +61,8 @@ impl Printer {
             self.plan.clone_from(steps);
         }
         let mut out = io::stdout().lock();
-        if let Some(wanted) = &self.json {
-            json_events::write(event, wanted, &mut out)?;
+        if let Some(requested) = &self.json {
+            json_events::write(event, requested, &mut out)?;
         } else if let Some(line) = self.line(&event.event) {
             writeln!(out, "{line}")?;
         }

@@ -16,12 +16,12 @@ const NOT: &str = "no:";
 
 /// One word of `--events`: an event, or `no:` and an event.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Wanted {
+pub(super) struct Requested {
     name: String,
     left_out: bool,
 }
 
-impl FromStr for Wanted {
+impl FromStr for Requested {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
@@ -46,11 +46,11 @@ fn event_names() -> Vec<String> {
 }
 
 /// Writes an event as a line, unless it is not wanted. The first of a sitting, `run_started`, says the version.
-pub(super) fn write(event: &StampedEvent, wanted: &[Wanted], out: &mut impl Write) -> io::Result<()> {
+pub(super) fn write(event: &StampedEvent, requested: &[Requested], out: &mut impl Write) -> io::Result<()> {
     let mut line = serde_json::to_value(event)?;
     let name = line.get("event").and_then(Value::as_str).unwrap_or_default();
-    let named = |left_out: bool| wanted.iter().any(|one| one.left_out == left_out && one.name == name);
-    let only_some = wanted.iter().any(|one| !one.left_out);
+    let named = |left_out: bool| requested.iter().any(|one| one.left_out == left_out && one.name == name);
+    let only_some = requested.iter().any(|one| !one.left_out);
     if named(true) || only_some && !named(false) {
         return Ok(());
     }

@@ -75,8 +75,8 @@ impl<E: Error + 'static> From<E> for Refused {
 /// What cannot be run as it was asked.
 #[derive(Debug, thiserror::Error)]
 enum RunError {
-    #[error("cell `{cell}` has no procedure `{wanted}`: {help}")]
-    NoProcedure { cell: String, wanted: String, help: String },
+    #[error("cell `{cell}` has no procedure `{requested}`: {help}")]
+    NoProcedure { cell: String, requested: String, help: String },
     #[error("cell `{cell}` names no procedures: add one under `procedures:`")]
     NothingToRun { cell: String },
     #[error("cell `{cell}` has no device `{device}` with a port of its own: {help}")]
@@ -86,14 +86,14 @@ enum RunError {
 }
 
 /// What was asked for on the command line, with every file it names read.
-pub(super) struct Wanted {
+pub(super) struct Requested {
     pub(super) request: RunRequest,
     catalogue: Catalogue,
     pace: Pace,
 }
 
 /// Reads the files.
-pub(super) fn wanted(arguments: &Arguments) -> Result<Wanted, Refused> {
+pub(super) fn requested(arguments: &Arguments) -> Result<Requested, Refused> {
     let record_directory = record_directory(arguments.record.as_ref())?;
     let resumed = resumed_run(arguments, &record_directory)?;
     let calculator = Calculator::new();
@@ -127,12 +127,12 @@ pub(super) fn wanted(arguments: &Arguments) -> Result<Wanted, Refused> {
         accepts_changed_plugins: arguments.accept_plugins,
         queue_entry: arguments.queue_entry,
     };
-    Ok(Wanted { request, catalogue, pace })
+    Ok(Requested { request, catalogue, pace })
 }
 
 /// Reads the files, starts the world where there is one, and starts the run.
 pub(super) fn prepare(arguments: &Arguments) -> Result<Prepared, Refused> {
-    let Wanted { request, catalogue, pace } = wanted(arguments)?;
+    let Requested { request, catalogue, pace } = requested(arguments)?;
     let cell = Arc::clone(&request.cell);
     let operator = request.operator.clone();
     let resources = CellResources::of_cell(&cell.file)?;
@@ -180,9 +180,9 @@ pub(crate) fn plugins_of(cell: &Workcell, named: &[PathBuf]) -> Catalogue {
 
 /// The run to go on with, if that is asked for.
 fn resumed_run(arguments: &Arguments, directory: &Path) -> Result<Option<RunSummary>, Refused> {
-    let Some(wanted) = arguments.resume else { return Ok(None) };
+    let Some(requested) = arguments.resume else { return Ok(None) };
     let record = Record::open(directory)?;
-    if let Some(number) = wanted {
+    if let Some(number) = requested {
         return Ok(Some(record.run(RunId(number))?));
     }
     let cell = arguments.cell.as_ref().map(|cell| absolute(cell));
@@ -211,17 +211,17 @@ fn procedure_of(
     arguments: &Arguments,
     resumed: Option<&RunSummary>,
 ) -> Result<Arc<Procedure>, Refused> {
-    let wanted = match resumed {
+    let requested = match resumed {
         Some(run) => Some(run.procedure.as_str()),
         None => arguments.procedure.as_deref(),
     };
-    let Some(wanted) = wanted else {
+    let Some(requested) = requested else {
         let first = cell.procedures.first().cloned();
         return first.ok_or_else(|| RunError::NothingToRun { cell: cell.name.clone() }.into());
     };
-    cell.procedure(wanted).cloned().ok_or_else(|| {
-        let help = did_you_mean(wanted, cell.procedures.iter().map(|procedure| procedure.name.as_str()));
-        RunError::NoProcedure { cell: cell.name.clone(), wanted: wanted.to_owned(), help }.into()
+    cell.procedure(requested).cloned().ok_or_else(|| {
+        let help = did_you_mean(requested, cell.procedures.iter().map(|procedure| procedure.name.as_str()));
+        RunError::NoProcedure { cell: cell.name.clone(), requested: requested.to_owned(), help }.into()
     })
 }
 

@@ -6,7 +6,7 @@ use plumb_cell::event::RunOutcome;
 use super::arguments::Arguments;
 use super::dry::beyond_limits;
 use super::headless;
-use super::prepare::{Refused, Wanted, absolute, prepare, wanted};
+use super::prepare::{Refused, Requested, absolute, prepare, requested};
 use crate::signals::SignalsInTurn;
 
 /// A run that could begin now: what an entry of the queue says of it.
@@ -28,7 +28,7 @@ struct BeyondLimits(Vec<String>);
 
 /// Reads everything a run needs, and plans it; nothing is started.
 pub(crate) fn check(arguments: &Arguments) -> Result<Checked, Refused> {
-    let Wanted { request, .. } = wanted(arguments)?;
+    let Requested { request, .. } = requested(arguments)?;
     let plan = dry_run(&request)?;
     if let Some(reason) = plan.needs_operator {
         return Err(Refused::NeedsOperator(reason));

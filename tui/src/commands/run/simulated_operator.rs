@@ -5,7 +5,7 @@ use std::path::Path;
 use plumb_cell::device::Act;
 use plumb_document::did_you_mean;
 use plumb_simulated::client::WorldClient;
-use plumb_simulated::protocol::{Axis, Instrument, Response, Verb};
+use plumb_simulated::protocol::{Axis, Instrument, Response, WorldCommand};
 
 /// What procedures may ask for under `simulated:`, with its numbers and its words.
 const ACTS: [(&str, &[&str], &[&str]); 14] = [
@@ -27,9 +27,9 @@ const ACTS: [(&str, &[&str], &[&str]); 14] = [
 
 /// Does an act in the world that listens there; what an instrument reads.
 pub(super) fn operate(socket: &Path, act: &Act) -> Result<Option<f64>, String> {
-    let verb = verb_of(act)?;
+    let command = command_of(act)?;
     let mut world = WorldClient::connect(socket, "operator").map_err(|error| error.to_string())?;
-    match world.call(verb, || false, |_| ()) {
+    match world.call(command, || false, |_| ()) {
         // As one writes it down: no instrument is read to more than a millionth.
         Ok(Response::Measured { value, .. }) => Ok(Some((value * 1e6).round() / 1e6)),
         Ok(_) => Ok(None),
@@ -55,7 +55,7 @@ fn check_arguments(act: &Act) -> Result<(), String> {
     Ok(())
 }
 
-fn verb_of(act: &Act) -> Result<Verb, String> {
+fn command_of(act: &Act) -> Result<WorldCommand, String> {
     check_arguments(act)?;
     let name = act.name.as_str();
     let needs = |key: &str| format!("`{name}` of the simulated operator needs `{key}`");
@@ -76,7 +76,7 @@ fn verb_of(act: &Act) -> Result<Verb, String> {
         Some(other) => Err(format!("`axis` of `{name}` is `{other}`; it is x, y or z")),
         None => Err(needs("axis")),
     };
-    let read = |with: Instrument| Verb::Measure { with, at: word("at"), turned, axis: None };
+    let read = |with: Instrument| WorldCommand::Measure { with, at: word("at"), turned, axis: None };
     let one_of = |key: &str, yes: &str, no: &str| match word(key).as_deref() {
         Some(word) if word == yes => Ok(Some(true)),
         Some(word) if word == no => Ok(Some(false)),
@@ -84,34 +84,35 @@ fn verb_of(act: &Act) -> Result<Verb, String> {
         None => Ok(None),
     };
     Ok(match name {
-        "shine" => {
-            Verb::Shine { laser: one_of("laser", "on", "off")?, filter: one_of("filter", "in", "out")? }
-        }
-        "rest_on_gauge" => Verb::RestOnGauge { height_mm: number("height_mm")? },
-        "trim_to_fire" => Verb::TrimToFire {},
+        "shine" => WorldCommand::Shine {
+            laser: one_of("laser", "on", "off")?,
+            filter: one_of("filter", "in", "out")?,
+        },
+        "rest_on_gauge" => WorldCommand::RestOnGauge { height_mm: number("height_mm")? },
+        "trim_to_fire" => WorldCommand::TrimToFire {},
         "place_hand" => {
-            Verb::PlaceHand { x_mm: number("x_mm")?, y_mm: number("y_mm")?, z_mm: number("z_mm")? }
+            WorldCommand::PlaceHand { x_mm: number("x_mm")?, y_mm: number("y_mm")?, z_mm: number("z_mm")? }
         }
         "read_level" => read(Instrument::Level),
         "read_probe" => read(Instrument::Probe),
         "read_tracker" => {
-            Verb::Measure { with: Instrument::Tracker, at: word("at"), turned, axis: Some(axis()?) }
+            WorldCommand::Measure { with: Instrument::Tracker, at: word("at"), turned, axis: Some(axis()?) }
         }
         "read_board" => read_axis(Instrument::Board, axis()?),
         "read_board_turn" => read_axis(Instrument::BoardTurn, axis()?),
-        "read_profile" => Verb::ReadProfile {
+        "read_profile" => WorldCommand::ReadProfile {
             of: word("at").ok_or_else(|| needs("at"))?,
             point: number("point").map(|point| point as u32)?,
             axis: axis()?,
         },
-        "drive_to_level" => Verb::Level {
+        "drive_to_level" => WorldCommand::Level {
             joint: word("joint").ok_or_else(|| needs("joint"))?,
             at: word("at").ok_or_else(|| needs("at"))?,
             turned,
             rising: one_of("from", "below", "above")?,
         },
-        "hang" => Verb::Hang { mass_kg: number("mass_kg")? },
-        "read_point" => Verb::ReadPoint { axis: number_of(axis()?), ahead_mm: number("ahead_mm")? },
+        "hang" => WorldCommand::Hang { mass_kg: number("mass_kg")? },
+        "read_point" => WorldCommand::ReadPoint { axis: number_of(axis()?), ahead_mm: number("ahead_mm")? },
         _ => read(Instrument::Ruler),
     })
 }
@@ -126,8 +127,8 @@ fn number_of(axis: Axis) -> u8 {
 }
 
 /// One number of what an instrument reads that lies nowhere else.
-fn read_axis(with: Instrument, axis: Axis) -> Verb {
-    Verb::Measure { with, at: None, turned: false, axis: Some(axis) }
+fn read_axis(with: Instrument, axis: Axis) -> WorldCommand {
+    WorldCommand::Measure { with, at: None, turned: false, axis: Some(axis) }
 }
 
 #[cfg(test)]
@@ -144,20 +145,21 @@ mod tests {
 
     #[test]
     fn an_act_that_is_not_known_or_lacks_something_is_reported_with_what_would_be_right() {
-        let unknown = verb_of(&act("rest_on_guage", &[], &[])).unwrap_err();
+        let unknown = command_of(&act("rest_on_guage", &[], &[])).unwrap_err();
         assert!(unknown.contains("did you mean `rest_on_gauge`?"), "{unknown}");
-        let lacking = verb_of(&act("rest_on_gauge", &[], &[])).unwrap_err();
+        let lacking = command_of(&act("rest_on_gauge", &[], &[])).unwrap_err();
         assert_eq!(lacking, "`rest_on_gauge` of the simulated operator needs `height_mm`");
-        let surplus = verb_of(&act("trim_to_fire", &[("by", 1.0)], &[])).unwrap_err();
+        let surplus = command_of(&act("trim_to_fire", &[("by", 1.0)], &[])).unwrap_err();
         assert!(surplus.contains("takes no `by`"), "{surplus}");
-        let astray = verb_of(&act("read_tracker", &[], &[("at", "tip"), ("axis", "w")])).unwrap_err();
+        let astray = command_of(&act("read_tracker", &[], &[("at", "tip"), ("axis", "w")])).unwrap_err();
         assert!(astray.contains("it is x, y or z"), "{astray}");
     }
 
     #[test]
     fn a_level_is_read_where_it_lies_and_the_way_it_lies() {
-        let verb = verb_of(&act("read_level", &[], &[("at", "cage_back"), ("turned", "true")])).unwrap();
+        let command =
+            command_of(&act("read_level", &[], &[("at", "cage_back"), ("turned", "true")])).unwrap();
         let at = Some("cage_back".to_owned());
-        assert_eq!(verb, Verb::Measure { with: Instrument::Level, at, turned: true, axis: None });
+        assert_eq!(command, WorldCommand::Measure { with: Instrument::Level, at, turned: true, axis: None });
     }
 }

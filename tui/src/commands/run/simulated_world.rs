@@ -13,7 +13,7 @@ use plumb_cell::device::{Act, World};
 use plumb_cell::workcell::{Pace, WorldSetting};
 use plumb_record::create_owner_only_directory;
 use plumb_simulated::client::WorldClient;
-use plumb_simulated::protocol::{self, Verb};
+use plumb_simulated::protocol::{self, WorldCommand};
 use plumb_simulated::serve::clock_file;
 
 /// How long a world may take to listen.
@@ -54,7 +54,7 @@ impl SimulatedWorld {
     pub fn found(socket: &str, pace: Pace) -> Option<Self> {
         let socket = PathBuf::from(socket);
         let mut client = WorldClient::connect(&socket, "plumb").ok()?;
-        client.call(Verb::Pace { pace: spoken(pace) }, || false, |_| ()).ok()?;
+        client.call(WorldCommand::Pace { pace: spoken(pace) }, || false, |_| ()).ok()?;
         Some(Self { socket, pace, is_new: false, controllers: Vec::new() })
     }
 
@@ -132,7 +132,7 @@ impl SimulatedWorld {
         match WorldClient::connect(&self.socket, "plumb") {
             Ok(mut client) => {
                 let process = client.welcome().pid;
-                if let Err(error) = client.call(Verb::Shutdown {}, || false, |_| ()) {
+                if let Err(error) = client.call(WorldCommand::Shutdown {}, || false, |_| ()) {
                     tracing::debug!("the simulated world did not confirm its end: {error}");
                 }
                 let begin = Instant::now();

@@ -16,8 +16,8 @@ use crate::failure::CommandResult;
 /// Which robot is meant.
 #[derive(Debug, thiserror::Error)]
 enum RobotError {
-    #[error("the cell has no robot `{wanted}`: {help}")]
-    Unknown { wanted: String, help: String },
+    #[error("the cell has no robot `{requested}`: {help}")]
+    Unknown { requested: String, help: String },
     #[error("the cell has several robots: say which with --robot; there are {0}")]
     Several(String),
     #[error("the cell names no robots, so nothing has a pose")]
@@ -36,9 +36,9 @@ pub(super) fn print(record: &Record, run: &RunSummary, arguments: &Arguments) ->
         }
     };
     let robot = match (&arguments.robot, cell.robots.as_slice()) {
-        (Some(wanted), robots) => cell.robot(wanted).ok_or_else(|| RobotError::Unknown {
-            wanted: wanted.clone(),
-            help: did_you_mean(wanted, robots.iter().map(|robot| robot.device.as_str())),
+        (Some(requested), robots) => cell.robot(requested).ok_or_else(|| RobotError::Unknown {
+            requested: requested.clone(),
+            help: did_you_mean(requested, robots.iter().map(|robot| robot.device.as_str())),
         })?,
         (None, [robot]) => robot,
         (None, []) => return Err(RobotError::None.into()),

@@ -2,7 +2,7 @@
 
 /// The text with the value of its only `key:` replaced; none where the key is not there, or more than once.
 pub(crate) fn with_value(text: &str, key: &str, value: &str) -> Option<String> {
-    let wanted = format!("{key}:");
+    let requested = format!("{key}:");
     let is_alone = |at: &usize| {
         let before = text.get(..*at).and_then(|before| before.chars().next_back());
         before.is_none_or(|letter| letter.is_whitespace() || letter == '{' || letter == ',')
@@ -11,12 +11,12 @@ pub(crate) fn with_value(text: &str, key: &str, value: &str) -> Option<String> {
         let line = text.get(..*at).and_then(|before| before.rsplit('\n').next()).unwrap_or_default();
         !line.contains('#')
     };
-    let mut places = text.match_indices(&wanted).map(|(at, _)| at).filter(is_alone).filter(in_words);
+    let mut places = text.match_indices(&requested).map(|(at, _)| at).filter(is_alone).filter(in_words);
     let at = places.next()?;
     if places.next().is_some() {
         return None;
     }
-    let (before, rest) = text.split_at(at + wanted.len());
+    let (before, rest) = text.split_at(at + requested.len());
     let rest = rest.trim_start_matches(' ');
     let end = rest.find([',', '}', '\n', '#']).unwrap_or(rest.len());
     Some(format!("{before} {value}{}", rest.get(end..).unwrap_or_default()))

@@ -3,7 +3,7 @@
 use std::io::{self, Write as _};
 use std::process::ExitCode;
 
-use plumb_diagnosis::Wanted;
+use plumb_diagnosis::Requested;
 use plumb_report::json::next_poses;
 
 use super::lab::Chosen;
@@ -34,8 +34,9 @@ pub(super) fn run(arguments: &Arguments) -> CommandResult {
     let laboratory = watched(|progress| lab.adjusted(progress))
         .and_then(|adjusted| Ok(adjusted.laboratory()?))
         .map_err(LabError::from)?;
-    let wanted = Wanted { count: usize::from(arguments.number), keep_out: Vec::new(), payloads: Vec::new() };
-    let poses = watched(|progress| laboratory.next_poses(&wanted, progress))?;
+    let requested =
+        Requested { count: usize::from(arguments.number), keep_out: Vec::new(), payloads: Vec::new() };
+    let poses = watched(|progress| laboratory.next_poses(&requested, progress))?;
     let joints = lab.model.chain.joints.iter().map(|joint| joint.name.as_str());
     let text = match (arguments.json, arguments.csv) {
         (true, _) => serde_json::to_string_pretty(&next_poses(&poses)?)? + "\n",

@@ -6,7 +6,7 @@ use plumb_document::{FileKind, read_text};
 use plumb_simulated::physics::arms;
 use plumb_simulated::physics::campaign::catalogue::Choice;
 use plumb_simulated::physics::campaign::specification::{
-    Approach, Free, Reading, Size, Specification, Spread, Wanted,
+    Approach, Free, Reading, Requested, Size, Specification, Spread,
 };
 use plumb_simulated::physics::description::{ArmDescription, Motion};
 use plumb_simulated::physics::random::Random;
@@ -103,7 +103,7 @@ impl CampaignArguments {
         specification.noise = self.noise.unwrap_or(specification.noise);
         specification.outliers = self.outliers;
         specification.approach = if self.straight { Approach::Straight } else { Approach::EitherSide };
-        let hot = specification.hidden.iter().any(|wanted| wanted.choice.name == "thermal_growth");
+        let hot = specification.hidden.iter().any(|requested| requested.choice.name == "thermal_growth");
         // What is hidden must not be revealed by the temperature being logged as moving: half of all trials drawn at random are warm.
         specification.heat = self.heat || hot || (self.effects.is_empty() && rng.chance(0.5));
         specification.payloads_kg.clone_from(&self.payloads);
@@ -161,7 +161,7 @@ pub fn find_arm(name: &str) -> Result<ArmDescription, TrialError> {
 }
 
 /// Most trials hide one effect; some none, two, something unknown to the lab, or a machine that does not repeat.
-fn random_effects(rng: &mut Random) -> Vec<Wanted> {
+fn random_effects(rng: &mut Random) -> Vec<Requested> {
     let fraction = rng.between(0.0, 1.0);
     let names: &[&str] = match fraction {
         fraction if fraction < 0.15 => &[],
@@ -172,6 +172,6 @@ fn random_effects(rng: &mut Random) -> Vec<Wanted> {
     };
     names
         .iter()
-        .map(|name| Wanted { choice: Choice::named(name), size: Size::OverNoise(rng.magnitude(1.5, 6.0)) })
+        .map(|name| Requested { choice: Choice::named(name), size: Size::OverNoise(rng.magnitude(1.5, 6.0)) })
         .collect()
 }

@@ -187,7 +187,7 @@ pub(super) fn place<'p, T>(
 ) -> Result<&'p (&'static str, T), TrialError> {
     let known = || places.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ");
     let found = match &fault.place {
-        Some(wanted) => places.iter().find(|(name, _)| name == wanted),
+        Some(requested) => places.iter().find(|(name, _)| name == requested),
         None => places.get(drawn % places.len().max(1)),
     };
     found.ok_or_else(|| TrialError::UnknownPlace {

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 use std::str::FromStr;
 
 use plumb_simulated::physics::campaign::catalogue::Choice;
-use plumb_simulated::physics::campaign::specification::{Size, Wanted};
+use plumb_simulated::physics::campaign::specification::{Requested, Size};
 use thiserror::Error;
 
 /// Times the noise when a request gives no size.
@@ -30,7 +30,7 @@ pub enum EffectRequestError {
 
 /// One `--effect`.
 #[derive(Debug, Clone, PartialEq)]
-pub struct EffectRequest(pub Option<Wanted>);
+pub struct EffectRequest(pub Option<Requested>);
 
 impl FromStr for EffectRequest {
     type Err = EffectRequestError;
@@ -60,7 +60,7 @@ impl FromStr for EffectRequest {
         if !named || parts.next().is_some() {
             return Err(bad());
         }
-        Ok(Self(Some(Wanted { choice: Choice { name: name.to_owned(), place, detail }, size })))
+        Ok(Self(Some(Requested { choice: Choice { name: name.to_owned(), place, detail }, size })))
     }
 }
 
@@ -88,7 +88,7 @@ mod tests {
     use super::*;
 
     fn read(text: &str) -> (String, Option<String>, Option<String>, Size) {
-        let Wanted { choice, size } = text.parse::<EffectRequest>().unwrap().0.unwrap();
+        let Requested { choice, size } = text.parse::<EffectRequest>().unwrap().0.unwrap();
         (choice.name, choice.place, choice.detail, size)
     }
 

@@ -10,7 +10,7 @@ use plumb_diagnosis::Diagnosis;
 use plumb_diagnosis::laboratory::{LaboratoryError, Options};
 use plumb_estimation::Progress;
 use plumb_report::diagnosis_sentence;
-use plumb_simulated::physics::campaign::specification::{Size, Wanted};
+use plumb_simulated::physics::campaign::specification::{Requested, Size};
 use plumb_simulated::physics::imperfection::Imperfection;
 
 use super::effect_request::{EffectRequest, EffectRequestError};
@@ -64,7 +64,7 @@ struct Tried {
 /// Hides, diagnoses, and says from which size on it would be found.
 pub(super) fn run(arguments: &InjectArguments) -> Result<Outcome, TrialError> {
     let request: EffectRequest = format!("{}={}", arguments.effect, arguments.size).parse()?;
-    let wanted = request.0.ok_or_else(|| EffectRequestError::Form(arguments.effect.clone()))?;
+    let requested = request.0.ok_or_else(|| EffectRequestError::Form(arguments.effect.clone()))?;
     for name in [TABLE, MODEL, ANSWER] {
         let path = arguments.output.join(name);
         if path.exists() {
@@ -76,7 +76,8 @@ pub(super) fn run(arguments: &InjectArguments) -> Result<Outcome, TrialError> {
     let table = Table::read_named(&arguments.data, &named)
         .map_err(LaboratoryError::from)
         .map_err(InjectionError::from)?;
-    let (message, truth, injected) = watched(|progress| inject(arguments, &wanted, model, table, progress))?;
+    let (message, truth, injected) =
+        watched(|progress| inject(arguments, &requested, model, table, progress))?;
     let failed = |source| TrialError::Write { path: arguments.output.clone(), source };
     fs::create_dir_all(&arguments.output).map_err(failed)?;
     write(&arguments.output.join(TABLE), &table_text(&injected))?;
@@ -88,14 +89,14 @@ pub(super) fn run(arguments: &InjectArguments) -> Result<Outcome, TrialError> {
 /// What is said, the truth, and the measurements with the effect in them.
 fn inject(
     arguments: &InjectArguments,
-    wanted: &Wanted,
+    requested: &Requested,
     model: Model,
     table: Table,
     progress: &Progress,
 ) -> Result<(String, serde_json::Value, Table), TrialError> {
     let own = Measurements::new(model, table, Options::default(), progress)?;
-    let mechanism = own.draw(&wanted.choice, arguments.seed)?;
-    let hidden = match wanted.size {
+    let mechanism = own.draw(&requested.choice, arguments.seed)?;
+    let hidden = match requested.size {
         Size::OverNoise(times) => own.sized(&mechanism, times, progress)?,
         Size::Exact(size) => Imperfection { mechanism, size },
     };

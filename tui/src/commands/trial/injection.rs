@@ -390,7 +390,7 @@ impl Measurements {
         progress: &Progress,
     ) -> Result<Imperfection, InjectionError> {
         let (effect, place) = (mechanism.name(), mechanism.place(&self.arm));
-        let wanted = times * self.left_mm;
+        let requested = times * self.left_mm;
         let mut hidden = Imperfection { mechanism: mechanism.clone(), size: mechanism.small_size() };
         let greatest = mechanism.greatest_plausible(&self.arm);
         for _ in 0..ROUNDS {
@@ -398,12 +398,12 @@ impl Measurements {
             if shown <= f64::MIN_POSITIVE {
                 return Err(InjectionError::DoesNotShow { effect, place });
             }
-            hidden.size *= wanted / shown;
+            hidden.size *= requested / shown;
             if hidden.size.abs() > greatest {
                 let unit = mechanism.unit_on(&self.arm);
                 return Err(InjectionError::Unbelievable { effect, place, size: hidden.size, unit });
             }
-            if (wanted / shown - 1.0).abs() < 0.02 {
+            if (requested / shown - 1.0).abs() < 0.02 {
                 break;
             }
         }

@@ -221,7 +221,7 @@ fn outline(context: &mut Context, corners: &[[f64; 2]], color: Color) {
 }
 
 /// Every second dot of the scene, in a chequer, whose place in the cell is as wanted.
-fn dots(scene: &Scene, wanted: impl Fn([f64; 2]) -> bool) -> Vec<(f64, f64)> {
+fn dots(scene: &Scene, requested: impl Fn([f64; 2]) -> bool) -> Vec<(f64, f64)> {
     let count = |range: [f64; 2]| ((range[1] - range[0]) / scene.dot).round().clamp(0.0, 2000.0) as usize;
     let (sin, cos) = scene.up.sin_cos();
     let mut found = Vec::new();
@@ -229,7 +229,7 @@ fn dots(scene: &Scene, wanted: impl Fn([f64; 2]) -> bool) -> Vec<(f64, f64)> {
         for column in 0..count(scene.x) {
             let (x, y) =
                 (scene.x[0] + (column as f64 + 0.5) * scene.dot, scene.y[0] + (row as f64 + 0.5) * scene.dot);
-            if (row + column).is_multiple_of(2) && wanted([x * sin + y * cos, y * sin - x * cos]) {
+            if (row + column).is_multiple_of(2) && requested([x * sin + y * cos, y * sin - x * cos]) {
                 found.push((x, y));
             }
         }

@@ -174,12 +174,12 @@ fn whiskers(
 }
 
 /// The round magnification below `wanted`: 1, 2 or 5 times a power of ten.
-fn magnification(wanted: f64) -> f64 {
-    if !wanted.is_finite() || wanted <= 0.0 {
+fn magnification(requested: f64) -> f64 {
+    if !requested.is_finite() || requested <= 0.0 {
         return 1.0;
     }
-    let power = 10_f64.powf(wanted.log10().floor());
-    [5.0, 2.0, 1.0].into_iter().map(|step| step * power).find(|step| *step <= wanted).unwrap_or(power)
+    let power = 10_f64.powf(requested.log10().floor());
+    [5.0, 2.0, 1.0].into_iter().map(|step| step * power).find(|step| *step <= requested).unwrap_or(power)
 }
 
 #[cfg(test)]

@@ -187,8 +187,8 @@ fn grid(area: Rect, plots: usize) -> Vec<Rect> {
         return Vec::new();
     }
     let columns = (area.width / SMALLEST.0).clamp(1, 4);
-    let wanted = u16::try_from(plots.div_ceil(usize::from(columns))).unwrap_or(u16::MAX).max(1);
-    let rows = (area.height / SMALLEST.1).clamp(1, wanted);
+    let requested = u16::try_from(plots.div_ceil(usize::from(columns))).unwrap_or(u16::MAX).max(1);
+    let rows = (area.height / SMALLEST.1).clamp(1, requested);
     let lines = Layout::vertical((0..rows).map(|_| Constraint::Fill(1))).split(area);
     let across = Layout::horizontal((0..columns).map(|_| Constraint::Fill(1))).spacing(1);
     lines.iter().flat_map(|line| across.split(*line).to_vec()).collect()

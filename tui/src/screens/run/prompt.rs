@@ -195,10 +195,10 @@ impl OpenPrompt {
     }
 
     /// Decides a step that went wrong, if that decision is offered.
-    pub(crate) fn decide(&mut self, wanted: Decision) -> Option<Answer> {
+    pub(crate) fn decide(&mut self, requested: Decision) -> Option<Answer> {
         let PromptKind::Decision { options, .. } = &self.prompt.kind else { return None };
-        self.chosen = options.iter().position(|decision| *decision == wanted)?;
-        Some(Answer::Decision { decision: wanted })
+        self.chosen = options.iter().position(|decision| *decision == requested)?;
+        Some(Answer::Decision { decision: requested })
     }
 
     /// The command that jogs the chosen joint one step in the direction of `sign`.

@@ -211,14 +211,14 @@ fn a_failed_step_is_tried_again_with_one_key() {
 
 #[test]
 fn a_failed_step_offers_to_move_the_arm_and_to_go_back_and_says_what_each_does() {
-    for (key, wanted) in [('m', Decision::Move), ('b', Decision::Back)] {
+    for (key, expected) in [('m', Decision::Move), ('b', Decision::Back)] {
         let mut state = searching();
         deliver(&mut state, decision_asked());
         let shown = page(&state, 120, 40);
         assert!(shown.contains("m  Move arm yourself, then do the step again"), "{shown}");
         assert!(shown.contains("b  Go back to \u{201c}Set the target\u{201d}"), "{shown}");
         let actions = press(&mut state, KeyCode::Char(key));
-        assert_eq!(answers(&actions), [&Answer::Decision { decision: wanted }]);
+        assert_eq!(answers(&actions), [&Answer::Decision { decision: expected }]);
     }
 }
 

@@ -28,7 +28,7 @@ const SHOW: Duration = Duration::from_millis(500);
 const LONGEST_S: f64 = 86_400.0;
 
 /// What the step was given, in numbers.
-struct Wanted<'s> {
+struct Requested<'s> {
     /// How long it listens, or waits at most.
     within: Duration,
     /// How many messages it takes.
@@ -57,7 +57,7 @@ struct Heard {
 
 impl Engine {
     pub(super) fn execute_listen(&mut self, step: &ListenStep, at: &StepContext) -> Result<Done, StepError> {
-        let wanted = self.listen_wanted(step, at)?;
+        let requested = self.listen_wanted(step, at)?;
         self.look_for_interrupt()?;
         let opened = self.links.listen(&step.device, &step.stream);
         let mut link = opened.map_err(|error| self.device_error(error))?;
@@ -69,7 +69,7 @@ impl Engine {
         };
         // What was sent before is drained when the stream is opened; what is under way then is recognised by its date.
         let not_before_ns = link.began_ns().unwrap_or_default().max(self.rest_ns);
-        let mut values = match wanted.until {
+        let mut values = match requested.until {
             Some(until) => self.values(at.scope, &[until.text()])?,
             None => Map::new(),
         };
@@ -77,36 +77,40 @@ impl Engine {
         let mut heard = Heard::new(step.values.len(), began);
         let mut shown = began;
         let mut holds = false;
-        while !holds && wanted.messages != Some(heard.messages) {
+        while !holds && requested.messages != Some(heard.messages) {
             self.look_at_others()?;
-            heard.check_gap(step, &wanted)?;
-            let left = wanted.within.saturating_sub(began.elapsed());
+            heard.check_gap(step, &requested)?;
+            let left = requested.within.saturating_sub(began.elapsed());
             if left.is_zero() {
                 break;
             }
             if shown.elapsed() >= SHOW {
                 shown = Instant::now();
-                let fraction = began.elapsed().as_secs_f64() / wanted.within.as_secs_f64();
-                let fraction = wanted.until.is_none().then_some(fraction);
+                let fraction = began.elapsed().as_secs_f64() / requested.within.as_secs_f64();
+                let fraction = requested.until.is_none().then_some(fraction);
                 self.journal.progress(&at.path, fraction, format!("{} messages", heard.messages));
             }
             let received = link.next(left.min(LOOK)).map_err(|error| self.device_error(error))?;
             let Some(bytes) = received else { continue };
             let fields = self.listened_fields(step, &layout, &bytes)?;
             if heard.take(step, fields, not_before_ns)?
-                && let Some(until) = wanted.until
+                && let Some(until) = requested.until
             {
                 values.insert(MESSAGE.to_owned(), Value::Object(heard.last.clone()));
                 holds = until.truth(&self.calculator, &values)?;
             }
         }
-        heard.check_end(step, &wanted, holds, not_before_ns)?;
+        heard.check_end(step, &requested, holds, not_before_ns)?;
         let kept = self.kept_values(step, &layout, &heard)?;
         self.journal.noted(&at.path, &step.device, &kept)?;
         Ok(heard.done_with(step, kept))
     }
 
-    fn listen_wanted<'s>(&mut self, step: &'s ListenStep, at: &StepContext) -> Result<Wanted<'s>, StepError> {
+    fn listen_wanted<'s>(
+        &mut self,
+        step: &'s ListenStep,
+        at: &StepContext,
+    ) -> Result<Requested<'s>, StepError> {
         let mut positive = |key: &str, expression: &Expression, most: f64| {
             let number = self.number(at.scope, expression)?;
             if number > 0.0 && number <= most {
@@ -131,7 +135,7 @@ impl Engine {
             }
             End::Condition { holds, within } => (positive("within_s", within, LONGEST_S)?, None, Some(holds)),
         };
-        Ok(Wanted { within: Duration::from_secs_f64(seconds), messages, until, longest_gap })
+        Ok(Requested { within: Duration::from_secs_f64(seconds), messages, until, longest_gap })
     }
 
     /// Takes in commands, and gives up where one interrupts or a device's process has ended.
@@ -259,9 +263,9 @@ impl Heard {
         Done { result: Value::Object(result), values, message }
     }
 
-    fn check_gap(&self, step: &ListenStep, wanted: &Wanted<'_>) -> Result<(), StepError> {
+    fn check_gap(&self, step: &ListenStep, requested: &Requested<'_>) -> Result<(), StepError> {
         let silent = self.last_came.elapsed();
-        match wanted.longest_gap.filter(|longest| silent > *longest) {
+        match requested.longest_gap.filter(|longest| silent > *longest) {
             Some(longest) => Err(StepError::error(format!(
                 "{} was silent for {:.3} s, after {}; `longest_gap_s` is {}",
                 step.stream_name(),
@@ -277,11 +281,11 @@ impl Heard {
     fn check_end(
         &self,
         step: &ListenStep,
-        wanted: &Wanted<'_>,
+        requested: &Requested<'_>,
         holds: bool,
         not_before_ns: u64,
     ) -> Result<(), StepError> {
-        let (stream, seconds) = (step.stream_name(), wanted.within.as_secs_f64());
+        let (stream, seconds) = (step.stream_name(), requested.within.as_secs_f64());
         if self.messages == 0 {
             let old = not_before_ns.saturating_sub(self.last_stale_ns) as f64 * 1e-9;
             let stale = match self.stale {
@@ -295,13 +299,13 @@ impl Heard {
                 "{stream} was silent: no message came in {seconds} s{stale}; `plumb streams CELL {stream}` shows when its device sends"
             )));
         }
-        if let Some(count) = wanted.messages.filter(|count| self.messages < *count) {
+        if let Some(count) = requested.messages.filter(|count| self.messages < *count) {
             return Err(StepError::error(format!(
                 "only {} of {count} messages of {stream} came in {seconds} s",
                 self.messages
             )));
         }
-        match wanted.until.filter(|_| !holds) {
+        match requested.until.filter(|_| !holds) {
             Some(until) => Err(StepError::Failed(format!(
                 "`{}` did not come about in {seconds} s: {} of {stream} came, the last with {}",
                 until.text(),

@@ -166,10 +166,10 @@ impl Engine {
         fraction: f64,
     ) -> Result<(JointVector, JointVector), StepError> {
         let position = scan.from + scan.way * fraction;
-        let wanted = flange_at(position, scan.attitude, scan.aim);
+        let requested = flange_at(position, scan.attitude, scan.aim);
         let here = self.read_pose(&step.robot)?.joints;
         let arm = self.arm(&step.robot)?;
-        let target = arm.joints_for(&wanted, &here).map_err(|cause| {
+        let target = arm.joints_for(&requested, &here).map_err(|cause| {
             StepError::error(format!(
                 "no stripe at [{:.1}, {:.1}, {:.1}] mm: {cause}",
                 position.x, position.y, position.z

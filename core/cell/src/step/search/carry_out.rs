@@ -90,14 +90,14 @@ impl Engine {
                 "the travel of the search is 0: give how far it may go, with the sign of the direction",
             ));
         }
-        let wanted = from + travel;
-        let end = if travel > 0.0 { wanted.min(upper.max(from)) } else { wanted.max(lower.min(from)) };
+        let requested = from + travel;
+        let end = if travel > 0.0 { requested.min(upper.max(from)) } else { requested.max(lower.min(from)) };
         Ok(Search {
             step,
             joint,
             direction: travel.signum(),
             end,
-            ends_at_limit: end != wanted,
+            ends_at_limit: end != requested,
             back_off: step.unit.to_internal(step.back_off),
         })
     }

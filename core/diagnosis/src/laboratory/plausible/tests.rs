@@ -82,9 +82,9 @@ fn angles_in_another_unit_are_named_for_all_joints_or_for_one() {
 
 #[test]
 fn a_row_in_another_unit_is_named_by_its_line_and_a_row_that_is_merely_off_is_not() {
-    let of_row = |wanted: usize, change: fn(&mut Row)| {
+    let of_row = |expected: usize, change: fn(&mut Row)| {
         checked(20, move |number, cells| {
-            if number == wanted {
+            if number == expected {
                 change(cells)
             }
         })

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::states::AXES;
 use crate::client::{ClientError, WorldClient};
-use crate::protocol::{JointUnit, Reading, Verb};
+use crate::protocol::{JointUnit, Reading, WorldCommand};
 
 /// Why the arm cannot be led any more.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -50,12 +50,12 @@ impl LedArm {
 
     /// Where the joints are, rad, and whether they move.
     pub(super) fn read(&mut self) -> Result<([f64; AXES], bool), ArmError> {
-        place(&self.client.read(Verb::Read {}).map_err(gone)?)
+        place(&self.client.read(WorldCommand::Read {}).map_err(gone)?)
     }
 
     /// Leads the joints (rad) for a cycle, s.
     pub(super) fn lead(&mut self, joints: [f64; AXES], seconds: f64) -> Result<Led, ArmError> {
-        match self.client.read(Verb::Follow { joints: joints.into(), ms: seconds * 1e3 }) {
+        match self.client.read(WorldCommand::Follow { joints: joints.into(), ms: seconds * 1e3 }) {
             Ok(reading) => place(&reading).map(|(joints, moving)| Led::At(joints, moving)),
             Err(ClientError::Refused(why)) => Ok(Led::Refused(why)),
             Err(error) => Err(gone(error)),

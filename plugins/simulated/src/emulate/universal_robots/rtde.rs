@@ -179,10 +179,10 @@ impl RtdeSession {
         let accepted = |yes: bool| Some(package(kind, &[u8::from(yes)]));
         match kind {
             b'V' => {
-                let wanted = u16::from_be_bytes(*body.first_chunk()?);
-                let known = (1..=self.most_version).contains(&wanted);
+                let requested = u16::from_be_bytes(*body.first_chunk()?);
+                let known = (1..=self.most_version).contains(&requested);
                 if known {
-                    self.version = wanted;
+                    self.version = requested;
                 }
                 accepted(known)
             }

@@ -8,7 +8,7 @@ use crate::emulate::mover::Mover;
 use crate::physics::arms;
 use crate::physics::rigid::Rigid;
 use crate::physics::shape::{Arm, Shape};
-use crate::protocol::Verb;
+use crate::protocol::WorldCommand;
 
 /// Why the arm cannot be driven any more.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -50,7 +50,7 @@ impl DrivenArm {
 
     /// Where the joints are, deg, and whether they move.
     pub(super) fn read(&mut self) -> Result<([f64; 6], bool), ArmError> {
-        let reading = self.client.read(Verb::Read {}).map_err(gone)?;
+        let reading = self.client.read(WorldCommand::Read {}).map_err(gone)?;
         let joints: [f64; 6] = reading
             .joints
             .fixed()
@@ -71,8 +71,8 @@ impl DrivenArm {
         speed: f64,
     ) -> Result<(), ArmError> {
         let joints = joints.iter().map(|joint| joint.map(f64::to_radians)).collect();
-        let verb = Verb::Move { joints, relative, speed: speed.clamp(0.001, 1.0) };
-        self.mover.begin(verb).map_err(gone)
+        let command = WorldCommand::Move { joints, relative, speed: speed.clamp(0.001, 1.0) };
+        self.mover.begin(command).map_err(gone)
     }
 
     /// How the motion ended, if it has.
@@ -87,13 +87,13 @@ impl DrivenArm {
 
     /// Puts the brakes on; the motion ends a little later.
     pub(super) fn stop(&mut self) -> Result<(), ArmError> {
-        self.client.read(Verb::Stop {}).map(drop).map_err(gone)
+        self.client.read(WorldCommand::Stop {}).map(drop).map_err(gone)
     }
 
     /// Takes where the arm is for this pose, deg.
     pub(super) fn define(&mut self, degrees: [f64; 6]) -> Result<(), ArmError> {
         self.client
-            .read(Verb::SetZero { joints: degrees.map(f64::to_radians).into() })
+            .read(WorldCommand::SetZero { joints: degrees.map(f64::to_radians).into() })
             .map(drop)
             .map_err(gone)
     }

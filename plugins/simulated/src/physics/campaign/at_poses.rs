@@ -5,7 +5,7 @@ use super::audit::Audit;
 use super::case::{Hidden, Strength, describe};
 use super::catalogue::Choice;
 use super::hide::hide;
-use super::specification::{Approach, Size, Specification, Wanted};
+use super::specification::{Approach, Requested, Size, Specification};
 use super::visit::Visit;
 use crate::physics::description::ArmDescription;
 use crate::physics::imperfection::Imperfection;
@@ -26,16 +26,16 @@ pub fn hide_at_poses(
     if poses.is_empty() {
         return Err(GenerateError::NoPoses);
     }
-    let wanted = Wanted { choice, size: Size::OverNoise(over_noise) };
+    let requested = Requested { choice, size: Size::OverNoise(over_noise) };
     let specification = Specification {
         noise,
         approach: Approach::Straight,
-        hidden: vec![wanted.clone()],
+        hidden: vec![requested.clone()],
         ..Specification::usual(arm)
     };
     let visits: Vec<Visit> = poses.iter().map(|pose| Visit::at(pose.clone())).collect();
     let audit = Audit::new(&specification, &visits, &[])?;
-    let imperfection = hide(&audit, &wanted, &specification, &[], random)?;
+    let imperfection = hide(&audit, &requested, &specification, &[], random)?;
     let visible = audit.visible_rms(&imperfection)? / noise;
     let strength = Strength {
         over_noise,

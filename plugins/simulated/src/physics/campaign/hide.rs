@@ -5,7 +5,7 @@ use crate::physics::random::Random;
 
 use super::GenerateError;
 use super::audit::Audit;
-use super::specification::{Size, Specification, Wanted};
+use super::specification::{Requested, Size, Specification};
 
 /// How often a draw is repeated before giving up.
 const DRAWS: usize = 60;
@@ -16,16 +16,16 @@ const LEAST_VISIBLE: f64 = 0.15;
 /// parameters do not swallow nearly all of it.
 pub(super) fn hide(
     audit: &Audit<'_>,
-    wanted: &Wanted,
+    requested: &Requested,
     specification: &Specification,
     already: &[Imperfection],
     random: &mut Random,
 ) -> Result<Imperfection, GenerateError> {
     let mut refused = GenerateError::NoPoses;
     for _ in 0..DRAWS {
-        let mechanism = wanted.choice.draw(&specification.arm, audit.duration_s(), random)?;
+        let mechanism = requested.choice.draw(&specification.arm, audit.duration_s(), random)?;
         let sign = if has_either_sign(&mechanism) { random.sign() } else { 1.0 };
-        let rms = match wanted.size {
+        let rms = match requested.size {
             Size::Exact(size) => return Ok(Imperfection { mechanism, size }),
             Size::OverNoise(ratio) => ratio * specification.noise,
         };
@@ -48,7 +48,7 @@ pub(super) fn hide(
             refused = GenerateError::Unbelievable { name, place, size, unit };
             continue;
         }
-        if wanted.choice.place.is_some() || audit.visible_rms(&imperfection)? > LEAST_VISIBLE * rms {
+        if requested.choice.place.is_some() || audit.visible_rms(&imperfection)? > LEAST_VISIBLE * rms {
             return Ok(imperfection);
         }
         refused = GenerateError::Swallowed { name, place };

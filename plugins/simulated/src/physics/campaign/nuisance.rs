@@ -16,7 +16,7 @@ pub(super) fn frees_target(specification: &Specification) -> bool {
 }
 
 fn hides(specification: &Specification, names: &[&str]) -> bool {
-    specification.hidden.iter().any(|wanted| names.contains(&wanted.choice.name.as_str()))
+    specification.hidden.iter().any(|requested| names.contains(&requested.choice.name.as_str()))
 }
 
 /// Draws the arm's constant errors: of everything the model leaves free, and nothing else.

@@ -98,7 +98,7 @@ pub enum Size {
 
 /// One thing to hide.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Wanted {
+pub struct Requested {
     /// What.
     pub choice: Choice,
     /// How much.
@@ -111,7 +111,7 @@ pub struct Specification {
     /// The arm on paper.
     pub arm: ArmDescription,
     /// What is hidden; empty for an arm that only has small constant errors.
-    pub hidden: Vec<Wanted>,
+    pub hidden: Vec<Requested>,
     /// Poses visited once.
     pub poses: usize,
     /// How far they reach.

@@ -37,11 +37,11 @@ pub(super) fn poses(specification: &Specification, seed: u64, random: &mut Rando
             inside(&pose).then_some((socket, pose))
         })
     };
-    let wanted = (0..specification.poses).filter_map(|index| {
+    let requested = (0..specification.poses).filter_map(|index| {
         let socket = index % SOCKETS;
         find(socket, *places.get(socket)?)
     });
-    wanted.collect()
+    requested.collect()
 }
 
 /// Jogs an arm with these imperfections into its sockets, one visit after the other, each off by how badly the ball sits; the visits' commands become

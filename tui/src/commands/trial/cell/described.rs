@@ -247,9 +247,9 @@ fn poses(directory: &Path, arm: &ArmWorldDescription) -> Result<Vec<Vec<f64>>, T
     let mut lines = text.lines().filter(|line| !line.starts_with('#'));
     let header: Vec<&str> = lines.next().unwrap_or_default().split(',').map(str::trim).collect();
     let joints = &arm.paper.drive.joints;
-    let wanted = |number: usize| joints.get(number).map_or("deg", |joint| joint.unit());
+    let requested = |number: usize| joints.get(number).map_or("deg", |joint| joint.unit());
     let names: Vec<String> =
-        (0..joints.len()).map(|number| format!("q{}_{}", number + 1, wanted(number))).collect();
+        (0..joints.len()).map(|number| format!("q{}_{}", number + 1, requested(number))).collect();
     let columns: Option<Vec<usize>> =
         names.iter().map(|name| header.iter().position(|column| column == name)).collect();
     let unfit = || TrialError::PoseTable { path: path.clone(), columns: names.join(", ") };

@@ -7,7 +7,7 @@ use super::{End, Ending, Motors, MotorsError, Pendant};
 use crate::client::{ClientError, WorldClient};
 use crate::emulate::mover::Mover;
 use crate::emulate::teachmover::event::Key;
-use crate::protocol::{PendantKey, Reading, Response, Verb};
+use crate::protocol::{PendantKey, Reading, Response, WorldCommand};
 
 /// How often a motion under way is looked at, ns.
 const LOOK_NS: u64 = 1_000_000;
@@ -41,12 +41,12 @@ impl MotorsInWorld {
             return Err(MotorsError(format!("there is a {} in that world, no TeachMover", welcome.model)));
         }
         let mover = Mover::connect(socket, "teachmover motors").map_err(gone)?;
-        let last = client.read(Verb::Read {}).map_err(gone)?;
+        let last = client.read(WorldCommand::Read {}).map_err(gone)?;
         Ok(Self { client, mover, moves: false, last })
     }
 
-    fn ask(&mut self, verb: Verb) -> Result<Reading, MotorsError> {
-        self.last = self.client.read(verb).map_err(gone)?;
+    fn ask(&mut self, command: WorldCommand) -> Result<Reading, MotorsError> {
+        self.last = self.client.read(command).map_err(gone)?;
         Ok(self.last)
     }
 
@@ -70,8 +70,8 @@ fn gone(error: ClientError) -> MotorsError {
 
 impl Motors for MotorsInWorld {
     fn start(&mut self, half_steps: [i32; 6], rate: f64, _now: u64) -> Result<(), MotorsError> {
-        let verb = Verb::Step { half_steps: half_steps.map(f64::from).into(), rate };
-        self.mover.begin(verb).map_err(gone)?;
+        let command = WorldCommand::Step { half_steps: half_steps.map(f64::from).into(), rate };
+        self.mover.begin(command).map_err(gone)?;
         self.moves = true;
         Ok(())
     }
@@ -88,7 +88,7 @@ impl Motors for MotorsInWorld {
     }
 
     fn halt(&mut self, now: u64) -> Result<u64, MotorsError> {
-        self.ask(Verb::Stop {})?;
+        self.ask(WorldCommand::Stop {})?;
         if self.moves {
             let end = self.mover.end(PATIENCE);
             self.ended(end.ok_or_else(|| MotorsError("it does not stop".to_owned()))?, now)?;
@@ -103,38 +103,38 @@ impl Motors for MotorsInWorld {
     }
 
     fn reset(&mut self) -> Result<(), MotorsError> {
-        self.ask(Verb::SetZero { joints: [0.0; 6].into() }).map(drop)
+        self.ask(WorldCommand::SetZero { joints: [0.0; 6].into() }).map(drop)
     }
 
     fn inputs(&mut self) -> Result<u8, MotorsError> {
-        let reading = self.ask(Verb::Read {})?;
+        let reading = self.ask(WorldCommand::Read {})?;
         Ok((reading.inputs & 0x7f) as u8 | u8::from(reading.grip) << 7)
     }
 
     fn set_outputs(&mut self, levels: u8) -> Result<(), MotorsError> {
-        self.ask(Verb::Outputs { bits: u64::from(levels) }).map(drop)
+        self.ask(WorldCommand::Outputs { bits: u64::from(levels) }).map(drop)
     }
 
     fn press(&mut self, key: Key) -> Result<(), MotorsError> {
         let Some(key) = pendant_key(key) else { return Ok(()) };
-        self.ask(Verb::Key { key }).map(drop)
+        self.ask(WorldCommand::Key { key }).map(drop)
     }
 
     fn hand_over(&mut self) -> Result<(), MotorsError> {
-        self.ask(Verb::Pendant { on: true }).map(drop)
+        self.ask(WorldCommand::Pendant { on: true }).map(drop)
     }
 
     fn pendant(&mut self) -> Result<Option<Pendant>, MotorsError> {
-        let reading = self.ask(Verb::Read {})?;
+        let reading = self.ask(WorldCommand::Read {})?;
         Ok(Some(Pendant { key: u8::try_from(reading.key).unwrap_or(0), drives: reading.pendant }))
     }
 
     fn check(&mut self) -> Result<(), MotorsError> {
-        self.ask(Verb::Read {}).map(drop)
+        self.ask(WorldCommand::Read {}).map(drop)
     }
 
     fn put_between_fingers(&mut self, width_mm: f64) -> Result<bool, MotorsError> {
-        match self.client.call(Verb::Hold { width_mm }, || false, |_| {}) {
+        match self.client.call(WorldCommand::Hold { width_mm }, || false, |_| {}) {
             Ok(Response::Reading(reading)) => {
                 self.last = reading;
                 Ok(true)
