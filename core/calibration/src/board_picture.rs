@@ -297,8 +297,8 @@ const ON_A_LINE: f64 = 1e-6;
 /// A pose shifted (camera's frame, mm) and turned about the board's origin (camera's axes, rad).
 fn moved(pose: &Isometry3<f64>, step: &Vector6<f64>) -> Isometry3<f64> {
     let shift = step.fixed_rows::<3>(0).into_owned();
-    let turn = UnitQuaternion::from_scaled_axis(step.fixed_rows::<3>(3).into_owned());
-    Isometry3::from_parts(Translation3::from(pose.translation.vector + shift), turn * pose.rotation)
+    let rotation = UnitQuaternion::from_scaled_axis(step.fixed_rows::<3>(3).into_owned());
+    Isometry3::from_parts(Translation3::from(pose.translation.vector + shift), rotation * pose.rotation)
 }
 
 #[cfg(test)]
@@ -314,8 +314,8 @@ mod tests {
     const BOARD: BoardCorners = BoardCorners { columns: 9, rows: 6, square_mm: 20.0 };
 
     fn truth(roll: f64, pitch: f64, far: f64) -> Isometry3<f64> {
-        let turn = UnitQuaternion::from_euler_angles(roll, pitch, 0.7);
-        Isometry3::from_parts(Translation3::new(-30.0, 20.0, far), turn)
+        let rotation = UnitQuaternion::from_euler_angles(roll, pitch, 0.7);
+        Isometry3::from_parts(Translation3::new(-30.0, 20.0, far), rotation)
     }
 
     #[test]

@@ -209,9 +209,9 @@ pub fn with_boards(
 
 fn pose_cells(pose: &BoardPose) -> String {
     let position = pose.camera_from_board.translation.vector;
-    let turn = pose.camera_from_board.rotation.scaled_axis();
+    let rotation = pose.camera_from_board.rotation.scaled_axis();
     let numbers: Vec<String> =
-        position.iter().chain(turn.iter()).map(|number| format!("{number:.9}")).collect();
+        position.iter().chain(rotation.iter()).map(|number| format!("{number:.9}")).collect();
     format!("{},{:.4}", numbers.join(","), pose.off_px)
 }
 

@@ -43,7 +43,7 @@ struct Done {
     deviations: Vec<Deviation>,
     /// Shift of the base's origin and turn about it that bent links give everything beyond them, base frame.
     shift: Vector3<f64>,
-    turn: Vector3<f64>,
+    rotation: Vector3<f64>,
 }
 
 /// Where the flange is under these effects at these values.
@@ -73,8 +73,8 @@ pub fn flange<'a>(
     let stiff = LinkFrames::of(&model.chain, q, &done.deviations).flange;
     let at = stiff.translation.vector;
     // Bent links turn what lies beyond about the base's origin, and shift it.
-    let turned = Rotation3::new(done.turn) * stiff.rotation;
-    IsometryMatrix3::from_parts(Translation3::from(at + done.shift + done.turn.cross(&at)), turned)
+    let turned = Rotation3::new(done.rotation) * stiff.rotation;
+    IsometryMatrix3::from_parts(Translation3::from(at + done.shift + done.rotation.cross(&at)), turned)
 }
 
 /// What the effects do when the arm is so.
@@ -88,7 +88,7 @@ fn done(
     let mut done = Done {
         deviations: vec![Deviation::default(); model.chain.len()],
         shift: mapped.map_or_else(Vector3::zeros, |mapped| mapped.shift),
-        turn: Vector3::zeros(),
+        rotation: Vector3::zeros(),
     };
     let amounts = mapped.map_or(&[][..], |mapped| &mapped.joints);
     for (deviation, (joint, amount)) in done.deviations.iter_mut().zip(model.chain.joints.iter().zip(amounts))
@@ -107,9 +107,9 @@ fn done(
                             deviation.add(dh_parameter, amount);
                         }
                     }
-                    Dof::Twist { shift, turn, about, .. } => {
-                        done.shift += (shift - turn.cross(&about)) * amount;
-                        done.turn += turn * amount;
+                    Dof::Twist { shift, rotation, about, .. } => {
+                        done.shift += (shift - rotation.cross(&about)) * amount;
+                        done.rotation += rotation * amount;
                     }
                     // Base, targets and instrument do not move the flange in the base's frame.
                     _ => {}

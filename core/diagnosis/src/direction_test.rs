@@ -85,9 +85,13 @@ impl Effect for Loose {
             Site::Joint(joint) => contributions.push(sample.contribute_to_joint(joint, 0, 1.0)),
             _ => {
                 let (first, second) = plumb_calibration::arm_model::square_to(&sample.weights.down);
-                contributions.extend([first, second].into_iter().enumerate().map(|(parameter, turn)| {
+                contributions.extend([first, second].into_iter().enumerate().map(|(parameter, rotation)| {
                     let (shift, about) = (Vector3::zeros(), Vector3::zeros());
-                    Contribution { parameter, dof: Dof::Twist { after: 0, shift, turn, about }, rate: 1.0 }
+                    Contribution {
+                        parameter,
+                        dof: Dof::Twist { after: 0, shift, rotation, about },
+                        rate: 1.0,
+                    }
                 }));
             }
         }

@@ -278,9 +278,13 @@ free: [joint_zero(turn)]
     fn table() -> Table {
         let mut text = "q1_deg,q2_mm,q3_deg,approach_q1,p1_x_mm,p1_y_mm,p1_z_mm,tilt_x_deg\n".to_owned();
         for row in 0..20_i32 {
-            let (turn, slide, tip) = ((37 * row) % 170, (53 * row) % 90, (71 * row) % 140);
+            let (rotation, slide, tip) = ((37 * row) % 170, (53 * row) % 90, (71 * row) % 140);
             let (side, off) = (1 - 2 * (row % 2), 0.1 * f64::from((row * row) % 7));
-            text.push_str(&format!("{turn},{slide},{tip},{side},{},{},{off},0.1\n", turn + 100, slide - 50));
+            text.push_str(&format!(
+                "{rotation},{slide},{tip},{side},{},{},{off},0.1\n",
+                rotation + 100,
+                slide - 50
+            ));
         }
         Table::parse("table.csv", &text).unwrap()
     }

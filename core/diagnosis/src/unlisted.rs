@@ -78,8 +78,9 @@ impl Effect for Unlisted {
                 {
                     // A foot that rocks gives way to a stop: beyond the limit it leans no further.
                     let eased = limit.map_or(moment, |limit| (moment / limit).tanh());
-                    let turn = Vector3::ith(axis, eased);
-                    let dof = Dof::Twist { after: 0, shift: Vector3::zeros(), turn, about: Vector3::zeros() };
+                    let rotation = Vector3::ith(axis, eased);
+                    let dof =
+                        Dof::Twist { after: 0, shift: Vector3::zeros(), rotation, about: Vector3::zeros() };
                     contributions.push(Contribution { parameter, dof, rate: 1.0 });
                 }
             }

@@ -81,7 +81,7 @@ pub struct Sag {
     /// Of the far end, base frame.
     pub shift: Vector3<f64>,
     /// About the far end, base frame.
-    pub turn: Vector3<f64>,
+    pub rotation: Vector3<f64>,
     /// The far end, base frame, mm.
     pub end: Vector3<f64>,
 }
@@ -178,7 +178,7 @@ impl Weights<'_> {
         let along = end - start;
         let length = along.norm() * 1e-3;
         let direction = along.try_normalize(1e-6)?;
-        let (mut shift, mut turn) = (Vector3::zeros(), Vector3::zeros());
+        let (mut shift, mut rotation) = (Vector3::zeros(), Vector3::zeros());
         let mut bend = |at: f64, load: &Load| {
             let force = self.down * load.weight;
             // The moment about the point of the beam at which the load acts.
@@ -188,7 +188,7 @@ impl Weights<'_> {
             let turned = bending * at + shear * (at * at / 2.0);
             let moved =
                 bending.cross(&direction) * (at * at / 2.0) + shear.cross(&direction) * (at.powi(3) / 3.0);
-            turn += turned;
+            rotation += turned;
             // Beyond the load the link stays straight.
             shift += moved + turned.cross(&direction) * (length - at);
         };
@@ -202,6 +202,6 @@ impl Weights<'_> {
             }
         }
         bend(length, &carried);
-        Some(Sag { shift: shift * 1e3, turn, end })
+        Some(Sag { shift: shift * 1e3, rotation, end })
     }
 }

@@ -205,7 +205,7 @@ fn a_level_link_sags_as_the_textbook_says() {
         sag.shift.z
     );
     let turned = 2.0 * g / 2.0 + 3.0 * g / 8.0;
-    assert!((sag.turn - Vector3::new(0.0, turned, 0.0)).norm() < 1e-12, "{}", sag.turn);
+    assert!((sag.rotation - Vector3::new(0.0, turned, 0.0)).norm() < 1e-12, "{}", sag.rotation);
 }
 
 #[test]
@@ -222,9 +222,9 @@ fn a_link_sags_under_several_weights_by_the_sum_of_what_it_sags_under_each() {
     let all = under(&masses, 1.5);
     let each = [under(&masses[..1], 0.0), under(&masses[1..], 0.0), under(&[], 1.5)];
     let shift: Vector3<f64> = each.iter().map(|sag| sag.shift).sum();
-    let turn: Vector3<f64> = each.iter().map(|sag| sag.turn).sum();
+    let turn: Vector3<f64> = each.iter().map(|sag| sag.rotation).sum();
     assert!(shift.norm() > 1.0 && (all.shift - shift).norm() < 1e-9, "{} against {shift}", all.shift);
-    assert!(turn.norm() > 1e-3 && (all.turn - turn).norm() < 1e-12, "{} against {turn}", all.turn);
+    assert!(turn.norm() > 1e-3 && (all.rotation - turn).norm() < 1e-12, "{} against {turn}", all.rotation);
 }
 
 /// The TeachMover's structure: the drive keeps the attitudes of forearm and hand. One of its joints counts the other way.
@@ -341,7 +341,7 @@ fn how_a_link_bends_does_not_depend_on_where_along_parallel_axes_the_rows_are() 
         let weights = Weights { masses: &masses, payload: 0.0, down: -Vector3::z() };
         let sag = weights.sag(&LinkFrames::of(&chain, &[0.4, -1.1], &[]), 0).unwrap();
         let here = place - Vector3::z() * base;
-        sag.shift + sag.turn.cross(&(here - sag.end))
+        sag.shift + sag.rotation.cross(&(here - sag.end))
     };
     for place in [Vector3::new(300.0, 200.0, 320.0), Vector3::new(420.0, -50.0, 150.0)] {
         let metal = bent([320.0, 0.0, 0.0], place);

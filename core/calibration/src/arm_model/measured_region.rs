@@ -243,11 +243,12 @@ mod tests {
         let is_beyond = |q: [f64; 2]| matches!(region.check(&q), Err(Outside::Joint { .. }));
         assert!(!is_beyond([0.0, range.high + 0.9 * slack]) && is_beyond([0.0, range.high + 1.1 * slack]));
         assert!(!is_beyond([0.0, range.low - 0.9 * slack]) && is_beyond([0.0, range.low - 1.1 * slack]));
-        let turn = region.joints[0];
-        assert!(turn.high - turn.low < 1.0);
+        let rotation = region.joints[0];
+        assert!(rotation.high - rotation.low < 1.0);
         let at = 1050.0;
         assert!(
-            !is_beyond([turn.high + 0.99 * ROUNDING, at]) && is_beyond([turn.high + 1.01 * ROUNDING, at])
+            !is_beyond([rotation.high + 0.99 * ROUNDING, at])
+                && is_beyond([rotation.high + 1.01 * ROUNDING, at])
         );
     }
 }

@@ -83,7 +83,7 @@ impl Effect for Guideway {
         let dof = Dof::Twist {
             after: self.joint,
             shift: about.cross(&travel) * (0.5 * bow * q * q),
-            turn: about * q,
+            rotation: about * q,
             about: frame.axis_point + travel * q,
         };
         contributions.push(Contribution { parameter: 0, dof, rate: 1.0 });

@@ -17,7 +17,8 @@ impl Effect for LinkSag {
     fn contribute(&self, sample: &Sample<'_>, contributions: &mut Vec<Contribution>) {
         if let Some(sag) = sample.weights.sag(sample.link_frames, self.joint) {
             // Euler and Bernoulli's beam, clamped at its joint: shift and slope of its end go to everything beyond (Timoshenko 1955, Strength of Materials I).
-            let dof = Dof::Twist { after: self.joint, shift: sag.shift, turn: sag.turn, about: sag.end };
+            let dof =
+                Dof::Twist { after: self.joint, shift: sag.shift, rotation: sag.rotation, about: sag.end };
             contributions.push(Contribution { parameter: 0, dof, rate: 1.0 });
         }
     }

@@ -33,7 +33,8 @@ impl Effect for LinkTorsion {
             let reach = if after == self.joint { arm.dot(&along).clamp(0.0, length) } else { length };
             turned += along.dot(&arm.cross(&(weights.down * weight))) * reach;
         }
-        let dof = Dof::Twist { after: self.joint, shift: Vector3::zeros(), turn: along * turned, about: end };
+        let dof =
+            Dof::Twist { after: self.joint, shift: Vector3::zeros(), rotation: along * turned, about: end };
         contributions.push(Contribution { parameter: 0, dof, rate: 1.0 });
     }
 

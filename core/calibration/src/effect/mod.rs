@@ -114,7 +114,7 @@ pub enum Dof {
         /// Shift of the point `about`, mm.
         shift: Vector3<f64>,
         /// Turn, rad.
-        turn: Vector3<f64>,
+        rotation: Vector3<f64>,
         /// The point it turns about, mm.
         about: Vector3<f64>,
     },

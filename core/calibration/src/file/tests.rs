@@ -56,11 +56,11 @@ fn read(text: &str) -> Model {
 #[test]
 fn every_section_becomes_what_it_means_in_millimetres_and_radians() {
     let model = read(WHOLE);
-    let [turn, slide, wrist] = &model.chain.joints[..] else { panic!("three joints") };
-    assert!((turn.alpha + std::f64::consts::FRAC_PI_2).abs() < 1e-12 && turn.sign == -1.0);
-    assert_eq!((turn.gear_ratio, wrist.less, slide.limits), (Some(80.0), Some(0), (0.0, 400.0)));
+    let [rotation, slide, wrist] = &model.chain.joints[..] else { panic!("three joints") };
+    assert!((rotation.alpha + std::f64::consts::FRAC_PI_2).abs() < 1e-12 && rotation.sign == -1.0);
+    assert_eq!((rotation.gear_ratio, wrist.less, slide.limits), (Some(80.0), Some(0), (0.0, 400.0)));
     assert!(model.slides(1) && !model.slides(2));
-    assert_eq!((turn.screw_pitch, slide.screw_pitch), (None, Some(5.0)));
+    assert_eq!((rotation.screw_pitch, slide.screw_pitch), (None, Some(5.0)));
     assert_eq!((model.masses[0].after, model.masses[0].mass), (1, 2.5));
     let (roll, pitch, yaw) = model.base.pose.rotation.euler_angles();
     let degrees = [roll, pitch, yaw].map(f64::to_degrees);

@@ -217,12 +217,12 @@ fn place_bases(machine: &ResidualModel<'_>, state: &mut State, rows: &[usize]) {
         let sights = sights(machine, state, &own);
         let Some(base) = base_of(&sights, &state.targets) else { continue };
         // By quaternions: the axis of half a turn is lost in a matrix's own formula.
-        let turn = UnitQuaternion::from_rotation_matrix(&(base.rotation * state.base.rotation.inverse()));
-        let turn = turn.scaled_axis();
+        let rotation = UnitQuaternion::from_rotation_matrix(&(base.rotation * state.base.rotation.inverse()));
+        let rotation = rotation.scaled_axis();
         let shift = base.translation.vector - state.base.translation.vector;
         let first = 6 * (epoch - 1);
         let own = state.effects.get_mut(part).and_then(|values| values.get_mut(first..first + 6));
-        for (value, found) in own.into_iter().flatten().zip(shift.iter().chain(turn.iter())) {
+        for (value, found) in own.into_iter().flatten().zip(shift.iter().chain(rotation.iter())) {
             *value = *found;
         }
     }

@@ -15,10 +15,10 @@ pub(crate) struct Changes {
     pub(super) deviations: Vec<Deviation>,
     /// Of the base, frame of the measurements: mm, and rad about its own origin.
     base_shift: Vector3<f64>,
-    base_turn: Vector3<f64>,
+    base_rotation: Vector3<f64>,
     /// Shift of the base's origin and turn about it that bent links give everything beyond them, base frame.
     bend_shift: Vector3<f64>,
-    bend_turn: Vector3<f64>,
+    bend_rotation: Vector3<f64>,
     /// Of the targets, flange frame, mm.
     target_shifts: Vec<Vector3<f64>>,
     /// Distance over a surface at which the arm's own sensor triggers, mm.
@@ -45,9 +45,9 @@ impl Changes {
         self.deviations.clone_from(&other.deviations);
         self.target_shifts.clone_from(&other.target_shifts);
         self.base_shift = other.base_shift;
-        self.base_turn = other.base_turn;
+        self.base_rotation = other.base_rotation;
         self.bend_shift = other.bend_shift;
-        self.bend_turn = other.bend_turn;
+        self.bend_rotation = other.bend_rotation;
         self.trigger_height = other.trigger_height;
         self.rig = other.rig;
         self.readings = other.readings;
@@ -55,12 +55,12 @@ impl Changes {
 
     pub(super) fn clear_bending(&mut self) {
         self.bend_shift = Vector3::zeros();
-        self.bend_turn = Vector3::zeros();
+        self.bend_rotation = Vector3::zeros();
     }
 
     /// Shift of the base's origin and turn about it that bent links give everything beyond them, base frame.
     pub(super) fn carried(&self) -> (Vector3<f64>, Vector3<f64>) {
-        (self.bend_shift, self.bend_turn)
+        (self.bend_shift, self.bend_rotation)
     }
 
     /// Whether joints' rows and what bent links carry are those of `other`, to within `most` (rad, mm).
@@ -69,7 +69,7 @@ impl Changes {
             let [own, other] = [own, other].map(|row| [row.theta, row.alpha, row.beta, row.d, row.a]);
             own.iter().zip(other).map(|(own, other)| (own - other).abs()).fold(0.0, f64::max)
         });
-        let carried = [self.bend_shift - other.bend_shift, self.bend_turn - other.bend_turn];
+        let carried = [self.bend_shift - other.bend_shift, self.bend_rotation - other.bend_rotation];
         rows.chain(carried.map(|off| off.amax())).all(|off| off <= most)
     }
 
@@ -102,17 +102,17 @@ impl Changes {
                 }
                 return;
             }
-            Dof::Twist { shift, turn, about, .. } => {
+            Dof::Twist { shift, rotation, about, .. } => {
                 // A turn about a point is a turn about the base's origin and a shift.
-                self.bend_shift += (shift - turn.cross(&about)) * amount;
-                self.bend_turn += turn * amount;
+                self.bend_shift += (shift - rotation.cross(&about)) * amount;
+                self.bend_rotation += rotation * amount;
                 return;
             }
             Dof::Target(target, axis) => {
                 self.target_shifts.get_mut(target).and_then(|shift| shift.get_mut(axis))
             }
             Dof::BaseShift(axis) => self.base_shift.get_mut(axis),
-            Dof::BaseRotation(axis) => self.base_turn.get_mut(axis),
+            Dof::BaseRotation(axis) => self.base_rotation.get_mut(axis),
             Dof::Trigger => Some(&mut self.trigger_height),
             Dof::Rig(number) => self.rig.get_mut(number.index()),
             Dof::ReadingZero(channel) => self.readings.get_mut(channel.index()).map(|(zero, _)| zero),
@@ -154,17 +154,17 @@ pub struct ArmPose {
     /// By how much effects turn the base, and how a small change of that rotation vector turns it further: both nearly the identity,
     /// except where sessions have bases of their own.
     pub(super) base_turned: Matrix3<f64>,
-    pub(super) turn_by_vector: Matrix3<f64>,
+    pub(super) rotation_by_vector: Matrix3<f64>,
 }
 
 /// How a rotation turns further when its vector `turn` (rad) changes a little: the left Jacobian of the rotations (Chirikjian,
 /// Stochastic Models, Information Theory, and Lie Groups, volume 2, 2011, equation 10.86).
-fn left_jacobian(turn: &Vector3<f64>) -> Matrix3<f64> {
-    let angle = turn.norm();
+fn left_jacobian(rotation: &Vector3<f64>) -> Matrix3<f64> {
+    let angle = rotation.norm();
     if angle < SMALL_TURN {
         return Matrix3::identity();
     }
-    let axis = turn / angle;
+    let axis = rotation / angle;
     let (sine, cosine) = angle.sin_cos();
     // sin(t)/t I + (1 - sin(t)/t) a a' + (1 - cos(t))/t [a]x.
     Matrix3::identity() * (sine / angle)
@@ -179,13 +179,13 @@ impl ArmPose {
     /// Places the base, which effects may have moved.
     pub(super) fn place_base(&mut self, believed: &IsometryMatrix3<f64>) {
         // Believed first, turned by effects after: in the order in which the derivatives take them.
-        let turn = Rotation3::new(self.changes.base_turn);
-        self.base_turned = turn.into_inner();
-        self.turn_by_vector = left_jacobian(&self.changes.base_turn);
-        self.base = (turn * believed.rotation).into_inner();
+        let rotation = Rotation3::new(self.changes.base_rotation);
+        self.base_turned = rotation.into_inner();
+        self.rotation_by_vector = left_jacobian(&self.changes.base_rotation);
+        self.base = (rotation * believed.rotation).into_inner();
         self.origin = believed.translation.vector + self.changes.base_shift;
         // What bends is small: its turn is added as a vector product, and not as a rotation.
-        self.carried = self.base + self.base * self.changes.bend_turn.cross_matrix();
+        self.carried = self.base + self.base * self.changes.bend_rotation.cross_matrix();
     }
 
     /// A target's point in the frame of the measurements and in the base's frame, mm.
@@ -198,7 +198,7 @@ impl ArmPose {
     /// A point that is fixed to the flange (mm, flange's frame) in the frame of the measurements and in the base's frame, mm.
     pub(super) fn at_flange(&self, point: Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
         let stiff = (self.link_frames.flange * Point3::from(point)).coords;
-        let in_base = self.changes.bend_shift + stiff + self.changes.bend_turn.cross(&stiff);
+        let in_base = self.changes.bend_shift + stiff + self.changes.bend_rotation.cross(&stiff);
         (self.base * in_base + self.origin, in_base)
     }
 
@@ -209,11 +209,11 @@ impl ArmPose {
 
     /// Where a point (base frame, mm) would be without what bent links add.
     pub(super) fn without_bent_links(&self, in_base: Vector3<f64>) -> Vector3<f64> {
-        let (shift, turn) = self.changes.carried();
-        if shift == Vector3::zeros() && turn == Vector3::zeros() {
+        let (shift, rotation) = self.changes.carried();
+        if shift == Vector3::zeros() && rotation == Vector3::zeros() {
             return in_base;
         }
-        let carried = Matrix3::identity() + turn.cross_matrix();
+        let carried = Matrix3::identity() + rotation.cross_matrix();
         // One plus what turns about an axis has no eigenvalue of zero.
         carried.try_inverse().map_or(in_base - shift, |back| back * (in_base - shift))
     }
@@ -231,7 +231,7 @@ impl ArmPose {
     /// Axes of the flange in the frame of the measurements, with what bent links add.
     pub fn hand(&self) -> Rotation3<f64> {
         let base = Rotation3::from_matrix_unchecked(self.base);
-        base * Rotation3::new(self.changes.bend_turn) * self.link_frames.flange.rotation
+        base * Rotation3::new(self.changes.bend_rotation) * self.link_frames.flange.rotation
     }
 
     /// The direction in which the hand looks, along the flange's z, in the frame of the measurements.
@@ -249,6 +249,6 @@ impl ArmPose {
                 .map_or_else(Matrix3::identity, |frame| frame.end.rotation.into_inner()),
             Frame::Base => Matrix3::identity(),
         };
-        self.base * Rotation3::new(self.changes.bend_turn).into_inner() * in_base
+        self.base * Rotation3::new(self.changes.bend_rotation).into_inner() * in_base
     }
 }

@@ -59,8 +59,8 @@ impl ResidualModel<'_> {
     /// The same with its axes.
     pub(crate) fn believed_body(&self, state: &State, target: usize, row: usize) -> IsometryMatrix3<f64> {
         let pose = self.in_row(state, row).pose;
-        let turn = state.rotations.get(target).copied().unwrap_or_else(Rotation3::identity);
-        IsometryMatrix3::from_parts(pose.point(state, target).0.into(), pose.hand() * turn)
+        let rotation = state.rotations.get(target).copied().unwrap_or_else(Rotation3::identity);
+        IsometryMatrix3::from_parts(pose.point(state, target).0.into(), pose.hand() * rotation)
     }
 
     /// Where a camera on the hand is believed to see the row's board: the board in the camera's frame, mm. Nothing of a model without a board.
@@ -68,9 +68,9 @@ impl ResidualModel<'_> {
         let board = self.board_of(row)?;
         let camera = self.model.boards.get(board)?.camera;
         let pose = self.in_row(state, row).pose;
-        let turn = pose.hand() * state.rotations.get(camera).copied()?;
+        let rotation = pose.hand() * state.rotations.get(camera).copied()?;
         let place = pose.point(state, camera).0;
-        let seen = IsometryMatrix3::from_parts(place.into(), turn);
+        let seen = IsometryMatrix3::from_parts(place.into(), rotation);
         Some(seen.inverse() * state.boards.get(board)?)
     }
 

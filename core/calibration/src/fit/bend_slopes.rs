@@ -65,10 +65,10 @@ impl Rates {
                         self.add(Bend { part, parameter, target }, rate);
                     }
                 }
-                Dof::Twist { shift, turn, about, .. } => {
+                Dof::Twist { shift, rotation, about, .. } => {
                     // A turn about a point is a turn about the base's origin and a shift.
-                    let shift = shift - turn.cross(&about);
-                    for (axis, amount) in shift.iter().chain(turn.iter()).enumerate() {
+                    let shift = shift - rotation.cross(&about);
+                    for (axis, amount) in shift.iter().chain(rotation.iter()).enumerate() {
                         self.add(Bend { part, parameter, target: numbers + axis }, amount * rate);
                     }
                 }
@@ -99,7 +99,8 @@ pub(super) struct Slopes {
 fn is_near(own: &Deviation, other: &Deviation) -> bool {
     let turns = [own.theta - other.theta, own.alpha - other.alpha, own.beta - other.beta];
     let shifts = [own.d - other.d, own.a - other.a];
-    turns.iter().all(|turn| turn.abs() <= KEPT_TURN) && shifts.iter().all(|shift| shift.abs() <= KEPT_SHIFT)
+    turns.iter().all(|rotation| rotation.abs() <= KEPT_TURN)
+        && shifts.iter().all(|shift| shift.abs() <= KEPT_SHIFT)
 }
 
 impl Slopes {
@@ -212,9 +213,9 @@ mod tests {
 
     #[test]
     fn a_turn_about_a_point_is_a_turn_about_the_origin_and_a_shift() {
-        let (shift, turn, about) = (Vector3::x(), Vector3::z(), Vector3::new(0.0, 2.0, 0.0));
+        let (shift, rotation, about) = (Vector3::x(), Vector3::z(), Vector3::new(0.0, 2.0, 0.0));
         let mut rates = Rates::default();
-        let dof = Dof::Twist { after: 0, shift, turn, about };
+        let dof = Dof::Twist { after: 0, shift, rotation, about };
         rates.add_contributions(0, &[Contribution { parameter: 0, dof, rate: 0.5 }], NUMBERS);
         // z x 2y = -2x, so that the origin moves by x + 2x.
         assert_eq!(rates.rates, [1.5, 0.0, 0.0, 0.0, 0.0, 0.5]);
@@ -234,8 +235,8 @@ mod tests {
             deviations[1].add(dh_parameter, amount);
             slopes.hold_at(&slopes.down, &deviations)
         };
-        for turn in [DhParameter::Theta, DhParameter::Alpha, DhParameter::Beta] {
-            assert!(with(turn, -0.99 * KEPT_TURN) && !with(turn, -1.01 * KEPT_TURN));
+        for rotation in [DhParameter::Theta, DhParameter::Alpha, DhParameter::Beta] {
+            assert!(with(rotation, -0.99 * KEPT_TURN) && !with(rotation, -1.01 * KEPT_TURN));
         }
         for shift in [DhParameter::D, DhParameter::A] {
             assert!(with(shift, 0.99 * KEPT_SHIFT) && !with(shift, 1.01 * KEPT_SHIFT));

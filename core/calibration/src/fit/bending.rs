@@ -104,8 +104,8 @@ impl ResidualModel<'_> {
         }
         // The base turns against gravity, which is the same as gravity turning the other way.
         for axis in 0..3 {
-            let turn = Rotation3::new(Vector3::ith(axis, SMALL_TURN));
-            let down = self.model.down(&(turn * state.base.rotation));
+            let rotation = Rotation3::new(Vector3::ith(axis, SMALL_TURN));
+            let down = self.model.down(&(rotation * state.base.rotation));
             let tilted = Weights { down, ..weights };
             tilted.moments(&pose.link_frames, &mut moments);
             let changed = Sample { weights: tilted, moments: &moments, ..sample };

@@ -133,8 +133,8 @@ pub fn turning(poses: &[SeenPose]) -> Option<(Vector3<f64>, f64)> {
     let first = poses.first()?;
     let mut spread = Matrix3::zeros();
     for pose in poses.get(1..)? {
-        let turn = pose.flange.rotation * first.flange.rotation.inverse();
-        let vector = UnitQuaternion::from_rotation_matrix(&turn).scaled_axis();
+        let rotation = pose.flange.rotation * first.flange.rotation.inverse();
+        let vector = UnitQuaternion::from_rotation_matrix(&rotation).scaled_axis();
         spread += vector * vector.transpose();
     }
     let count = poses.len().saturating_sub(1).max(1) as f64;

@@ -94,18 +94,18 @@ impl ResidualModel<'_> {
         match body {
             SeenBody::Target(target) => {
                 let name = self.model.targets.get(target).map(|target| target.name.as_str())?;
-                let turn = self.table.orientations_of(name)?.rotations.get(row).copied().flatten()?;
+                let rotation = self.table.orientations_of(name)?.rotations.get(row).copied().flatten()?;
                 let columns = self.table.positions.iter().find(|columns| columns.target == name);
                 let place = columns.and_then(|columns| columns.xyz.get(row)).copied().map(Vector3::from);
-                Some(rigid_of(turn, place.unwrap_or(unknown)))
+                Some(rigid_of(rotation, place.unwrap_or(unknown)))
             }
             SeenBody::Board(board) => {
                 if self.board_of(row) != Some(board) {
                     return None;
                 }
-                let turn = self.table.turn_of(Body::Board, row)?;
+                let rotation = self.table.turn_of(Body::Board, row)?;
                 let place = self.table.board.as_ref().and_then(|board| board.get(row)).copied();
-                Some(rigid_of(turn, place.map_or(unknown, Vector3::from)).inverse())
+                Some(rigid_of(rotation, place.map_or(unknown, Vector3::from)).inverse())
             }
         }
     }
@@ -160,7 +160,9 @@ fn guesses(machine: &ResidualModel<'_>, state: &State, rows: &[usize], body: See
     // Three guesses, for a file may be right about either: which fits best is seen from the residuals.
     let mut rotations = Vec::new();
     if target.rotation_free {
-        rotations.extend(body_rotation(&poses, &known_base.rotation).map(|turn| (known_base.rotation, turn)));
+        rotations.extend(
+            body_rotation(&poses, &known_base.rotation).map(|rotation| (known_base.rotation, rotation)),
+        );
     }
     if base_free {
         rotations.extend(base_rotation(&poses, &known_turn).map(|base| (base, known_turn)));
@@ -173,7 +175,7 @@ fn guesses(machine: &ResidualModel<'_>, state: &State, rows: &[usize], body: See
     if is_free(machine, body) {
         all.extend(base_rotation(&poses, &known_turn).map(|base| ((base, known_turn), false)));
     }
-    let guesses = all.into_iter().map(|((base, turn), place_free)| {
+    let guesses = all.into_iter().map(|((base, rotation), place_free)| {
         // With both rotations known, the places are a linear problem (Shah 2013).
         let start = (known_base.translation.vector, known_place);
         let (origin, place) = places(&poses, &base, start, (base_free, place_free));
@@ -183,7 +185,7 @@ fn guesses(machine: &ResidualModel<'_>, state: &State, rows: &[usize], body: See
             false => state.clone(),
         };
         if let Some(entry) = next.rotations.get_mut(index) {
-            *entry = turn;
+            *entry = rotation;
         }
         if let Some(entry) = next.targets.get_mut(index) {
             *entry = place;

@@ -52,7 +52,7 @@ fn points_by_surface(
     let mut scratch = machine.scratch(state);
     for row in rows {
         let named = machine.table.on.name(*row).and_then(|name| machine.model.surface_position(name));
-        let (Some(own), Some(turn), Some(place)) = (
+        let (Some(own), Some(rotation), Some(place)) = (
             named.and_then(|surface| points.get_mut(surface)),
             state.rotations.get(sensor),
             state.targets.get(sensor),
@@ -64,7 +64,7 @@ fn points_by_surface(
             let [x, z] = columns.xz.get(*row).copied().unwrap_or([f64::NAN; 2]);
             if x.is_finite() && z.is_finite() {
                 // A profile lies in the sensor's x and z: its sheet of light is y = 0.
-                own.push((flange * Point3::from(place + turn * Vector3::new(x, 0.0, z))).coords);
+                own.push((flange * Point3::from(place + rotation * Vector3::new(x, 0.0, z))).coords);
             }
         }
     }
@@ -187,10 +187,10 @@ pub(super) fn place_profiles(
     let mut turns: Vec<Rotation3<f64>> = state.rotations.get(sensor).copied().into_iter().collect();
     turns.extend(turns_free.then(along_axes).into_iter().flatten());
     let mut tried = Vec::new();
-    for turn in turns {
+    for rotation in turns {
         let mut guess = state.clone();
         if let Some(entry) = guess.rotations.get_mut(sensor) {
-            *entry = turn;
+            *entry = rotation;
         }
         put_surfaces(machine, &mut guess, &some, sensor);
         tried.push(settle(&guess, FIRST_STEPS)?);
@@ -218,8 +218,8 @@ mod tests {
         assert_eq!(ways.len(), 24);
         let mut random = plumb_estimation::Random::seeded(5);
         for _ in 0..500 {
-            let turn = Rotation3::new(Vector3::from_fn(|_, _| 2.0 * random.normal()));
-            let nearest = ways.iter().map(|way| way.angle_to(&turn)).fold(f64::INFINITY, f64::min);
+            let rotation = Rotation3::new(Vector3::from_fn(|_, _| 2.0 * random.normal()));
+            let nearest = ways.iter().map(|way| way.angle_to(&rotation)).fold(f64::INFINITY, f64::min);
             assert!(nearest.to_degrees() < 63.0, "{nearest}");
         }
         assert!(ways.iter().all(|way| (way.matrix().determinant() - 1.0).abs() < 1e-12));
@@ -230,8 +230,10 @@ mod tests {
         let centre = Vector3::new(500.0, -40.0, 120.0);
         let points: Vec<Vector3<f64>> = (0..12)
             .map(|step| {
-                let (turn, tilt) = (f64::from(step), 0.2 + 0.05 * f64::from(step));
-                centre + 20.0 * Vector3::new(tilt.sin() * turn.cos(), tilt.sin() * turn.sin(), tilt.cos())
+                let (rotation, tilt) = (f64::from(step), 0.2 + 0.05 * f64::from(step));
+                centre
+                    + 20.0
+                        * Vector3::new(tilt.sin() * rotation.cos(), tilt.sin() * rotation.sin(), tilt.cos())
             })
             .collect();
         assert!((centre_of_ball(&points) - centre).norm() < 1e-6);

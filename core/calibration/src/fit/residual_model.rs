@@ -151,7 +151,7 @@ impl<'a> ResidualModel<'a> {
         for (index, _) in self.model.targets.iter().enumerate().filter(|(_, target)| target.free) {
             free_parameters.extend((0..3).map(|axis| FreeParameter::Target(index, axis)));
         }
-        free_parameters.extend(self.free_turns());
+        free_parameters.extend(self.free_rotations());
         // A touched place is always free: nobody knows where it is.
         for place in 0..self.observations.places.len() {
             free_parameters.extend((0..3).map(|axis| FreeParameter::Place(place, axis)));
@@ -172,7 +172,7 @@ impl<'a> ResidualModel<'a> {
     }
 
     /// The free turns of bodies and cameras, and the board's free place and turn, where the table measures them.
-    fn free_turns(&self) -> Vec<FreeParameter> {
+    fn free_rotations(&self) -> Vec<FreeParameter> {
         let mut free_parameters = Vec::new();
         for (index, target) in
             self.model.targets.iter().enumerate().filter(|(_, target)| target.rotation_free)

@@ -81,12 +81,12 @@ impl State {
             }
         }
         next.base = turned(&next.base, turns.base);
-        for (board, turn) in next.boards.iter_mut().zip(&turns.boards) {
-            *board = turned(board, *turn);
+        for (board, rotation) in next.boards.iter_mut().zip(&turns.boards) {
+            *board = turned(board, *rotation);
         }
         // From the left: about the axes of the flange.
-        for (known, turn) in next.rotations.iter_mut().zip(turns.targets) {
-            *known = Rotation3::new(turn) * *known;
+        for (known, rotation) in next.rotations.iter_mut().zip(turns.targets) {
+            *known = Rotation3::new(rotation) * *known;
         }
         next
     }
@@ -113,7 +113,7 @@ impl State {
         let vectors = self.targets.iter().chain(&self.places).flat_map(|vector| vector.iter());
         vectors.chain(self.effects.iter().flatten()).all(|value| value.is_finite())
             && [&self.base].into_iter().chain(&self.boards).all(is_finite)
-            && self.rotations.iter().all(|turn| turn.matrix().iter().all(|value| value.is_finite()))
+            && self.rotations.iter().all(|rotation| rotation.matrix().iter().all(|value| value.is_finite()))
     }
 }
 

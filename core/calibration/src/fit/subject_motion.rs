@@ -60,8 +60,8 @@ impl SubjectFrames<'_> {
                 let stiff = self.with_stiff_joint(joint, dh_parameter);
                 self.with_response(stiff, pose.response.to_joint(joint, dh_parameter))
             }
-            Dof::Twist { shift, turn, about, .. } => {
-                (pose.base * (shift + turn.cross(&(self.stiff - about))), pose.base * turn)
+            Dof::Twist { shift, rotation, about, .. } => {
+                (pose.base * (shift + rotation.cross(&(self.stiff - about))), pose.base * rotation)
             }
             Dof::Target(target, axis) if self.is_of(target) => {
                 (pose.turned_from_flange(Vector3::ith(axis.min(2), 1.0)), Vector3::zeros())
@@ -70,7 +70,7 @@ impl SubjectFrames<'_> {
             Dof::Reading(_) if matches!(self.subject, Subject::Stretch(_) | Subject::Camera(_)) => STILL,
             Dof::BaseShift(axis) | Dof::Reading(axis) => (Vector3::ith(axis.min(2), 1.0), Vector3::zeros()),
             Dof::BaseRotation(axis) => {
-                self.with_base_turned_about(pose.turn_by_vector.column(axis.min(2)).into())
+                self.with_base_turned_about(pose.rotation_by_vector.column(axis.min(2)).into())
             }
             Dof::Target(..)
             | Dof::Trigger
@@ -99,8 +99,8 @@ impl SubjectFrames<'_> {
             moved += linear * amount;
             turned += angular * amount;
         }
-        let (shift, turn) = response.carried();
-        (moved + self.pose.base * (shift + turn.cross(&self.stiff)), turned + self.pose.base * turn)
+        let (shift, rotation) = response.carried();
+        (moved + self.pose.base * (shift + rotation.cross(&self.stiff)), turned + self.pose.base * rotation)
     }
 
     /// Whether the subject sits where a target does.

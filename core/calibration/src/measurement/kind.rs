@@ -272,8 +272,8 @@ impl RowContext<'_> {
 
     /// Axes of a target in the frame of the measurements.
     pub fn body(&self, target: usize) -> Rotation3<f64> {
-        let turn = self.state.rotations.get(target).copied().unwrap_or_else(Rotation3::identity);
-        self.pose.hand() * turn
+        let rotation = self.state.rotations.get(target).copied().unwrap_or_else(Rotation3::identity);
+        self.pose.hand() * rotation
     }
 
     /// Axes of a frame of the arm in the frame of the measurements.

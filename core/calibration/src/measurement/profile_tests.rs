@@ -35,15 +35,16 @@ const ROWS: &str = "q1_deg,q2_deg,q3_deg,profile1_x_mm,profile1_z_mm,profile2_x_
 
 /// The flange by plain products of rotations and shifts, base frame.
 fn flange(q: [f64; 3]) -> (Rotation3<f64>, Vector3<f64>) {
-    let (mut turn, mut at) = (Rotation3::identity(), Vector3::zeros());
+    let (mut rotation, mut at) = (Rotation3::identity(), Vector3::zeros());
     for ((a, alpha, d), q) in
         [(0.0, 90.0, 195.0), (177.8, 0.0, 10.0), (20.0, -30.0, 109.0)].into_iter().zip(q)
     {
         let about_z = Rotation3::from_axis_angle(&Vector3::z_axis(), f64::to_radians(q));
-        at += turn * (about_z * Vector3::new(a, 0.0, d));
-        turn = turn * about_z * Rotation3::from_axis_angle(&Vector3::x_axis(), f64::to_radians(alpha));
+        at += rotation * (about_z * Vector3::new(a, 0.0, d));
+        rotation =
+            rotation * about_z * Rotation3::from_axis_angle(&Vector3::x_axis(), f64::to_radians(alpha));
     }
-    (turn, at)
+    (rotation, at)
 }
 
 /// Where a point of a profile is, frame of the measurements.
@@ -51,9 +52,9 @@ fn seen(q: [f64; 3], x: f64, z: f64) -> Vector3<f64> {
     let euler = |rpy: [f64; 3]| {
         Rotation3::from_euler_angles(rpy[0].to_radians(), rpy[1].to_radians(), rpy[2].to_radians())
     };
-    let (turn, at) = flange(q);
+    let (rotation, at) = flange(q);
     let on_flange = Vector3::new(-30.0, 12.0, 20.0) + euler([5.0, 8.0, -100.0]) * Vector3::new(x, 0.0, z);
-    euler([1.0, -2.0, 10.0]) * (at + turn * on_flange) + Vector3::new(3.0, -4.0, 5.0)
+    euler([1.0, -2.0, 10.0]) * (at + rotation * on_flange) + Vector3::new(3.0, -4.0, 5.0)
 }
 
 fn refused(rows: &str) -> String {

@@ -243,13 +243,14 @@ fn independent_arm(q: [f64; 5]) -> [(Rotation3<f64>, Vector3<f64>); 2] {
         (0.0, 90.0, 0.0, 90.0),
         (0.0, 0.0, 109.0, 0.0),
     ];
-    let (mut turn, mut at) = (Rotation3::identity(), Vector3::zeros());
+    let (mut rotation, mut at) = (Rotation3::identity(), Vector3::zeros());
     let mut frames = Vec::new();
     for ((a, alpha, d, theta), q) in table.iter().zip(q) {
         let about_z = Rotation3::from_axis_angle(&Vector3::z_axis(), f64::to_radians(theta + q));
-        at += turn * (about_z * Vector3::new(*a, 0.0, *d));
-        turn = turn * about_z * Rotation3::from_axis_angle(&Vector3::x_axis(), f64::to_radians(*alpha));
-        frames.push((turn, at));
+        at += rotation * (about_z * Vector3::new(*a, 0.0, *d));
+        rotation =
+            rotation * about_z * Rotation3::from_axis_angle(&Vector3::x_axis(), f64::to_radians(*alpha));
+        frames.push((rotation, at));
     }
     [frames[3], frames[4]]
 }
@@ -267,8 +268,8 @@ fn predictions_agree_with_an_arm_worked_out_by_hand() {
             Rotation3::from_euler_angles(1_f64.to_radians(), (-2_f64).to_radians(), 10_f64.to_radians());
         let origin = Vector3::new(3.0, -4.0, 5.0);
         let point = |q: [f64; 5], tool: [f64; 3]| {
-            let [_, (turn, at)] = independent_arm(q);
-            base * (at + turn * Vector3::from(tool)) + origin
+            let [_, (rotation, at)] = independent_arm(q);
+            base * (at + rotation * Vector3::from(tool)) + origin
         };
         let same = |row: usize, expected: &[f64]| {
             let found = predicted(row);
@@ -303,9 +304,9 @@ fn predictions_agree_with_an_arm_worked_out_by_hand() {
         same(7, &[up.y.atan2(up.z)]);
         same(8, &[(-up.x).atan2(up.z)]);
         let axes = |q: [f64; 5], rpy: [f64; 3]| {
-            let [_, (turn, _)] = independent_arm(q);
+            let [_, (rotation, _)] = independent_arm(q);
             let [roll, pitch, yaw] = rpy.map(f64::to_radians);
-            base * turn * Rotation3::from_euler_angles(roll, pitch, yaw)
+            base * rotation * Rotation3::from_euler_angles(roll, pitch, yaw)
         };
         // What was measured is the believed orientation and the residual after it, a turn about the body's own axes.
         let close = |row: usize, first: usize, measured: Rotation3<f64>, believed: Rotation3<f64>| {

@@ -43,10 +43,10 @@ pub(super) fn end_row(table: &mut Table, row: usize) -> Result<(), String> {
     let Some(columns) = table.orientations.iter().find(|columns| columns.body == Body::Flange) else {
         return Ok(());
     };
-    let turn = columns.rotations.get(row).copied().flatten();
-    let turn = turn.ok_or("empty; every row needs the orientation of its flange")?;
+    let rotation = columns.rotations.get(row).copied().flatten();
+    let rotation = rotation.ok_or("empty; every row needs the orientation of its flange")?;
     let own = table.q.get_mut(row * COORDINATES + PLACES.len()..(row + 1) * COORDINATES);
-    for (coordinate, angle) in own.into_iter().flatten().zip(angles(&turn)) {
+    for (coordinate, angle) in own.into_iter().flatten().zip(angles(&rotation)) {
         *coordinate = angle;
     }
     Ok(())
@@ -80,10 +80,10 @@ mod tests {
             let observations = Observations::new(&model, &table).unwrap();
             let machine = ResidualModel::new(&model, &table, &observations, &[]).unwrap();
             let mut state = machine.start();
-            let turn = Rotation3::new(Vector3::from(vector));
+            let rotation = Rotation3::new(Vector3::from(vector));
             for target in [Vector3::zeros(), Vector3::new(30.0, -40.0, 50.0)] {
                 state.targets[0] = target;
-                let expected = Vector3::new(100.0, -20.0, 350.0) + turn * target;
+                let expected = Vector3::new(100.0, -20.0, 350.0) + rotation * target;
                 let found = machine.believed_point(&state, 0);
                 assert!((found - expected).norm() < 1e-5, "{vector:?}: {found} {expected}");
             }
@@ -93,16 +93,16 @@ mod tests {
     #[test]
     fn a_pose_that_lacks_something_and_joints_beside_it_are_refused() {
         let place = "flange_x_mm,flange_y_mm,flange_z_mm";
-        let turn = "flange_qw,flange_qx,flange_qy,flange_qz";
+        let rotation = "flange_qw,flange_qx,flange_qy,flange_qz";
         for (text, part) in [
             (format!("{place},p1_x_mm\n1,2,3,4\n"), "lacks its orientation"),
-            (format!("flange_x_mm,flange_y_mm,{turn}\n1,2,1,0,0,0\n"), "lacks `flange_z_mm`"),
+            (format!("flange_x_mm,flange_y_mm,{rotation}\n1,2,1,0,0,0\n"), "lacks `flange_z_mm`"),
             (
-                format!("{place},{turn},q1_deg\n1,2,3,1,0,0,0,5\n"),
+                format!("{place},{rotation},q1_deg\n1,2,3,1,0,0,0,5\n"),
                 "joints or the pose of its flange, not both",
             ),
-            (format!("{place},{turn}\n1,,3,1,0,0,0\n"), "line 2, column 2 (`flange_y_mm`): empty"),
-            (format!("{place},{turn}\n1,2,3,,,,\n"), "every row needs the orientation of its flange"),
+            (format!("{place},{rotation}\n1,,3,1,0,0,0\n"), "line 2, column 2 (`flange_y_mm`): empty"),
+            (format!("{place},{rotation}\n1,2,3,,,,\n"), "every row needs the orientation of its flange"),
         ] {
             let message = Table::parse("t.csv", &text).unwrap_err().to_string();
             assert!(message.contains(part), "{part}: {message}");

@@ -211,8 +211,8 @@ pub(super) fn orientations(parts: &[TurnPart]) -> Result<Vec<OrientationColumns>
 }
 
 /// The numbers of a rotation as a quaternion, `w` first and not negative.
-pub fn quaternion(turn: &Rotation3<f64>) -> [f64; 4] {
-    let quaternion = UnitQuaternion::from_rotation_matrix(turn);
+pub fn quaternion(rotation: &Rotation3<f64>) -> [f64; 4] {
+    let quaternion = UnitQuaternion::from_rotation_matrix(rotation);
     // A quaternion and its negative are one orientation: one of them is written.
     let sign = if quaternion.w < 0.0 { -1.0 } else { 1.0 };
     [quaternion.w, quaternion.i, quaternion.j, quaternion.k].map(|part| part * sign)
@@ -233,8 +233,8 @@ mod tests {
         let vector = read("q1_deg,p1_rx_deg,p1_ry_deg,p1_rz_deg\n1,0,0,90\n");
         let radians = read("q1_deg,rvec_x_rad,rvec_y_rad,rvec_z_rad\n1,0,0,1.5707963\n");
         let turns = [&quaternion, &vector, &radians].map(|table| table.orientations[0].rotations[0].unwrap());
-        for turn in turns {
-            let x = turn * nalgebra::Vector3::x();
+        for rotation in turns {
+            let x = rotation * nalgebra::Vector3::x();
             assert!((x - nalgebra::Vector3::y()).norm() < 1e-6, "{x}");
         }
         assert_eq!(radians.orientations[0].body.name(), "board");

@@ -114,8 +114,8 @@ fn orientations(table: &Table) -> Vec<Column<'_>> {
         // Whatever form they were read in: a quaternion needs no unit and no branch.
         for (part, name) in ["qw", "qx", "qy", "qz"].into_iter().enumerate() {
             columns.push(Column::new(format!("{}_{name}", known.body.name()), move |row| {
-                let turn = known.rotations.get(row).copied().flatten();
-                turn.map_or_else(String::new, |turn| number(quaternion(&turn)[part]))
+                let rotation = known.rotations.get(row).copied().flatten();
+                rotation.map_or_else(String::new, |rotation| number(quaternion(&rotation)[part]))
             }));
         }
     }

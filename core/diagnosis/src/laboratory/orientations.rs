@@ -47,24 +47,24 @@ struct Reading {
     form: Option<OrientationForm>,
 }
 
-fn w_last(turn: &Rotation3<f64>) -> Rotation3<f64> {
-    let written = UnitQuaternion::from_rotation_matrix(turn);
+fn w_last(rotation: &Rotation3<f64>) -> Rotation3<f64> {
+    let written = UnitQuaternion::from_rotation_matrix(rotation);
     let meant = Quaternion::new(written.k, written.w, written.i, written.j);
     UnitQuaternion::from_quaternion(meant).to_rotation_matrix()
 }
 
-fn inverted(turn: &Rotation3<f64>) -> Rotation3<f64> {
-    turn.inverse()
+fn inverted(rotation: &Rotation3<f64>) -> Rotation3<f64> {
+    rotation.inverse()
 }
 
 /// Seen in a mirror: axes of the left hand.
-fn mirrored(turn: &Rotation3<f64>) -> Rotation3<f64> {
+fn mirrored(rotation: &Rotation3<f64>) -> Rotation3<f64> {
     let mirror = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, -1.0));
-    Rotation3::from_matrix_unchecked(mirror * turn.matrix() * mirror)
+    Rotation3::from_matrix_unchecked(mirror * rotation.matrix() * mirror)
 }
 
-fn scaled(turn: &Rotation3<f64>, factor: f64) -> Rotation3<f64> {
-    Rotation3::new(UnitQuaternion::from_rotation_matrix(turn).scaled_axis() * factor)
+fn scaled(rotation: &Rotation3<f64>, factor: f64) -> Rotation3<f64> {
+    Rotation3::new(UnitQuaternion::from_rotation_matrix(rotation).scaled_axis() * factor)
 }
 
 const QUATERNION: Option<OrientationForm> = Some(OrientationForm::Quaternion);
@@ -94,27 +94,27 @@ const READINGS: [Reading; 9] = [
     },
     Reading {
         what: "with w last, in the order x, y, z, w, and inverted (change the names of the columns, and the sign of x, y and z)",
-        read: |turn| inverted(&w_last(turn)),
+        read: |rotation| inverted(&w_last(rotation)),
         form: QUATERNION,
     },
     Reading {
         what: "with w last, in the order x, y, z, w, of left-handed axes (change the names of the columns, and the sign of two of x, y and z)",
-        read: |turn| mirrored(&w_last(turn)),
+        read: |rotation| mirrored(&w_last(rotation)),
         form: QUATERNION,
     },
     Reading {
         what: "inverted and of left-handed axes (change the sign of one of x, y and z)",
-        read: |turn| mirrored(&inverted(turn)),
+        read: |rotation| mirrored(&inverted(rotation)),
         form: None,
     },
     Reading {
         what: "as radians (the columns then end in _rad)",
-        read: |turn| scaled(turn, 180.0 / std::f64::consts::PI),
+        read: |rotation| scaled(rotation, 180.0 / std::f64::consts::PI),
         form: VECTOR,
     },
     Reading {
         what: "as degrees (the columns then end in _deg)",
-        read: |turn| scaled(turn, std::f64::consts::PI / 180.0),
+        read: |rotation| scaled(rotation, std::f64::consts::PI / 180.0),
         form: VECTOR,
     },
 ];
@@ -292,7 +292,7 @@ fn held_otherwise(
     let model = machine.model;
     let index = body.target(machine);
     let target = model.targets.get(index)?;
-    let turn = state.rotations.get(index)?;
+    let rotation = state.rotations.get(index)?;
     let (base, base_free) = match body {
         SeenBody::Target(_) => (state.base.rotation, model.base.free),
         SeenBody::Board(board) => {
@@ -303,9 +303,9 @@ fn held_otherwise(
     };
     let held = match (base_free, target.rotation_free) {
         (true, true) => return None,
-        (true, false) => TwoRotations { base: base_rotation(poses, turn)?, body: *turn },
+        (true, false) => TwoRotations { base: base_rotation(poses, rotation)?, body: *rotation },
         (false, true) => TwoRotations { base, body: body_rotation(poses, &base)? },
-        (false, false) => TwoRotations { base, body: *turn },
+        (false, false) => TwoRotations { base, body: *rotation },
     };
     let off = rotations_left(poses, &held);
     if off < FOREIGN {

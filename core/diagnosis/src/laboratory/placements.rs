@@ -32,17 +32,17 @@ impl StandardErrors<'_> {
     fn placement(
         &self,
         (name, frame): (&str, &'static str),
-        (xyz, turn): (Vector3<f64>, Rotation3<f64>),
+        (xyz, rotation): (Vector3<f64>, Rotation3<f64>),
         (shift, turned): (impl Fn(usize) -> FreeParameter, impl Fn(usize) -> FreeParameter),
     ) -> Placement {
-        let (roll, pitch, yaw) = turn.euler_angles();
+        let (roll, pitch, yaw) = rotation.euler_angles();
         Placement {
             name: name.to_owned(),
             frame,
             xyz_mm: xyz.into(),
             se_mm: [0, 1, 2].map(|axis| self.error_of(shift(axis))),
             rpy_deg: [roll, pitch, yaw].map(f64::to_degrees),
-            quaternion: quaternion(&turn),
+            quaternion: quaternion(&rotation),
             se_deg: [0, 1, 2].map(|axis| self.error_of(turned(axis)).map(f64::to_degrees)),
         }
     }
@@ -65,12 +65,12 @@ pub(super) fn placements(errors: &StandardErrors<'_>) -> Vec<Placement> {
     let mut found = Vec::new();
     for (index, target) in model.targets.iter().enumerate().filter(|(index, _)| seen.contains(index)) {
         let xyz = state.targets.get(index).copied().unwrap_or(target.xyz);
-        let turn = state.rotations.get(index).copied().unwrap_or(target.rotation);
+        let rotation = state.rotations.get(index).copied().unwrap_or(target.rotation);
         let free_parameters = (
             move |axis| FreeParameter::Target(index, axis),
             move |axis| FreeParameter::TargetRotation(index, axis),
         );
-        found.push(errors.placement((&target.name, "flange"), (xyz, turn), free_parameters));
+        found.push(errors.placement((&target.name, "flange"), (xyz, rotation), free_parameters));
     }
     for (index, board) in boards.iter().filter_map(|index| Some((*index, state.boards.get(*index)?))) {
         let position = (board.translation.vector, board.rotation);

@@ -93,7 +93,7 @@ mod tests {
     fn the_radius_of_an_arc_is_that_of_its_circle_and_a_straight_line_has_none_to_speak_of() {
         let arc: Vec<[f64; 2]> = (-3..=3)
             .map(|step| f64::from(step) * 0.2)
-            .map(|turn| [7.0 + 12.0 * turn.sin(), 150.0 - 12.0 * turn.cos()])
+            .map(|rotation| [7.0 + 12.0 * rotation.sin(), 150.0 - 12.0 * rotation.cos()])
             .collect();
         assert!((radius(&arc).unwrap() - 12.0).abs() < 1e-9);
         let line: Vec<[f64; 2]> = (0..6).map(|step| [f64::from(step), 3.0 + 0.5 * f64::from(step)]).collect();
@@ -108,7 +108,7 @@ mod tests {
         let row = |(row, radius): (usize, &f64)| {
             let turns = (0..points).map(|point| 0.2 * point as f64 - 0.5);
             let cells: String = turns
-                .map(|turn| format!(",{},{}", radius * turn.sin(), 90.0 - radius * turn.cos()))
+                .map(|rotation| format!(",{},{}", radius * rotation.sin(), 90.0 - radius * rotation.cos()))
                 .collect();
             format!("{row},ball{cells}\n")
         };

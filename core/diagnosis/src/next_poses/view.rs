@@ -40,11 +40,11 @@ impl View {
         let mut view: Option<Self> = None;
         for row in lab.measured_rows() {
             let place = table.board.as_ref().and_then(|board| board.get(row)).copied();
-            let (Some(place), Some(turn)) = (place, table.turn_of(Body::Board, row)) else { continue };
+            let (Some(place), Some(rotation)) = (place, table.turn_of(Body::Board, row)) else { continue };
             if !place.iter().all(|part| part.is_finite()) {
                 continue;
             }
-            let (distance, aside, aslant) = look(&IsometryMatrix3::from_parts(place.into(), turn));
+            let (distance, aside, aslant) = look(&IsometryMatrix3::from_parts(place.into(), rotation));
             // Only what was seen shows what the camera can see: its lens and its board are in no file.
             let known = view.get_or_insert(Self { distances: (distance, distance), aside, aslant });
             known.distances = (known.distances.0.min(distance), known.distances.1.max(distance));
@@ -76,8 +76,8 @@ mod tests {
     #[test]
     fn a_board_is_in_view_as_near_as_straight_and_as_little_aside_as_before() {
         let at = |position: [f64; 3], tilt: f64| {
-            let turn = Rotation3::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI + tilt);
-            IsometryMatrix3::from_parts(Translation3::from(position), turn)
+            let rotation = Rotation3::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI + tilt);
+            IsometryMatrix3::from_parts(Translation3::from(position), rotation)
         };
         let view = View { distances: (250.0, 400.0), aside: 0.3, aslant: 0.5 };
         assert!(view.holds(&at([20.0, -30.0, 300.0], 0.4)));
@@ -91,9 +91,9 @@ mod tests {
     #[test]
     fn a_board_may_be_a_little_farther_nearer_further_aside_and_more_aslant_than_before() {
         let at = |distance: f64, aside: f64, tilt: f64| {
-            let turn = Rotation3::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI + tilt);
+            let rotation = Rotation3::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI + tilt);
             let place = [distance * aside.sin(), 0.0, distance * aside.cos()];
-            IsometryMatrix3::from_parts(Translation3::from(place), turn)
+            IsometryMatrix3::from_parts(Translation3::from(place), rotation)
         };
         let view = View { distances: (250.0, 400.0), aside: 0.3, aslant: 0.5 };
         let (near, far) = (250.0 / FARTHER, 400.0 * FARTHER);

@@ -59,11 +59,12 @@ fn views(model: &Model) -> Vec<View> {
     let mut views = Vec::new();
     for approach in 0..14 {
         let angle = f64::from(approach);
-        let (tilt, azimuth, turn) = (0.17 * f64::from(approach % 3), 0.9 * angle, 0.45 * (angle * 1.7).sin());
+        let (tilt, azimuth, rotation) =
+            (0.17 * f64::from(approach % 3), 0.9 * angle, 0.45 * (angle * 1.7).sin());
         let about_z = |angle| nalgebra::Rotation3::from_axis_angle(&Vector3::z_axis(), angle);
         let attitude = about_z(azimuth)
             * nalgebra::Rotation3::from_axis_angle(&Vector3::y_axis(), tilt)
-            * about_z(turn - azimuth)
+            * about_z(rotation - azimuth)
             * nalgebra::Rotation3::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
         let middle = if approach % 2 == 0 { [530.0, -60.0] } else { [530.0, 120.0] };
         for step in 0..9 {

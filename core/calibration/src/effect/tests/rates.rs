@@ -356,8 +356,8 @@ fn effects_by_epoch_have_numbers_of_their_own_in_every_epoch_but_the_first() {
     assert_same(&in_epoch("reading_rescaled(height)", 2), &at(1, scale, 1.0), "scale");
     let moved = in_epoch("base_reset", 2);
     let dofs: Vec<Dof> = moved.iter().map(|contribution| contribution.dof).collect();
-    let (shift, turn) = (Dof::BaseShift, Dof::BaseRotation);
-    assert_eq!(dofs, [shift(0), shift(1), shift(2), turn(0), turn(1), turn(2)]);
+    let (shift, rotation) = (Dof::BaseShift, Dof::BaseRotation);
+    assert_eq!(dofs, [shift(0), shift(1), shift(2), rotation(0), rotation(1), rotation(2)]);
     assert_eq!(
         moved.iter().map(|contribution| contribution.parameter).collect::<Vec<_>>(),
         [6, 7, 8, 9, 10, 11]

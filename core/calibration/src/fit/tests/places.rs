@@ -12,8 +12,11 @@ use crate::measurement::Observations;
 use crate::table::Table;
 use crate::table::scalar::{DISTANCE, HEIGHT};
 
-fn pose(shift: [f64; 3], turn: [f64; 3]) -> IsometryMatrix3<f64> {
-    IsometryMatrix3::from_parts(Translation3::from(Vector3::from(shift)), Rotation3::new(Vector3::from(turn)))
+fn pose(shift: [f64; 3], rotation: [f64; 3]) -> IsometryMatrix3<f64> {
+    IsometryMatrix3::from_parts(
+        Translation3::from(Vector3::from(shift)),
+        Rotation3::new(Vector3::from(rotation)),
+    )
 }
 
 fn apart(one: &IsometryMatrix3<f64>, other: &IsometryMatrix3<f64>) -> f64 {
@@ -248,14 +251,14 @@ fn changes_add_up_each_where_it_belongs() {
 #[test]
 fn a_large_turn_of_the_base_changes_with_its_vector_as_the_rotation_group_has_it() {
     // d/dv exp(v) in the direction e turns by J(v) e; by differences of two rotations.
-    let turn = Vector3::new(0.7, -1.1, 0.4);
+    let rotation = Vector3::new(0.7, -1.1, 0.4);
     let text = PLANAR.replace("free: false}\ntargets", "free: true, per: session}\ntargets");
     let model = Model::parse("m.yaml", &format!("{text}epochs: {{sessions: [a, b]}}\n")).unwrap();
     let table = Table::parse("t.csv", "q1_deg,q2_deg,p1_x_mm,session\n0,0,5,a\n0,90,5,b\n").unwrap();
     let observations = Observations::new(&model, &table).unwrap();
     let added = AddedEffect {
         id: parse("base_reset", &model).unwrap(),
-        values: vec![0.0, 0.0, 0.0, turn.x, turn.y, turn.z],
+        values: vec![0.0, 0.0, 0.0, rotation.x, rotation.y, rotation.z],
     };
     let machine = ResidualModel::new(&model, &table, &observations, &[added]).unwrap();
     let state = machine.start();
@@ -263,7 +266,7 @@ fn a_large_turn_of_the_base_changes_with_its_vector_as_the_rotation_group_has_it
     // The target of the second row, off the base's origin: turned by exp(v).
     let lever = Vector3::new(400.0, 0.0, 350.0);
     for axis in 0..3 {
-        let at = |by: f64| Rotation3::new(turn + Vector3::ith(axis, by)) * lever;
+        let at = |by: f64| Rotation3::new(rotation + Vector3::ith(axis, by)) * lever;
         let slope = (at(1e-6) - at(-1e-6)) / 2e-6;
         let free_parameter = machine.free_parameters().len() - 3 + axis;
         assert!(
@@ -334,7 +337,7 @@ convention: distal
 joints: [{name: turn, a_mm: 100, sign: -1}, {name: slide, slides: true}]
 base: {xyz_mm: [0, 0, 0], rpy_deg: [0, 0, 90], free: false}
 targets: {p1: {free: false}}
-measured_region: {ranges: {turn: [-90, 90], slide: [0, 50]}, reach: 3, poses: [[-90, 0], [90, 50]]}
+measured_region: {ranges: {rotation: [-90, 90], slide: [0, 50]}, reach: 3, poses: [[-90, 0], [90, 50]]}
 residual_map: {not_understood: 0.5, sides: [{joint: turn, weights: [1.5]}, {joint: slide, weights: [0.25]}], waves: [{rates: [0, 0, 0], phase_rad: 0, shift_mm: [2, 0, 0]}]}
 ";
     let model = Model::parse("m.yaml", text).unwrap();

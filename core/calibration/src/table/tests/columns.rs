@@ -18,7 +18,7 @@ const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
 #[test]
 fn every_header_means_its_quantity_in_inner_units() {
-    let turn = |body, form, part, scale| Meaning::Turn { body, form, part, scale };
+    let rotation = |body, form, part, scale| Meaning::Turn { body, form, part, scale };
     let (quaternion, vector) = (OrientationForm::Quaternion, OrientationForm::RotationVector);
     for (name, meaning) in [
         ("q1_deg", Meaning::Coordinate { joint: 0, scale: DEGREE }),
@@ -26,12 +26,12 @@ fn every_header_means_its_quantity_in_inner_units() {
         ("q2_in", Meaning::Coordinate { joint: 1, scale: 25.4 }),
         ("p1_x_mm", Meaning::Position { target: 0, axis: 0, scale: 1.0 }),
         ("p3_z_m", Meaning::Position { target: 2, axis: 2, scale: 1000.0 }),
-        ("p2_qz", turn(Body::Target(1), quaternion, 3, 1.0)),
-        ("p2_ry_deg", turn(Body::Target(1), vector, 1, DEGREE)),
-        ("board_qw", turn(Body::Board, quaternion, 0, 1.0)),
-        ("board_rz_rad", turn(Body::Board, vector, 2, 1.0)),
-        ("rvec_x_rad", turn(Body::Board, vector, 0, 1.0)),
-        ("flange_qy", turn(Body::Flange, quaternion, 2, 1.0)),
+        ("p2_qz", rotation(Body::Target(1), quaternion, 3, 1.0)),
+        ("p2_ry_deg", rotation(Body::Target(1), vector, 1, DEGREE)),
+        ("board_qw", rotation(Body::Board, quaternion, 0, 1.0)),
+        ("board_rz_rad", rotation(Body::Board, vector, 2, 1.0)),
+        ("rvec_x_rad", rotation(Body::Board, vector, 0, 1.0)),
+        ("flange_qy", rotation(Body::Flange, quaternion, 2, 1.0)),
         ("board_y_m", Meaning::Board { axis: 1, scale: 1000.0 }),
         ("tvec_z_mm", Meaning::Board { axis: 2, scale: 1.0 }),
         ("flange_x_in", Meaning::Flange { axis: 0, scale: 25.4 }),

@@ -83,15 +83,18 @@ fn the_reading_that_was_slipped_is_the_best_of_all() {
 
 #[test]
 fn every_reading_undoes_the_slip_it_is_named_for() {
-    let turn = Rotation3::new(Vector3::new(0.4, -1.2, 0.8));
-    let true_one = UnitQuaternion::from_rotation_matrix(&turn);
+    let rotation = Rotation3::new(Vector3::new(0.4, -1.2, 0.8));
+    let true_one = UnitQuaternion::from_rotation_matrix(&rotation);
     // Written x, y, z, w and read w, x, y, z.
     let misread = Quaternion::new(true_one.i, true_one.j, true_one.k, true_one.w);
     let misread = UnitQuaternion::from_quaternion(misread).to_rotation_matrix();
-    assert!(w_last(&misread).angle_to(&turn) < 1e-7);
-    assert!(inverted(&turn.inverse()).angle_to(&turn) < 1e-7);
-    assert!(mirrored(&mirrored(&turn)).angle_to(&turn) < 1e-7 && mirrored(&turn).angle_to(&turn) > 0.1);
-    assert!(scaled(&scaled(&turn, 0.01), 100.0).angle_to(&turn) < 1e-7);
+    assert!(w_last(&misread).angle_to(&rotation) < 1e-7);
+    assert!(inverted(&rotation.inverse()).angle_to(&rotation) < 1e-7);
+    assert!(
+        mirrored(&mirrored(&rotation)).angle_to(&rotation) < 1e-7
+            && mirrored(&rotation).angle_to(&rotation) > 0.1
+    );
+    assert!(scaled(&scaled(&rotation, 0.01), 100.0).angle_to(&rotation) < 1e-7);
 }
 
 type Pose = IsometryMatrix3<f64>;
@@ -133,8 +136,8 @@ fn anywhere(rows: usize) -> Vec<[f64; 3]> {
 }
 
 fn cells(pose: &Pose) -> String {
-    let turn = UnitQuaternion::from_rotation_matrix(&pose.rotation).scaled_axis();
-    let numbers = pose.translation.vector.iter().chain(turn.iter()).map(|number| format!("{number:.12}"));
+    let rotation = UnitQuaternion::from_rotation_matrix(&pose.rotation).scaled_axis();
+    let numbers = pose.translation.vector.iter().chain(rotation.iter()).map(|number| format!("{number:.12}"));
     numbers.collect::<Vec<_>>().join(",")
 }
 

@@ -124,10 +124,10 @@ fn an_arm_that_cannot_move_its_point_is_refused_and_one_that_was_not_moved_is_no
 fn coordinates_beyond_the_limits_are_counted_and_the_first_is_reported() {
     let odd = checked(20, |number, cells| {
         if number >= 18 {
-            let turn = if number == 18 { 172.0 } else { -175.0 } - cells[0];
+            let rotation = if number == 18 { 172.0 } else { -175.0 } - cells[0];
             let (x, y) = (cells[2], cells[3]);
-            let (sine, cosine) = turn.to_radians().sin_cos();
-            cells[0] += turn;
+            let (sine, cosine) = rotation.to_radians().sin_cos();
+            cells[0] += rotation;
             (cells[2], cells[3]) = (cosine * x - sine * y, sine * x + cosine * y);
         }
     });
