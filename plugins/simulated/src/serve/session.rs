@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use serde::de::DeserializeOwned;
 
 use super::shared::{Order, Shared, State};
+use crate::joint_values::JointValues;
 use crate::lines::{Lines, Received};
 use crate::physics::rigid::Vector;
 use crate::protocol::{
@@ -121,9 +122,7 @@ impl Session {
                 self.answer_motion(id, &Order::Joints(MotionRequest { joints, relative, speed }))
             }
             WorldCommand::Follow { joints, ms } => self.change(id, |state| state.follow(&joints, ms)),
-            WorldCommand::Step { half_steps, rate } => {
-                self.answer_motion(id, &Order::HalfSteps(half_steps, rate))
-            }
+            WorldCommand::Step { half_steps, rate } => self.answer_half_steps(id, half_steps, rate),
             WorldCommand::Place { joints } => self.answer_place(id, &joints),
             WorldCommand::RestOnGauge { height_mm } => {
                 let resting = self.shared.now().switch().map(|switch| switch.attitudes_at_height(height_mm));
@@ -196,6 +195,10 @@ impl Session {
     fn answer_with(&mut self, id: u64, find_out: impl FnOnce(&mut State) -> Response) -> Result<(), Gone> {
         let found = find_out(&mut self.shared.now());
         self.respond(id, found)
+    }
+
+    fn answer_half_steps(&mut self, id: u64, half_steps: JointValues, rate: f64) -> Result<(), Gone> {
+        self.answer_motion(id, &Order::HalfSteps(half_steps, rate))
     }
 
     fn answer_motion(&mut self, id: u64, order: &Order) -> Result<(), Gone> {

@@ -76,7 +76,7 @@ fn command_of(act: &Act) -> Result<WorldCommand, String> {
         Some(other) => Err(format!("`axis` of `{name}` is `{other}`; it is x, y or z")),
         None => Err(needs("axis")),
     };
-    let read = |with: Instrument| WorldCommand::Measure { with, at: word("at"), turned, axis: None };
+    let read = |with: Instrument, axis| WorldCommand::Measure { with, at: word("at"), turned, axis };
     let one_of = |key: &str, yes: &str, no: &str| match word(key).as_deref() {
         Some(word) if word == yes => Ok(Some(true)),
         Some(word) if word == no => Ok(Some(false)),
@@ -93,11 +93,9 @@ fn command_of(act: &Act) -> Result<WorldCommand, String> {
         "place_hand" => {
             WorldCommand::PlaceHand { x_mm: number("x_mm")?, y_mm: number("y_mm")?, z_mm: number("z_mm")? }
         }
-        "read_level" => read(Instrument::Level),
-        "read_probe" => read(Instrument::Probe),
-        "read_tracker" => {
-            WorldCommand::Measure { with: Instrument::Tracker, at: word("at"), turned, axis: Some(axis()?) }
-        }
+        "read_level" => read(Instrument::Level, None),
+        "read_probe" => read(Instrument::Probe, None),
+        "read_tracker" => read(Instrument::Tracker, Some(axis()?)),
         "read_board" => read_axis(Instrument::Board, axis()?),
         "read_board_turn" => read_axis(Instrument::BoardTurn, axis()?),
         "read_profile" => WorldCommand::ReadProfile {
@@ -113,7 +111,7 @@ fn command_of(act: &Act) -> Result<WorldCommand, String> {
         },
         "hang" => WorldCommand::Hang { mass_kg: number("mass_kg")? },
         "read_point" => WorldCommand::ReadPoint { axis: number_of(axis()?), ahead_mm: number("ahead_mm")? },
-        _ => read(Instrument::Ruler),
+        _ => read(Instrument::Ruler, None),
     })
 }
 
