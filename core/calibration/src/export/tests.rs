@@ -64,7 +64,7 @@ fn a_residual_map_is_named_as_what_rigid_links_cannot_hold() {
 convention: distal
 joints: [{name: turn, a_mm: 100}, {name: slide, slides: true}]
 targets: {p1: {}}
-measured_region: {ranges: {rotation: [-90, 95], slide: [0, 50]}, reach: 0.5, poses: [[-90, 0], [95, 50]]}
+measured_region: {ranges: {turn: [-90, 95], slide: [0, 50]}, reach: 0.5, poses: [[-90, 0], [95, 50]]}
 residual_map: {not_understood: 0.6, along: [{joint: slide, weights: [0.1, 0.02]}]}
 ";
     let arm = RigidArm::of(&Model::parse("arm.yaml", MAPPED).unwrap()).unwrap();

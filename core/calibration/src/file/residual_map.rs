@@ -184,7 +184,7 @@ mod tests {
     use crate::file::model_text;
 
     const ARM: &str = "arm: two\nconvention: distal\njoints: [{name: turn, a_mm: 100}, {name: slide, slides: true}]\ntargets: {p1: {}}\n";
-    const REGION: &str = "measured_region: {ranges: {rotation: [-90, 95], slide: [0, 50]}, reach: 0.5, poses: [[-90, 0], [95, 50]]}\n";
+    const REGION: &str = "measured_region: {ranges: {turn: [-90, 95], slide: [0, 50]}, reach: 0.5, poses: [[-90, 0], [95, 50]]}\n";
     const MAP: &str = "residual_map: {not_understood: 0.6, along: [{joint: slide, weights: [0.1, 0.02]}], sides: [{joint: turn, weights: [0.3]}], waves: [{rates: [1, 2, 3], phase_rad: 0.5, shift_mm: [0.1, 0, -0.2]}]}\n";
 
     fn parse(more: &str) -> Result<Model, String> {

@@ -337,7 +337,7 @@ convention: distal
 joints: [{name: turn, a_mm: 100, sign: -1}, {name: slide, slides: true}]
 base: {xyz_mm: [0, 0, 0], rpy_deg: [0, 0, 90], free: false}
 targets: {p1: {free: false}}
-measured_region: {ranges: {rotation: [-90, 90], slide: [0, 50]}, reach: 3, poses: [[-90, 0], [90, 50]]}
+measured_region: {ranges: {turn: [-90, 90], slide: [0, 50]}, reach: 3, poses: [[-90, 0], [90, 50]]}
 residual_map: {not_understood: 0.5, sides: [{joint: turn, weights: [1.5]}, {joint: slide, weights: [0.25]}], waves: [{rates: [0, 0, 0], phase_rad: 0, shift_mm: [2, 0, 0]}]}
 ";
     let model = Model::parse("m.yaml", text).unwrap();
