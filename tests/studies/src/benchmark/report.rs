@@ -14,6 +14,7 @@ pub(super) struct Row {
     cell: &'static str,
     analyst: Analyst,
     trials: usize,
+    #[serde(rename = "shares")]
     fractions: BTreeMap<&'static str, Proportion>,
     /// Share of right diagnoses by what was hidden.
     right_by_effect: BTreeMap<String, Proportion>,
