@@ -77,7 +77,7 @@ fn a_wave_needs_eight_lines_in_its_period() {
 #[test]
 fn what_does_not_go_by_the_coordinate_alone_is_left_out_by_name() {
     let effects = "effects:
-  - {effect: joint_settling, where: x, values: {fraction: 0.01}}
+  - {effect: joint_settling, where: x, values: {share: 0.01}}
   - {effect: joint_step, where: x, searched: 5, values: {step_mm: 0}}
 fitted: [{effect: joint_gain, where: x, values: {gain: 0.01}}]
 ";
@@ -269,7 +269,7 @@ fn what_is_curved_between_the_lines_is_given_by_its_greatest_part() {
 fn an_event_and_what_comes_to_nothing_are_no_errors_of_the_position() {
     let more = "effects:
   - {effect: joint_step, where: x, searched: 5, values: {step_mm: 0.3}}
-  - {effect: joint_settling, where: x, values: {fraction: 0}}
+  - {effect: joint_settling, where: x, values: {share: 0}}
 ";
     let table = compensation(&axis(more), 0, 3).unwrap();
     assert!(table.left_out.is_empty(), "{:?}", table.left_out);
