@@ -20,7 +20,7 @@ struct HiddenEffect {
     entry: &'static str,
 }
 
-const fn hidden_effect(
+const fn hide(
     effect: &'static str,
     words: &'static str,
     joint: &'static str,
@@ -43,10 +43,10 @@ const WHEEL_TWICE: &str = "per_turn: 2, amplitude_deg: SIZE, phase_deg: PHASE";
 /// Every effect the world's file knows, at the places where it can be seen. Left out is the drift of a warming arm: a table of several runs has no time,
 /// and the procedure's second pass says of it what is to be said.
 const EFFECTS: [HiddenEffect; 36] = [
-    hidden_effect("joint_backlash", "play", "waist", [0.12, 0.28], "deg", PLAY),
-    hidden_effect("joint_compliance", "gives way", "shoulder", [3e-5, 9e-5], "rad/(N m)", SOFT),
-    hidden_effect("joint_harmonic", "wheel out of true", "waist", [0.12, 0.28], "deg", WHEEL),
-    hidden_effect(
+    hide("joint_backlash", "play", "waist", [0.12, 0.28], "deg", PLAY),
+    hide("joint_compliance", "gives way", "shoulder", [3e-5, 9e-5], "rad/(N m)", SOFT),
+    hide("joint_harmonic", "wheel out of true", "waist", [0.12, 0.28], "deg", WHEEL),
+    hide(
         "joint_coupling",
         "wrist coupling",
         "flange",
@@ -54,7 +54,7 @@ const EFFECTS: [HiddenEffect; 36] = [
         "deg/deg",
         "driver: wrist_bend, deg_per_deg: SIZE",
     ),
-    hidden_effect(
+    hide(
         "joint_stiffening",
         "gives way less and less",
         "shoulder",
@@ -62,16 +62,16 @@ const EFFECTS: [HiddenEffect; 36] = [
         "rad/(N m)",
         "rad_per_nm: SIZE, knee_nm: 20",
     ),
-    hidden_effect("joint_gain", "wrong gear ratio", "waist", [0.002, 0.006], "deg/deg", "deg_per_deg: SIZE"),
-    hidden_effect("link_length", "link too long", "shoulder", [0.5, 1.5], "mm", "mm: SIZE"),
-    hidden_effect("joint_backlash", "play", "shoulder", [0.12, 0.28], "deg", PLAY),
-    hidden_effect("link_twist", "axes at a wrong angle", "waist", [0.1, 0.3], "deg", "deg: SIZE"),
-    hidden_effect("joint_harmonic", "wheel out of true", "shoulder", [0.12, 0.28], "deg", WHEEL),
-    hidden_effect("link_sag", "link bends", "shoulder", [2e-4, 5e-4], "1/(N m2)", "per_nm2: SIZE"),
-    hidden_effect("joint_backlash", "play", "elbow", [0.12, 0.28], "deg", PLAY),
-    hidden_effect("joint_compliance", "gives way", "elbow", [1e-4, 3e-4], "rad/(N m)", SOFT),
-    hidden_effect("joint_harmonic", "wheel out of true", "elbow", [0.12, 0.28], "deg", WHEEL),
-    hidden_effect(
+    hide("joint_gain", "wrong gear ratio", "waist", [0.002, 0.006], "deg/deg", "deg_per_deg: SIZE"),
+    hide("link_length", "link too long", "shoulder", [0.5, 1.5], "mm", "mm: SIZE"),
+    hide("joint_backlash", "play", "shoulder", [0.12, 0.28], "deg", PLAY),
+    hide("link_twist", "axes at a wrong angle", "waist", [0.1, 0.3], "deg", "deg: SIZE"),
+    hide("joint_harmonic", "wheel out of true", "shoulder", [0.12, 0.28], "deg", WHEEL),
+    hide("link_sag", "link bends", "shoulder", [2e-4, 5e-4], "1/(N m2)", "per_nm2: SIZE"),
+    hide("joint_backlash", "play", "elbow", [0.12, 0.28], "deg", PLAY),
+    hide("joint_compliance", "gives way", "elbow", [1e-4, 3e-4], "rad/(N m)", SOFT),
+    hide("joint_harmonic", "wheel out of true", "elbow", [0.12, 0.28], "deg", WHEEL),
+    hide(
         "joint_coupling",
         "wrist coupling",
         "wrist_bend",
@@ -79,20 +79,13 @@ const EFFECTS: [HiddenEffect; 36] = [
         "deg/deg",
         "driver: wrist_roll, deg_per_deg: SIZE",
     ),
-    hidden_effect(
-        "joint_gain",
-        "wrong gear ratio",
-        "shoulder",
-        [0.002, 0.006],
-        "deg/deg",
-        "deg_per_deg: SIZE",
-    ),
-    hidden_effect("link_offset", "link beside its place", "shoulder", [0.5, 1.5], "mm", "mm: SIZE"),
-    hidden_effect("joint_backlash", "play", "wrist_roll", [0.2, 0.4], "deg", PLAY),
-    hidden_effect("axis_skew", "axes not parallel", "elbow", [0.1, 0.3], "deg", "deg: SIZE"),
-    hidden_effect("joint_harmonic", "wheel out of true", "waist", [0.12, 0.28], "deg", WHEEL_TWICE),
-    hidden_effect("joint_backlash", "play", "wrist_bend", [0.2, 0.4], "deg", PLAY),
-    hidden_effect(
+    hide("joint_gain", "wrong gear ratio", "shoulder", [0.002, 0.006], "deg/deg", "deg_per_deg: SIZE"),
+    hide("link_offset", "link beside its place", "shoulder", [0.5, 1.5], "mm", "mm: SIZE"),
+    hide("joint_backlash", "play", "wrist_roll", [0.2, 0.4], "deg", PLAY),
+    hide("axis_skew", "axes not parallel", "elbow", [0.1, 0.3], "deg", "deg: SIZE"),
+    hide("joint_harmonic", "wheel out of true", "waist", [0.12, 0.28], "deg", WHEEL_TWICE),
+    hide("joint_backlash", "play", "wrist_bend", [0.2, 0.4], "deg", PLAY),
+    hide(
         "joint_coupling",
         "wrist coupling",
         "flange",
@@ -100,7 +93,7 @@ const EFFECTS: [HiddenEffect; 36] = [
         "deg/deg",
         "driver: wrist_roll, deg_per_deg: SIZE",
     ),
-    hidden_effect(
+    hide(
         "joint_stiffening",
         "gives way less and less",
         "elbow",
@@ -108,33 +101,19 @@ const EFFECTS: [HiddenEffect; 36] = [
         "rad/(N m)",
         "rad_per_nm: SIZE, knee_nm: 8",
     ),
-    hidden_effect("joint_gain", "wrong gear ratio", "elbow", [0.002, 0.006], "deg/deg", "deg_per_deg: SIZE"),
-    hidden_effect("link_length", "link too long", "elbow", [0.5, 1.5], "mm", "mm: SIZE"),
-    hidden_effect("joint_backlash", "play", "flange", [0.4, 0.8], "deg", PLAY),
-    hidden_effect("link_twist", "axes at a wrong angle", "elbow", [0.1, 0.3], "deg", "deg: SIZE"),
-    hidden_effect("joint_harmonic", "wheel out of true", "shoulder", [0.12, 0.28], "deg", WHEEL_TWICE),
-    hidden_effect("joint_compliance", "gives way", "wrist_bend", [6e-4, 1.5e-3], "rad/(N m)", SOFT),
-    hidden_effect("link_offset", "link beside its place", "wrist_roll", [0.5, 1.5], "mm", "mm: SIZE"),
-    hidden_effect("joint_harmonic", "wheel out of true", "elbow", [0.12, 0.28], "deg", WHEEL_TWICE),
-    hidden_effect(
-        "joint_gain",
-        "wrong gear ratio",
-        "wrist_bend",
-        [0.008, 0.02],
-        "deg/deg",
-        "deg_per_deg: SIZE",
-    ),
-    hidden_effect("link_twist", "axes at a wrong angle", "wrist_roll", [0.2, 0.5], "deg", "deg: SIZE"),
-    hidden_effect("joint_harmonic", "wheel out of true", "wrist_bend", [0.3, 0.6], "deg", WHEEL),
-    hidden_effect(
-        "joint_gain",
-        "wrong gear ratio",
-        "wrist_roll",
-        [0.008, 0.02],
-        "deg/deg",
-        "deg_per_deg: SIZE",
-    ),
-    hidden_effect("joint_harmonic", "wheel out of true", "wrist_roll", [0.3, 0.6], "deg", WHEEL),
+    hide("joint_gain", "wrong gear ratio", "elbow", [0.002, 0.006], "deg/deg", "deg_per_deg: SIZE"),
+    hide("link_length", "link too long", "elbow", [0.5, 1.5], "mm", "mm: SIZE"),
+    hide("joint_backlash", "play", "flange", [0.4, 0.8], "deg", PLAY),
+    hide("link_twist", "axes at a wrong angle", "elbow", [0.1, 0.3], "deg", "deg: SIZE"),
+    hide("joint_harmonic", "wheel out of true", "shoulder", [0.12, 0.28], "deg", WHEEL_TWICE),
+    hide("joint_compliance", "gives way", "wrist_bend", [6e-4, 1.5e-3], "rad/(N m)", SOFT),
+    hide("link_offset", "link beside its place", "wrist_roll", [0.5, 1.5], "mm", "mm: SIZE"),
+    hide("joint_harmonic", "wheel out of true", "elbow", [0.12, 0.28], "deg", WHEEL_TWICE),
+    hide("joint_gain", "wrong gear ratio", "wrist_bend", [0.008, 0.02], "deg/deg", "deg_per_deg: SIZE"),
+    hide("link_twist", "axes at a wrong angle", "wrist_roll", [0.2, 0.5], "deg", "deg: SIZE"),
+    hide("joint_harmonic", "wheel out of true", "wrist_bend", [0.3, 0.6], "deg", WHEEL),
+    hide("joint_gain", "wrong gear ratio", "wrist_roll", [0.008, 0.02], "deg/deg", "deg_per_deg: SIZE"),
+    hide("joint_harmonic", "wheel out of true", "wrist_roll", [0.3, 0.6], "deg", WHEEL),
 ];
 
 /// Places that no measurement of this arm can distinguish: the axes of shoulder and elbow are parallel, so a shift along the one is a shift along the other.

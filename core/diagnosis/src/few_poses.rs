@@ -189,7 +189,7 @@ mod tests {
     #[test]
     fn a_condition_that_passes_is_reported_where_it_is_alone_and_what_does_not_depend_on_one_is_not() {
         use crate::found::CorrectionCandidate;
-        use crate::testing::{place, sides_in_turn, two_links, with_table};
+        use crate::testing::{effect_at, sides_in_turn, two_links, with_table};
         let lab = with_table(&two_links(60, "joint_zero(*)", 0.05, 4, |_| [0.0; 2]), |table| {
             table.approach = Some(sides_in_turn(60));
         });
@@ -197,7 +197,7 @@ mod tests {
             let id = effect::parse(text, lab.model()).unwrap();
             let effect = AddedEffect { id, values: vec![0.0] };
             let may_be = (0..may_be).map(|one| format!("{one}")).collect();
-            let candidate = CorrectionCandidate { effect, place: place(text, "shoulder"), may_be };
+            let candidate = CorrectionCandidate { effect, place: effect_at(text, "shoulder"), may_be };
             let found = Found { corrections: vec![candidate], ..Found::default() };
             lab.condition(found, &Progress::unwatched()).unwrap().map(|(_, named)| named.effect.effect)
         };
@@ -328,7 +328,7 @@ free: [joint_zero(x)]
         let progress = Progress::unwatched();
         let effect = AddedEffect { id: EffectId::at("joint_backlash", Site::Joint(0)), values: vec![0.0] };
         let named = Named {
-            effect: crate::testing::place("joint_backlash", "x"),
+            effect: crate::testing::effect_at("joint_backlash", "x"),
             size: 0.02,
             unit: "mm".to_owned(),
             se: 0.001,

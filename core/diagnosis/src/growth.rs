@@ -448,7 +448,7 @@ mod tests {
         let lab = growing.laboratory.clone();
         let candidate = |text: &str| CorrectionCandidate {
             effect: effect_of(&lab, text),
-            place: crate::testing::place(text, "elbow"),
+            place: crate::testing::effect_at(text, "elbow"),
             may_be: vec![text.to_owned(), "dirt".to_owned()],
         };
         let (nothing, wave) = (candidate("joint_gain(shoulder)"), candidate("joint_harmonic(elbow, 3)"));
@@ -479,7 +479,7 @@ mod tests {
             .map(|order| effect_of(&growing.laboratory, &format!("joint_harmonic(elbow, {order})")))
             .collect();
         let worse = waves.into_iter().find(|wave| fall(&growing, wave) < 0.0).unwrap();
-        let place = crate::testing::place("joint_harmonic", "elbow");
+        let place = crate::testing::effect_at("joint_harmonic", "elbow");
         growing.diagnosis.named = Some(Named { effect: place, size: 0.1, unit: "deg".to_owned(), se: 0.01 });
         growing.found.named = Some(worse.clone());
         assert!(!growing.add_named(&watch).unwrap(), "the verdict is not that it is named");

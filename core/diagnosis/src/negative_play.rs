@@ -18,7 +18,7 @@ impl Laboratory {
 mod tests {
     use super::*;
     use crate::outcome::Named;
-    use crate::testing::{place, sides_in_turn, two_links, with_table};
+    use crate::testing::{effect_at, sides_in_turn, two_links, with_table};
     use plumb_estimation::Progress;
 
     #[test]
@@ -28,7 +28,7 @@ mod tests {
         let mut diagnosis = logged.diagnose(&Progress::unwatched()).unwrap();
         let mut noted = |lab: &Laboratory, effect: &str, size: f64| {
             diagnosis.named =
-                Some(Named { effect: place(effect, "elbow"), size, unit: "deg".to_owned(), se: 0.01 });
+                Some(Named { effect: effect_at(effect, "elbow"), size, unit: "deg".to_owned(), se: 0.01 });
             lab.negative_play(&diagnosis)
         };
         assert_eq!(noted(&logged, "joint_backlash", -0.1), Some(Note::NegativePlay("elbow".to_owned())));

@@ -415,7 +415,7 @@ impl Diagnosis {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::{candidate, place, two_links};
+    use crate::testing::{candidate, effect_at, two_links};
     use plumb_estimation::Progress;
 
     #[test]
@@ -442,7 +442,7 @@ mod tests {
         );
         assert_eq!(diagnosis.objection("link_length(elbow)"), None, "found besides");
         // Named or tied at one joint says nothing of the same effect at the other.
-        let effect = place("joint_gain", "elbow");
+        let effect = effect_at("joint_gain", "elbow");
         diagnosis.named = Some(Named { effect: effect.clone(), size: 0.1, unit: "1".to_owned(), se: 0.01 });
         assert_eq!(
             (diagnosis.objection("joint_gain(elbow)"), diagnosis.objection("joint_gain(shoulder)")),

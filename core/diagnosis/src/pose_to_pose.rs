@@ -176,7 +176,7 @@ fn is_rival(candidate: &Candidate, named: &EffectSite) -> bool {
 mod tests {
     use super::*;
     use crate::noise_floor::FloorSource;
-    use crate::testing::{candidate, place, two_links, with_table};
+    use crate::testing::{candidate, effect_at, two_links, with_table};
 
     /// Two cells of four rows each beyond what is fitted; squares of the means 8, of all rows 20 on ten degrees.
     const CELLS: Cells =
@@ -247,7 +247,7 @@ mod tests {
 
     #[test]
     fn another_condition_of_the_same_joint_is_a_rival_and_nothing_else_is() {
-        let named = place("joint_backlash", "elbow");
+        let named = effect_at("joint_backlash", "elbow");
         assert!(is_rival(&candidate("joint_settling", "elbow"), &named));
         assert!(!is_rival(&candidate("joint_backlash", "elbow"), &named), "itself");
         assert!(!is_rival(&candidate("joint_settling", "shoulder"), &named), "at another joint");

@@ -277,9 +277,10 @@ mod tests {
             all
         };
         assert_eq!(plotted(&diagnosis), ["a(elbow)", "b(elbow)", "c(elbow)"]);
-        diagnosis.tied = vec![crate::testing::place("d", "elbow"), crate::testing::place("b", "elbow")];
+        diagnosis.tied =
+            vec![crate::testing::effect_at("d", "elbow"), crate::testing::effect_at("b", "elbow")];
         assert_eq!(plotted(&diagnosis), ["b(elbow)", "d(elbow)"]);
-        let (effect, unit) = (crate::testing::place("c", "elbow"), "deg".to_owned());
+        let (effect, unit) = (crate::testing::effect_at("c", "elbow"), "deg".to_owned());
         diagnosis.named = Some(crate::outcome::Named { effect, size: 0.1, unit, se: 0.01 });
         assert_eq!(plotted(&diagnosis), ["b(elbow)", "c(elbow)", "d(elbow)"]);
     }

@@ -118,14 +118,14 @@ pub(crate) fn sides_in_turn(rows: usize) -> Vec<i8> {
 }
 
 /// An effect at a place, and nothing more.
-pub(crate) fn place(effect: &str, site: &str) -> EffectSite {
+pub(crate) fn effect_at(effect: &str, site: &str) -> EffectSite {
     EffectSite { effect: effect.to_owned(), place: site.to_owned(), with: None, n: None, of: None, at: None }
 }
 
 /// A candidate that is plausible and not rejected.
 pub(crate) fn candidate(effect: &str, at: &str) -> Candidate {
     Candidate {
-        effect: place(effect, at),
+        effect: effect_at(effect, at),
         label: format!("{effect}({at})"),
         holm_p: 1e-6,
         delta_bic: 0.0,

@@ -243,12 +243,11 @@ mod tests {
         let is_beyond = |q: [f64; 2]| matches!(region.check(&q), Err(Outside::Joint { .. }));
         assert!(!is_beyond([0.0, range.high + 0.9 * slack]) && is_beyond([0.0, range.high + 1.1 * slack]));
         assert!(!is_beyond([0.0, range.low - 0.9 * slack]) && is_beyond([0.0, range.low - 1.1 * slack]));
-        let rotation = region.joints[0];
-        assert!(rotation.high - rotation.low < 1.0);
+        let range = region.joints[0];
+        assert!(range.high - range.low < 1.0);
         let at = 1050.0;
         assert!(
-            !is_beyond([rotation.high + 0.99 * ROUNDING, at])
-                && is_beyond([rotation.high + 1.01 * ROUNDING, at])
+            !is_beyond([range.high + 0.99 * ROUNDING, at]) && is_beyond([range.high + 1.01 * ROUNDING, at])
         );
     }
 }

@@ -149,15 +149,15 @@ impl SurfaceShape {
         let (left, over) = across_line(direction, up);
         let away = point - through;
         let (own, other, sense) = if part == 0 { (left, over, 1.0) } else { (over, left, -1.0) };
-        let rotation = match which {
+        let axis = match which {
             0 => return Some(-own.dot(&left)),
             1 => left,
             2 => return Some(-own.dot(&over)),
             _ => over,
         };
         let level = up.cross(direction).norm();
-        let spin = if level > NO_DIRECTION { up.cross(&rotation).dot(&over) / level } else { 0.0 };
-        Some(-rotation.dot(&own) * direction.dot(&away) + sense * spin * other.dot(&away))
+        let spin = if level > NO_DIRECTION { up.cross(&axis).dot(&over) / level } else { 0.0 };
+        Some(-axis.dot(&own) * direction.dot(&away) + sense * spin * other.dot(&away))
     }
 
     /// Moves one free number by an amount (mm, or rad for tilts and turns).

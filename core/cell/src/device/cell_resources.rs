@@ -6,16 +6,16 @@ use std::path::{Path, PathBuf};
 use plumb_bus::{Bus, Domain, DomainError, NodeInUse};
 use plumb_record::{CellLock, LockHolder, RecordError};
 
-/// The place of one cell: its shared memory, its lock, and the directory of its simulated world.
+/// What one cell has on this machine: its shared memory, its lock, and the directory of its simulated world.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CellResources {
     domain: Domain,
 }
 
-/// Who is at a cell's place, or was.
+/// Who runs a cell, or did.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Occupancy {
-    /// Nothing is there.
+    /// Nobody, and nothing is left.
     Empty,
     /// A program runs the cell.
     InUse(LockHolder),
@@ -37,7 +37,7 @@ pub struct Remains {
 }
 
 impl CellResources {
-    /// The place of a cell file, the same each time.
+    /// That of a cell file, the same each time.
     ///
     /// # Errors
     /// [`DomainError`].
@@ -45,7 +45,7 @@ impl CellResources {
         Domain::of_cell(cell_file).map(|domain| Self { domain })
     }
 
-    /// The places of which something is on this machine now, in use or left behind.
+    /// Of all cells of which something is on this machine now, in use or left behind.
     pub fn all() -> Vec<Self> {
         Domain::all().into_iter().map(|domain| Self { domain }).collect()
     }
@@ -73,7 +73,7 @@ impl CellResources {
         CellLock::take_file(&self.lock_file(), cell, cell_file)
     }
 
-    /// Who is there, or what was left.
+    /// Who runs the cell, or what was left.
     pub fn state(&self) -> Occupancy {
         let lock_file = self.lock_file();
         let holder = CellLock::holder(&lock_file);
@@ -131,7 +131,7 @@ mod tests {
     fn a_folder_shows_who_runs_the_cell_and_what_was_left_and_is_empty_after_a_removal() {
         let directory = tempfile::tempdir().expect("a directory");
         let file = directory.path().join("cell.yaml");
-        let resources = CellResources::of_cell(&file).expect("a place");
+        let resources = CellResources::of_cell(&file).expect("a domain");
         assert_eq!(resources.state(), Occupancy::Empty);
         let lock = resources.lock("teachmover", "/cells/cell.yaml").expect("free");
         assert!(matches!(resources.state(), Occupancy::InUse(holder) if holder.runs == "/cells/cell.yaml"));

@@ -90,14 +90,12 @@ fn load_called(
             Inside::Repeated { steps, .. } => {
                 load_called(steps, file, calculator, files, problems, called, wrong);
             }
-            Inside::Called { file: name, span: place, .. }
-                if !called.iter().any(|(known, _)| known == name) =>
-            {
+            Inside::Called { file: name, span, .. } if !called.iter().any(|(known, _)| known == name) => {
                 let path = file.parent().unwrap_or(Path::new(".")).join(name);
                 if let Some(known) = files.read.get(&path) {
                     called.extend(known.iter().map(|procedure| (name.to_owned(), Arc::clone(procedure))));
                 } else if let Some((message, help)) = files.refuses(&path) {
-                    problems.add(place, message, help);
+                    problems.add(span, message, help);
                 } else {
                     let loaded = load(&path, calculator, files);
                     wrong.extend(loaded.wrong);

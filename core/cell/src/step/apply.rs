@@ -76,7 +76,7 @@ fn read(node: &Node, context: &ReadContext<'_>) -> Option<ApplyStep> {
     Some(ApplyStep { robot, robot_span, shifts, ask })
 }
 
-fn read_shift(joint: &str, place: Span, node: &Node, context: &ReadContext<'_>) -> Option<ZeroShift> {
+fn read_shift(joint: &str, span: Span, node: &Node, context: &ReadContext<'_>) -> Option<ZeroShift> {
     let mut map = MapReader::new(node, "a joint's zero", context.problems)?;
     let in_mm = map.optional("shift_mm");
     let unit = if in_mm.is_some() { DegOrMm::Mm } else { DegOrMm::Deg };
@@ -94,7 +94,7 @@ fn read_shift(joint: &str, place: Span, node: &Node, context: &ReadContext<'_>) 
     map.finish();
     Some(ZeroShift {
         joint: joint.to_owned(),
-        span: place,
+        span,
         unit,
         shift: shift?,
         uncertainty: uncertainty?,

@@ -29,12 +29,12 @@ fn read(node: &Node, context: &ReadContext<'_>) -> Option<CallStep> {
     let file = context.required_text(&mut map, "procedure");
     let with = map.optional("with").and_then(|node| node.entries("`with`", context.problems));
     map.finish();
-    let (file, place) = file?;
+    let (file, span) = file?;
     let mut parameters = Vec::new();
     for (name, node) in with.unwrap_or_default() {
         parameters.push((name.clone(), context.expression(node, &format!("`{}`", name.name))?));
     }
-    Some(CallStep { file, span: place, with: parameters })
+    Some(CallStep { file, span, with: parameters })
 }
 
 impl Action for CallStep {

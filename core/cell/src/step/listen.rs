@@ -91,10 +91,10 @@ fn read(node: &Node, context: &ReadContext<'_>) -> Option<ListenStep> {
         }
         kept.push(read_value(&name.name, name.span, node, context)?);
     }
-    let (stream, place) = stream?;
+    let (stream, span) = stream?;
     let Some((device, stream)) = stream.split_once('/') else {
         let help = "write `stream: DEVICE/STREAM`, such as `arm/joints`; `plumb streams CELL` lists them";
-        context.problems.add(place, format!("`{stream}` names no stream of a device"), help);
+        context.problems.add(span, format!("`{stream}` names no stream of a device"), help);
         return None;
     };
     let longest_gap = match longest_gap {
@@ -104,7 +104,7 @@ fn read(node: &Node, context: &ReadContext<'_>) -> Option<ListenStep> {
     Some(ListenStep {
         device: device.to_owned(),
         stream: stream.to_owned(),
-        span: place,
+        span,
         end: end?,
         longest_gap,
         values: kept,

@@ -124,8 +124,8 @@ impl PromptQuestion {
                     context.check_expression(expression);
                 }
             }
-            Self::JogTo { robot, span: place, goals, arrivals } => {
-                let robot = context.robot(robot, *place);
+            Self::JogTo { robot, span, goals, arrivals } => {
+                let robot = context.robot(robot, *span);
                 for goal in goals {
                     goal.check(robot, context);
                 }

@@ -36,11 +36,11 @@ fn read_step(node: &Node, context: &ReadContext<'_>) -> Option<Step> {
         .and_then(|node| node.count_between("`retries`", 1, 100, context.problems))
         .unwrap_or(3);
     map.finish();
-    let (id, place) = id?;
-    check_name(&id, place, "a step's id", context);
+    let (id, span) = id?;
+    check_name(&id, span, "a step's id", context);
     let title = title.unwrap_or_else(|| id.replace('_', " "));
     let (kind, action) = action?;
-    Some(Step { id, span: place, title, kind, action, when, time_limit, on_error, retries })
+    Some(Step { id, span, title, kind, action, when, time_limit, on_error, retries })
 }
 
 fn read_on_error(node: &Node, context: &ReadContext<'_>) -> Option<OnError> {

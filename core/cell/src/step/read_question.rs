@@ -112,8 +112,8 @@ pub(super) fn read_jog(node: &Node, context: &ReadContext<'_>) -> Option<PromptQ
     }
     let arrivals = map.optional("from").map(|node| read_arrivals(node, context)).unwrap_or_default();
     map.finish();
-    let (robot, place) = robot?;
-    Some(PromptQuestion::JogTo { robot, span: place, goals, arrivals })
+    let (robot, span) = robot?;
+    Some(PromptQuestion::JogTo { robot, span, goals, arrivals })
 }
 
 fn read_arrivals(node: &Node, context: &ReadContext<'_>) -> Vec<Arrival> {

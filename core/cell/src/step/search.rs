@@ -152,8 +152,8 @@ fn read_finds(node: &Node, context: &ReadContext<'_>) -> Option<Finds> {
     });
     let circumstances = circumstances.collect();
     map.finish();
-    let (surface, place) = surface?;
-    Some(Finds { surface, span: place, height_mm, circumstances })
+    let (surface, span) = surface?;
+    Some(Finds { surface, span, height_mm, circumstances })
 }
 
 fn read_approach(

@@ -134,21 +134,21 @@ impl Loader<'_> {
 
     fn device(&self, raw: &RawDevice, all: &[RawDevice], simulated: bool) -> DeviceSetting {
         let problems = self.context.problems;
-        if let Some((_, place)) = &raw.emulate {
+        if let Some((_, span)) = &raw.emulate {
             if !simulated {
                 let message = "a controller is emulated only over the arm of a simulated world";
-                problems.add(*place, message, "add `world: {file: ...}` to the cell, or take `emulate` away");
+                problems.add(*span, message, "add `world: {file: ...}` to the cell, or take `emulate` away");
             }
             if let Some(key) = ["port", "address"].into_iter().find(|key| raw.config.get(key).is_some()) {
                 let message =
                     format!("the {key} of an emulated controller is known when it has been started");
-                problems.add(*place, message, format!("take `{key}` out of the device's `config`"));
+                problems.add(*span, message, format!("take `{key}` out of the device's `config`"));
             }
         }
-        let inputs = raw.inputs.iter().filter_map(|(input, stream, place)| {
+        let inputs = raw.inputs.iter().filter_map(|(input, stream, span)| {
             let Some((device, stream)) = stream.split_once('/') else {
                 problems.add(
-                    *place,
+                    *span,
                     format!("`{stream}` is no stream"),
                     "write the device and its stream, as in `arm/inputs`",
                 );
@@ -156,15 +156,15 @@ impl Loader<'_> {
             };
             if !all.iter().any(|other| other.name.name == device) {
                 let help = did_you_mean(device, all.iter().map(|other| other.name.name.as_str()));
-                problems.add(*place, format!("there is no device `{device}` in the cell"), help);
+                problems.add(*span, format!("there is no device `{device}` in the cell"), help);
             } else if device == raw.name.name {
-                problems.add(*place, "a device cannot take in its own stream", "");
+                problems.add(*span, "a device cannot take in its own stream", "");
             }
             Some(Wire {
                 input: input.clone(),
                 device: device.to_owned(),
                 stream: stream.to_owned(),
-                span: *place,
+                span: *span,
             })
         });
         DeviceSetting {

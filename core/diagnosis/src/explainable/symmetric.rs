@@ -36,7 +36,7 @@ pub(super) fn symmetric_inverse(matrix: &DMatrix<f64>) -> Option<(DMatrix<f64>, 
 }
 
 /// A part of a matrix.
-pub(super) fn block(matrix: &DMatrix<f64>, rows: Range<usize>, columns: Range<usize>) -> DMatrix<f64> {
+fn block(matrix: &DMatrix<f64>, rows: Range<usize>, columns: Range<usize>) -> DMatrix<f64> {
     let mut block = DMatrix::zeros(rows.len(), columns.len());
     let size = block.shape();
     copy(matrix, (rows.start, columns.start), &mut block, (0, 0), size);

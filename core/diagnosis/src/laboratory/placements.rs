@@ -73,18 +73,18 @@ pub(super) fn placements(errors: &StandardErrors<'_>) -> Vec<Placement> {
         found.push(errors.placement((&target.name, "flange"), (xyz, rotation), free_parameters));
     }
     for (index, board) in boards.iter().filter_map(|index| Some((*index, state.boards.get(*index)?))) {
-        let position = (board.translation.vector, board.rotation);
+        let pose = (board.translation.vector, board.rotation);
         let free_parameters = (
             move |axis| FreeParameter::BoardShift(index, axis),
             move |axis| FreeParameter::BoardRotation(index, axis),
         );
-        found.push(errors.placement((model.board_name(index), "measurements"), position, free_parameters));
+        found.push(errors.placement((model.board_name(index), "measurements"), pose, free_parameters));
     }
     if model.base.free {
-        let position = (state.base.translation.vector, state.base.rotation);
+        let pose = (state.base.translation.vector, state.base.rotation);
         found.push(errors.placement(
             ("base", "measurements"),
-            position,
+            pose,
             (FreeParameter::BaseShift, FreeParameter::BaseRotation),
         ));
     }

@@ -229,8 +229,8 @@ mod tests {
         let lab =
             crate::laboratory::Laboratory::new(model, table, crate::laboratory::Options::default()).unwrap();
         let machine = lab.machine(&[]).unwrap();
-        let rotation = turn_of_screw(&machine, 1).unwrap();
-        assert_eq!((rotation.axis.unit.as_str(), rotation.values), ("mm", vec![3.0, 4.0, 2.0]));
+        let screw = turn_of_screw(&machine, 1).unwrap();
+        assert_eq!((screw.axis.unit.as_str(), screw.values), ("mm", vec![3.0, 4.0, 2.0]));
         assert!(turn_of_screw(&machine, 0).is_none() && turn_of_screw(&machine, 7).is_none());
         assert_eq!(coordinate(&machine, 1).values, [3.0, -1.0, 12.0]);
         assert_eq!(last_move(&machine, 1).values, [0.0, -4.0, 13.0]);

@@ -258,10 +258,10 @@ impl Field {
 
     /// Writes bytes of its length into a message.
     pub(super) fn write(&self, message: &mut [u8], bytes: &[u8]) {
-        if let Some(index) = message.get_mut(self.offset..self.offset + self.of.size())
-            && index.len() == bytes.len()
+        if let Some(own) = message.get_mut(self.offset..self.offset + self.of.size())
+            && own.len() == bytes.len()
         {
-            index.copy_from_slice(bytes);
+            own.copy_from_slice(bytes);
         }
     }
 }

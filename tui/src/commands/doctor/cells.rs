@@ -20,7 +20,7 @@ struct NoCellFile(String);
 
 /// Every cell of this machine of which something is there, or those given.
 pub(super) fn look(cells: &[PathBuf]) -> Result<Vec<Finding>, Box<dyn std::error::Error>> {
-    let findings: Vec<Finding> = places(cells)?.iter().filter_map(|place| finding(&place.state())).collect();
+    let findings: Vec<Finding> = resources(cells)?.iter().filter_map(|cell| finding(&cell.state())).collect();
     Ok(if findings.is_empty() {
         vec![Finding::good(TOPIC, "none runs, and none has left anything behind")]
     } else {
@@ -79,15 +79,15 @@ fn left_behind(remains: &Remains) -> Finding {
 /// Removes what cells that nobody runs have left.
 pub(super) fn clean(cells: &[PathBuf]) -> Result<Vec<Finding>, Box<dyn std::error::Error>> {
     let mut findings = Vec::new();
-    for place in places(cells)? {
-        let Occupancy::LeftBehind(remains) = place.state() else { continue };
+    for cell in resources(cells)? {
+        let Occupancy::LeftBehind(remains) = cell.state() else { continue };
         let name = name_of(&remains);
         // Held meanwhile, so that no run begins in what is being removed.
-        let Ok(lock) = place.lock("this", "plumb doctor --clean") else { continue };
+        let Ok(lock) = cell.lock("this", "plumb doctor --clean") else { continue };
         if let Some(socket) = &remains.world {
             SimulatedWorld::end_at(socket);
         }
-        findings.push(match removed(&place) {
+        findings.push(match removed(&cell) {
             Ok(()) => Finding::good(TOPIC, format!("{name}: what it left behind is removed")),
             Err(error) => {
                 let mend = "end these processes, or wait for them, and clean again";
@@ -112,18 +112,18 @@ fn removed(resources: &CellResources) -> Result<(), plumb_bus::DomainError> {
     }
 }
 
-fn places(cells: &[PathBuf]) -> Result<Vec<CellResources>, Box<dyn std::error::Error>> {
+fn resources(cells: &[PathBuf]) -> Result<Vec<CellResources>, Box<dyn std::error::Error>> {
     if cells.is_empty() {
         return Ok(CellResources::all());
     }
-    let mut places = Vec::new();
+    let mut resources = Vec::new();
     for cell in cells {
         if !cell.is_file() {
             return Err(NoCellFile(cell.display().to_string()).into());
         }
-        places.push(CellResources::of_cell(cell)?);
+        resources.push(CellResources::of_cell(cell)?);
     }
-    Ok(places)
+    Ok(resources)
 }
 
 fn name_of(remains: &Remains) -> String {

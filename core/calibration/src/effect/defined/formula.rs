@@ -111,9 +111,9 @@ impl fmt::Debug for Formula {
 fn words(text: &str) -> (Vec<String>, String) {
     let letters: Vec<char> = text.chars().collect();
     let (mut words, mut plain, mut index) = (Vec::new(), String::new(), 0);
-    let take = |index: &mut usize, requested: &dyn Fn(usize, char) -> bool| {
+    let take = |index: &mut usize, accepts: &dyn Fn(usize, char) -> bool| {
         let start = *index;
-        while letters.get(*index).is_some_and(|letter| requested(*index, *letter)) {
+        while letters.get(*index).is_some_and(|letter| accepts(*index, *letter)) {
             *index += 1;
         }
         letters.get(start..*index).map(|part| part.iter().collect::<String>()).unwrap_or_default()

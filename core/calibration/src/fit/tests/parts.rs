@@ -275,8 +275,8 @@ fn a_place_that_no_fitted_row_touched_is_put_where_the_held_rows_say() {
         let apart = machine.residuals_apart(&state, &[2, 3], &[0, 1]);
         assert!(apart[..6].iter().all(|residual| residual.is_nan()), "rows that are not held");
         // The two visits to b lie on a circle of 300 mm about (0, 400): 4 degrees apart, each half of it from their middle.
-        let rotation = 4_f64.to_radians();
-        let between = Vector3::new(300.0 * rotation.sin(), 300.0 * (1.0 - rotation.cos()), 0.0).norm();
+        let angle = 4_f64.to_radians();
+        let between = Vector3::new(300.0 * angle.sin(), 300.0 * (1.0 - angle.cos()), 0.0).norm();
         let off = Vector3::from_column_slice(&apart[6..9]).norm();
         assert!(near(off, 0.5 * between), "{off} {between}");
         // A place that the fit knows stays where it is.

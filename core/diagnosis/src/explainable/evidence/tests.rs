@@ -238,3 +238,27 @@ fn models_are_predicted_together_as_each_alone_whether_they_share_ratios_or_not(
         assert!(together[1] != together[2] && together[2] != together[3] && together[0].1 != [] as [f64; 0]);
     }
 }
+
+/// From far and near starts, with smooth functions of several strengths: what is left to fall after each round, beside what that round promises.
+#[test]
+fn a_fit_falls_by_a_few_times_what_a_round_promises_and_far_less_than_is_reckoned_with() {
+    let mut most = 0.0_f64;
+    for (seed, strength) in [(16, 0.5), (17, 1.0), (18, 5.0), (19, 20.0)] {
+        let (features, _) = smooth(seed, |t| strength * (4.0 * t).sin());
+        let mixed = Mixed::new(&features, &DMatrix::zeros(EQUATIONS, 0)).unwrap();
+        for start in [1e-5, 1e-2, 1.0, 50.0, 500.0] {
+            let settled = mixed.fit_within(40, &[], Some(&[start])).unwrap().deviance;
+            let mut ratio = start;
+            for _ in 0..ROUNDS {
+                let inverse = mixed.inverse(&mixed.reduced, &[ratio]).unwrap();
+                let round = mixed.round(&mixed.reduced, &[], &[ratio], &inverse);
+                if round.promised < SETTLED || round.better[0].is_infinite() {
+                    break;
+                }
+                most = most.max((round.deviance - settled) / round.promised);
+                ratio = round.better[0];
+            }
+        }
+    }
+    assert!(most > 1.0 && 3.0 * most < REACH, "{most}");
+}
