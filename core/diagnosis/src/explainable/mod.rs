@@ -18,7 +18,7 @@ mod symmetric;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use evidence::{LeftOutRows, LeftOver, Mixed, MixedFit};
+pub(crate) use evidence::{LeftOutRows, Mixed, MixedFit};
 pub(crate) use features::Features;
 pub use outcome::{BlockedExplainable, Explainable, ExplainableGroup};
 pub(crate) use residual_map::{FittedMap, residual_map};

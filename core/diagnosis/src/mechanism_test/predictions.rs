@@ -3,7 +3,7 @@
 use super::bench::{Bench, Foremost, Set};
 use crate::block_errors;
 use crate::cross_validation::{joint_blocks, pose_groups, region_blocks, session_blocks};
-use crate::explainable::{LeftOutRows, LeftOver, MixedFit};
+use crate::explainable::{LeftOutRows, MixedFit};
 use crate::predictive_gain::Gain;
 use plumb_estimation::{for_each, huber_constant, median};
 
@@ -77,6 +77,9 @@ impl Predictions {
 /// A fit without the suspect, and one with it where that is not the set's own.
 type Comparison = (MixedFit, Option<MixedFit>);
 
+/// Equations of a block, each with the fall of its loss.
+type Falls = Vec<(usize, f64)>;
+
 /// What is compared: a fit without the suspect, and one with it where that is not the set's own. Without functions of the suspect's own kind there is nothing to leave out:
 /// the third comparison is the second.
 fn comparisons(without: &Set, asked: &Foremost<'_>) -> Vec<Comparison> {
@@ -95,7 +98,7 @@ fn compared_without(
     (own, compared): (&MixedFit, &[Comparison]),
     left_out: &LeftOutRows,
     scale: f64,
-) -> Option<(Vec<f64>, Vec<LeftOver>)> {
+) -> Option<(Vec<f64>, Vec<Falls>)> {
     let fits = compared.iter().flat_map(|(before, with)| [before, with.as_ref().unwrap_or(own)]);
     let fits: Vec<&MixedFit> = std::iter::once(own).chain(fits).collect();
     let predicted = bench.mixed.predict_each(&fits, left_out)?;
