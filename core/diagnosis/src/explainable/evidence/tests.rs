@@ -241,7 +241,7 @@ fn models_are_predicted_together_as_each_alone_whether_they_share_ratios_or_not(
 
 /// From far and near starts, with smooth functions of several strengths: what is left to fall after each round, beside what that round promises.
 #[test]
-fn a_fit_falls_by_a_few_times_what_a_round_promises_and_far_less_than_is_reckoned_with() {
+fn a_fit_falls_by_a_few_times_what_a_round_promises_and_by_far_less_than_the_limit() {
     let mut most = 0.0_f64;
     for (seed, strength) in [(16, 0.5), (17, 1.0), (18, 5.0), (19, 20.0)] {
         let (features, _) = smooth(seed, |t| strength * (4.0 * t).sin());
