@@ -5,7 +5,7 @@
 //! `library.rs`.
 
 mod board;
-mod board_turn;
+mod board_rotation;
 mod direction;
 mod distance;
 mod edge;

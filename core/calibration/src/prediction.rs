@@ -109,9 +109,9 @@ pub fn bodies(
     let observations = Observations::new(model, &table)?;
     let effects: Vec<AddedEffect> =
         model.fitted.iter().chain(&model.effects).filter(|added| !is_event(added)).cloned().collect();
-    let machine = ResidualModel::new(model, &table, &observations, &effects)?;
-    let state = machine.start();
-    Ok((0..poses.len()).map(|row| machine.believed_body(&state, index, row)).collect())
+    let problem = ResidualModel::new(model, &table, &observations, &effects)?;
+    let state = problem.start();
+    Ok((0..poses.len()).map(|row| problem.believed_body(&state, index, row)).collect())
 }
 
 #[cfg(test)]

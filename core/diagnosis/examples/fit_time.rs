@@ -38,8 +38,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     for line in io::stdin().lock().lines() {
         line?;
         let start = Instant::now();
-        let machine = ResidualModel::new(&model, &table, &observations, &effects)?;
-        let fit = machine.fit(&machine.start(), &split.fit, options, &Progress::unwatched())?;
+        let problem = ResidualModel::new(&model, &table, &observations, &effects)?;
+        let fit = problem.fit(&problem.start(), &split.fit, options, &Progress::unwatched())?;
         let seconds = start.elapsed().as_secs_f64();
         let squares: f64 = fit
             .rows
@@ -48,7 +48,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             .map(|residual| residual * residual)
             .sum();
         let rms = (squares / fit.rows.len() as f64).sqrt();
-        println!("{seconds} {rms} {} {}", machine.free_parameters().len(), fit.rank());
+        println!("{seconds} {rms} {} {}", problem.free_parameters().len(), fit.rank());
         io::stdout().flush()?;
     }
     Ok(())

@@ -32,7 +32,7 @@ fn main() -> ExitCode {
         "| machine | held out | base and tool | + zeros | + geometry | grown | effects taken in | regions left out | last 30 % of the time left out | warning | CPU s |"
     );
     println!("|---|---|---|---|---|---|---|---|---|---|---|");
-    let there = |machine: &&(&str, &str, &str, bool)| Path::new(folder).join(machine.2).exists();
+    let there = |problem: &&(&str, &str, &str, bool)| Path::new(folder).join(problem.2).exists();
     for (name, model, table, random) in MACHINES.iter().filter(there).copied() {
         for seed in seeds.iter().take(if random { seeds.len() } else { 1 }) {
             let holdout =

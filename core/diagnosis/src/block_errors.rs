@@ -18,8 +18,8 @@ pub(crate) fn ways(table: &Table, rows: &[usize]) -> [Vec<Vec<usize>>; 2] {
 /// Standard errors of the free parameters of a fit (internal units) by the grouped jackknife: the fit without each block of rows is one Gauss-Newton step away. Of the ways
 /// of cutting the one with the greater error counts; zero where too little is left without a block. A block at a time is worked out anew: a large table's derivatives are
 /// too many to keep.
-pub(crate) fn errors(machine: &ResidualModel<'_>, fit: &Fit) -> Vec<f64> {
-    by_jackknife(machine.table, fit, |block| machine.normal_of_rows(&fit.state, block, &fit.weights))
+pub(crate) fn errors(problem: &ResidualModel<'_>, fit: &Fit) -> Vec<f64> {
+    by_jackknife(problem.table, fit, |block| problem.normal_of_rows(&fit.state, block, &fit.weights))
 }
 
 /// The same from derivatives that are known.
@@ -119,7 +119,7 @@ mod tests {
     fn errors_of_gain(lab: &Laboratory) -> (f64, f64) {
         let fitted = lab.fit_with(&[], None, &Progress::unwatched()).unwrap();
         assert_eq!(fitted.fit.covariance.shape(), (1, 1), "the gain is all that is fitted");
-        (fitted.fit.covariance[(0, 0)].sqrt(), errors(&fitted.machine, &fitted.fit)[0])
+        (fitted.fit.covariance[(0, 0)].sqrt(), errors(&fitted.problem, &fitted.fit)[0])
     }
 
     #[test]
@@ -151,6 +151,6 @@ mod tests {
     fn too_few_rows_to_leave_any_out_say_nothing() {
         let lab = two_links(2, "joint_gain(*), joint_zero(*)", 0.05, 3, |_| [0.0; 2]);
         let fitted = lab.fit_with(&[], None, &Progress::unwatched()).unwrap();
-        assert_eq!(errors(&fitted.machine, &fitted.fit), [0.0; 4]);
+        assert_eq!(errors(&fitted.problem, &fitted.fit), [0.0; 4]);
     }
 }

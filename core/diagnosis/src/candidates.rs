@@ -124,7 +124,7 @@ impl Laboratory {
         let mut variants = probes(self);
         variants.retain(|probe| probe.id.same_as(&id));
         let fitted = self.fit_with(&[], None, progress)?;
-        let scores = score(&fitted.machine, &fitted.fit, &variants);
+        let scores = score(&fitted.problem, &fitted.fit, &variants);
         let best = best_variants(&variants, scores).into_iter().next();
         let found = best.and_then(|(index, _)| variants.get(index)).map(|probe| probe.id.clone());
         found.ok_or_else(|| {

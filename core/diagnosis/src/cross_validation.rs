@@ -13,9 +13,9 @@ use plumb_estimation::{NormalEquations, Random, RankRevealingCholesky};
 const DAMPING: f64 = 1e-6;
 
 /// Errors of the points of all fitted rows, each predicted without its own region, mm; nothing if there are too few poses.
-pub(crate) fn blocked_errors(machine: &ResidualModel<'_>, fit: &Fit) -> Option<ErrorSummary> {
-    let blocks = region_blocks(machine.table, &fit.rows);
-    let rows = left_out(machine, fit, &blocks)?;
+pub(crate) fn blocked_errors(problem: &ResidualModel<'_>, fit: &Fit) -> Option<ErrorSummary> {
+    let blocks = region_blocks(problem.table, &fit.rows);
+    let rows = left_out(problem, fit, &blocks)?;
     ErrorSummary::of(rows.into_iter().flatten().flat_map(|row| row.squares))
 }
 
@@ -127,16 +127,16 @@ pub(crate) struct LeftOut {
 /// Per row of the table: how it is predicted by a fit without its own block; nothing for rows in no block. Nothing at
 /// all if a block's absence leaves too little to fit.
 pub(crate) fn left_out(
-    machine: &ResidualModel<'_>,
+    problem: &ResidualModel<'_>,
     fit: &Fit,
     blocks: &[Vec<usize>],
 ) -> Option<Vec<Option<LeftOut>>> {
-    left_out_by(machine, fit, blocks, |rows| machine.normal_of_rows(&fit.state, rows, &fit.weights))
+    left_out_by(problem, fit, blocks, |rows| problem.normal_of_rows(&fit.state, rows, &fit.weights))
 }
 
 /// Residuals and derivatives of some rows at a state: what is asked of several ways of leaving rows out is worked out once.
 pub(crate) struct Derivatives<'a> {
-    machine: &'a ResidualModel<'a>,
+    problem: &'a ResidualModel<'a>,
     /// In declared sigmas, times the root of the row's weight.
     pub(crate) residuals: Vec<f64>,
     /// Slots by equations, in the same units.
@@ -147,28 +147,28 @@ pub(crate) struct Derivatives<'a> {
 
 impl<'a> Derivatives<'a> {
     /// Of all fitted rows at a fit.
-    pub(crate) fn of(machine: &'a ResidualModel<'a>, fit: &Fit) -> Self {
-        Self::at(machine, &fit.state, &fit.rows, &fit.weights)
+    pub(crate) fn of(problem: &'a ResidualModel<'a>, fit: &Fit) -> Self {
+        Self::at(problem, &fit.state, &fit.rows, &fit.weights)
     }
 
     /// Of these rows at this state.
-    pub(crate) fn at(machine: &'a ResidualModel<'a>, state: &State, rows: &[usize], weights: &[f64]) -> Self {
-        let block = machine.block(state, rows, weights, &[]);
-        let mut first = vec![None; machine.table.len()];
+    pub(crate) fn at(problem: &'a ResidualModel<'a>, state: &State, rows: &[usize], weights: &[f64]) -> Self {
+        let block = problem.block(state, rows, weights, &[]);
+        let mut first = vec![None; problem.table.len()];
         let mut next = 0;
         for row in rows {
             if let Some(entry) = first.get_mut(*row) {
                 *entry = Some(next);
             }
-            next += machine.observations.range(*row).len();
+            next += problem.observations.range(*row).len();
         }
-        Self { machine, residuals: block.residuals, jacobian: block.jacobian, first }
+        Self { problem, residuals: block.residuals, jacobian: block.jacobian, first }
     }
 
     /// Where a row's equations are among those gathered.
     pub(crate) fn equations_of(&self, row: usize) -> std::ops::Range<usize> {
         let first = self.first.get(row).copied().flatten();
-        first.map_or(0..0, |first| first..first + self.machine.observations.range(row).len())
+        first.map_or(0..0, |first| first..first + self.problem.observations.range(row).len())
     }
 
     /// What these rows say of the free parameters.
@@ -183,12 +183,12 @@ impl<'a> Derivatives<'a> {
 
     /// [`left_out`].
     pub(crate) fn left_out(&self, fit: &Fit, blocks: &[Vec<usize>]) -> Option<Vec<Option<LeftOut>>> {
-        left_out_by(self.machine, fit, blocks, |rows| self.normal(rows))
+        left_out_by(self.problem, fit, blocks, |rows| self.normal(rows))
     }
 }
 
 fn left_out_by(
-    machine: &ResidualModel<'_>,
+    problem: &ResidualModel<'_>,
     fit: &Fit,
     blocks: &[Vec<usize>],
     normal_of: impl Fn(&[usize]) -> NormalEquations,
@@ -196,18 +196,18 @@ fn left_out_by(
     if blocks.len() < 2 {
         return None;
     }
-    let mut all = vec![None; machine.table.len()];
+    let mut all = vec![None; problem.table.len()];
     for block in blocks.iter().filter(|block| !block.is_empty()) {
         let without = Without::of(&fit.normal, fit.rank(), &normal_of(block))?;
         // The residuals are those of the model at that state, not their linear forecast: what is far left out is not linear.
-        let state = fit.state.stepped(machine.free_parameters(), &without.step);
-        let residuals = machine.residuals_apart(&state, block, &[]);
+        let state = fit.state.stepped(problem.free_parameters(), &without.step);
+        let residuals = problem.residuals_apart(&state, block, &[]);
         // In sigmas for the gain, in mm for what is reported: a table may hold readings of several instruments.
-        let distances = Distances::of(machine, &residuals);
+        let distances = Distances::of(problem, &residuals);
         let undetermined = without
-            .undetermined(machine, block, || machine.block(&fit.state, block, &fit.weights, &[]).jacobian);
+            .undetermined(problem, block, || problem.block(&fit.state, block, &fit.weights, &[]).jacobian);
         for row in block.iter().filter(|row| !undetermined.contains(row)) {
-            let squares = point_squares(machine, &residuals, *row);
+            let squares = point_squares(problem, &residuals, *row);
             if let (Some(entry), false, Some(distance)) =
                 (all.get_mut(*row), squares.is_empty(), distances.rows.get(*row))
             {
@@ -250,11 +250,11 @@ impl Without {
     /// surface was thought to lie, and nothing of the arm. `jacobian` is asked for only where there are surfaces.
     pub(crate) fn undetermined(
         &self,
-        machine: &ResidualModel<'_>,
+        problem: &ResidualModel<'_>,
         block: &[usize],
         jacobian: impl FnOnce() -> DMatrix<f64>,
     ) -> Vec<usize> {
-        let free_parameters = machine.free_parameters().iter().enumerate();
+        let free_parameters = problem.free_parameters().iter().enumerate();
         let surfaces = free_parameters
             .filter(|(_, free_parameter)| matches!(free_parameter, FreeParameter::Surface(..)))
             .map(|(index, _)| index);
@@ -279,7 +279,7 @@ impl Without {
         let dependent: Vec<usize> = dependent.copied().collect();
         let mut first = 0;
         let undetermined = block.iter().filter(|row| {
-            let own = first..first + machine.observations.range(**row).len();
+            let own = first..first + problem.observations.range(**row).len();
             first = own.end;
             own.into_iter().any(|equation| {
                 let added = spread.column(equation).norm_squared() - known.column(equation).norm_squared();

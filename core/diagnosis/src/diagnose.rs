@@ -169,15 +169,15 @@ impl Laboratory {
         progress: &Progress,
     ) -> Result<(Diagnosis, Found), LaboratoryError> {
         progress.report(0.0, "fitting")?;
-        let machine = self.machine(&[])?;
-        let fit = self.fit(&machine, progress)?;
+        let problem = self.problem(&[])?;
+        let fit = self.fit(&problem, progress)?;
         progress.report(0.1, "noise floor")?;
-        let replicates = Replicates::gather(&machine, &fit, &self.context());
-        let floor = Floor::among(&machine, replicates.as_ref());
-        let splits = replicates.as_ref().map(|replicates| repeatability::find_splits(&machine, replicates));
+        let replicates = Replicates::gather(&problem, &fit, &self.context());
+        let floor = Floor::among(&problem, replicates.as_ref());
+        let splits = replicates.as_ref().map(|replicates| repeatability::find_splits(&problem, replicates));
         // Asked of the model as it is: replicates share their pose, so that no missing effect of the pose can part them.
         let splits = splits.unwrap_or_default();
-        let comparison = self.comparison(&machine, &fit, progress)?;
+        let comparison = self.comparison(&problem, &fit, progress)?;
         let candidates = Candidates { listed: candidates::probes(self), unlisted: unlisted::probes(self) };
         // The floor and the errors are of all rows; only the search, which refits many times, is of a part.
         let thin = self.thinned(SEARCH_ROWS);
@@ -278,9 +278,9 @@ impl Laboratory {
         fitted: &Fitted<'_>,
         progress: &Progress,
     ) -> Result<Diagnosis, LaboratoryError> {
-        let replicates = Replicates::gather(&fitted.machine, &fitted.fit, &self.context());
-        let floor = Floor::among(&fitted.machine, replicates.as_ref());
-        let comparison = self.comparison(&fitted.machine, &fitted.fit, progress)?;
+        let replicates = Replicates::gather(&fitted.problem, &fitted.fit, &self.context());
+        let floor = Floor::among(&fitted.problem, replicates.as_ref());
+        let comparison = self.comparison(&fitted.problem, &fitted.fit, progress)?;
         let lack_of_fit = LackOfFit::of(fitted, &floor);
         let ratio = lack_of_fit.map(|lack_of_fit| lack_of_fit.ratio);
         let mut diagnosis = Diagnosis {

@@ -379,7 +379,7 @@ fn motion_ranges(sites: &[Loose]) -> Vec<(Site, Range<usize>)> {
 impl Setup {
     /// Derivatives of some of the fitted rows, spread evenly, by what is fitted and by each site's motion.
     fn of(lab: &Laboratory, fitted: &Fitted<'_>) -> Self {
-        let (machine, state) = (&fitted.machine, &fitted.fit.state);
+        let (problem, state) = (&fitted.problem, &fitted.fit.state);
         let measured = lab.measured_rows();
         // Evenly in the order of measuring, so that drifts and all regions of a lattice are kept.
         let stride = measured.len().div_ceil(DIRECTION_ROWS).max(1);
@@ -388,9 +388,9 @@ impl Setup {
         let probes: Vec<&dyn Effect> = sites.iter().map(|site| site as &dyn Effect).collect();
         let ones = vec![1.0; lab.table().len()];
         let chunks: Vec<&[usize]> = chosen.chunks(CHUNK).collect();
-        let blocks = for_each(&chunks, |chunk| machine.block(state, chunk, &ones, &probes));
+        let blocks = for_each(&chunks, |chunk| problem.block(state, chunk, &ones, &probes));
         let ranges = motion_ranges(&sites);
-        let own = machine.free_parameters().len();
+        let own = problem.free_parameters().len();
         let width = own + ranges.last().map_or(0, |(_, last)| last.end);
         let mut all = DMatrix::zeros(width, blocks.iter().map(|block| block.residuals.len()).sum());
         let mut residuals = Vec::with_capacity(all.ncols());
@@ -401,10 +401,10 @@ impl Setup {
         }
         let mut first = vec![0];
         for row in &chosen {
-            first.push(first.last().copied().unwrap_or(0) + machine.observations.range(*row).len());
+            first.push(first.last().copied().unwrap_or(0) + problem.observations.range(*row).len());
         }
         let columns = all.rows(0, own).into_owned();
-        let equations = chosen.iter().flat_map(|row| machine.observations.of_row(*row));
+        let equations = chosen.iter().flat_map(|row| problem.observations.of_row(*row));
         Self {
             full: DVector::from_iterator(own, columns.row_iter().map(|column| column.norm_squared())),
             rows: Rows { residuals: DVector::from_vec(residuals), columns, first },
@@ -486,7 +486,7 @@ impl Laboratory {
                 site: site.site,
                 across: (squares, freedom.max(1.0)),
                 inliers: (across, whole),
-                least_variance: fitted.machine.least_variance(),
+                least_variance: fitted.problem.least_variance(),
                 p: probability_of_noise(squares, freedom, floor).unwrap_or(1.0),
             }
         });

@@ -94,16 +94,16 @@ impl Laboratory {
         let refit = self.fit_near(&set, &stage.fitted, rows, options, progress)?;
         let fit = &refit.fit;
         let set = set.into_iter().map(|one| {
-            let part = refit.machine.parts.iter().position(|part| part.id == one.id)?;
+            let part = refit.problem.parts.iter().position(|part| part.id == one.id)?;
             let values = fit.state.effects.get(part)?.clone();
-            let free_parameters = free_parameters_of(&refit.machine, part);
+            let free_parameters = free_parameters_of(&refit.problem, part);
             let covariance = fit.covariance.select_rows(&free_parameters).select_columns(&free_parameters);
-            let effect = refit.machine.parts.get(part)?.effect.as_ref();
+            let effect = refit.problem.parts.get(part)?.effect.as_ref();
             is_plausible(effect, &values, &covariance).then_some(AddedEffect { id: one.id, values })
         });
         let Some(set) = set.collect::<Option<Vec<AddedEffect>>>() else { return Ok(None) };
         let after = bic_above(
-            refit.machine.least_variance(),
+            refit.problem.least_variance(),
             fit.normal.squares,
             fit.normal.equations as f64,
             proposal.parameters,
@@ -115,8 +115,8 @@ impl Laboratory {
 }
 
 /// Which free numbers are those of one part of a machine.
-fn free_parameters_of(machine: &ResidualModel<'_>, part: usize) -> Vec<usize> {
-    let free_parameters = machine.free_parameters().iter().enumerate();
+fn free_parameters_of(problem: &ResidualModel<'_>, part: usize) -> Vec<usize> {
+    let free_parameters = problem.free_parameters().iter().enumerate();
     let own = free_parameters.filter(
         |(_, free_parameter)| matches!(free_parameter, FreeParameter::Effect(index, _) if *index == part),
     );
@@ -139,26 +139,26 @@ fn linearized(
     candidates: &Candidates,
     is_asked: impl Fn(&EffectId) -> bool,
 ) -> Result<LinearModel, LaboratoryError> {
-    let (machine, fit) = (&stage.fitted.machine, &stage.fitted.fit);
+    let (problem, fit) = (&stage.fitted.problem, &stage.fitted.fit);
     let mut members = Vec::new();
     for taken in &stage.taken {
-        let part = machine.parts.iter().position(|part| part.id == taken.id);
+        let part = problem.parts.iter().position(|part| part.id == taken.id);
         let values = part.and_then(|part| fit.state.effects.get(part)).cloned().unwrap_or_default();
-        let columns = part.map_or_else(Vec::new, |part| free_parameters_of(machine, part));
+        let columns = part.map_or_else(Vec::new, |part| free_parameters_of(problem, part));
         let search_cost = candidates.search_cost(&taken.id, stage.equations());
         members.push(Member { id: taken.id.clone(), columns, values, search_cost });
     }
-    let mut first = machine.free_parameters().len();
+    let mut first = problem.free_parameters().len();
     let mut columns = Vec::new();
     for candidate in stage.fitted_candidates.iter().filter(|candidate| is_asked(&candidate.id)) {
-        let effect = effect::build(&candidate.id, machine.model)?;
+        let effect = effect::build(&candidate.id, problem.model)?;
         let range = first..first + effect.parameters().len();
         first = range.end;
         columns.push(Column { id: candidate.id.clone(), effect, range, search_cost: candidate.search_cost });
     }
     let effects: Vec<&dyn Effect> = columns.iter().map(|column| column.effect.as_ref()).collect();
-    let normal = machine.normal(&fit.state, &fit.rows, &fit.weights, &effects);
-    let (parameters, least) = (fit.rank() as f64, machine.least_variance());
+    let normal = problem.normal(&fit.state, &fit.rows, &fit.weights, &effects);
+    let (parameters, least) = (fit.rank() as f64, problem.least_variance());
     Ok(LinearModel::new(normal, members, columns, (parameters, least)))
 }
 

@@ -35,7 +35,7 @@ fn rms_without(fitted: &Fitted<'_>, block: &[usize]) -> Option<f64> {
         return None;
     }
     // Leaving out asks for two blocks at least; an empty one is skipped.
-    let all = left_out(&fitted.machine, &fitted.fit, &[block.to_vec(), Vec::new()])?;
+    let all = left_out(&fitted.problem, &fitted.fit, &[block.to_vec(), Vec::new()])?;
     let rows = block.iter().filter_map(|row| all.get(*row).and_then(Option::as_ref));
     ErrorSummary::of(rows.flat_map(|row| row.squares.iter().copied())).map(|errors| errors.rms)
 }

@@ -162,9 +162,9 @@ impl Laboratory {
         let Some(effect) = effect else { return Ok(None) };
         let fitted = self.fit_with(std::slice::from_ref(&effect), None, progress)?;
         // What the rows of a pose share is judged by their means, from pose to pose.
-        let errors = StandardErrors::of_the_fit(&fitted.machine, &fitted.fit);
+        let errors = StandardErrors::of_the_fit(&fitted.problem, &fitted.fit);
         let value = self.effect_values(&errors).pop();
-        let place = effect_place(&fitted.machine, &effect.id);
+        let place = effect_place(&fitted.problem, &effect.id);
         Ok(value
             .map(|value| (effect, Named { effect: place, size: value.size, unit: value.unit, se: value.se })))
     }
@@ -334,7 +334,7 @@ free: [joint_zero(x)]
             se: 0.001,
         };
         let fitted = beside.fit_with(&[], None, &progress).unwrap();
-        let floor = crate::noise_floor::Floor::of(&fitted.machine, &fitted.fit, &beside.context());
+        let floor = crate::noise_floor::Floor::of(&fitted.problem, &fitted.fit, &beside.context());
         let candidates = ["joint_settling", "joint_gain"].map(|name| crate::testing::candidate(name, "x"));
         beside.judged_from_pose_to_pose(&groups, (&effect, &named), (&floor, &candidates), &progress).unwrap()
     }

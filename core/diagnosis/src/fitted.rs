@@ -14,7 +14,7 @@ use plumb_estimation::{Progress, chi_squared_quantile, huber_constant};
 
 /// A machine with its fit.
 pub(crate) struct Fitted<'a> {
-    pub(crate) machine: ResidualModel<'a>,
+    pub(crate) problem: ResidualModel<'a>,
     pub(crate) fit: Fit,
 }
 
@@ -35,7 +35,7 @@ impl Fitted<'_> {
 
     /// Huber's loss over the fitted rows, squared sigmas, for a scatter of `scale` sigmas.
     pub(crate) fn loss(&self, scale: f64) -> f64 {
-        let distances = Distances::of(&self.machine, &self.fit.residuals);
+        let distances = Distances::of(&self.problem, &self.fit.residuals);
         let fitted = self.fit.rows.iter().filter_map(|row| distances.rows.get(*row));
         let losses = fitted.map(|(norm, equations)| {
             let edge = scale * huber_constant(*equations);
@@ -47,7 +47,7 @@ impl Fitted<'_> {
 
     /// Residuals of the fitted rows, in sigmas: rows by their equations.
     pub(crate) fn row_residuals(&self) -> Vec<Vec<f64>> {
-        let (observations, residuals) = (self.machine.observations, &self.fit.residuals);
+        let (observations, residuals) = (self.problem.observations, &self.fit.residuals);
         let rows = self.fit.rows.iter().map(|row| {
             let own = residuals.get(observations.range(*row)).unwrap_or(&[]);
             let equations = own.iter().zip(observations.of_row(*row));
@@ -64,7 +64,7 @@ impl Fitted<'_> {
 
     /// Fitted rows that are not outliers.
     pub(crate) fn inliers(&self) -> Vec<usize> {
-        let distances = Distances::of(&self.machine, &self.fit.residuals);
+        let distances = Distances::of(&self.problem, &self.fit.residuals);
         // A quantile costs more than a row, and rows have few different numbers of equations.
         let mut edges: BTreeMap<usize, f64> = BTreeMap::new();
         let mut inliers = self.fit.rows.clone();
@@ -85,23 +85,23 @@ impl Fitted<'_> {
 /// share what a model does wrong at their pose, so that poses, not rows, are independent.
 pub(crate) fn falls_by_pose((before, after): (&Fitted<'_>, &Fitted<'_>), rows: &[usize]) -> Vec<f64> {
     let [old, new] = [before, after].map(|fitted| {
-        let residuals = fitted.machine.residuals_apart(&fitted.fit.state, rows, &fitted.fit.rows);
-        let all = 0..fitted.machine.table.len();
-        let squares = all.map(|row| point_squares(&fitted.machine, &residuals, row).into_iter().sum());
+        let residuals = fitted.problem.residuals_apart(&fitted.fit.state, rows, &fitted.fit.rows);
+        let all = 0..fitted.problem.table.len();
+        let squares = all.map(|row| point_squares(&fitted.problem, &residuals, row).into_iter().sum());
         squares.collect::<Vec<f64>>()
     });
-    let poses = pose_groups(before.machine.table, rows);
+    let poses = pose_groups(before.problem.table, rows);
     let falls = poses.iter().map(|rows| rows.iter().map(|row| old[*row] - new[*row]).sum());
     falls.collect()
 }
 
 /// An earlier fit's state for another machine: effects both share keep their values, the others start where they were
 /// put.
-fn start_near(machine: &ResidualModel<'_>, near: &Fitted<'_>) -> State {
+fn start_near(problem: &ResidualModel<'_>, near: &Fitted<'_>) -> State {
     let mut start = near.fit.state.clone();
-    start.effects = machine.start().effects;
-    for (index, part) in machine.parts.iter().enumerate() {
-        let same = near.machine.parts.iter().position(|other| other.id == part.id);
+    start.effects = problem.start().effects;
+    for (index, part) in problem.parts.iter().enumerate() {
+        let same = near.problem.parts.iter().position(|other| other.id == part.id);
         let known = same.and_then(|same| near.fit.state.effects.get(same));
         if let (Some(entry), Some(known)) = (start.effects.get_mut(index), known) {
             entry.clone_from(known);
@@ -112,9 +112,9 @@ fn start_near(machine: &ResidualModel<'_>, near: &Fitted<'_>) -> State {
 
 /// A start moved to where a score expects the fitted parameters beside the last effect: what the two machines share comes
 /// first in both.
-fn beside(machine: &ResidualModel<'_>, start: &State, beside: &[f64]) -> State {
-    let known = beside.len().min(machine.free_parameters().len());
-    let moved = start.stepped(machine.free_parameters().get(..known).unwrap_or(&[]), beside);
+fn beside(problem: &ResidualModel<'_>, start: &State, beside: &[f64]) -> State {
+    let known = beside.len().min(problem.free_parameters().len());
+    let moved = start.stepped(problem.free_parameters().get(..known).unwrap_or(&[]), beside);
     // Derivatives at a fold of the arm can promise a step to nowhere.
     if moved.is_finite() { moved } else { start.clone() }
 }
@@ -126,40 +126,40 @@ const HALVINGS: i32 = 10;
 /// rows fit better than at the earlier fit. Where rows hardly determine a number the whole step may lead far away, and a descent from there may end in another valley
 /// (a Gauss-Newton step with halving: Björck 1996, Numerical Methods for Least Squares Problems, section 9.2).
 fn start_toward(
-    machine: &ResidualModel<'_>,
+    problem: &ResidualModel<'_>,
     near: &Fitted<'_>,
     moved: &[f64],
     (rows, weights): (&[usize], &[f64]),
 ) -> State {
-    let whole = start_near(machine, near);
-    let mut start = beside(machine, &whole, moved);
-    let stay = part_of(machine, near, (&whole, moved), 0.0);
-    let squares = machine.squares(&stay, rows, weights);
+    let whole = start_near(problem, near);
+    let mut start = beside(problem, &whole, moved);
+    let stay = part_of(problem, near, (&whole, moved), 0.0);
+    let squares = problem.squares(&stay, rows, weights);
     for halvings in 1..=HALVINGS {
         // Written so that what is not a number is no better.
-        if machine.squares(&start, rows, weights) < squares {
+        if problem.squares(&start, rows, weights) < squares {
             return start;
         }
-        start = part_of(machine, near, (&whole, moved), 0.5_f64.powi(halvings));
+        start = part_of(problem, near, (&whole, moved), 0.5_f64.powi(halvings));
     }
     stay
 }
 
 /// A fraction of the step from an earlier fit to `whole`, with what was fitted then moved by `moved`: effects that the earlier fit did not have begin at nothing.
 fn part_of(
-    machine: &ResidualModel<'_>,
+    problem: &ResidualModel<'_>,
     near: &Fitted<'_>,
     (whole, moved): (&State, &[f64]),
     fraction: f64,
 ) -> State {
     let mut start = whole.clone();
-    for (values, part) in start.effects.iter_mut().zip(&machine.parts) {
-        if !near.machine.parts.iter().any(|known| known.id == part.id) {
+    for (values, part) in start.effects.iter_mut().zip(&problem.parts) {
+        if !near.problem.parts.iter().any(|known| known.id == part.id) {
             values.iter_mut().for_each(|value| *value *= fraction);
         }
     }
     let fractions: Vec<f64> = moved.iter().map(|one| fraction * one).collect();
-    beside(machine, &start, &fractions)
+    beside(problem, &start, &fractions)
 }
 
 impl Laboratory {
@@ -171,9 +171,9 @@ impl Laboratory {
         near: &Fitted<'_>,
         moved: &[f64],
     ) -> Result<(ResidualModel<'a>, State), LaboratoryError> {
-        let machine = self.machine(more)?;
-        let start = beside(&machine, &start_near(&machine, near), moved);
-        Ok((machine, start))
+        let problem = self.problem(more)?;
+        let start = beside(&problem, &start_near(&problem, near), moved);
+        Ok((problem, start))
     }
 
     /// Fits the model with more effects than an earlier fit has to the same rows with the same weights, from where everything is expected, or from as far toward it
@@ -217,13 +217,13 @@ impl Laboratory {
         options: FitOptions,
         progress: &Progress,
     ) -> Result<Fitted<'a>, LaboratoryError> {
-        let machine = self.machine(more)?.after(&near.machine);
+        let problem = self.problem(more)?.after(&near.problem);
         let moved = moved.iter().enumerate();
         let moved: Vec<f64> =
             moved.map(|(number, by)| if holding.contains(&number) { 0.0 } else { *by }).collect();
-        let start = start_toward(&machine, near, &moved, (rows, weights));
-        let fit = machine.refit_holding(&start, (rows, weights), holding, options, progress)?;
-        Ok(Fitted { machine, fit })
+        let start = start_toward(&problem, near, &moved, (rows, weights));
+        let fit = problem.refit_holding(&start, (rows, weights), holding, options, progress)?;
+        Ok(Fitted { problem, fit })
     }
 
     /// Fits the model with `more` effects to some rows with these weights, starting from an earlier fit's state, with as much of the effects' values as makes the rows
@@ -249,13 +249,13 @@ impl Laboratory {
         near: &Fitted<'_>,
         progress: &Progress,
     ) -> Result<Fitted<'a>, LaboratoryError> {
-        let mut machine = self.machine(more)?;
-        machine.admit(probe.id.clone(), Arc::clone(&probe.effect), score.values.clone());
-        let machine = machine.after(&near.machine);
+        let mut problem = self.problem(more)?;
+        problem.admit(probe.id.clone(), Arc::clone(&probe.effect), score.values.clone());
+        let problem = problem.after(&near.problem);
         let (rows, ones) = (self.measured_rows(), vec![1.0; self.table().len()]);
-        let start = start_toward(&machine, near, &score.beside, (&rows, &ones));
-        let fit = machine.refit_by_one_step(&start, &rows, &ones, self.options().fit, progress)?;
-        Ok(Fitted { machine, fit })
+        let start = start_toward(&problem, near, &score.beside, (&rows, &ones));
+        let fit = problem.refit_by_one_step(&start, &rows, &ones, self.options().fit, progress)?;
+        Ok(Fitted { problem, fit })
     }
 
     /// Fits the model with `more` effects, starting from an earlier fit's state where there is one.
@@ -272,9 +272,9 @@ impl Laboratory {
                 self.fit_near(more, near, (&self.measured_rows(), &ones), self.options().fit, progress)
             }
             None => {
-                let machine = self.machine(more)?;
-                let fit = self.fit(&machine, progress)?;
-                Ok(Fitted { machine, fit })
+                let problem = self.problem(more)?;
+                let fit = self.fit(&problem, progress)?;
+                Ok(Fitted { problem, fit })
             }
         }
     }
@@ -359,10 +359,10 @@ mod tests {
             [(0.01, 0.01, 0.0, 0.2), (0.05, 0.0125, 0.0, 0.2), (-0.01, 0.0, 0.999, 1.001)]
         {
             let gain = AddedEffect { id: EffectId::at("joint_gain", Site::Joint(1)), values: vec![step] };
-            let machine = lab.machine(&[gain]).unwrap();
-            let start = start_toward(&machine, &near, &[], (rows, weights));
+            let problem = lab.problem(&[gain]).unwrap();
+            let start = start_toward(&problem, &near, &[], (rows, weights));
             assert_eq!(start.effects.last().unwrap(), &[taken]);
-            let part = machine.squares(&start, rows, weights) / before;
+            let part = problem.squares(&start, rows, weights) / before;
             assert!((least..=most).contains(&part), "{step}: {part} of the squares");
         }
     }

@@ -141,7 +141,7 @@ impl Laboratory {
         let equations = fitted.fit.normal.equations as f64;
         let rank = fitted.fit.rank() as f64;
         let squares = fitted.fit.normal.squares;
-        let least = fitted.machine.least_variance();
+        let least = fitted.problem.least_variance();
         let own = bic_above(least, squares, equations, rank, 0.0);
         let mut fitted_candidates: Vec<FittedCandidate> = open
             .into_iter()
@@ -182,7 +182,7 @@ impl Laboratory {
         probes: &[Probe],
         jumps: Jumps,
     ) -> Vec<(usize, Score)> {
-        let mut scores = score(&fitted.machine, &fitted.fit, probes);
+        let mut scores = score(&fitted.problem, &fitted.fit, probes);
         let is_in = self.which_are_in(taken, jumps, probes.iter().map(|probe| &probe.id));
         for (score, _) in scores.iter_mut().zip(&is_in).filter(|(_, is_in)| **is_in) {
             // No better than any other variant of its family.
@@ -217,7 +217,7 @@ impl Laboratory {
                 .collect::<Result<_, _>>()?;
         let scale = fits.iter().map(|fit| fit.fit.scale).fold(robust.fit.scale, f64::min).max(1e-300);
         let equations = robust.fit.normal.equations as f64;
-        let least = robust.machine.least_variance();
+        let least = robust.problem.least_variance();
         // With the least scatter for all: each by its own would make a fit look good that calls everything an outlier.
         let freedoms = std::iter::once(0).chain(asked.iter().map(|(_, score)| score.freedom));
         let all = std::iter::once(robust).chain(&fits).zip(freedoms).map(|(fit, freedom)| {
@@ -255,7 +255,7 @@ impl Laboratory {
             let (with, Some(fitted_candidate)) = (with?, stage.fitted_candidates.get_mut(index)) else {
                 continue;
             };
-            let noise = Noise::of(&with.machine, &with.fit);
+            let noise = Noise::of(&with.problem, &with.fit);
             // Both by the scale of the fit with it in: the smaller of the two, which is the harder one to pass.
             let gain = (robust.loss(with.fit.scale) - with.loss(with.fit.scale)).max(0.0);
             fitted_candidate.outvoted = is_outvoted(fitted_candidate, gain, noise);
@@ -286,9 +286,9 @@ impl Laboratory {
             });
             let refit =
                 self.fit_to_compare(&more, &stage.fitted, &fitted_candidate.score.beside, options, progress)?;
-            let derivatives = Derivatives::of(&refit.machine, &refit.fit);
+            let derivatives = Derivatives::of(&refit.problem, &refit.fit);
             let gains = judge.gains(&refit.fit, &derivatives, &fitted_candidate.id);
-            let errors = block_errors::errors_from(&derivatives, refit.machine.table, &refit.fit);
+            let errors = block_errors::errors_from(&derivatives, refit.problem.table, &refit.fit);
             Ok::<_, LaboratoryError>((refit, gains, errors))
         });
         for (fitted_candidate, refit) in stage.fitted_candidates.iter_mut().zip(refits) {
@@ -298,7 +298,7 @@ impl Laboratory {
                 stage.fitted.parameters_in(&refit, &fitted_candidate.id, fitted_candidate.score.freedom),
             );
             fitted_candidate.bic = bic_above(
-                refit.machine.least_variance(),
+                refit.problem.least_variance(),
                 squares,
                 equations,
                 rank,
@@ -313,7 +313,7 @@ impl Laboratory {
             fitted_candidate.left = (squares, f64::max(equations - rank, 1.0));
             if let Some(values) = refit.fit.state.effects.last() {
                 fitted_candidate.values.clone_from(values);
-                let free_parameters = refit.machine.free_parameters().len();
+                let free_parameters = refit.problem.free_parameters().len();
                 let own = free_parameters - values.len()..free_parameters;
                 let places: Vec<usize> = own.clone().collect();
                 fitted_candidate.covariance =
@@ -381,7 +381,7 @@ impl Laboratory {
         while let Some(last) = stages.last().filter(|last| last.taken.len() < MOST_EFFECTS) {
             progress.report(0.3 + 0.1 * last.taken.len() as f64, "searching")?;
             let left = LackOfFit::of(&last.fitted, floor);
-            if is_shared_error(last.fitted.machine.neighbours_err_alike(), left) {
+            if is_shared_error(last.fitted.problem.neighbours_err_alike(), left) {
                 break;
             }
             let Some(best) = last.fitted_candidates.iter().find(|fitted_candidate| fitted_candidate.passes())
@@ -504,7 +504,7 @@ mod tests {
         robust.fit.state.effects[0] = vec![0.01];
         let options = lab.options().fit;
         robust.fit =
-            robust.machine.refit_holding(&robust.fit.state, (&rows, &ones), &[0], options, &watch).unwrap();
+            robust.problem.refit_holding(&robust.fit.state, (&rows, &ones), &[0], options, &watch).unwrap();
         let outvoted = |robust: &Fitted<'_>, stage: &mut Stage<'_>| {
             stage.fitted_candidates[0].outvoted = false;
             lab.ask_all_rows(stage, robust, &watch).unwrap();

@@ -19,7 +19,7 @@ pub(crate) struct LackOfFit {
 impl LackOfFit {
     /// Of a plain fit from which outliers were left out; nothing if the floor is not known.
     pub(crate) fn of(fitted: &Fitted<'_>, floor: &Floor) -> Option<Self> {
-        Self::beside(Noise::of(&fitted.machine, &fitted.fit), floor)
+        Self::beside(Noise::of(&fitted.problem, &fitted.fit), floor)
     }
 
     /// Of what a fit leaves; nothing if the floor is not known.

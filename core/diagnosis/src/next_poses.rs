@@ -73,10 +73,10 @@ impl Laboratory {
         // The same rows as in a diagnosis: what is asked about is what it could not settle.
         let thin = self.thinned(SEARCH_ROWS);
         let lab = thin.as_ref().unwrap_or(self);
-        let machine = lab.machine(&[])?;
-        let fit = lab.fit(&machine, progress)?;
-        let returns = Replicates::gather(&machine, &fit, &lab.context());
-        let floor = Floor::among(&machine, returns.as_ref());
+        let problem = lab.problem(&[])?;
+        let fit = lab.fit(&problem, progress)?;
+        let returns = Replicates::gather(&problem, &fit, &lab.context());
+        let floor = Floor::among(&problem, returns.as_ref());
         let candidates = Candidates { listed: candidates::probes(lab), unlisted: unlisted::probes(lab) };
         let finding = lab.find(&floor, &candidates, progress)?;
         if finding.verdict == Verdict::AtFloor

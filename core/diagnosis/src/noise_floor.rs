@@ -50,40 +50,40 @@ const ROUNDING: f64 = 1e-9;
 
 impl Floor {
     /// The floor of the data a machine was fitted to.
-    pub(crate) fn of(machine: &ResidualModel<'_>, fit: &Fit, context: &CandidateContext<'_>) -> Self {
-        Self::among(machine, Replicates::gather(machine, fit, context).as_ref())
+    pub(crate) fn of(problem: &ResidualModel<'_>, fit: &Fit, context: &CandidateContext<'_>) -> Self {
+        Self::among(problem, Replicates::gather(problem, fit, context).as_ref())
     }
 
     /// The floor these returns show, else what was declared.
-    pub(crate) fn among(machine: &ResidualModel<'_>, returns: Option<&Replicates>) -> Self {
+    pub(crate) fn among(problem: &ResidualModel<'_>, returns: Option<&Replicates>) -> Self {
         returns
-            .and_then(|returns| Self::from_returns(machine, returns))
-            .unwrap_or_else(|| Self::declared(machine))
+            .and_then(|returns| Self::from_returns(problem, returns))
+            .unwrap_or_else(|| Self::declared(problem))
     }
 
     /// From returns; nothing if they are too few.
-    fn from_returns(machine: &ResidualModel<'_>, returns: &Replicates) -> Option<Self> {
+    fn from_returns(problem: &ResidualModel<'_>, returns: &Replicates) -> Option<Self> {
         let (chosen, scatter) = allow(returns);
         // Rounded readings may return to the very same number: a floor of zero would make every model miss.
         if scatter.freedom < FLOOR_FREEDOM || scatter.sigma < ROUNDING {
             return None;
         }
         Some(Self {
-            sigma_mm: Some(scatter.sigma * typical_sigma(machine)),
+            sigma_mm: Some(scatter.sigma * typical_sigma(problem)),
             source: FloorSource::Repeats,
             dof: scatter.freedom,
             scale: Some(scatter.sigma),
             allowed_for: chosen
                 .iter()
-                .filter_map(|index| returns.candidates.get(*index).map(|(id, _)| machine.model.label(id)))
+                .filter_map(|index| returns.candidates.get(*index).map(|(id, _)| problem.model.label(id)))
                 .collect(),
         })
     }
 
-    fn declared(machine: &ResidualModel<'_>) -> Self {
-        let known = machine.observations.declared;
+    fn declared(problem: &ResidualModel<'_>) -> Self {
+        let known = problem.observations.declared;
         Self {
-            sigma_mm: known.then(|| typical_sigma(machine)),
+            sigma_mm: known.then(|| typical_sigma(problem)),
             source: if known { FloorSource::Declared } else { FloorSource::Unknown },
             dof: 0,
             scale: known.then_some(1.0),
@@ -93,10 +93,10 @@ impl Floor {
 }
 
 /// The root mean square of the declared sigmas, in the unit of the table's readings; 1 where nothing was read.
-pub(crate) fn typical_sigma(machine: &ResidualModel<'_>) -> f64 {
-    let unit = machine.observations.unit();
+pub(crate) fn typical_sigma(problem: &ResidualModel<'_>) -> f64 {
+    let unit = problem.observations.unit();
     let (mut sum, mut count) = (0.0, 0);
-    for equation in &machine.observations.equations {
+    for equation in &problem.observations.equations {
         if let Some(factor) = equation.factor_in(unit) {
             sum += (equation.sigma * factor).powi(2);
             count += 1;

@@ -57,7 +57,7 @@ pub(super) fn with_weight(model: &Model) -> Model {
 
 /// What a machine has fitted, with the values it found.
 pub(super) fn fitted_effects(fitted: &Fitted<'_>) -> Vec<AddedEffect> {
-    let parts = fitted.machine.parts.iter().zip(&fitted.fit.state.effects);
+    let parts = fitted.problem.parts.iter().zip(&fitted.fit.state.effects);
     parts.map(|(part, values)| AddedEffect { id: part.id.clone(), values: values.clone() }).collect()
 }
 
@@ -71,18 +71,18 @@ impl Laboratory {
         }
         let model = with_weight(self.model());
         let taken = fitted_effects(fitted);
-        let machine = ResidualModel::new(&model, self.table(), self.observations(), &taken)?;
+        let problem = ResidualModel::new(&model, self.table(), self.observations(), &taken)?;
         let asked = self.asked(&model, &taken);
         let effects: Vec<&dyn Effect> = asked.iter().map(|(_, effect)| effect.as_ref()).collect();
         let plan = Plan::of(&effects, model.chain.len());
-        let products = Products::of(&machine, &fitted.fit, &plan);
+        let products = Products::of(&problem, &fitted.fit, &plan);
         let shadows = fitted.fit.factor.whiten(&products.with_parameters.transpose());
         let volume = Volume::of(self, &model, &fitted.fit.state)?;
         let there = volume.derivatives(&model, &taken, &fitted.fit.state, &effects)?;
         // In units in which a size is found four times in five where s' F s is 1.
         let noise = DETECTABLE_ERRORS * DETECTABLE_ERRORS * scale * scale;
         let mut found: Vec<Faint> = Vec::new();
-        let mut first = machine.free_parameters().len();
+        let mut first = problem.free_parameters().len();
         for (index, (id, effect)) in asked.iter().enumerate() {
             let count = effect.parameters().len();
             let columns = first..first + count;
@@ -159,7 +159,7 @@ impl Laboratory {
                 let no_unit = weightless && one.effect.looks_at() == effect::LooksAt::Gravity;
                 let sized = !(one.any_size || no_unit);
                 NotShown {
-                    effect: effect_place(&fitted.machine, &one.id),
+                    effect: effect_place(&fitted.problem, &one.id),
                     label: self.model().label(&one.id),
                     up_to_mm: (!one.any_size).then_some(one.error_mm),
                     size: sized.then_some(size.value.abs()),
@@ -257,7 +257,7 @@ mod tests {
     fn without_a_floor_nothing_is_said_and_a_weightless_arm_is_given_a_mass_to_ask_with() {
         let lab = two_links(20, "joint_zero(*)", 0.05, 2, |_| [0.0; 2]);
         let fitted = lab.fit_with(&[], None, &plumb_estimation::Progress::unwatched()).unwrap();
-        let unknown = Floor::of(&fitted.machine, &fitted.fit, &lab.context());
+        let unknown = Floor::of(&fitted.problem, &fitted.fit, &lab.context());
         assert!(unknown.scale.is_none() && lab.faint(&fitted, &unknown).unwrap().is_empty());
         assert_eq!(with_weight(lab.model()).masses.len(), 1);
         assert_eq!(with_weight(&with_weight(lab.model())).masses.len(), 1);
@@ -267,7 +267,7 @@ mod tests {
     fn what_a_narrow_table_hides_comes_first_by_how_far_it_moves_the_tip() {
         let lab = two_links_with("free: [joint_zero(*)]\nnoise: {p1_mm: 0.05}", 12, 0.05, 3, |_| [0.0; 2]);
         let fitted = lab.fit_with(&[], None, &plumb_estimation::Progress::unwatched()).unwrap();
-        let floor = Floor::of(&fitted.machine, &fitted.fit, &lab.context());
+        let floor = Floor::of(&fitted.problem, &fitted.fit, &lab.context());
         let hidden = lab.not_shown(&fitted, &floor).unwrap();
         assert!(!hidden.is_empty(), "of twelve poses something stays hidden");
         let sizes: Vec<f64> = hidden.iter().filter_map(|one| one.up_to_mm).collect();
@@ -302,7 +302,7 @@ mod tests {
         let lab = two_links_with("free: [joint_zero(*)]\nnoise: {p1_mm: 0.05}", 12, 0.05, 3, |_| [0.0; 2]);
         let watch = plumb_estimation::Progress::unwatched();
         let fitted = lab.fit_with(&[], None, &watch).unwrap();
-        let floor = Floor { scale: Some(1.3), ..Floor::of(&fitted.machine, &fitted.fit, &lab.context()) };
+        let floor = Floor { scale: Some(1.3), ..Floor::of(&fitted.problem, &fitted.fit, &lab.context()) };
         let faint = lab.faint(&fitted, &floor).unwrap();
         assert!(faint.windows(2).all(|pair| pair[0].error_mm >= pair[1].error_mm));
         let mut asked = 0;

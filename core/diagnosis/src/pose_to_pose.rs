@@ -18,7 +18,7 @@ use plumb_estimation::{Progress, f_tail};
 /// What a fit leaves of a row's points, mm, and which axes were measured.
 pub(crate) fn point_residual(fitted: &Fitted<'_>, row: usize, measured: &mut [bool; 3]) -> Vector3<f64> {
     let mut point = Vector3::zeros();
-    let observations = fitted.machine.observations;
+    let observations = fitted.problem.observations;
     let own = fitted.fit.residuals.get(observations.range(row)).unwrap_or(&[]);
     for (equation, residual) in observations.of_row(row).iter().zip(own) {
         let Some(factor) = equation.factor_in(observations.unit()) else { continue };
@@ -275,7 +275,7 @@ mod tests {
     fn what_a_fit_leaves_of_a_point_is_the_vector_of_its_coordinates() {
         let lab = two_links(6, "", 0.05, 77, |_| [0.0; 2]);
         let fitted = lab.fit_with(&[], None, &Progress::unwatched()).unwrap();
-        let own = &fitted.fit.residuals[fitted.machine.observations.range(4)];
+        let own = &fitted.fit.residuals[fitted.problem.observations.range(4)];
         let mut measured = [false; 3];
         let point = point_residual(&fitted, 4, &mut measured);
         assert!(point.norm() > 0.0 && point.as_slice() == own, "{point} {own:?}");

@@ -95,9 +95,9 @@ impl Judge {
         holdout: Holdout,
         ids: impl Iterator<Item = &'i EffectId>,
     ) -> Self {
-        let (machine, fit) = (&before.machine, &before.fit);
-        let (table, rows) = (machine.table, &fit.rows);
-        let derivatives = Derivatives::of(machine, fit);
+        let (problem, fit) = (&before.problem, &before.fit);
+        let (table, rows) = (problem.table, &fit.rows);
+        let derivatives = Derivatives::of(problem, fit);
         let mut asked: Vec<usize> = ids.filter_map(EffectId::joint).collect();
         asked.sort_unstable();
         asked.dedup();
@@ -106,19 +106,19 @@ impl Judge {
         let has_own_way = promised != by_regions;
         let mut ways = vec![by_regions];
         ways.extend(has_own_way.then_some(promised));
-        ways.extend((0..machine.model.chain.len()).map(|joint| match asked.contains(&joint) {
+        ways.extend((0..problem.model.chain.len()).map(|joint| match asked.contains(&joint) {
             true => joint_blocks(table, rows, joint),
             false => Vec::new(),
         }));
         // A session that is left out says nothing of what it has of its own.
-        if !matches!(machine.model.epochs, Some(Epochs::Sessions(_))) {
+        if !matches!(problem.model.epochs, Some(Epochs::Sessions(_))) {
             ways.extend(session_blocks(table, rows));
         }
         let left_out = for_each(&ways, |blocks| derivatives.left_out(fit, blocks));
         let mut ways = ways.into_iter().zip(left_out).map(|(blocks, rows)| Way { blocks, rows });
         let regions = ways.next().unwrap_or_else(|| Way { blocks: Vec::new(), rows: None });
         let promised = if has_own_way { ways.next() } else { None };
-        let joints = ways.by_ref().take(machine.model.chain.len()).collect();
+        let joints = ways.by_ref().take(problem.model.chain.len()).collect();
         let (sessions, poses) = (ways.next(), pose_groups(table, rows));
         Self { regions, promised, joints, sessions, poses }
     }
@@ -146,7 +146,7 @@ impl Judge {
 
     /// What adding an effect promises, without the other ways of leaving rows out.
     pub(crate) fn promise(&self, after: &Fitted<'_>) -> Option<Promise> {
-        let derivatives = Derivatives::of(&after.machine, &after.fit);
+        let derivatives = Derivatives::of(&after.problem, &after.fit);
         self.promised.as_ref().unwrap_or(&self.regions).promise(&derivatives, &after.fit)
     }
 

@@ -121,23 +121,23 @@ impl Products {
     }
 
     /// Of effects that take no part, at a fit.
-    pub(super) fn of(machine: &ResidualModel<'_>, fit: &Fit, plan: &Plan<'_>) -> Self {
+    pub(super) fn of(problem: &ResidualModel<'_>, fit: &Fit, plan: &Plan<'_>) -> Self {
         let ways = plan.groups.iter().map(|group| &group.way as &dyn Effect);
         let probes: Vec<&dyn Effect> = plan.chosen(&plan.plain).into_iter().chain(ways).collect();
         let driving: Vec<&dyn Effect> =
             plan.groups.iter().flat_map(|group| plan.chosen(&group.effects)).collect();
-        let free_parameters = machine.free_parameters().len();
+        let free_parameters = problem.free_parameters().len();
         let mut total = Self::zeros(plan, free_parameters);
         over_chunks(
             &fit.rows,
             || Self::zeros(plan, free_parameters),
             |sums, chunk| {
                 let (block, rates) =
-                    machine.block_and_rates(&fit.state, chunk, &fit.weights, &probes, &driving);
+                    problem.block_and_rates(&fit.state, chunk, &fit.weights, &probes, &driving);
                 let rows = Rows {
                     residuals: DVector::from_vec(block.residuals),
                     jacobian: block.jacobian,
-                    equations: chunk.iter().map(|row| machine.observations.range(*row).len()).collect(),
+                    equations: chunk.iter().map(|row| problem.observations.range(*row).len()).collect(),
                 };
                 sums.take_plain(plan, &rows, free_parameters);
                 for (number, group) in plan.groups.iter().enumerate() {
@@ -312,10 +312,10 @@ free: [joint_zero(turn)]
         assert!(shared.iter().filter(|effect| effect.changes_coordinate().is_some()).count() == 6);
 
         let lab = Laboratory::new(model.clone(), table(), Options::default()).unwrap();
-        let machine = lab.machine(&[]).unwrap();
-        let fit = lab.fit(&machine, &Progress::unwatched()).unwrap();
+        let problem = lab.problem(&[]).unwrap();
+        let fit = lab.fit(&problem, &Progress::unwatched()).unwrap();
         let (one, other) = (Plan::of(&shared, 3), Plan::of(&alone, 3));
-        let (fast, slow) = (Products::of(&machine, &fit, &one), Products::of(&machine, &fit, &other));
+        let (fast, slow) = (Products::of(&problem, &fit, &one), Products::of(&problem, &fit, &other));
         let near = |left: &DMatrix<f64>, right: &DMatrix<f64>| {
             (left - right).norm() <= 1e-12 * right.norm().max(1e-12)
         };

@@ -59,10 +59,10 @@ impl Surface {
                 _ => None,
             }
         })?;
-        let machine = ResidualModel::new(lab.model(), table, lab.observations(), effects).ok()?;
+        let problem = ResidualModel::new(lab.model(), table, lab.observations(), effects).ok()?;
         let places: Vec<Vector3<f64>> = (0..table.len())
             .filter(|row| table.on.of_row.get(*row).copied().flatten() == Some(index as u32))
-            .map(|row| machine.believed_point(state, row))
+            .map(|row| problem.believed_point(state, row))
             .collect();
         let [width, depth] = [0, 1].map(|axis| {
             let (low, high) = range(places.iter().map(|place| place[axis]));
@@ -121,8 +121,8 @@ impl Points<'_> {
     /// Where the first target is in every row, mm.
     fn of(&self, table: &Table) -> Result<Vec<Vector3<f64>>, LaboratoryError> {
         let observations = Observations::new(self.lab.model(), table)?;
-        let machine = ResidualModel::new(self.lab.model(), table, &observations, self.effects)?;
-        Ok((0..table.len()).map(|row| machine.believed_point(self.state, row)).collect())
+        let problem = ResidualModel::new(self.lab.model(), table, &observations, self.effects)?;
+        Ok((0..table.len()).map(|row| problem.believed_point(self.state, row)).collect())
     }
 
     /// How high over the plane, mm.
@@ -260,8 +260,8 @@ mod tests {
     #[test]
     fn poses_are_brought_onto_the_plane_by_the_joint_that_moves_them_up_most() {
         let lab = over_table("", "");
-        let machine = lab.machine(&[]).unwrap();
-        let state = machine.start();
+        let problem = lab.problem(&[]).unwrap();
+        let state = problem.start();
         let surface = Surface::of(&lab, &state, &[]).unwrap();
         assert_eq!((surface.name.as_str(), surface.places.len()), ("table", 40));
         // Forty places on a line, as on a strip of one millimetre.
@@ -294,7 +294,7 @@ mod tests {
             [(",p1_x_mm,p1_y_mm,p1_z_mm", ",,,"), (",height_mm", ",0"), (",tilt_y_deg", ",0")]
         {
             let lab = over_table(columns, values);
-            let state = lab.machine(&[]).unwrap().start();
+            let state = lab.problem(&[]).unwrap().start();
             assert!(Surface::of(&lab, &state, &[]).is_none(), "{columns}");
         }
     }
@@ -302,7 +302,7 @@ mod tests {
     #[test]
     fn the_strongest_joint_of_a_row_is_the_one_with_the_longest_lever_up() {
         let lab = over_table("", "");
-        let state = lab.machine(&[]).unwrap().start();
+        let state = lab.problem(&[]).unwrap().start();
         let surface = Surface::of(&lab, &state, &[]).unwrap();
         let points = Points { lab: &lab, surface: &surface, state: &state, effects: &[] };
         // Levers of the height are x of the tip from each joint: 200 cos(q1) + 150 cos(q1 + q2), and 150 cos(q1 + q2) alone.

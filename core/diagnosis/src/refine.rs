@@ -104,7 +104,7 @@ impl Laboratory {
         }
         let best = known.remove(&index).zip(clocks.get(index).copied());
         let equations = stage.fitted.fit.normal.equations as f64;
-        let least = stage.fitted.machine.least_variance();
+        let least = stage.fitted.problem.least_variance();
         if let (Some((best, at)), Some(first)) = (best, stage.fitted_candidates.first_mut()) {
             first.bic = bic_above(least, best.squares, equations, best.numbers, first.search_cost);
             first.values = best.values.iter().copied().collect();
@@ -136,7 +136,7 @@ impl Laboratory {
         let variance = variance_of_logarithm([low.squares, best.squares, high.squares], step, freedom);
         let slope = (high.values - low.values) / (2.0 * step);
         let equations = stage.fitted.fit.normal.equations as f64;
-        let least = stage.fitted.machine.least_variance();
+        let least = stage.fitted.problem.least_variance();
         if let Some(first) = stage.fitted_candidates.first_mut() {
             first.bic = bic_above(least, best.squares, equations, best.numbers, first.search_cost);
             first.values = best.values.iter().copied().collect();
@@ -176,7 +176,7 @@ impl Laboratory {
         let values = refit.fit.state.effects.last().cloned().unwrap_or_default();
         // All that are tried are of the likeliest candidate.
         let freedom = stage.fitted_candidates.first().map_or(values.len(), |first| first.score.freedom);
-        let free_parameters = refit.machine.free_parameters().len();
+        let free_parameters = refit.problem.free_parameters().len();
         let own: Vec<usize> = (free_parameters.saturating_sub(values.len())..free_parameters).collect();
         Ok(Tried {
             squares: refit.fit.normal.squares,
@@ -350,7 +350,7 @@ mod tests {
         assert!((found.values[0] - middle.values[0]).abs() < 1e-9);
         // Schwarz's criterion of three numbers, with what the search costs.
         let readings = stage.fitted.fit.normal.equations as f64;
-        let expected = bic_above(stage.fitted.machine.least_variance(), middle.squares, readings, 3.0, 3.0);
+        let expected = bic_above(stage.fitted.problem.least_variance(), middle.squares, readings, 3.0, 3.0);
         assert!((found.bic - expected).abs() < 1e-6, "{} {expected}", found.bic);
         // By how much the size moves with the logarithm, times how well that is known on what four numbers leave.
         let moves = (high.values[0] - low.values[0]) / 0.2;

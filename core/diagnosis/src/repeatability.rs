@@ -32,9 +32,9 @@ impl Split {
 
 /// Looks for two clusters along every joint's motion, and along ways in which base or target may be in two places. Where two
 /// joints do so each is seen only when whatever the other does is left out of account. The clearest first; none, one or two.
-pub(crate) fn find_splits(machine: &ResidualModel<'_>, returns: &Replicates) -> Vec<Split> {
+pub(crate) fn find_splits(problem: &ResidualModel<'_>, returns: &Replicates) -> Vec<Split> {
     let inquiry = Inquiry::of(returns);
-    let ways = joint_ways(machine, returns);
+    let ways = joint_ways(problem, returns);
     let at_joint = likeliest(ways.iter().filter_map(|way| inquiry.split(way)));
     let elsewhere = likeliest(inquiry.loose_ways().iter().filter_map(|way| inquiry.split(way)));
     let alone = match (at_joint, elsewhere) {
@@ -89,8 +89,8 @@ impl Path {
     }
 }
 
-fn joint_ways(machine: &ResidualModel<'_>, returns: &Replicates) -> Vec<Path> {
-    let joints = machine.model.chain.joints.iter().enumerate();
+fn joint_ways(problem: &ResidualModel<'_>, returns: &Replicates) -> Vec<Path> {
+    let joints = problem.model.chain.joints.iter().enumerate();
     let ways = joints.map(|(joint, row)| {
         let along = returns.motions.iter().map(|motions| motions.get(joint).cloned());
         Path {
@@ -366,8 +366,8 @@ mod tests {
     #[test]
     fn a_joint_that_is_in_two_places_is_found_by_its_motion_with_the_distance() {
         let lab = crate::testing::two_links(4, "", 0.05, 1, |_| [0.0; 2]);
-        let machine = lab.machine(&[]).unwrap();
-        let of = |returns: &Replicates| find_splits(&machine, returns);
+        let problem = lab.problem(&[]).unwrap();
+        let of = |returns: &Replicates| find_splits(&problem, returns);
         // The second joint moves along x by 2 a radian: 6 apart are 3 rad.
         let found = of(&jointed(clusters(), [[0.0, 1.0, 0.0], [2.0, 0.0, 0.0]]));
         assert_eq!(found.len(), 1, "{found:?}");
@@ -385,15 +385,15 @@ mod tests {
     #[test]
     fn a_base_in_two_places_must_be_clearly_likelier_than_a_joint() {
         let lab = crate::testing::two_links(4, "", 0.05, 1, |_| [0.0; 2]);
-        let machine = lab.machine(&[]).unwrap();
+        let problem = lab.problem(&[]).unwrap();
         let mut seen = [0; 2];
         // The joint's motion is the farther from that of the base the more it goes aside.
         for aside in [0.0, 0.01, 0.02, 0.03, 0.05, 0.1, 0.2] {
             let returns = jointed(clusters(), [[0.0, 1.0, 0.0], [2.0, aside, 0.0]]);
             let inquiry = Inquiry::of(&returns);
-            let joint = inquiry.split(&joint_ways(&machine, &returns)[1]).unwrap().1;
+            let joint = inquiry.split(&joint_ways(&problem, &returns)[1]).unwrap().1;
             let base = inquiry.split(&inquiry.loose_ways()[0]).unwrap().1;
-            let found = find_splits(&machine, &returns);
+            let found = find_splits(&problem, &returns);
             let expected = if base - joint > BASE_OVER_JOINT { Site::Base } else { Site::Joint(1) };
             assert_eq!(found[0].site, expected, "{aside}: {joint} {base}");
             seen[usize::from(expected == Site::Base)] += 1;
@@ -404,12 +404,12 @@ mod tests {
     #[test]
     fn two_joints_in_two_places_are_each_seen_with_the_other_left_out_of_account() {
         let lab = crate::testing::two_links(4, "", 0.05, 1, |_| [0.0; 2]);
-        let machine = lab.machine(&[]).unwrap();
+        let problem = lab.problem(&[]).unwrap();
         // The first joint moves along y by 1 a radian, the second along x by 2; they change sides independently.
         let sides = [1.0, 1.0, -1.0, -1.0, 1.0, -1.0, 1.0, 1.0, -1.0, -1.0];
         let both = clusters().into_iter().zip(sides).map(|(own, side)| [own[0], 2.0 * side + own[1], own[2]]);
         let returns = jointed(both.collect(), [[0.0, 1.0, 0.0], [2.0, 0.0, 0.0]]);
-        let found = find_splits(&machine, &returns);
+        let found = find_splits(&problem, &returns);
         let mut joints: Vec<(Site, f64)> = found.iter().map(|one| (one.site, one.apart)).collect();
         joints.sort_by(|one, other| one.1.total_cmp(&other.1));
         assert_eq!(joints.iter().map(|one| one.0).collect::<Vec<_>>(), [Site::Joint(1), Site::Joint(0)]);

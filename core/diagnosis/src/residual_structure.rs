@@ -247,11 +247,11 @@ fn strongest_wave(angles: &[f64], values: &[f64]) -> Option<(u32, f64)> {
 
 /// What a row has left, as a vector; nothing where no point was measured.
 fn vector(fitted: &Fitted<'_>, row: usize) -> Option<Vector3<f64>> {
-    let (machine, fit) = (&fitted.machine, &fitted.fit);
-    let own = fit.residuals.get(machine.observations.range(row))?;
+    let (problem, fit) = (&fitted.problem, &fitted.fit);
+    let own = fit.residuals.get(problem.observations.range(row))?;
     let mut sum = Vector3::zeros();
     let mut any = false;
-    for (equation, residual) in machine.observations.of_row(row).iter().zip(own) {
+    for (equation, residual) in problem.observations.of_row(row).iter().zip(own) {
         if let Some(axis) = equation.measurand.coordinate() {
             sum[axis] += residual;
             any = true;
@@ -263,10 +263,10 @@ fn vector(fitted: &Fitted<'_>, row: usize) -> Option<Vector3<f64>> {
 
 /// What is left of the first of a row's readings, in the unit of the table's readings; nothing (0) where none has that unit.
 fn first_reading(fitted: &Fitted<'_>, row: usize) -> f64 {
-    let (machine, fit) = (&fitted.machine, &fitted.fit);
-    let own = fit.residuals.get(machine.observations.range(row)).unwrap_or(&[]);
-    let unit = machine.observations.unit();
-    let mut shown = machine
+    let (problem, fit) = (&fitted.problem, &fitted.fit);
+    let own = fit.residuals.get(problem.observations.range(row)).unwrap_or(&[]);
+    let unit = problem.observations.unit();
+    let mut shown = problem
         .observations
         .of_row(row)
         .iter()
@@ -278,8 +278,8 @@ fn first_reading(fitted: &Fitted<'_>, row: usize) -> f64 {
 
 /// What some rows have left, seen along the motion of every joint and along the axes of the measurements; or as it was read.
 fn components(fitted: &Fitted<'_>, units: &[Vec<usize>]) -> Vec<Component> {
-    let (machine, fit) = (&fitted.machine, &fitted.fit);
-    let unit = machine.observations.unit();
+    let (problem, fit) = (&fitted.problem, &fitted.fit);
+    let unit = problem.observations.unit();
     let first = units.iter().flatten().next().copied();
     if first.is_none_or(|row| vector(fitted, row).is_none()) {
         return vec![Component {
@@ -288,11 +288,11 @@ fn components(fitted: &Fitted<'_>, units: &[Vec<usize>]) -> Vec<Component> {
             values: means(units, |row| first_reading(fitted, row)),
         }];
     }
-    let joints = machine.model.chain.joints.iter().enumerate().map(|(index, joint)| Component {
+    let joints = problem.model.chain.joints.iter().enumerate().map(|(index, joint)| Component {
         name: format!("along the motion of {}", joint.name),
         unit,
         values: means(units, |row| {
-            let motion = machine.row_details(&fit.state, row).by_joint.get(index).copied();
+            let motion = problem.row_details(&fit.state, row).by_joint.get(index).copied();
             let direction =
                 motion.and_then(|motion| motion.try_normalize(1e-9)).unwrap_or_else(Vector3::zeros);
             vector(fitted, row).map_or(0.0, |vector| vector.dot(&direction))
@@ -326,16 +326,16 @@ fn varying(covariates: Vec<Covariate>) -> Vec<Covariate> {
 
 /// What follows from the pose, by pose: returns to one pose share what the model does wrong there.
 fn by_pose(fitted: &Fitted<'_>) -> Sheet {
-    let machine = &fitted.machine;
-    let poses = pose_groups(machine.table, &fitted.fit.rows);
+    let problem = &fitted.problem;
+    let poses = pose_groups(problem.table, &fitted.fit.rows);
     let poses: Vec<Vec<usize>> =
         poses.into_iter().filter(|rows| !rows.is_empty()).collect::<Vec<_>>().thin(STRUCTURE_ROWS);
     let mut covariates = Vec::new();
     // The joints are the same in all rows of a pose, and so are the moments but for the load.
     let first: Vec<usize> = poses.iter().filter_map(|unit| unit.first().copied()).collect();
     let details: Vec<Vec<f64>> =
-        first.iter().map(|row| machine.row_details(&fitted.fit.state, *row).moments).collect();
-    for (index, joint) in machine.model.chain.joints.iter().enumerate() {
+        first.iter().map(|row| problem.row_details(&fitted.fit.state, *row).moments).collect();
+    for (index, joint) in problem.model.chain.joints.iter().enumerate() {
         let turns = joint.motion == plumb_kinematics::Motion::Turns;
         covariates.push(Covariate {
             name: joint.name.clone(),
@@ -343,7 +343,7 @@ fn by_pose(fitted: &Fitted<'_>) -> Sheet {
             turns,
             values: first
                 .iter()
-                .map(|row| machine.table.q_of(*row).get(index).copied().unwrap_or(0.0))
+                .map(|row| problem.table.q_of(*row).get(index).copied().unwrap_or(0.0))
                 .collect(),
             categories: Vec::new(),
         });
@@ -378,10 +378,10 @@ fn categorical(table: &Table, rows: &[usize]) -> Vec<Covariate> {
 
 /// What was recorded besides, by row.
 fn by_row(fitted: &Fitted<'_>) -> Sheet {
-    let table = fitted.machine.table;
+    let table = fitted.problem.table;
     let rows = fitted.fit.rows.clone().thin(STRUCTURE_ROWS);
     let mut covariates = Vec::new();
-    for (index, joint) in fitted.machine.model.chain.joints.iter().enumerate() {
+    for (index, joint) in fitted.problem.model.chain.joints.iter().enumerate() {
         let sides = rows.iter().map(|row| f64::from(table.approach_of(*row, index)));
         let name = format!("side of approach of {}", joint.name);
         covariates.push(Covariate::of_numbers(name, "", sides.collect()));

@@ -73,22 +73,22 @@ pub(crate) struct Noise {
 }
 
 impl Noise {
-    pub(crate) fn of(machine: &ResidualModel<'_>, fit: &Fit) -> Self {
-        let counted = fit.rows.iter().map(|row| machine.observations.range(*row).len()).sum::<usize>() as f64;
+    pub(crate) fn of(problem: &ResidualModel<'_>, fit: &Fit) -> Self {
+        let counted = fit.rows.iter().map(|row| problem.observations.range(*row).len()).sum::<usize>() as f64;
         Self { variance: fit.variance, freedom: f64::max(counted - fit.rank() as f64, 1.0) }
     }
 }
 
 /// Scores all probes at a fit.
-pub(crate) fn score(machine: &ResidualModel<'_>, fit: &Fit, probes: &[Probe]) -> Vec<Score> {
+pub(crate) fn score(problem: &ResidualModel<'_>, fit: &Fit, probes: &[Probe]) -> Vec<Score> {
     let effects: Vec<&dyn Effect> = probes.iter().map(|probe| probe.effect.as_ref()).collect();
-    let plan = Plan::of(&effects, machine.model.chain.len());
-    let products = Products::of(machine, fit, &plan);
+    let plan = Plan::of(&effects, problem.model.chain.len());
+    let products = Products::of(problem, fit, &plan);
     // With R'R the normal matrix, R^-T A'B is the part of the candidates that the fitted parameters span; B'B - (R^-T A'B)'(R^-T A'B) is what is left of them.
     let swallowed = fit.factor.whiten(&products.with_parameters.transpose());
     let gradient = DMatrix::from_column_slice(fit.normal.gradient.len(), 1, fit.normal.gradient.as_slice());
     let left_over = fit.factor.whiten(&gradient);
-    let noise = Noise::of(machine, fit);
+    let noise = Noise::of(problem, fit);
     probes
         .iter()
         .zip(&plan.ranges)

@@ -265,11 +265,11 @@ fn is_of_sensor(id: &EffectId) -> bool {
 }
 
 /// Which and where, in the contract's words.
-pub(crate) fn effect_place(machine: &ResidualModel<'_>, id: &EffectId) -> EffectSite {
+pub(crate) fn effect_place(problem: &ResidualModel<'_>, id: &EffectId) -> EffectSite {
     EffectSite {
         effect: id.name.clone(),
-        place: machine.model.site_name(id.site),
-        with: id.with.and_then(|index| machine.model.chain.joints.get(index).map(|joint| joint.name.clone())),
+        place: problem.model.site_name(id.site),
+        with: id.with.and_then(|index| problem.model.chain.joints.get(index).map(|joint| joint.name.clone())),
         n: id.order,
         of: id.of.map(|of| of.name().to_owned()),
         at: id.inner.filter(|_| effect::kind(&id.name).is_some_and(|kind| kind.is_event)),
@@ -301,12 +301,12 @@ impl Finding<'_> {
     pub(crate) fn named(&self) -> Option<Named> {
         let best = self.best().filter(|_| self.verdict == Verdict::Named)?;
         let size = self.size(best);
-        let effect = effect_place(&self.stage.fitted.machine, &best.id);
+        let effect = effect_place(&self.stage.fitted.problem, &best.id);
         Some(Named { effect, size: size.value, unit: size.unit.to_owned(), se: size.error })
     }
 
     fn size(&self, fitted_candidate: &FittedCandidate) -> Size {
-        let Ok(effect) = effect::build(&fitted_candidate.id, self.stage.fitted.machine.model) else {
+        let Ok(effect) = effect::build(&fitted_candidate.id, self.stage.fitted.problem.model) else {
             return fitted_candidate.score.size;
         };
         let FittedCandidate { score, values, covariance, block_errors, .. } = fitted_candidate;
@@ -325,7 +325,7 @@ impl Finding<'_> {
     /// The known place, if that is the verdict.
     pub(crate) fn located(&self) -> Option<Located> {
         let site = self.place.filter(|_| self.verdict == Verdict::Located)?;
-        let model = self.stage.fitted.machine.model;
+        let model = self.stage.fitted.problem.model;
         let mut family: Vec<String> = Vec::new();
         let close = self
             .close
@@ -343,7 +343,7 @@ impl Finding<'_> {
     /// Of all candidates a joint or link that yields against gravity explains most, clearly: the model's idea of what is down may be wrong.
     pub(crate) fn gravity_warning(&self) -> Option<Note> {
         let first = self.stage.fitted_candidates.first()?;
-        let model = self.stage.fitted.machine.model;
+        let model = self.stage.fitted.problem.model;
         let yields =
             effect::build(&first.id, model).is_ok_and(|effect| effect.looks_at() == LooksAt::Gravity);
         let size = self.size(first);
@@ -360,16 +360,16 @@ impl Finding<'_> {
         }
         let places = self.close.iter().filter_map(|index| self.at(*index));
         places
-            .map(|fitted_candidate| effect_place(&self.stage.fitted.machine, &fitted_candidate.id))
+            .map(|fitted_candidate| effect_place(&self.stage.fitted.problem, &fitted_candidate.id))
             .collect()
     }
 
     /// Pairs of the best few fitted candidates that move the readings alike in these poses.
     pub(crate) fn alike(&self) -> Vec<Alike> {
-        let Some(best) = self.best().map(|best| self.stage.fitted.machine.model.label(&best.id)) else {
+        let Some(best) = self.best().map(|best| self.stage.fitted.problem.model.label(&best.id)) else {
             return Vec::new();
         };
-        let model = self.stage.fitted.machine.model;
+        let model = self.stage.fitted.problem.model;
         let same = self.same();
         let mut alike = Vec::new();
         for (correlation, other) in self.correlated() {
@@ -385,7 +385,7 @@ impl Finding<'_> {
     /// sensor does, and what the arm does, may read alike and still send the tip to different places.
     pub(crate) fn same(&self) -> Vec<String> {
         let Some(best) = self.best() else { return Vec::new() };
-        let model = self.stage.fitted.machine.model;
+        let model = self.stage.fitted.problem.model;
         let same = self.correlated().into_iter().filter(|(correlation, other)| {
             *correlation > SAME_CORRELATION && is_of_sensor(other) == is_of_sensor(&best.id)
         });
@@ -396,7 +396,7 @@ impl Finding<'_> {
     fn correlated(&self) -> Vec<(f64, EffectId)> {
         let Some(best) = self.best() else { return Vec::new() };
         let fitted = &self.stage.fitted;
-        let (machine, fit) = (&fitted.machine, &fitted.fit);
+        let (problem, fit) = (&fitted.problem, &fitted.fit);
         // Those that were not refitted explain too little to be mistaken for the best.
         let others =
             self.stage.fitted_candidates.iter().filter(|other| other.id != best.id && other.refitted);
@@ -404,14 +404,14 @@ impl Finding<'_> {
             std::iter::once(best).chain(others.take(COMPARED_CANDIDATES)).collect();
         let effects: Vec<_> = compared
             .iter()
-            .filter_map(|fitted_candidate| effect::build(&fitted_candidate.id, machine.model).ok())
+            .filter_map(|fitted_candidate| effect::build(&fitted_candidate.id, problem.model).ok())
             .collect();
         if effects.len() != compared.len() {
             return Vec::new();
         }
         let probes: Vec<&dyn effect::Effect> = effects.iter().map(AsRef::as_ref).collect();
-        let normal = machine.normal(&fit.state, &fit.rows, &fit.weights, &probes);
-        let free_parameters = machine.free_parameters().len();
+        let normal = problem.normal(&fit.state, &fit.rows, &fit.weights, &probes);
+        let free_parameters = problem.free_parameters().len();
         let count = normal.matrix.nrows() - free_parameters;
         // Beyond what is fitted: two effects that the zeros swallow alike are not alike for it.
         let shadow = fit
@@ -441,7 +441,7 @@ impl Finding<'_> {
     /// Candidates that predict rows they have not seen though none may be named, the likeliest first, and the mechanisms each may represent: itself, what explains
     /// as much, and what has no name in the library.
     pub(crate) fn corrections(&self) -> Vec<CorrectionCandidate> {
-        let model = self.stage.fitted.machine.model;
+        let model = self.stage.fitted.problem.model;
         let close: Vec<&EffectId> = self
             .close
             .iter()
@@ -457,7 +457,7 @@ impl Finding<'_> {
             may_be.push(NOT_LISTED.to_owned());
             let effect =
                 AddedEffect { id: fitted_candidate.id.clone(), values: fitted_candidate.values.clone() };
-            let place = effect_place(&self.stage.fitted.machine, &fitted_candidate.id);
+            let place = effect_place(&self.stage.fitted.problem, &fitted_candidate.id);
             CorrectionCandidate { effect, place, may_be }
         });
         corrections.collect()
@@ -465,10 +465,10 @@ impl Finding<'_> {
 
     /// The likeliest candidates, with why each is not the name.
     pub(crate) fn candidates(&self, count: usize, floor: &Floor) -> Vec<Candidate> {
-        let machine = &self.stage.fitted.machine;
+        let problem = &self.stage.fitted.problem;
         let best = self.stage.fitted_candidates.first().map_or(0.0, |fitted_candidate| fitted_candidate.bic);
-        let points = points_in(machine, &self.stage.fitted.fit.rows).max(1) as f64;
-        let unit = crate::noise_floor::typical_sigma(machine);
+        let points = points_in(problem, &self.stage.fitted.fit.rows).max(1) as f64;
+        let unit = crate::noise_floor::typical_sigma(problem);
         let probabilities = self.probabilities();
         self.stage
             .fitted_candidates
@@ -478,8 +478,8 @@ impl Finding<'_> {
             .map(|(index, fitted_candidate)| {
                 let size = self.size(fitted_candidate);
                 Candidate {
-                    effect: effect_place(machine, &fitted_candidate.id),
-                    label: machine.model.label(&fitted_candidate.id),
+                    effect: effect_place(problem, &fitted_candidate.id),
+                    label: problem.model.label(&fitted_candidate.id),
                     holm_p: fitted_candidate.holm_p,
                     delta_bic: fitted_candidate.bic - best,
                     probability: probabilities

@@ -89,13 +89,13 @@ impl Volume {
         effects: &[&dyn Effect],
     ) -> Result<Derivatives, LaboratoryError> {
         let observations = Observations::new(model, &self.table)?;
-        let machine = ResidualModel::new(model, &self.table, &observations, taken)?;
+        let problem = ResidualModel::new(model, &self.table, &observations, taken)?;
         let rows: Vec<usize> = (0..self.table.len()).collect();
-        let mut columns = machine.block(state, &rows, &vec![1.0; rows.len()], effects).jacobian;
+        let mut columns = problem.block(state, &rows, &vec![1.0; rows.len()], effects).jacobian;
         for (mut column, equation) in columns.column_iter_mut().zip(observations.equations()) {
             column *= equation.sigma;
         }
-        Ok(Derivatives { columns, free_parameters: machine.free_parameters().len() })
+        Ok(Derivatives { columns, free_parameters: problem.free_parameters().len() })
     }
 }
 

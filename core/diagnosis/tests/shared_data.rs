@@ -72,7 +72,7 @@ fn freedoms_of_the_ur5_that_no_tracker_can_see_are_named() {
     };
     let gauge =
         found.gauges.iter().find(|gauge| gauge.held == "joint_zero(pan)").expect("pan's zero turns the base");
-    assert!(gauge.same_as.contains(&"base turn about z".to_owned()), "{gauge:?}");
+    assert!(gauge.same_as.contains(&"base rotation about z".to_owned()), "{gauge:?}");
 }
 
 #[test]

@@ -85,7 +85,7 @@ pub struct LinkFrames {
     /// Joints that turn back as another goes on, because their drives keep attitudes.
     kept: Vec<Kept>,
     /// What each row was turned by last.
-    turns: Vec<RowTurns>,
+    rotations: Vec<RowRotations>,
 }
 
 /// A joint that turns as another's drive does, times `fraction`.
@@ -98,7 +98,12 @@ struct Kept {
 
 impl Default for LinkFrames {
     fn default() -> Self {
-        Self { joints: Vec::new(), flange: IsometryMatrix3::identity(), kept: Vec::new(), turns: Vec::new() }
+        Self {
+            joints: Vec::new(),
+            flange: IsometryMatrix3::identity(),
+            kept: Vec::new(),
+            rotations: Vec::new(),
+        }
     }
 }
 
@@ -113,20 +118,20 @@ struct Walker {
 
 /// An angle (rad) with its sine and cosine.
 #[derive(Debug, Clone, Copy)]
-struct Turn {
+struct PlaneRotation {
     angle: f64,
     sine: f64,
     cosine: f64,
 }
 
-impl Default for Turn {
+impl Default for PlaneRotation {
     fn default() -> Self {
         Self { angle: 0.0, sine: 0.0, cosine: 1.0 }
     }
 }
 
-impl Turn {
-    /// This turn if it is by that angle, else made anew: sine and cosine take longer than all else of a frame.
+impl PlaneRotation {
+    /// This rotation if it is by that angle, else made anew: sine and cosine take longer than all else of a frame.
     fn by(&mut self, angle: f64) -> Self {
         // Written so that what is not a number is made anew.
         let is_known = angle == self.angle;
@@ -138,17 +143,17 @@ impl Turn {
     }
 }
 
-/// The turns of one joint's row. From pose to pose only that about the joint's axis changes, and not even that where the same pose is asked for other deviations.
+/// The rotations of one joint's row. From pose to pose only that about the joint's axis changes, and not even that where the same pose is asked for other deviations.
 #[derive(Debug, Clone, Copy, Default)]
-struct RowTurns {
-    theta: Turn,
-    alpha: Turn,
-    beta: Turn,
+struct RowRotations {
+    theta: PlaneRotation,
+    alpha: PlaneRotation,
+    beta: PlaneRotation,
 }
 
-/// Turns two axes of a frame about the third, from the first towards the second.
-fn turn(first: &mut Vector3<f64>, second: &mut Vector3<f64>, by: Turn) {
-    let Turn { angle, sine, cosine } = by;
+/// Rotates two axes of a frame about the third, from the first towards the second.
+fn rotate(first: &mut Vector3<f64>, second: &mut Vector3<f64>, by: PlaneRotation) {
+    let PlaneRotation { angle, sine, cosine } = by;
     if angle == 0.0 {
         return;
     }
@@ -168,16 +173,16 @@ impl Walker {
         Self { x, y, z, origin: pose.translation.vector }
     }
 
-    fn turn_z(&mut self, by: Turn) {
-        turn(&mut self.x, &mut self.y, by);
+    fn rotate_z(&mut self, by: PlaneRotation) {
+        rotate(&mut self.x, &mut self.y, by);
     }
 
-    fn turn_x(&mut self, by: Turn) {
-        turn(&mut self.y, &mut self.z, by);
+    fn rotate_x(&mut self, by: PlaneRotation) {
+        rotate(&mut self.y, &mut self.z, by);
     }
 
-    fn turn_y(&mut self, by: Turn) {
-        turn(&mut self.z, &mut self.x, by);
+    fn rotate_y(&mut self, by: PlaneRotation) {
+        rotate(&mut self.z, &mut self.x, by);
     }
 
     fn follow(&mut self, pose: &IsometryMatrix3<f64>) {
@@ -201,7 +206,7 @@ fn place(
     joint: &Joint,
     coordinate: f64,
     deviation: &Deviation,
-    turns: &mut RowTurns,
+    rotations: &mut RowRotations,
 ) -> JointFrame {
     if let Some(before) = &joint.before {
         walker.follow(before);
@@ -211,30 +216,30 @@ fn place(
         Motion::Turns => (driven, 0.0),
         Motion::Slides => (0.0, driven),
     };
-    let theta = turns.theta.by(joint.theta + turned + deviation.theta);
+    let theta = rotations.theta.by(joint.theta + turned + deviation.theta);
     let d = joint.d + slid + deviation.d;
     let a = joint.a + deviation.a;
-    let alpha = turns.alpha.by(joint.alpha + deviation.alpha);
-    let beta = turns.beta.by(deviation.beta);
+    let alpha = rotations.alpha.by(joint.alpha + deviation.alpha);
+    let beta = rotations.beta.by(deviation.beta);
     let (axis, axis_point, normal, normal_point, skew, skew_point) = match convention {
         Convention::Distal => {
             let skew = walker.y;
-            walker.turn_y(beta);
+            walker.rotate_y(beta);
             let (axis, axis_point) = (walker.z, walker.origin);
-            walker.turn_z(theta);
+            walker.rotate_z(theta);
             walker.origin += walker.z * d + walker.x * a;
             let (normal, normal_point) = (walker.x, walker.origin);
-            walker.turn_x(alpha);
+            walker.rotate_x(alpha);
             (axis, axis_point, normal, normal_point, skew, axis_point)
         }
         Convention::Proximal => {
             let normal = walker.x;
-            walker.turn_x(alpha);
+            walker.rotate_x(alpha);
             walker.origin += walker.x * a;
             let (normal_point, skew) = (walker.origin, walker.y);
-            walker.turn_y(beta);
+            walker.rotate_y(beta);
             let (axis, axis_point) = (walker.z, walker.origin);
-            walker.turn_z(theta);
+            walker.rotate_z(theta);
             walker.origin += walker.z * d;
             (axis, axis_point, normal, normal_point, skew, normal_point)
         }
@@ -254,9 +259,11 @@ impl LinkFrames {
         self.joints.truncate(first);
         let first = self.joints.len();
         self.kept.retain(|kept| kept.joint < first);
-        self.turns.resize(chain.joints.len(), RowTurns::default());
+        self.rotations.resize(chain.joints.len(), RowRotations::default());
         let mut walker = self.joints.last().map_or_else(Walker::start, |before| Walker::at(&before.end));
-        for ((index, joint), turns) in chain.joints.iter().enumerate().zip(&mut self.turns).skip(first) {
+        for ((index, joint), rotations) in
+            chain.joints.iter().enumerate().zip(&mut self.rotations).skip(first)
+        {
             let coordinate = |of: usize| q.get(of).copied().unwrap_or(0.0);
             let mut deviation = deviations.get(index).copied().unwrap_or_default();
             let mut driven = coordinate(index);
@@ -266,7 +273,7 @@ impl LinkFrames {
                 deviation.theta += fraction * deviations.get(drive).map_or(0.0, |of_drive| of_drive.theta);
                 self.kept.push(Kept { joint: index, drive, fraction });
             }
-            self.joints.push(place(&mut walker, chain.convention, joint, driven, &deviation, turns));
+            self.joints.push(place(&mut walker, chain.convention, joint, driven, &deviation, rotations));
         }
         self.flange = walker.pose();
     }

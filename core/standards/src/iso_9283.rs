@@ -125,13 +125,14 @@ pub fn iso_9283(run: &PoseRun) -> Iso9283 {
 }
 
 /// The orientations that were reached, where every visit has one.
-fn turns(visits: &[Visit]) -> Option<Vec<Rotation3<f64>>> {
-    visits.iter().map(|visit| visit.turn).collect()
+fn rotations(visits: &[Visit]) -> Option<Vec<Rotation3<f64>>> {
+    visits.iter().map(|visit| visit.rotation).collect()
 }
 
 fn of_orientation(visits: &[Visit]) -> Option<OrientationAtPose> {
-    let commanded: Option<Vec<Rotation3<f64>>> = visits.iter().map(|visit| visit.commanded_turn).collect();
-    orientation::at_pose(&turns(visits)?, commanded.as_deref())
+    let commanded: Option<Vec<Rotation3<f64>>> =
+        visits.iter().map(|visit| visit.commanded_rotation).collect();
+    orientation::at_pose(&rotations(visits)?, commanded.as_deref())
 }
 
 fn greatest_orientation(run: &PoseRun, at: &[AtPose]) -> Option<GreatestOrientation> {
@@ -142,8 +143,10 @@ fn greatest_orientation(run: &PoseRun, at: &[AtPose]) -> Option<GreatestOrientat
             continue;
         }
         let ways = run.poses.iter().filter(|other| other.pose == one.pose);
-        let means: Vec<Rotation3<f64>> =
-            ways.filter_map(|way| turns(&way.visits)).filter_map(|turns| orientation::mean(&turns)).collect();
+        let means: Vec<Rotation3<f64>> = ways
+            .filter_map(|way| rotations(&way.visits))
+            .filter_map(|rotations| orientation::mean(&rotations))
+            .collect();
         variations.extend(orientation::variation(&means));
     }
     Some(GreatestOrientation {
@@ -259,10 +262,11 @@ fn notes(run: &PoseRun, variations: &[SideVariation]) -> Vec<String> {
     if run.axes.contains(&false) {
         notes.push("not all three axes were read: distances are in those that were".to_owned());
     }
-    let has_turns = run.poses.iter().flat_map(|pose| &pose.visits).any(|visit| visit.turn.is_some());
+    let has_orientations =
+        run.poses.iter().flat_map(|pose| &pose.visits).any(|visit| visit.rotation.is_some());
     let has_commanded =
-        run.poses.iter().flat_map(|pose| &pose.visits).any(|visit| visit.commanded_turn.is_some());
-    if has_turns && !has_commanded && run.commanded_from != CommandedFrom::Unknown {
+        run.poses.iter().flat_map(|pose| &pose.visits).any(|visit| visit.commanded_rotation.is_some());
+    if has_orientations && !has_commanded && run.commanded_from != CommandedFrom::Unknown {
         notes.push(
             "nobody says how the target was to be turned: no accuracy of the orientation (columns commanded_qw ... or commanded_rx_deg ...)".to_owned(),
         );

@@ -6,7 +6,7 @@ mod iso_230_2;
 mod iso_9283;
 mod orientation;
 mod pose_run;
-mod turns;
+mod row_orientations;
 mod uncertainty_budget;
 
 pub use axis_run::{AxisChoice, AxisRun, AxisRunError, Target, Unit};
@@ -14,7 +14,7 @@ pub use iso_230_2::{AtTarget, Bidirectional, Iso230, OneSide, Unidirectional, is
 pub use iso_9283::{AtPose, Drift, Iso9283, SideVariation, iso_9283};
 pub use orientation::{GreatestOrientation, OrientationAtPose};
 pub use pose_run::{CommandedFrom, PoseRun, PoseRunError, PoseVisits, Visit};
-pub use turns::Predicted;
+pub use row_orientations::Predicted;
 pub use uncertainty_budget::{Budget, BudgetError, Component, Question, budget};
 
 #[cfg(test)]

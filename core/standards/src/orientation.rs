@@ -32,14 +32,14 @@ pub struct GreatestOrientation {
 }
 
 /// The turns about x, y and z by which one orientation is turned against another, deg.
-fn turned(attained: &Rotation3<f64>, against: &Rotation3<f64>) -> [f64; 3] {
+fn rotated(attained: &Rotation3<f64>, against: &Rotation3<f64>) -> [f64; 3] {
     let (a, b, c) = (attained * against.inverse()).euler_angles();
     [a, b, c].map(f64::to_degrees)
 }
 
 /// The rotation nearest to all of some (Kabsch 1976).
-pub(crate) fn mean(turns: &[Rotation3<f64>]) -> Option<Rotation3<f64>> {
-    let svd = turns.iter().map(|turn| turn.into_inner()).sum::<Matrix3<f64>>().svd(true, true);
+pub(crate) fn mean(rotations: &[Rotation3<f64>]) -> Option<Rotation3<f64>> {
+    let svd = rotations.iter().map(|rotation| rotation.into_inner()).sum::<Matrix3<f64>>().svd(true, true);
     let (u, v_t) = (svd.u?, svd.v_t?);
     let mut mirror = Matrix3::identity();
     mirror[(2, 2)] = (u * v_t).determinant().signum();
@@ -54,9 +54,9 @@ pub(crate) fn at_pose(
     let middle = mean(attained)?;
     let each: Vec<[f64; 3]> = match commanded {
         Some(commanded) => {
-            attained.iter().zip(commanded).map(|(one, requested)| turned(one, requested)).collect()
+            attained.iter().zip(commanded).map(|(one, requested)| rotated(one, requested)).collect()
         }
-        None => attained.iter().map(|one| turned(one, &middle)).collect(),
+        None => attained.iter().map(|one| rotated(one, &middle)).collect(),
     };
     let count = each.len() as f64;
     let means = [0, 1, 2].map(|part| each.iter().map(|angles| angles[part]).sum::<f64>() / count);
@@ -80,6 +80,6 @@ pub(crate) fn variation(means: &[Rotation3<f64>]) -> Option<[f64; 3]> {
     let pairs = means
         .iter()
         .enumerate()
-        .flat_map(|(index, one)| means.iter().skip(index + 1).map(move |other| turned(one, other)));
+        .flat_map(|(index, one)| means.iter().skip(index + 1).map(move |other| rotated(one, other)));
     greatest(pairs)
 }

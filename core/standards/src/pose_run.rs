@@ -5,7 +5,7 @@ use plumb_calibration::table::{PositionColumns, Table};
 use serde::Serialize;
 use thiserror::Error;
 
-use crate::turns::{Predicted, Turns, TurnsError};
+use crate::row_orientations::{OrientationError, Predicted, RowOrientations};
 
 /// Where the commanded positions are from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -29,9 +29,9 @@ pub struct Visit {
     /// What was commanded, mm.
     pub commanded: Option<Vector3<f64>>,
     /// How what was reached is turned; nothing where that was not read.
-    pub turn: Option<Rotation3<f64>>,
+    pub rotation: Option<Rotation3<f64>>,
     /// How it was to be turned.
-    pub commanded_turn: Option<Rotation3<f64>>,
+    pub commanded_rotation: Option<Rotation3<f64>>,
     /// s; nothing where not logged.
     pub time: Option<f64>,
 }
@@ -163,7 +163,7 @@ pub enum PoseRunError {
     },
     /// A commanded orientation that is none.
     #[error("{table}: {what}")]
-    CommandedTurn {
+    CommandedOrientation {
         /// The table.
         table: String,
         /// What is wrong.
@@ -171,9 +171,9 @@ pub enum PoseRunError {
     },
 }
 
-impl From<TurnsError> for PoseRunError {
-    fn from(TurnsError { table, what }: TurnsError) -> Self {
-        Self::CommandedTurn { table, what }
+impl From<OrientationError> for PoseRunError {
+    fn from(OrientationError { table, what }: OrientationError) -> Self {
+        Self::CommandedOrientation { table, what }
     }
 }
 
@@ -221,7 +221,7 @@ impl PoseRun {
                 None => (CommandedFrom::Unknown, None),
             },
         };
-        let turns = Turns::of(table, columns.number, predicted)?;
+        let rotations = RowOrientations::of(table, columns.number, predicted)?;
         let groups = groups(table)?;
         let mut run = Self {
             target: columns.target.clone(),
@@ -232,7 +232,7 @@ impl PoseRun {
         };
         for (pose, rows) in groups {
             for row in rows {
-                let visit = run.visit(table, columns, commanded.as_deref(), &turns, row)?;
+                let visit = run.visit(table, columns, commanded.as_deref(), &rotations, row)?;
                 run.take(&pose, sides(table, row), visit);
             }
         }
@@ -246,7 +246,7 @@ impl PoseRun {
         table: &Table,
         columns: &PositionColumns,
         commanded: Option<&[Vector3<f64>]>,
-        turns: &Turns<'_>,
+        rotations: &RowOrientations<'_>,
         row: usize,
     ) -> Result<Visit, PoseRunError> {
         let not_read = |reading: String| {
@@ -260,8 +260,8 @@ impl PoseRun {
         if let Some(axis) = (0..3).find(|axis| self.axes[*axis] && !xyz[*axis].is_finite()) {
             return Err(not_read(format!("{}_{}", self.target, AXES[axis])));
         }
-        let turn = turns.attained.and_then(|turns| turns.get(row)).copied().flatten();
-        if turns.attained.is_some() && turn.is_none() {
+        let rotation = rotations.attained.and_then(|rotations| rotations.get(row)).copied().flatten();
+        if rotations.attained.is_some() && rotation.is_none() {
             return Err(not_read(format!("the orientation of {}", self.target)));
         }
         let time = table.time.as_ref().and_then(|time| time.get(row)).copied();
@@ -269,8 +269,12 @@ impl PoseRun {
             row,
             attained: read(&xyz),
             commanded: commanded.and_then(|points| points.get(row)).map(|point| read(&(*point).into())),
-            turn,
-            commanded_turn: turns.commanded.as_ref().and_then(|turns| turns.get(row)).copied(),
+            rotation,
+            commanded_rotation: rotations
+                .commanded
+                .as_ref()
+                .and_then(|rotations| rotations.get(row))
+                .copied(),
             time: time.filter(|time| time.is_finite()),
         })
     }
@@ -326,12 +330,12 @@ impl PoseRun {
 /// What differs between the commanded places of two returns, as the table has them.
 fn commanded_elsewhere(one: &Visit, other: &Visit) -> Option<&'static str> {
     let apart = one.commanded.zip(other.commanded).map_or(0.0, |(one, other)| (one - other).norm());
-    let turned =
-        one.commanded_turn.zip(other.commanded_turn).map_or(0.0, |(one, other)| one.angle_to(&other));
+    let rotated =
+        one.commanded_rotation.zip(other.commanded_rotation).map_or(0.0, |(one, other)| one.angle_to(&other));
     if apart > SAME_COMMAND_MM {
         return Some("position");
     }
-    (turned > SAME_COMMAND_RAD).then_some("orientation")
+    (rotated > SAME_COMMAND_RAD).then_some("orientation")
 }
 
 fn line(table: &Table, row: usize) -> u32 {

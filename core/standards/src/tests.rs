@@ -252,7 +252,7 @@ fn a_budget_holds_what_each_effect_adds_and_the_sum_by_the_gum() {
 }
 
 /// Invented; the figures below were worked out apart from this program, in Python, by quaternions.
-const TURNED: &str = "\
+const ROTATED: &str = "\
 q1_deg,repeat,commanded_qw,commanded_qx,commanded_qy,commanded_qz,p1_x_mm,p1_qw,p1_qx,p1_qy,p1_qz
 0,P1,0.707106781,0,0.707106781,0,0,0.707354992,-0.001723276,0.706851067,0.002741425
 0,P1,0.707106781,0,0.707106781,0,1,0.707117217,-0.000805409,0.707089334,0.003044039
@@ -268,7 +268,7 @@ q1_deg,repeat,commanded_qw,commanded_qx,commanded_qy,commanded_qz,p1_x_mm,p1_qw,
 
 #[test]
 fn figures_of_orientation_are_those_of_the_standard_also_where_angles_of_the_attitude_are_singular() {
-    let table = Table::parse("poses.csv", TURNED).unwrap();
+    let table = Table::parse("poses.csv", ROTATED).unwrap();
     let report = iso_9283(&PoseRun::of(&table, None, None).unwrap());
     let same = |found: [f64; 3], expected: [f64; 3]| {
         assert!(
@@ -286,7 +286,7 @@ fn figures_of_orientation_are_those_of_the_standard_also_where_angles_of_the_att
     same(all.repeatability, [0.130181, 0.108624, 0.121823]);
     assert_eq!(all.variation, None);
     // Nobody says how it was to be turned: repeatability alone, about the mean.
-    let without = TURNED.replace("commanded_q", "note_q");
+    let without = ROTATED.replace("commanded_q", "note_q");
     let report = iso_9283(&PoseRun::of(&Table::parse("poses.csv", &without).unwrap(), None, None).unwrap());
     let alone = report.at[0].orientation.unwrap();
     assert_eq!(alone.accuracy, None);
@@ -301,13 +301,13 @@ fn figures_of_orientation_are_those_of_the_standard_also_where_angles_of_the_att
         PoseRun::of(&Table::parse("poses.csv", &text).unwrap(), None, None).unwrap_err().to_string()
     };
     for (text, part) in [
-        (TURNED.replace("commanded_qz", "wanted"), "no column `commanded_qz`"),
+        (ROTATED.replace("commanded_qz", "wanted"), "no column `commanded_qz`"),
         (
-            TURNED.replace("0.707106781,0,0.707106781,0,2", "0.7,0,0.1,0,2"),
+            ROTATED.replace("0.707106781,0,0.707106781,0,2", "0.7,0,0.1,0,2"),
             "line 4: the commanded quaternion has length 0.7071",
         ),
         (
-            TURNED.replace(",2,0.707471534,-0.000768569,0.7067373,0.002413857", ",2,,,,"),
+            ROTATED.replace(",2,0.707471534,-0.000768569,0.7067373,0.002413857", ",2,,,,"),
             "line 4: the orientation of p1 is empty",
         ),
         (

@@ -99,15 +99,15 @@ const LISTED: f64 = 1e-6;
 /// [`BudgetError`].
 pub fn budget(model: &Model, table: &Table, question: &Question<'_>) -> Result<Budget, BudgetError> {
     let observations = Observations::new(model, table)?;
-    let machine = ResidualModel::new(model, table, &observations, &effects(model)?)?;
+    let problem = ResidualModel::new(model, table, &observations, &effects(model)?)?;
     let everything = vec![true; table.len()];
     // Plain least squares: in a test after a standard every approach counts alike.
     let plain = FitOptions { robust: false, ..FitOptions::default() };
-    let fit = machine.fit(&machine.start(), &everything, plain, &Progress::unwatched())?;
+    let fit = problem.fit(&problem.start(), &everything, plain, &Progress::unwatched())?;
     let asked = |equation: &Equation| is_asked(model, equation, question.reading);
-    let scatter = Scatter::of(&machine, &fit, &asked);
+    let scatter = Scatter::of(&problem, &fit, &asked);
     let parts: Vec<Parts> =
-        question.rows.iter().filter_map(|row| Parts::of(&machine, &fit, *row, &asked)).collect();
+        question.rows.iter().filter_map(|row| Parts::of(&problem, &fit, *row, &asked)).collect();
     let combined = |parts: &Parts| parts.total + scatter.single + scatter.unexplained;
     let worst = parts.iter().max_by(|one, other| combined(one).total_cmp(&combined(other)));
     let Some(worst) = worst else {
@@ -213,17 +213,17 @@ struct Parts {
 impl Parts {
     /// Nothing where the row has no such reading.
     fn of(
-        machine: &ResidualModel<'_>,
+        problem: &ResidualModel<'_>,
         fit: &Fit,
         row: usize,
         asked: &impl Fn(&Equation) -> bool,
     ) -> Option<Self> {
-        let ones = vec![1.0; machine.table.len()];
-        let block = machine.block(&fit.state, &[row], &ones, &[]);
-        let names: Vec<String> = machine
+        let ones = vec![1.0; problem.table.len()];
+        let block = problem.block(&fit.state, &[row], &ones, &[]);
+        let names: Vec<String> = problem
             .free_parameters()
             .iter()
-            .map(|free_parameter| name_of(machine, *free_parameter))
+            .map(|free_parameter| name_of(problem, *free_parameter))
             .collect();
         let mut groups: Vec<(String, f64)> = Vec::new();
         for name in &names {
@@ -232,7 +232,7 @@ impl Parts {
             }
         }
         let mut total = None;
-        let equations = machine.observations.of_row(row).iter().enumerate();
+        let equations = problem.observations.of_row(row).iter().enumerate();
         for (column, equation) in equations.filter(|(_, equation)| asked(equation)) {
             let sensitivity: DVector<f64> = block.jacobian.column(column) * equation.sigma;
             *total.get_or_insert(0.0) += variance(&sensitivity, &fit.covariance, |_| true);
@@ -255,8 +255,8 @@ fn variance(sensitivity: &DVector<f64>, covariance: &DMatrix<f64>, belongs: impl
 }
 
 /// What a fitted number belongs to, as people say it.
-fn name_of(machine: &ResidualModel<'_>, free_parameter: FreeParameter) -> String {
-    let model = machine.model;
+fn name_of(problem: &ResidualModel<'_>, free_parameter: FreeParameter) -> String {
+    let model = problem.model;
     match free_parameter {
         FreeParameter::BaseShift(_) | FreeParameter::BaseRotation(_) => "place of the base".to_owned(),
         FreeParameter::Target(target, _) => {
@@ -279,7 +279,7 @@ fn name_of(machine: &ResidualModel<'_>, free_parameter: FreeParameter) -> String
             format!("place of {name}")
         }
         FreeParameter::Effect(effect, _) => {
-            machine.parts.get(effect).map_or_else(String::new, |part| model.label(&part.id))
+            problem.parts.get(effect).map_or_else(String::new, |part| model.label(&part.id))
         }
     }
 }
@@ -293,14 +293,14 @@ struct Scatter {
 }
 
 impl Scatter {
-    fn of(machine: &ResidualModel<'_>, fit: &Fit, asked: &impl Fn(&Equation) -> bool) -> Self {
-        let table = machine.table;
+    fn of(problem: &ResidualModel<'_>, fit: &Fit, asked: &impl Fn(&Equation) -> bool) -> Self {
+        let table = problem.table;
         let sides =
             |row: usize| (0..table.joints).map(|joint| table.approach_of(row, joint)).collect::<Vec<i8>>();
         let mut groups: Vec<(usize, Vec<Vec<f64>>)> = Vec::new();
         for row in 0..table.len() {
-            let range = machine.observations.range(row);
-            let all = fit.residuals.get(range).unwrap_or(&[]).iter().zip(machine.observations.of_row(row));
+            let range = problem.observations.range(row);
+            let all = fit.residuals.get(range).unwrap_or(&[]).iter().zip(problem.observations.of_row(row));
             let own: Vec<f64> =
                 all.filter(|(_, equation)| asked(equation)).map(|(residual, _)| *residual).collect();
             if own.is_empty() {

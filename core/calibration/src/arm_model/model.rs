@@ -125,7 +125,7 @@ pub struct Noise {
     /// Of where a camera on the arm sees a board, mm.
     pub board: Option<f64>,
     /// Of how it sees it turned, rad.
-    pub board_turn: Option<f64>,
+    pub board_rotation: Option<f64>,
     /// Of a point of a laser line sensor across what it lies on, mm.
     pub profile: Option<f64>,
     /// Of what columns of one number hold (heights, distances), mm or rad, by the column's name; that of heights is also that of lying on a

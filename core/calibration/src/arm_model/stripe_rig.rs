@@ -36,8 +36,8 @@ impl StripeRig {
     pub fn moved(&self, parameter: RigNumber, by: f64) -> Self {
         let mut rig = self.clone();
         match parameter {
-            RigNumber::CameraAim(index) => rig.turn_camera(axis(index), by),
-            RigNumber::CameraRoll => rig.turn_camera(axis(2), by),
+            RigNumber::CameraAim(index) => rig.rotate_camera(axis(index), by),
+            RigNumber::CameraRoll => rig.rotate_camera(axis(2), by),
             RigNumber::CameraScale(index) => {
                 if let Some(focal) = rig.focal_px.get_mut(index) {
                     *focal *= 1.0 + by;
@@ -80,7 +80,7 @@ impl StripeRig {
         self.on_principal_ray()
     }
 
-    fn turn_camera(&mut self, axis: Unit<Vector3<f64>>, by: f64) {
+    fn rotate_camera(&mut self, axis: Unit<Vector3<f64>>, by: f64) {
         self.flange_from_camera.rotation *= UnitQuaternion::from_axis_angle(&axis, by);
     }
 

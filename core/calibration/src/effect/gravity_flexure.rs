@@ -36,7 +36,7 @@ impl Effect for GravityFlexure {
             let Some(frame) = joints.get(self.joint + link) else { return };
             for part in 0..3 {
                 let along = frame.end.rotation.matrix().column(part).into_owned();
-                contributions.push(sample.turn_joint(self.joint, 3 * link + part, along.dot(&lever)));
+                contributions.push(sample.rotate_joint(self.joint, 3 * link + part, along.dot(&lever)));
             }
         }
     }

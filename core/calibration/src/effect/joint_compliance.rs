@@ -19,7 +19,7 @@ impl Effect for JointCompliance {
 
     fn contribute(&self, sample: &Sample<'_>, contributions: &mut Vec<Contribution>) {
         // The moment is about the axis, and so is the deflection: the sense of the coordinate does not enter.
-        contributions.push(sample.turn_joint(self.joint, 0, sample.moment(self.joint)));
+        contributions.push(sample.rotate_joint(self.joint, 0, sample.moment(self.joint)));
     }
 
     fn twin(&self, chain: &Chain) -> Option<String> {

@@ -33,7 +33,7 @@ impl Effect for JointStiffening {
     fn contribute(&self, sample: &Sample<'_>, contributions: &mut Vec<Contribution>) {
         // The knee is the moment from which the cubic part is as large as the linear one.
         let fraction = sample.moment(self.joint) / self.knee;
-        contributions.push(sample.turn_joint(self.joint, 0, self.knee * wound(fraction)));
+        contributions.push(sample.rotate_joint(self.joint, 0, self.knee * wound(fraction)));
     }
 
     fn looks_at(&self) -> LooksAt {

@@ -97,8 +97,8 @@ measured_from: world
         let table = Table::parse("t.csv", &format!("{header}\n0,300,nail,0,{temperature}\n")).unwrap();
         let observations = Observations::new(&model, &table).unwrap();
         let residuals = |effects: &[AddedEffect]| {
-            let machine = ResidualModel::new(&model, &table, &observations, effects).unwrap();
-            machine.residuals(&machine.start())
+            let problem = ResidualModel::new(&model, &table, &observations, effects).unwrap();
+            problem.residuals(&problem.start())
         };
         let added = AddedEffect { id: parse(effect, &model).unwrap(), values: vec![value] };
         residuals(&[]).iter().zip(residuals(&[added])).map(|(without, with)| without - with).collect()

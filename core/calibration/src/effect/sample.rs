@@ -129,7 +129,7 @@ impl Sample<'_> {
     }
 
     /// A turn about a joint's axis in the axis's own sense.
-    pub fn turn_joint(&self, joint: usize, parameter: usize, rate: f64) -> Contribution {
+    pub fn rotate_joint(&self, joint: usize, parameter: usize, rate: f64) -> Contribution {
         Contribution { parameter, dof: Dof::Joint(joint, DhParameter::Theta), rate }
     }
 }

@@ -49,8 +49,8 @@ fn changes_with(model: &str, table: &str, row: usize, effects: &[(&str, Option<f
     };
     let effects: Vec<AddedEffect> = effects.iter().map(added).collect();
     let residuals = |effects: &[AddedEffect]| {
-        let machine = ResidualModel::new(&model, &table, &observations, effects).unwrap();
-        machine.residuals(&machine.start())[observations.range(row)].to_vec()
+        let problem = ResidualModel::new(&model, &table, &observations, effects).unwrap();
+        problem.residuals(&problem.start())[observations.range(row)].to_vec()
     };
     // Residuals are measured less predicted.
     residuals(&[]).iter().zip(residuals(&effects)).map(|(without, with)| without - with).collect()
@@ -455,10 +455,10 @@ fn seen_off(effect: &str, values: &[f64]) -> f64 {
     let observations = Observations::new(&model, &table).unwrap();
     let at = |values: Vec<f64>| {
         let added = AddedEffect { id: parse(effect, &model).unwrap(), values };
-        let machine = ResidualModel::new(&model, &table, &observations, &[added]).unwrap();
+        let problem = ResidualModel::new(&model, &table, &observations, &[added]).unwrap();
         let first =
             observations.of_row(0).iter().position(|one| one.measurand.kind.name() == "stripe").unwrap();
-        -machine.residuals(&machine.start())[first]
+        -problem.residuals(&problem.start())[first]
     };
     at(values.to_vec()) - at(vec![0.0; values.len()])
 }

@@ -36,7 +36,7 @@ impl Checker<'_> {
                 "touch_mm" => noise.touch = Some(sigma),
                 "board_mm" => noise.board = Some(sigma),
                 "profile_mm" => noise.profile = Some(sigma),
-                "board_deg" => noise.board_turn = Some(sigma.to_radians()),
+                "board_deg" => noise.board_rotation = Some(sigma.to_radians()),
                 name if name.strip_suffix("_deg").is_some_and(is_target) => {
                     noise.orientations.push((name.trim_end_matches("_deg").to_owned(), sigma.to_radians()));
                 }

@@ -343,7 +343,7 @@ fn noise(out: &mut String, noise: &Noise) -> std::fmt::Result {
         ("tilt_deg", noise.tilt.map(f64::to_degrees)),
         ("board_mm", noise.board),
         ("profile_mm", noise.profile),
-        ("board_deg", noise.board_turn.map(f64::to_degrees)),
+        ("board_deg", noise.board_rotation.map(f64::to_degrees)),
     ];
     let scalars =
         SCALARS.iter().filter_map(|scalar| noise.of(scalar).map(|sigma| (scalar.key(), scalar.shown(sigma))));

@@ -111,12 +111,12 @@ pub fn base_and_targets(
 }
 
 /// The whole points among some rows, with the flange as the machine at `start` has it.
-pub(super) fn sights(machine: &ResidualModel<'_>, start: &State, rows: &[usize]) -> Vec<Sight> {
-    let mut scratch = machine.scratch(start);
+pub(super) fn sights(problem: &ResidualModel<'_>, start: &State, rows: &[usize]) -> Vec<Sight> {
+    let mut scratch = problem.scratch(start);
     let mut found = Vec::new();
     for row in rows {
-        let flange = machine.flange(*row, &mut scratch);
-        let equations = machine.observations.of_row(*row);
+        let flange = problem.flange(*row, &mut scratch);
+        let equations = problem.observations.of_row(*row);
         found.extend(equations.windows(3).filter_map(|three| sight(three, flange)));
     }
     found
@@ -152,36 +152,36 @@ fn far_off(sights: &[Sight], state: &State) -> bool {
 /// Places the base, if it is free and whole points were measured, so that the nominal arm fits best; and the targets, if
 /// they are free and sit so far from where the model has them that the arm would not fit without.
 pub(crate) fn align(
-    machine: &ResidualModel<'_>,
+    problem: &ResidualModel<'_>,
     start: &State,
     rows: &[usize],
     progress: &Progress,
 ) -> Result<State, Cancelled> {
     let mut state = start.clone();
-    if machine.model.base.free {
+    if problem.model.base.free {
         // Where every session has a base of its own, the first says where base and targets are.
-        let one_base: Vec<usize> = match machine.model.base.per_session {
-            true => rows.iter().copied().filter(|row| machine.epoch(*row) == 0).collect(),
+        let one_base: Vec<usize> = match problem.model.base.per_session {
+            true => rows.iter().copied().filter(|row| problem.epoch(*row) == 0).collect(),
             false => rows.to_vec(),
         };
         let stride = one_base.len().div_ceil(LOOKED_AT).max(1);
         let some: Vec<usize> = one_base.into_iter().step_by(stride).collect();
-        let sights = sights(machine, start, &some);
-        let ones = vec![1.0; machine.observations.rows()];
-        let mut least = machine.squares(&state, &some, &ones);
+        let sights = sights(problem, start, &some);
+        let ones = vec![1.0; problem.observations.rows()];
+        let mut least = problem.squares(&state, &some, &ones);
         if let Some(base) = base_of(&sights, &state.targets) {
             let better = State { base, ..start.clone() };
-            let left = machine.squares(&better, &some, &ones);
+            let left = problem.squares(&better, &some, &ones);
             if left < least {
                 (state, least) = (better, left);
             }
         }
-        let free: Vec<bool> = machine.model.targets.iter().map(|target| target.free).collect();
+        let free: Vec<bool> = problem.model.targets.iter().map(|target| target.free).collect();
         if far_off(&sights, &state)
             && let Some((base, targets)) = base_and_targets(&sights, &state.base, &state.targets, &free)
         {
             let guess = State { base, targets, ..start.clone() };
-            let others = machine.free_parameters().iter().enumerate().filter(|(_, free_parameter)| {
+            let others = problem.free_parameters().iter().enumerate().filter(|(_, free_parameter)| {
                 !matches!(
                     free_parameter,
                     FreeParameter::BaseShift(_) | FreeParameter::BaseRotation(_) | FreeParameter::Target(..)
@@ -189,32 +189,32 @@ pub(crate) fn align(
             });
             let held: Vec<usize> = others.map(|(index, _)| index).collect();
             let settings = Settings { steps: STEPS, damping: CAREFUL };
-            let settled = descend(&machine.over(&some, &ones), &guess, &held, settings, progress)?;
+            let settled = descend(&problem.over(&some, &ones), &guess, &held, settings, progress)?;
             // What the file says of base and targets is not given up for a chance fit.
             if CLEARLY * CLEARLY * settled.normal.squares < least {
                 state = settled.state;
             }
         }
     }
-    if !machine.table.orientations.is_empty() {
+    if !problem.table.orientations.is_empty() {
         let stride = rows.len().div_ceil(LOOKED_AT).max(1);
         let some: Vec<usize> = rows.iter().copied().step_by(stride).collect();
-        place_bodies(machine, &mut state, &some);
+        place_bodies(problem, &mut state, &some);
     }
-    if machine.model.base.per_session {
-        place_bases(machine, &mut state, rows);
+    if problem.model.base.per_session {
+        place_bases(problem, &mut state, rows);
     }
-    place_profiles(machine, &mut state, rows, progress)?;
-    place_touched(machine, &mut state, rows);
+    place_profiles(problem, &mut state, rows, progress)?;
+    place_touched(problem, &mut state, rows);
     Ok(state)
 }
 
 /// Places the base of every session but the first where the points measured in it say, against that of the first.
-fn place_bases(machine: &ResidualModel<'_>, state: &mut State, rows: &[usize]) {
-    let Some(part) = machine.parts.iter().position(|part| part.id.name == "base_reset") else { return };
-    for epoch in 1..machine.model.epoch_count() {
-        let own: Vec<usize> = rows.iter().copied().filter(|row| machine.epoch(*row) == epoch).collect();
-        let sights = sights(machine, state, &own);
+fn place_bases(problem: &ResidualModel<'_>, state: &mut State, rows: &[usize]) {
+    let Some(part) = problem.parts.iter().position(|part| part.id.name == "base_reset") else { return };
+    for epoch in 1..problem.model.epoch_count() {
+        let own: Vec<usize> = rows.iter().copied().filter(|row| problem.epoch(*row) == epoch).collect();
+        let sights = sights(problem, state, &own);
         let Some(base) = base_of(&sights, &state.targets) else { continue };
         // By quaternions: the axis of half a turn is lost in a matrix's own formula.
         let rotation = UnitQuaternion::from_rotation_matrix(&(base.rotation * state.base.rotation.inverse()));
@@ -229,7 +229,7 @@ fn place_bases(machine: &ResidualModel<'_>, state: &mut State, rows: &[usize]) {
 }
 
 /// Starts every touched place at the mean of where the arm believes it to be.
-pub(crate) fn place_touched(machine: &ResidualModel<'_>, state: &mut State, rows: &[usize]) {
+pub(crate) fn place_touched(problem: &ResidualModel<'_>, state: &mut State, rows: &[usize]) {
     if state.places.is_empty() {
         return;
     }
@@ -237,12 +237,12 @@ pub(crate) fn place_touched(machine: &ResidualModel<'_>, state: &mut State, rows
     for index in &mut state.places {
         *index = Vector3::zeros();
     }
-    let mut scratch = machine.scratch(state);
+    let mut scratch = problem.scratch(state);
     let mut residuals = Vec::new();
     for row in rows {
         residuals.clear();
-        machine.row_residuals(*row, &mut scratch, &mut residuals);
-        for (equation, residual) in machine.observations.of_row(*row).iter().zip(&residuals) {
+        problem.row_residuals(*row, &mut scratch, &mut residuals);
+        for (equation, residual) in problem.observations.of_row(*row).iter().zip(&residuals) {
             let what = equation.measurand;
             if let Some(index) = what.kind.touched_place(what)
                 && let Some((sum, count)) = sums.get_mut(index)

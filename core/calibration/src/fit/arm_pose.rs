@@ -153,7 +153,7 @@ pub struct ArmPose {
     pub(super) carried: Matrix3<f64>,
     /// By how much effects turn the base, and how a small change of that rotation vector turns it further: both nearly the identity,
     /// except where sessions have bases of their own.
-    pub(super) base_turned: Matrix3<f64>,
+    pub(super) rotated_base: Matrix3<f64>,
     pub(super) rotation_by_vector: Matrix3<f64>,
 }
 
@@ -161,7 +161,7 @@ pub struct ArmPose {
 /// Stochastic Models, Information Theory, and Lie Groups, volume 2, 2011, equation 10.86).
 fn left_jacobian(rotation: &Vector3<f64>) -> Matrix3<f64> {
     let angle = rotation.norm();
-    if angle < SMALL_TURN {
+    if angle < SMALL_ROTATION {
         return Matrix3::identity();
     }
     let axis = rotation / angle;
@@ -173,14 +173,14 @@ fn left_jacobian(rotation: &Vector3<f64>) -> Matrix3<f64> {
 }
 
 /// Below this angle (rad) rounding is larger than what the left Jacobian differs from the identity by.
-const SMALL_TURN: f64 = 1e-9;
+const SMALL_ROTATION: f64 = 1e-9;
 
 impl ArmPose {
     /// Places the base, which effects may have moved.
     pub(super) fn place_base(&mut self, believed: &IsometryMatrix3<f64>) {
         // Believed first, turned by effects after: in the order in which the derivatives take them.
         let rotation = Rotation3::new(self.changes.base_rotation);
-        self.base_turned = rotation.into_inner();
+        self.rotated_base = rotation.into_inner();
         self.rotation_by_vector = left_jacobian(&self.changes.base_rotation);
         self.base = (rotation * believed.rotation).into_inner();
         self.origin = believed.translation.vector + self.changes.base_shift;
@@ -203,7 +203,7 @@ impl ArmPose {
     }
 
     /// A small shift in the flange's frame, in the frame of the measurements.
-    pub(crate) fn turned_from_flange(&self, shift: Vector3<f64>) -> Vector3<f64> {
+    pub(crate) fn rotated_from_flange(&self, shift: Vector3<f64>) -> Vector3<f64> {
         self.carried * (self.link_frames.flange.rotation * shift)
     }
 

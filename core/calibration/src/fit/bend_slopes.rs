@@ -13,7 +13,7 @@ use crate::effect::{Contribution, Dof};
 
 /// Changes of a configuration within which slopes are kept, rad and mm. A slope is off by about a hundredth of itself a hundredth of a radian away (or a millimetre, of a link of
 /// 100 mm), and what it is a part of, the response to a bend, is itself a thousandth of a derivative.
-const KEPT_TURN: f64 = 1e-2;
+const KEPT_ROTATION: f64 = 1e-2;
 const KEPT_SHIFT: f64 = 1.0;
 
 /// Numbers kept for one machine at most, 32 MB: of a larger table slopes are worked out anew each time.
@@ -99,14 +99,14 @@ pub(super) struct Slopes {
 fn is_near(own: &Deviation, other: &Deviation) -> bool {
     let turns = [own.theta - other.theta, own.alpha - other.alpha, own.beta - other.beta];
     let shifts = [own.d - other.d, own.a - other.a];
-    turns.iter().all(|rotation| rotation.abs() <= KEPT_TURN)
+    turns.iter().all(|rotation| rotation.abs() <= KEPT_ROTATION)
         && shifts.iter().all(|shift| shift.abs() <= KEPT_SHIFT)
 }
 
 impl Slopes {
     /// Whether they hold in this configuration too.
     pub(super) fn hold_at(&self, down: &Vector3<f64>, deviations: &[Deviation]) -> bool {
-        (self.down - down).norm() <= KEPT_TURN
+        (self.down - down).norm() <= KEPT_ROTATION
             && self.deviations.len() == deviations.len()
             && self.deviations.iter().zip(deviations).all(|(own, other)| is_near(own, other))
     }
@@ -194,19 +194,23 @@ mod tests {
 
     const NUMBERS: usize = 10;
 
-    fn turn_of(joint: usize, parameter: usize, rate: f64) -> Contribution {
+    fn rotation_of(joint: usize, parameter: usize, rate: f64) -> Contribution {
         Contribution { parameter, dof: Dof::Joint(joint, DhParameter::Theta), rate }
     }
 
     #[test]
     fn rates_of_one_number_add_up_in_whatever_order_they_come() {
         let mut rates = Rates::default();
-        rates.add_contributions(0, &[turn_of(0, 0, 1.0), turn_of(1, 0, 2.0), turn_of(0, 0, 4.0)], NUMBERS);
-        rates.add_contributions(1, &[turn_of(1, 0, 8.0)], NUMBERS);
+        rates.add_contributions(
+            0,
+            &[rotation_of(0, 0, 1.0), rotation_of(1, 0, 2.0), rotation_of(0, 0, 4.0)],
+            NUMBERS,
+        );
+        rates.add_contributions(1, &[rotation_of(1, 0, 8.0)], NUMBERS);
         assert_eq!(rates.rates, [5.0, 2.0, 8.0]);
         rates.begin();
-        rates.add_contributions(1, &[turn_of(1, 0, 3.0)], NUMBERS);
-        rates.add_contributions(0, &[turn_of(1, 0, 1.0)], NUMBERS);
+        rates.add_contributions(1, &[rotation_of(1, 0, 3.0)], NUMBERS);
+        rates.add_contributions(0, &[rotation_of(1, 0, 1.0)], NUMBERS);
         assert_eq!(rates.rates, [0.0, 1.0, 3.0]);
         assert_eq!(rates.bends.iter().map(|bend| bend.target).collect::<Vec<_>>(), [0, 5, 5]);
     }
@@ -236,13 +240,13 @@ mod tests {
             slopes.hold_at(&slopes.down, &deviations)
         };
         for rotation in [DhParameter::Theta, DhParameter::Alpha, DhParameter::Beta] {
-            assert!(with(rotation, -0.99 * KEPT_TURN) && !with(rotation, -1.01 * KEPT_TURN));
+            assert!(with(rotation, -0.99 * KEPT_ROTATION) && !with(rotation, -1.01 * KEPT_ROTATION));
         }
         for shift in [DhParameter::D, DhParameter::A] {
             assert!(with(shift, 0.99 * KEPT_SHIFT) && !with(shift, 1.01 * KEPT_SHIFT));
         }
         let tilted = |by: f64| slopes.hold_at(&Vector3::new(by, 0.0, -1.0), &slopes.deviations);
-        assert!(tilted(0.99 * KEPT_TURN) && !tilted(1.01 * KEPT_TURN));
+        assert!(tilted(0.99 * KEPT_ROTATION) && !tilted(1.01 * KEPT_ROTATION));
         assert!(!slopes.hold_at(&slopes.down, &[]), "another arm");
     }
 

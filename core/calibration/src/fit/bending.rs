@@ -12,7 +12,7 @@ use super::state::State;
 use crate::effect::{Contribution, LooksAt, Sample};
 
 /// Changes with which derivatives are taken, rad and mm: their squares are below rounding beside a bend, and they are far above it.
-const SMALL_TURN: f64 = 1e-6;
+const SMALL_ROTATION: f64 = 1e-6;
 const SMALL_SHIFT: f64 = 1e-3;
 
 impl ResidualModel<'_> {
@@ -86,7 +86,7 @@ impl ResidualModel<'_> {
             if index >= TURNS && !shifts_matter {
                 continue;
             }
-            let small = if index < TURNS { SMALL_TURN } else { SMALL_SHIFT };
+            let small = if index < TURNS { SMALL_ROTATION } else { SMALL_SHIFT };
             let whole = deviations.get(joint).copied();
             if let (Some(row), Some(dh_parameter)) = (deviations.get_mut(joint), DH_PARAMETERS.get(index)) {
                 row.add(*dh_parameter, small);
@@ -104,13 +104,13 @@ impl ResidualModel<'_> {
         }
         // The base turns against gravity, which is the same as gravity turning the other way.
         for axis in 0..3 {
-            let rotation = Rotation3::new(Vector3::ith(axis, SMALL_TURN));
+            let rotation = Rotation3::new(Vector3::ith(axis, SMALL_ROTATION));
             let down = self.model.down(&(rotation * state.base.rotation));
             let tilted = Weights { down, ..weights };
             tilted.moments(&pose.link_frames, &mut moments);
             let changed = Sample { weights: tilted, moments: &moments, ..sample };
             self.work_out_rates(&changed, contributions, &mut rates);
-            set(numbers + axis, &rates, SMALL_TURN);
+            set(numbers + axis, &rates, SMALL_ROTATION);
         }
         let bends = rates.bends.into_iter().take(here.len()).collect();
         Slopes { down: weights.down, deviations: pose.changes.deviations.clone(), bends, by_source }

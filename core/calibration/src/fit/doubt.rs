@@ -78,7 +78,7 @@ impl fmt::Display for FitDoubt {
 
 /// The robust fit against the plain one it started from: a doubt if it misses the rows it trusts by more.
 pub(super) fn worse_than_plain(
-    machine: &ResidualModel<'_>,
+    problem: &ResidualModel<'_>,
     (robust, weights): (&State, &[f64]),
     plain: &State,
     rows: &[usize],
@@ -86,10 +86,10 @@ pub(super) fn worse_than_plain(
     let mut trusted = rows.to_vec();
     // Rows that the robust fit has weighed down are those it is allowed to miss.
     trusted.retain(|row| weights.get(*row).copied().unwrap_or(1.0) >= TRUSTED);
-    let equations: usize = trusted.iter().map(|row| machine.observations.range(*row).len()).sum();
-    let ones = vec![1.0; machine.observations.rows()];
+    let equations: usize = trusted.iter().map(|row| problem.observations.range(*row).len()).sum();
+    let ones = vec![1.0; problem.observations.rows()];
     let [robust, plain] = [robust, plain]
-        .map(|state| (machine.squares(state, &trusted, &ones) / equations.max(1) as f64).sqrt());
+        .map(|state| (problem.squares(state, &trusted, &ones) / equations.max(1) as f64).sqrt());
     // Not a number counts as worse.
     let is_as_good = robust <= WORSE * plain;
     (!is_as_good).then_some(FitDoubt::WorseThanPlain { robust, plain })
@@ -105,11 +105,11 @@ fn is_bounded(part: &Part, parameter: &Parameter) -> bool {
 
 /// The effect's parameter that a free one is, where its range counts.
 fn ranged<'m>(
-    machine: &'m ResidualModel<'_>,
+    problem: &'m ResidualModel<'_>,
     free_parameter: &FreeParameter,
 ) -> Option<(&'m Parameter, usize, usize)> {
     let FreeParameter::Effect(part, which) = *free_parameter else { return None };
-    let known = machine.parts.get(part)?;
+    let known = problem.parts.get(part)?;
     let parameter = known.effect.parameters().get(which).filter(|parameter| is_bounded(known, parameter))?;
     Some((parameter, part, which))
 }
@@ -119,9 +119,9 @@ fn value(state: &State, part: usize, which: usize) -> f64 {
 }
 
 /// Numbers outside the range that a machine can have: free parameter and value, internal unit.
-pub(super) fn out_of_range(machine: &ResidualModel<'_>, state: &State) -> Vec<(usize, f64)> {
-    let values = machine.free_parameters().iter().enumerate().filter_map(|(index, free_parameter)| {
-        let (parameter, part, which) = ranged(machine, free_parameter)?;
+pub(super) fn out_of_range(problem: &ResidualModel<'_>, state: &State) -> Vec<(usize, f64)> {
+    let values = problem.free_parameters().iter().enumerate().filter_map(|(index, free_parameter)| {
+        let (parameter, part, which) = ranged(problem, free_parameter)?;
         Some((index, value(state, part, which), parameter.range))
     });
     // Written so that what is not a number is outside as well.
@@ -131,18 +131,18 @@ pub(super) fn out_of_range(machine: &ResidualModel<'_>, state: &State) -> Vec<(u
 
 /// Numbers whose standard error is larger than their range where the rows scatter by `scale`: free parameter and zero.
 pub(super) fn undetermined(
-    machine: &ResidualModel<'_>,
+    problem: &ResidualModel<'_>,
     factor: &RankRevealingCholesky,
     scale: f64,
 ) -> Vec<(usize, f64)> {
     let has_range =
-        machine.free_parameters().iter().any(|free_parameter| ranged(machine, free_parameter).is_some());
+        problem.free_parameters().iter().any(|free_parameter| ranged(problem, free_parameter).is_some());
     if !has_range {
         return Vec::new();
     }
     let inverse = factor.inverse();
-    let errors = machine.free_parameters().iter().enumerate().filter_map(|(index, free_parameter)| {
-        let (parameter, ..) = ranged(machine, free_parameter)?;
+    let errors = problem.free_parameters().iter().enumerate().filter_map(|(index, free_parameter)| {
+        let (parameter, ..) = ranged(problem, free_parameter)?;
         let (low, high) = parameter.range;
         // What the factor left out has no variance here: it stays where the model file has it, and cannot run away.
         let variance = inverse.get((index, index)).copied().unwrap_or(0.0);
@@ -153,39 +153,39 @@ pub(super) fn undetermined(
 
 /// What to say of numbers that had left their ranges, or would, now that the ranges count.
 pub(super) fn range_doubts(
-    machine: &ResidualModel<'_>,
+    problem: &ResidualModel<'_>,
     far: &[(usize, f64)],
     bounded: &State,
 ) -> Vec<FitDoubt> {
-    let still = out_of_range(machine, bounded);
+    let still = out_of_range(problem, bounded);
     let came_back =
         far.iter().filter(|(index, _)| still.iter().all(|(free_parameter, _)| free_parameter != index));
     let inside: Vec<String> = came_back
         .filter_map(|(index, _)| {
-            machine
+            problem
                 .free_parameters()
                 .get(*index)
-                .map(|free_parameter| machine.parameter_name(*free_parameter))
+                .map(|free_parameter| problem.parameter_name(*free_parameter))
         })
         .collect();
     let outside: Vec<String> =
-        still.iter().filter_map(|(index, value)| shown_outside(machine, *index, *value)).collect();
+        still.iter().filter_map(|(index, value)| shown_outside(problem, *index, *value)).collect();
     let bounded = (!inside.is_empty()).then_some(FitDoubt::Bounded(inside));
     let implausible = (!outside.is_empty()).then_some(FitDoubt::Implausible(outside));
     bounded.into_iter().chain(implausible).collect()
 }
 
 /// A number beside its range, as people read both.
-fn shown_outside(machine: &ResidualModel<'_>, index: usize, value: f64) -> Option<String> {
-    let free_parameter = machine.free_parameters().get(index)?;
-    let (parameter, ..) = ranged(machine, free_parameter)?;
+fn shown_outside(problem: &ResidualModel<'_>, index: usize, value: f64) -> Option<String> {
+    let free_parameter = problem.free_parameters().get(index)?;
+    let (parameter, ..) = ranged(problem, free_parameter)?;
     let (low, high) = parameter.range;
     let (factor, unit) = (parameter.unit.factor, parameter.unit.name);
     let shown = match value.abs() <= BEYOND_SHOWING * low.abs().max(high.abs()) {
         true => format!("{:.3}", value * factor),
         false => "far".to_owned(),
     };
-    let name = machine.parameter_name(*free_parameter);
+    let name = problem.parameter_name(*free_parameter);
     Some(format!("{name} ({shown} outside {:.3} to {:.3} {unit})", low * factor, high * factor))
 }
 
@@ -205,9 +205,9 @@ impl Prior {
     }
 
     /// Adds the ranges to normal equations.
-    pub(super) fn add(&self, machine: &ResidualModel<'_>, state: &State, normal: &mut NormalEquations) {
-        for (index, free_parameter) in machine.free_parameters().iter().enumerate() {
-            let Some((parameter, part, which)) = ranged(machine, free_parameter) else { continue };
+    pub(super) fn add(&self, problem: &ResidualModel<'_>, state: &State, normal: &mut NormalEquations) {
+        for (index, free_parameter) in problem.free_parameters().iter().enumerate() {
+            let Some((parameter, part, which)) = ranged(problem, free_parameter) else { continue };
             if self.spared.contains(&index) {
                 continue;
             }

@@ -20,7 +20,7 @@ impl ResidualModel<'_> {
     pub fn parameter_name(&self, free_parameter: FreeParameter) -> String {
         match free_parameter {
             FreeParameter::BaseShift(part) => format!("base {}", axis_name(part)),
-            FreeParameter::BaseRotation(part) => format!("base turn about {}", axis_name(part)),
+            FreeParameter::BaseRotation(part) => format!("base rotation about {}", axis_name(part)),
             FreeParameter::Target(target, part) => {
                 let name = self.model.targets.get(target).map_or("target", |target| target.name.as_str());
                 format!("{name} {}", axis_name(part))

@@ -116,7 +116,7 @@ impl Fit {
 }
 
 pub(super) fn fit(
-    machine: &ResidualModel<'_>,
+    problem: &ResidualModel<'_>,
     start: &State,
     mask: &[bool],
     options: FitOptions,
@@ -124,11 +124,11 @@ pub(super) fn fit(
 ) -> Result<Fit, FitError> {
     let used = mask.iter().enumerate().filter(|(_, used)| **used).map(|(row, _)| row);
     // A row in which nothing was measured says nothing, and would count as a pose.
-    let rows: Vec<usize> = used.filter(|row| !machine.observations.range(*row).is_empty()).collect();
-    check(machine, &rows)?;
-    let start = align(machine, start, &rows, progress)?;
-    let ones = vec![1.0; machine.observations.rows()];
-    fit_from(machine, (&start, CAREFUL), (&rows, ones), &[], options, progress)
+    let rows: Vec<usize> = used.filter(|row| !problem.observations.range(*row).is_empty()).collect();
+    check(problem, &rows)?;
+    let start = align(problem, start, &rows, progress)?;
+    let ones = vec![1.0; problem.observations.rows()];
+    fit_from(problem, (&start, CAREFUL), (&rows, ones), &[], options, progress)
 }
 
 /// Where a fit begins.
@@ -142,11 +142,11 @@ struct Start {
 
 impl Start {
     fn at(
-        machine: &ResidualModel<'_>,
+        problem: &ResidualModel<'_>,
         (state, damping): (State, f64),
         (rows, weights): (&[usize], &[f64]),
     ) -> Self {
-        let normal = machine.normal(&state, rows, weights, &[]);
+        let normal = problem.normal(&state, rows, weights, &[]);
         Self { state, normal, damping }
     }
 
@@ -157,20 +157,20 @@ impl Start {
 
 /// Fits again from a near place; the parameters in `holding` do not move.
 pub(super) fn refit(
-    machine: &ResidualModel<'_>,
+    problem: &ResidualModel<'_>,
     start: &State,
     rows_and_weights: (&[usize], Vec<f64>),
     holding: &[usize],
     options: FitOptions,
     progress: &Progress,
 ) -> Result<Fit, FitError> {
-    fit_from(machine, (start, CLOSE), rows_and_weights, holding, options, progress)
+    fit_from(problem, (start, CLOSE), rows_and_weights, holding, options, progress)
 }
 
 /// Fits from a place with this damping of the first step. Where the rows hardly determine a number of the geometry, or it leaves the range that a machine can have, the ranges count as weak prior
 /// knowledge: where such a number runs to is no result.
 fn fit_from(
-    machine: &ResidualModel<'_>,
+    problem: &ResidualModel<'_>,
     (start, damping): (&State, f64),
     (rows, weights): (&[usize], Vec<f64>),
     holding: &[usize],
@@ -178,27 +178,27 @@ fn fit_from(
     progress: &Progress,
 ) -> Result<Fit, FitError> {
     let again = |from: &Start, weights: Vec<f64>, prior: Option<&Prior>| {
-        descend_robustly(machine, from, (rows, weights), (options, prior, holding), progress)
+        descend_robustly(problem, from, (rows, weights), (options, prior, holding), progress)
     };
-    let mut start = Start::at(machine, (start.clone(), damping), (rows, &weights));
+    let mut start = Start::at(problem, (start.clone(), damping), (rows, &weights));
     let factor = start.factor();
-    let start_scale = Distances::of(machine, &machine.residuals(&start.state)).scale(rows, factor.rank());
+    let start_scale = Distances::of(problem, &problem.residuals(&start.state)).scale(rows, factor.rank());
     // What the rows cannot determine at all stays where the model file has it, as ever.
     let mut prior = Prior { variance: start_scale * start_scale, spared: factor.dependent.clone() };
-    let mut far = undetermined(machine, &factor, start_scale);
+    let mut far = undetermined(problem, &factor, start_scale);
     if !far.is_empty() {
         // From far off the scatter is no measure: they are asked again where a bounded fit arrives.
         let bounded = again(&start, weights.clone(), Some(&prior))?;
-        start = Start::at(machine, (bounded.state.clone(), CLOSE), (rows, &weights));
-        far = undetermined(machine, &start.factor(), bounded.scale);
+        start = Start::at(problem, (bounded.state.clone(), CLOSE), (rows, &weights));
+        far = undetermined(problem, &start.factor(), bounded.scale);
         if !far.is_empty() && prior.is_weighed_as_by(bounded.scale) {
-            return Ok(with_range_doubts(machine, &far, bounded));
+            return Ok(with_range_doubts(problem, &far, bounded));
         }
         prior.variance = bounded.scale * bounded.scale;
     }
     if far.is_empty() {
         let free = again(&start, weights.clone(), None)?;
-        far = out_of_range(machine, &free.state);
+        far = out_of_range(problem, &free.state);
         if far.is_empty() {
             return Ok(free);
         }
@@ -208,15 +208,15 @@ fn fit_from(
     let mut fit = again(&start, weights, Some(&prior))?;
     if !prior.is_weighed_as_by(fit.scale) {
         prior.variance = fit.scale * fit.scale;
-        start = Start::at(machine, (fit.state, CLOSE), (rows, &fit.weights));
+        start = Start::at(problem, (fit.state, CLOSE), (rows, &fit.weights));
         fit = again(&start, fit.weights, Some(&prior))?;
     }
-    Ok(with_range_doubts(machine, &far, fit))
+    Ok(with_range_doubts(problem, &far, fit))
 }
 
 /// A fit, with what is to be said of numbers that were found far out.
-fn with_range_doubts(machine: &ResidualModel<'_>, far: &[(usize, f64)], mut fit: Fit) -> Fit {
-    fit.doubts.extend(range_doubts(machine, far, &fit.state));
+fn with_range_doubts(problem: &ResidualModel<'_>, far: &[(usize, f64)], mut fit: Fit) -> Fit {
+    fit.doubts.extend(range_doubts(problem, far, &fit.state));
     fit
 }
 
@@ -226,12 +226,12 @@ const ONE_STEP_DAMPING: f64 = 1e-5;
 
 /// Where one robust step on the tangent at a start leads; nothing where that leaves more than staying, where the table is too large for it, or the rows are too few.
 pub(super) fn one_step(
-    machine: &ResidualModel<'_>,
+    problem: &ResidualModel<'_>,
     start: &State,
     rows: &[usize],
     weights: Vec<f64>,
 ) -> Result<Option<Fit>, FitError> {
-    let Some(tangent) = Tangent::at(machine, start, rows, None) else { return Ok(None) };
+    let Some(tangent) = Tangent::at(problem, start, rows, None) else { return Ok(None) };
     let normal = tangent.normal(&weights);
     let factor = RankRevealingCholesky::new(&normal.matrix);
     if factor.rank() >= normal.equations {
@@ -239,18 +239,18 @@ pub(super) fn one_step(
     }
     let damped = tangent.damped(&(normal.matrix.diagonal() * ONE_STEP_DAMPING));
     let (step, weights) = damped.settle(weights, &factor.dependent, factor.rank());
-    let state = start.stepped(machine.free_parameters(), step.as_slice());
+    let state = start.stepped(problem.free_parameters(), step.as_slice());
     if !state.is_finite() {
         return Ok(None);
     }
-    let normal = machine.normal(&state, rows, &weights, &[]);
+    let normal = problem.normal(&state, rows, &weights, &[]);
     // Written so that what is not a number is no better.
     let is_better = normal.squares <= damped.squares(&weights);
     if !is_better {
         return Ok(None);
     }
     let descent = Descent { state, normal, steps: 1, converged: true };
-    let fit = finish(machine, descent, rows.to_vec(), weights, 1)?;
+    let fit = finish(problem, descent, rows.to_vec(), weights, 1)?;
     Ok(Some(Fit { held: factor.dependent, ..fit }))
 }
 
@@ -284,17 +284,17 @@ fn dependent(normal: &NormalEquations, fraction: f64, spared: &[usize]) -> Vec<u
 
 /// Of the numbers held at a start those that are held to the end: the spared ones, and all that are no effect's. Where a target sits that cannot be distinguished from where the base is, what an
 /// effect does to both is no measure of it: it would go metres away for the sake of an effect that comes to nothing there.
-pub(super) fn kept(machine: &ResidualModel<'_>, held: &[usize], spared: &[usize]) -> Vec<usize> {
-    held.iter().filter(|number| !is_of_an_effect(machine, **number)).chain(spared).copied().collect()
+pub(super) fn kept(problem: &ResidualModel<'_>, held: &[usize], spared: &[usize]) -> Vec<usize> {
+    held.iter().filter(|number| !is_of_an_effect(problem, **number)).chain(spared).copied().collect()
 }
 
-fn is_of_an_effect(machine: &ResidualModel<'_>, number: usize) -> bool {
-    matches!(machine.free_parameters().get(number), Some(FreeParameter::Effect(..)))
+fn is_of_an_effect(problem: &ResidualModel<'_>, number: usize) -> bool {
+    matches!(problem.free_parameters().get(number), Some(FreeParameter::Effect(..)))
 }
 
 /// One fit, with plausible ranges as prior knowledge or without.
 fn descend_robustly(
-    machine: &ResidualModel<'_>,
+    problem: &ResidualModel<'_>,
     start: &Start,
     (rows, weights): (&[usize], Vec<f64>),
     (options, prior, holding): (FitOptions, Option<&Prior>, &[usize]),
@@ -304,12 +304,12 @@ fn descend_robustly(
     // to other numbers look alike.
     let mut first = start.normal.clone();
     if let Some(prior) = prior {
-        prior.add(machine, &start.state, &mut first);
+        prior.add(problem, &start.state, &mut first);
     }
     let parameters = RankRevealingCholesky::new(&first.matrix).rank();
     // With as many numbers as equations everything fits, and nothing is known of the scatter.
     if parameters >= first.equations {
-        let table = machine.table.source.clone();
+        let table = problem.table.source.clone();
         return Err(FitError::TooFewRows { table, equations: first.equations, parameters });
     }
     let mut spared = prior.map_or_else(Vec::new, |prior| prior.spared.clone());
@@ -319,12 +319,12 @@ fn descend_robustly(
     let first = (start.state.clone(), first);
     let settings = Settings { steps: options.steps, damping: start.damping };
     let mut descent =
-        descend_from(&machine.over(rows, &weights).knowing(prior), first, &held, settings, progress)?;
+        descend_from(&problem.over(rows, &weights).knowing(prior), first, &held, settings, progress)?;
     let mut steps = descent.steps;
     for _ in 1..ROUNDS {
         // Numbers that look alike at the start (offsets along axes that should be parallel) may matter at the end.
         let normal = &descent.normal;
-        let fewer = dependent(normal, INDISTINCT, &kept(machine, &held, &spared));
+        let fewer = dependent(normal, INDISTINCT, &kept(problem, &held, &spared));
         let gain = normal.gradient.dot(&full_step(normal, &fewer));
         let released = held.iter().filter(|number| !fewer.contains(number)).count();
         let variance = normal.squares / normal.equations.max(1) as f64;
@@ -335,16 +335,16 @@ fn descend_robustly(
         let reached = (descent.state, descent.normal);
         let close = Settings { steps: options.steps, damping: CLOSE };
         descent =
-            descend_from(&machine.over(rows, &weights).knowing(prior), reached, &held, close, progress)?;
+            descend_from(&problem.over(rows, &weights).knowing(prior), reached, &held, close, progress)?;
         steps += descent.steps;
     }
     // From the plain minimum on: robust weights from a far start would throw out whatever the start misses.
     let mut robust = Weighed { descent, weights, steps, doubts: Vec::new() };
     if options.robust {
-        robust.weigh(machine, rows, (options, prior), (&held, parameters), progress)?;
+        robust.weigh(problem, rows, (options, prior), (&held, parameters), progress)?;
     }
     let Weighed { descent, weights, steps, doubts } = robust;
-    Ok(Fit { doubts, held, ..finish(machine, descent, rows.to_vec(), weights, steps)? })
+    Ok(Fit { doubts, held, ..finish(problem, descent, rows.to_vec(), weights, steps)? })
 }
 
 /// A descent with the weights of its rows.
@@ -359,7 +359,7 @@ impl Weighed {
     /// Weighs far rows down and descends again until the weights stay; back to where it began if that misses the trusted rows by more.
     fn weigh(
         &mut self,
-        machine: &ResidualModel<'_>,
+        problem: &ResidualModel<'_>,
         rows: &[usize],
         (options, prior): (FitOptions, Option<&Prior>),
         (held, parameters): (&[usize], usize),
@@ -367,8 +367,8 @@ impl Weighed {
     ) -> Result<(), FitError> {
         let plain = (self.descent.clone(), self.weights.clone());
         for _ in 0..WEIGHINGS {
-            let residuals = machine.residuals(&self.descent.state);
-            let distances = Distances::of(machine, &residuals);
+            let residuals = problem.residuals(&self.descent.state);
+            let distances = Distances::of(problem, &residuals);
             let fresh = distances.weights(distances.scale(rows, parameters));
             let moved = rows.iter().map(|row| difference(&self.weights, &fresh, *row)).fold(0.0, f64::max);
             // The weights that are returned are those of the last descent: its normal equations, from which rows are taken out again, are of these weights.
@@ -376,23 +376,23 @@ impl Weighed {
                 break;
             }
             self.weights = fresh;
-            let settled = self.settled(machine, rows, prior, (held, parameters));
+            let settled = self.settled(problem, rows, prior, (held, parameters));
             let near = Settings { steps: options.steps, damping: NEAR };
             self.descent = match settled {
                 Some((reached, weights)) => {
                     self.weights = weights;
-                    let problem = machine.over(rows, &self.weights).knowing(prior);
-                    descend_from(&problem, reached, held, near, progress)?
+                    let weighted = problem.over(rows, &self.weights).knowing(prior);
+                    descend_from(&weighted, reached, held, near, progress)?
                 }
                 None => {
-                    let problem = machine.over(rows, &self.weights).knowing(prior);
-                    descend(&problem, &self.descent.state, held, near, progress)?
+                    let weighted = problem.over(rows, &self.weights).knowing(prior);
+                    descend(&weighted, &self.descent.state, held, near, progress)?
                 }
             };
             self.steps += self.descent.steps;
         }
         let reached = (&self.descent.state, self.weights.as_slice());
-        if let Some(doubt) = worse_than_plain(machine, reached, &plain.0.state, rows) {
+        if let Some(doubt) = worse_than_plain(problem, reached, &plain.0.state, rows) {
             (self.descent, self.weights) = plain;
             self.doubts.push(doubt);
         }
@@ -405,19 +405,19 @@ impl Weighed {
     /// and the weights of a place that no fit reaches would come and go for ever.
     fn settled(
         &self,
-        machine: &ResidualModel<'_>,
+        problem: &ResidualModel<'_>,
         rows: &[usize],
         prior: Option<&Prior>,
         (held, parameters): (&[usize], usize),
     ) -> Option<((State, NormalEquations), Vec<f64>)> {
         let here = &self.descent.state;
-        let tangent = Tangent::at(machine, here, rows, prior)?;
+        let tangent = Tangent::at(problem, here, rows, prior)?;
         let (step, weights) = tangent.settle(self.weights.clone(), held, parameters);
-        let moved = here.stepped(machine.free_parameters(), step.as_slice());
+        let moved = here.stepped(problem.free_parameters(), step.as_slice());
         if !moved.is_finite() {
             return None;
         }
-        let normal = machine.over(rows, &weights).knowing(prior).normal_equations(&moved);
+        let normal = problem.over(rows, &weights).knowing(prior).normal_equations(&moved);
         (normal.squares <= tangent.squares(&weights)).then_some(((moved, normal), weights))
     }
 }
@@ -427,21 +427,21 @@ fn difference(left: &[f64], right: &[f64], row: usize) -> f64 {
     (left - right).abs()
 }
 
-fn check(machine: &ResidualModel<'_>, rows: &[usize]) -> Result<(), FitError> {
-    let table = machine.table.source.clone();
+fn check(problem: &ResidualModel<'_>, rows: &[usize]) -> Result<(), FitError> {
+    let table = problem.table.source.clone();
     let Some(first) = rows.first() else { return Err(FitError::NoRows { table }) };
     if rows.len() == 1 {
-        let line = machine.table.lines.get(*first).copied().unwrap_or(0);
+        let line = problem.table.lines.get(*first).copied().unwrap_or(0);
         return Err(FitError::OneRow { table, line });
     }
-    if rows.iter().all(|row| machine.table.q_of(*row) == machine.table.q_of(*first)) {
+    if rows.iter().all(|row| problem.table.q_of(*row) == problem.table.q_of(*first)) {
         return Err(FitError::OnePose { table, rows: rows.len() });
     }
     Ok(())
 }
 
 fn finish(
-    machine: &ResidualModel<'_>,
+    problem: &ResidualModel<'_>,
     descent: Descent<State>,
     rows: Vec<usize>,
     weights: Vec<f64>,
@@ -451,20 +451,20 @@ fn finish(
     if !state.is_finite() || !normal.squares.is_finite() {
         return Err(FitError::Diverged);
     }
-    let residuals = machine.residuals(&state);
+    let residuals = problem.residuals(&state);
     let factor = RankRevealingCholesky::new(&normal.matrix);
     let equations = rows.iter().flat_map(|row| {
         let weight = weights.get(*row).copied().unwrap_or(1.0);
-        let own = residuals.get(machine.observations.range(*row)).unwrap_or(&[]);
-        let equations = own.iter().zip(machine.observations.of_row(*row));
+        let own = residuals.get(problem.observations.range(*row)).unwrap_or(&[]);
+        let equations = own.iter().zip(problem.observations.of_row(*row));
         equations.map(move |(residual, equation)| (weight, residual / equation.sigma))
     });
     let scatter = huber_variance(equations, factor.rank());
     // A scatter smaller than what stripes are known by is chance.
-    let variance = scatter.max(machine.least_variance());
+    let variance = scatter.max(problem.least_variance());
     // Of the independent numbers; rows and columns of held ones are zero.
     let covariance = factor.inverse() * variance;
-    let gauges = machine.gauges(&normal.matrix, &factor);
+    let gauges = problem.gauges(&normal.matrix, &factor);
     // What one more step would take away of the sum of squares, were the problem linear: g' N^-1 g.
     let gain = normal.gradient.dot(&factor.solve(&normal.gradient)).max(0.0);
     let equations = normal.equations.max(1) as f64;
@@ -472,7 +472,7 @@ fn finish(
     let promised = ((normal.squares - gain).max(0.0) / equations).sqrt();
     // Where a descent ran out of steps, what it left undone may still be nothing beside the noise.
     let arrived = converged || gain <= LEFT_UNDONE * normal.squares;
-    let distances = Distances::of(machine, &residuals);
+    let distances = Distances::of(problem, &residuals);
     let scale = distances.scale(&rows, factor.rank());
     Ok(Fit {
         state,

@@ -18,10 +18,10 @@ pub enum SeenBody {
 
 impl SeenBody {
     /// The target that the flange carries.
-    pub fn target(self, machine: &ResidualModel<'_>) -> usize {
+    pub fn target(self, problem: &ResidualModel<'_>) -> usize {
         match self {
             Self::Target(target) => target,
-            Self::Board(board) => machine.model.boards.get(board).map_or(0, |board| board.camera),
+            Self::Board(board) => problem.model.boards.get(board).map_or(0, |board| board.camera),
         }
     }
 }
@@ -103,7 +103,7 @@ impl ResidualModel<'_> {
                 if self.board_of(row) != Some(board) {
                     return None;
                 }
-                let rotation = self.table.turn_of(Body::Board, row)?;
+                let rotation = self.table.rotation_of(Body::Board, row)?;
                 let place = self.table.board.as_ref().and_then(|board| board.get(row)).copied();
                 Some(rigid_of(rotation, place.map_or(unknown, Vector3::from)).inverse())
             }
@@ -122,16 +122,16 @@ fn base_seen(state: &State, body: SeenBody) -> IsometryMatrix3<f64> {
 }
 
 /// Whether it is a board that fits may move.
-fn is_free(machine: &ResidualModel<'_>, body: SeenBody) -> bool {
+fn is_free(problem: &ResidualModel<'_>, body: SeenBody) -> bool {
     match body {
-        SeenBody::Board(board) => machine.model.boards.get(board).is_some_and(|board| board.free),
+        SeenBody::Board(board) => problem.model.boards.get(board).is_some_and(|board| board.free),
         SeenBody::Target(_) => false,
     }
 }
 
 /// A state in which the base is seen so: the base moves, or the board does, whichever may.
 fn with_base_seen(
-    machine: &ResidualModel<'_>,
+    problem: &ResidualModel<'_>,
     state: &State,
     body: SeenBody,
     seen: IsometryMatrix3<f64>,
@@ -140,7 +140,7 @@ fn with_base_seen(
     match body {
         SeenBody::Target(_) => next.base = seen,
         SeenBody::Board(index) => match next.boards.get_mut(index) {
-            Some(board) if is_free(machine, body) => *board = state.base * seen.inverse(),
+            Some(board) if is_free(problem, body) => *board = state.base * seen.inverse(),
             Some(board) => next.base = *board * seen,
             None => {}
         },
@@ -149,13 +149,13 @@ fn with_base_seen(
 }
 
 /// The guesses from one body's poses: with the base as it is, with the body as it is, and with neither known.
-fn guesses(machine: &ResidualModel<'_>, state: &State, rows: &[usize], body: SeenBody) -> Vec<State> {
-    let index = body.target(machine);
-    let Some(target) = machine.model.targets.get(index) else { return Vec::new() };
-    let poses = machine.seen_poses(state, rows, body);
-    let base_free = machine.model.base.free || is_free(machine, body);
+fn guesses(problem: &ResidualModel<'_>, state: &State, rows: &[usize], body: SeenBody) -> Vec<State> {
+    let index = body.target(problem);
+    let Some(target) = problem.model.targets.get(index) else { return Vec::new() };
+    let poses = problem.seen_poses(state, rows, body);
+    let base_free = problem.model.base.free || is_free(problem, body);
     let known_base = base_seen(state, body);
-    let known_turn = state.rotations.get(index).copied().unwrap_or(target.rotation);
+    let known_rotation = state.rotations.get(index).copied().unwrap_or(target.rotation);
     let known_place = state.targets.get(index).copied().unwrap_or(target.xyz);
     // Three guesses, for a file may be right about either: which fits best is seen from the residuals.
     let mut rotations = Vec::new();
@@ -165,15 +165,15 @@ fn guesses(machine: &ResidualModel<'_>, state: &State, rows: &[usize], body: See
         );
     }
     if base_free {
-        rotations.extend(base_rotation(&poses, &known_turn).map(|base| (base, known_turn)));
+        rotations.extend(base_rotation(&poses, &known_rotation).map(|base| (base, known_rotation)));
     }
     if base_free && target.rotation_free {
         rotations.extend(two_rotations(&poses).map(|found| (found.base, found.body)));
     }
     let mut all: Vec<_> = rotations.into_iter().map(|found| (found, target.free)).collect();
     // A camera that another board has placed stays where it is.
-    if is_free(machine, body) {
-        all.extend(base_rotation(&poses, &known_turn).map(|base| ((base, known_turn), false)));
+    if is_free(problem, body) {
+        all.extend(base_rotation(&poses, &known_rotation).map(|base| ((base, known_rotation), false)));
     }
     let guesses = all.into_iter().map(|((base, rotation), place_free)| {
         // With both rotations known, the places are a linear problem (Shah 2013).
@@ -181,7 +181,7 @@ fn guesses(machine: &ResidualModel<'_>, state: &State, rows: &[usize], body: See
         let (origin, place) = places(&poses, &base, start, (base_free, place_free));
         let seen = IsometryMatrix3::from_parts(Translation3::from(origin), base);
         let mut next = match base_free {
-            true => with_base_seen(machine, state, body, seen),
+            true => with_base_seen(problem, state, body, seen),
             false => state.clone(),
         };
         if let Some(entry) = next.rotations.get_mut(index) {
@@ -196,22 +196,22 @@ fn guesses(machine: &ResidualModel<'_>, state: &State, rows: &[usize], body: See
 }
 
 /// Places bodies, cameras, the board and, where only they say where it is, the base; what fits no better stays as it is.
-pub(super) fn place_bodies(machine: &ResidualModel<'_>, state: &mut State, rows: &[usize]) {
-    let ones = vec![1.0; machine.observations.rows()];
+pub(super) fn place_bodies(problem: &ResidualModel<'_>, state: &mut State, rows: &[usize]) {
+    let ones = vec![1.0; problem.observations.rows()];
     let mut placed: Vec<usize> = Vec::new();
-    for body in machine.seen_bodies() {
+    for body in problem.seen_bodies() {
         // Rows that see a board which nobody has placed yet say nothing of a guess.
         if let SeenBody::Board(board) = body {
             placed.push(board);
         }
         let is_known = |row: &usize| {
-            !machine.table.sees_a_board_in(*row)
-                || machine.board_of(*row).is_none_or(|board| placed.contains(&board))
+            !problem.table.sees_a_board_in(*row)
+                || problem.board_of(*row).is_none_or(|board| placed.contains(&board))
         };
         let rows: Vec<usize> = rows.iter().copied().filter(is_known).collect();
-        let mut least = machine.squares(state, &rows, &ones);
-        for guess in guesses(machine, state, &rows, body).into_iter().filter(State::is_finite) {
-            let left = machine.squares(&guess, &rows, &ones);
+        let mut least = problem.squares(state, &rows, &ones);
+        for guess in guesses(problem, state, &rows, body).into_iter().filter(State::is_finite) {
+            let left = problem.squares(&guess, &rows, &ones);
             // A guess that fits no better is none.
             if left < least {
                 (*state, least) = (guess, left);
@@ -237,10 +237,10 @@ mod tests {
         let model = Model::parse("m.yaml", &text).unwrap();
         let table = Table::parse("t.csv", &format!("{header}\n0,0,0,300,0,0,0\n")).unwrap();
         let observations = Observations::new(&model, &table).unwrap();
-        let machine = ResidualModel::new(&model, &table, &observations, &[]).unwrap();
+        let problem = ResidualModel::new(&model, &table, &observations, &[]).unwrap();
         let body = SeenBody::Board(0);
         let seen = IsometryMatrix3::translation(40.0, 0.0, 0.0);
-        let state = with_base_seen(&machine, &machine.start(), body, seen);
+        let state = with_base_seen(&problem, &problem.start(), body, seen);
         assert!((base_seen(&state, body).to_homogeneous() - seen.to_homogeneous()).norm() < 1e-9);
         (state.base, state.boards[0])
     }

@@ -43,15 +43,15 @@ fn along_axes() -> Vec<Rotation3<f64>> {
 
 /// The points of every surface as the sensor is believed to sit, frame of the measurements, mm.
 fn points_by_surface(
-    machine: &ResidualModel<'_>,
+    problem: &ResidualModel<'_>,
     state: &State,
     rows: &[usize],
     sensor: usize,
 ) -> Vec<Vec<Vector3<f64>>> {
     let mut points = vec![Vec::new(); state.surfaces.len()];
-    let mut scratch = machine.scratch(state);
+    let mut scratch = problem.scratch(state);
     for row in rows {
-        let named = machine.table.on.name(*row).and_then(|name| machine.model.surface_position(name));
+        let named = problem.table.on.name(*row).and_then(|name| problem.model.surface_position(name));
         let (Some(own), Some(rotation), Some(place)) = (
             named.and_then(|surface| points.get_mut(surface)),
             state.rotations.get(sensor),
@@ -59,8 +59,8 @@ fn points_by_surface(
         ) else {
             continue;
         };
-        let flange = state.base * machine.flange(*row, &mut scratch);
-        for columns in &machine.table.profiles {
+        let flange = state.base * problem.flange(*row, &mut scratch);
+        for columns in &problem.table.profiles {
             let [x, z] = columns.xz.get(*row).copied().unwrap_or([f64::NAN; 2]);
             if x.is_finite() && z.is_finite() {
                 // A profile lies in the sensor's x and z: its sheet of light is y = 0.
@@ -105,9 +105,9 @@ fn towards(vector: Vector3<f64>, other: &Vector3<f64>) -> Vector3<f64> {
 }
 
 /// Puts the free surfaces through the points they were seen by.
-fn put_surfaces(machine: &ResidualModel<'_>, state: &mut State, rows: &[usize], sensor: usize) {
-    let points = points_by_surface(machine, state, rows, sensor);
-    let free = machine.model.surfaces.iter().map(|surface| surface.free);
+fn put_surfaces(problem: &ResidualModel<'_>, state: &mut State, rows: &[usize], sensor: usize) {
+    let points = points_by_surface(problem, state, rows, sensor);
+    let free = problem.model.surfaces.iter().map(|surface| surface.free);
     for ((shape, points), free) in state.surfaces.iter_mut().zip(&points).zip(free) {
         if !free || points.len() < FEWEST_POINTS {
             continue;
@@ -130,15 +130,15 @@ fn put_surfaces(machine: &ResidualModel<'_>, state: &mut State, rows: &[usize], 
 }
 
 /// Whether profiles are off by more than a good guess would leave, beside how far the flange went.
-fn far_off(machine: &ResidualModel<'_>, state: &State, rows: &[usize]) -> bool {
+fn far_off(problem: &ResidualModel<'_>, state: &State, rows: &[usize]) -> bool {
     let (mut squares, mut count) = (0.0, 0.0_f64);
-    let (mut scratch, mut residuals) = (machine.scratch(state), Vec::new());
+    let (mut scratch, mut residuals) = (problem.scratch(state), Vec::new());
     let mut places = Vec::new();
     for row in rows {
-        places.push(machine.flange(*row, &mut scratch).translation.vector);
+        places.push(problem.flange(*row, &mut scratch).translation.vector);
         residuals.clear();
-        machine.row_residuals(*row, &mut scratch, &mut residuals);
-        for (equation, residual) in machine.observations.of_row(*row).iter().zip(&residuals) {
+        problem.row_residuals(*row, &mut scratch, &mut residuals);
+        for (equation, residual) in problem.observations.of_row(*row).iter().zip(&residuals) {
             if equation.measurand.kind.name() == "profile" {
                 squares += residual * residual;
                 count += 1.0;
@@ -153,29 +153,29 @@ fn far_off(machine: &ResidualModel<'_>, state: &State, rows: &[usize]) -> bool {
 
 /// Places the sensor and what it sees, where the model's own start is far off.
 pub(super) fn place_profiles(
-    machine: &ResidualModel<'_>,
+    problem: &ResidualModel<'_>,
     state: &mut State,
     rows: &[usize],
     progress: &Progress,
 ) -> Result<(), Cancelled> {
-    let Some(sensor) = machine.model.profile_sensor else { return Ok(()) };
-    let seen: Vec<usize> = rows.iter().copied().filter(|row| machine.table.has_profile(*row)).collect();
+    let Some(sensor) = problem.model.profile_sensor else { return Ok(()) };
+    let seen: Vec<usize> = rows.iter().copied().filter(|row| problem.table.has_profile(*row)).collect();
     let some: Vec<usize> = seen.iter().copied().step_by(seen.len().div_ceil(LOOKED_AT).max(1)).collect();
-    if some.is_empty() || !far_off(machine, state, &some) {
+    if some.is_empty() || !far_off(problem, state, &some) {
         return Ok(());
     }
-    let ones = vec![1.0; machine.observations.rows()];
+    let ones = vec![1.0; problem.observations.rows()];
     let is_own = |free_parameter: &FreeParameter| match free_parameter {
         FreeParameter::Target(target, _) | FreeParameter::TargetRotation(target, _) => *target == sensor,
         FreeParameter::Surface(..) => true,
         _ => false,
     };
-    let held: Vec<usize> = (0..machine.free_parameters().len())
-        .filter(|index| !machine.free_parameters().get(*index).is_some_and(is_own))
+    let held: Vec<usize> = (0..problem.free_parameters().len())
+        .filter(|index| !problem.free_parameters().get(*index).is_some_and(is_own))
         .collect();
     let settle = |guess: &State, steps: usize| {
         let settled = descend(
-            &machine.over(&some, &ones),
+            &problem.over(&some, &ones),
             guess,
             &held,
             Settings { steps, damping: CAREFUL },
@@ -183,21 +183,21 @@ pub(super) fn place_profiles(
         )?;
         Ok((settled.normal.squares, settled.state))
     };
-    let turns_free = machine.model.targets.get(sensor).is_some_and(|target| target.rotation_free);
+    let rotations_free = problem.model.targets.get(sensor).is_some_and(|target| target.rotation_free);
     let mut turns: Vec<Rotation3<f64>> = state.rotations.get(sensor).copied().into_iter().collect();
-    turns.extend(turns_free.then(along_axes).into_iter().flatten());
+    turns.extend(rotations_free.then(along_axes).into_iter().flatten());
     let mut tried = Vec::new();
     for rotation in turns {
         let mut guess = state.clone();
         if let Some(entry) = guess.rotations.get_mut(sensor) {
             *entry = rotation;
         }
-        put_surfaces(machine, &mut guess, &some, sensor);
+        put_surfaces(problem, &mut guess, &some, sensor);
         tried.push(settle(&guess, FIRST_STEPS)?);
     }
     // A few steps from every rotation distinguish the hopeless from the others; only the best are worth a whole fit.
     tried.sort_by(|one, other| one.0.total_cmp(&other.0));
-    let mut best = (machine.squares(state, &some, &ones), state.clone());
+    let mut best = (problem.squares(state, &some, &ones), state.clone());
     for (_, guess) in tried.iter().take(GO_ON) {
         let found = settle(guess, FURTHER_STEPS)?;
         if found.0 < best.0 && found.1.is_finite() {
@@ -262,9 +262,9 @@ measured_from: world
         let model = crate::arm_model::Model::parse("m.yaml", model).unwrap();
         let table = crate::table::Table::parse("t.csv", &format!("{header}{rows}")).unwrap();
         let observations = crate::measurement::Observations::new(&model, &table).unwrap();
-        let machine = ResidualModel::new(&model, &table, &observations, &[]).unwrap();
-        let state = machine.start();
-        look(&machine, state);
+        let problem = ResidualModel::new(&model, &table, &observations, &[]).unwrap();
+        let state = problem.start();
+        look(&problem, state);
     }
 
     /// Four profiles of a wall at y = -300.
@@ -274,8 +274,8 @@ measured_from: world
     #[test]
     fn points_of_profiles_belong_to_the_surface_they_lie_on_and_those_not_seen_to_none() {
         let rows = "100,50,5,200,-3,210,wall\n120,60,1,90,,,ball\n130,70,2,80,,,wall\n";
-        gantry(GANTRY, rows, |machine, state| {
-            let points = points_by_surface(machine, &state, &[0, 1], 0);
+        gantry(GANTRY, rows, |problem, state| {
+            let points = points_by_surface(problem, &state, &[0, 1], 0);
             let expected = [
                 vec![Vector3::new(15.0, -250.0, 100.0), Vector3::new(7.0, -260.0, 100.0)],
                 vec![],
@@ -292,9 +292,9 @@ measured_from: world
     #[test]
     fn a_free_surface_is_put_through_its_points_and_a_known_one_stays() {
         let rows = format!("{OF_WALL}{}", OF_WALL.replace("wall", "known").replace("200", "150"));
-        gantry(GANTRY, &rows, |machine, mut state| {
+        gantry(GANTRY, &rows, |problem, mut state| {
             let known = state.surfaces[1].clone();
-            put_surfaces(machine, &mut state, &(0..8).collect::<Vec<_>>(), 0);
+            put_surfaces(problem, &mut state, &(0..8).collect::<Vec<_>>(), 0);
             let SurfaceShape::Plane { normal, offset } = state.surfaces[0] else { panic!("a plane") };
             assert!(
                 (normal - Vector3::y()).norm() < 1e-9 && (offset + 300.0).abs() < 1e-9,
@@ -310,7 +310,7 @@ measured_from: world
         let rows =
             [100, 100, 160].map(|lift| format!("{lift},100,0,{},5,{},known\n", 200.0 + off, 200.0 + off));
         let mut found = false;
-        gantry(GANTRY, &rows.concat(), |machine, state| found = far_off(machine, &state, &[0, 1, 2]));
+        gantry(GANTRY, &rows.concat(), |problem, state| found = far_off(problem, &state, &[0, 1, 2]));
         found
     }
 
@@ -321,8 +321,8 @@ measured_from: world
 
     #[test]
     fn a_sensor_and_a_wall_are_placed_from_no_start_where_they_are_far_off() {
-        gantry(GANTRY, OF_WALL, |machine, mut state| {
-            place_profiles(machine, &mut state, &[0, 1, 2, 3], &Progress::unwatched()).unwrap();
+        gantry(GANTRY, OF_WALL, |problem, mut state| {
+            place_profiles(problem, &mut state, &[0, 1, 2, 3], &Progress::unwatched()).unwrap();
             let SurfaceShape::Plane { normal, offset } = state.surfaces[0] else { panic!("a plane") };
             assert!(
                 (normal - Vector3::y()).norm() < 1e-6 && (offset + 300.0).abs() < 1e-4,

@@ -9,7 +9,7 @@ use super::state::State;
 
 /// What the solver descends on: some rows of a machine's table, one weight per row of the table.
 pub(crate) struct WeightedRows<'r, 'm> {
-    machine: &'r ResidualModel<'m>,
+    problem: &'r ResidualModel<'m>,
     rows: &'r [usize],
     weights: &'r [f64],
     /// The plausible ranges of the geometry; nothing where they do not count.
@@ -26,7 +26,7 @@ impl<'r> WeightedRows<'r, '_> {
 impl<'m> ResidualModel<'m> {
     /// The least-squares problem over `rows`, each counted with its weight.
     pub(crate) fn over<'r>(&'r self, rows: &'r [usize], weights: &'r [f64]) -> WeightedRows<'r, 'm> {
-        WeightedRows { machine: self, rows, weights, prior: None }
+        WeightedRows { problem: self, rows, weights, prior: None }
     }
 }
 
@@ -34,15 +34,15 @@ impl Problem for WeightedRows<'_, '_> {
     type State = State;
 
     fn normal_equations(&self, state: &State) -> NormalEquations {
-        let mut normal = self.machine.normal(state, self.rows, self.weights, &[]);
+        let mut normal = self.problem.normal(state, self.rows, self.weights, &[]);
         if let Some(prior) = self.prior {
-            prior.add(self.machine, state, &mut normal);
+            prior.add(self.problem, state, &mut normal);
         }
         normal
     }
 
     fn stepped(&self, state: &State, change: &DVector<f64>) -> State {
-        state.stepped(self.machine.free_parameters(), change.as_slice())
+        state.stepped(self.problem.free_parameters(), change.as_slice())
     }
 
     fn is_finite(&self, state: &State) -> bool {
@@ -51,6 +51,6 @@ impl Problem for WeightedRows<'_, '_> {
 
     fn second_derivative_along(&self, state: &State, change: &DVector<f64>) -> Option<DVector<f64>> {
         // Plausible ranges are linear in the numbers; distances between places are nearly so in a step.
-        Some(self.machine.second_derivative_along(state, change, self.rows, self.weights))
+        Some(self.problem.second_derivative_along(state, change, self.rows, self.weights))
     }
 }

@@ -129,8 +129,8 @@ impl<'a> ResidualModel<'a> {
     /// Uses what an earlier fit worked out of how gravity bends the arm, where that is of the same model and table, and the same bends in both.
     pub fn after(mut self, earlier: &ResidualModel<'_>) -> Self {
         let is_same = std::ptr::eq(self.model, earlier.model) && std::ptr::eq(self.table, earlier.table);
-        let bending = |machine: &ResidualModel<'_>| -> Vec<(usize, EffectId)> {
-            let parts = machine.parts.iter().enumerate();
+        let bending = |problem: &ResidualModel<'_>| -> Vec<(usize, EffectId)> {
+            let parts = problem.parts.iter().enumerate();
             let bending = parts.filter(|(_, part)| part.looks_at == LooksAt::Gravity);
             bending.map(|(index, part)| (index, part.id.clone())).collect()
         };
@@ -398,16 +398,16 @@ impl<'a> ResidualModel<'a> {
         mut entries: DVectorViewMut<'_, f64>,
     ) {
         // Chain rule: the prediction by the subject's point and attitude, these by each number.
-        let (by_point, by_turn) = (prediction.by_point * scale, prediction.by_turn * scale);
+        let (by_point, by_rotation) = (prediction.by_point * scale, prediction.by_rotation * scale);
         let motion = &scratch.motion;
         let entries = entries.as_mut_slice();
         for (entry, linear) in entries.iter_mut().zip(&motion.linear) {
             *entry = by_point.dot(linear) * (1.0 + stretch);
         }
         // Coordinates of a point do not depend on how its subject is turned, and most equations are coordinates.
-        if by_turn != Vector3::zeros() {
+        if by_rotation != Vector3::zeros() {
             for (entry, angular) in entries.iter_mut().zip(&motion.angular) {
-                *entry += by_turn.dot(angular) * (1.0 + stretch);
+                *entry += by_rotation.dot(angular) * (1.0 + stretch);
             }
         }
         // What the sensor adds is subtracted from the distance: its derivative is minus one.

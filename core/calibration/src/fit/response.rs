@@ -69,7 +69,7 @@ impl Response {
     }
 
     /// The response to a turn of the base about an axis of the frame of the measurements.
-    pub(super) fn to_base_turn(&self, axis: usize) -> Option<ResponseTo<'_>> {
+    pub(super) fn to_base_rotation(&self, axis: usize) -> Option<ResponseTo<'_>> {
         self.to_source(self.joints.ncols().checked_sub(3)? + axis)
     }
 

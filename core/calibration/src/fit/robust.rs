@@ -12,12 +12,12 @@ pub struct Distances {
 
 impl Distances {
     /// Distances of all rows of the table, from the residuals of all its equations (mm and rad).
-    pub fn of(machine: &ResidualModel<'_>, residuals: &[f64]) -> Self {
-        let rows = (0..machine.observations.rows())
+    pub fn of(problem: &ResidualModel<'_>, residuals: &[f64]) -> Self {
+        let rows = (0..problem.observations.rows())
             .map(|row| {
-                let range = machine.observations.range(row);
+                let range = problem.observations.range(row);
                 let own = residuals.get(range.clone()).unwrap_or(&[]);
-                let equations = machine.observations.of_row(row);
+                let equations = problem.observations.of_row(row);
                 let squares: f64 =
                     own.iter().zip(equations).map(|(r, equation)| (r / equation.sigma).powi(2)).sum();
                 (squares.sqrt(), range.len())

@@ -64,13 +64,13 @@ impl SubjectFrames<'_> {
                 (pose.base * (shift + rotation.cross(&(self.stiff - about))), pose.base * rotation)
             }
             Dof::Target(target, axis) if self.is_of(target) => {
-                (pose.turned_from_flange(Vector3::ith(axis.min(2), 1.0)), Vector3::zeros())
+                (pose.rotated_from_flange(Vector3::ith(axis.min(2), 1.0)), Vector3::zeros())
             }
             // What a light stripe or a camera on the hand sees no instrument reads.
             Dof::Reading(_) if matches!(self.subject, Subject::Stretch(_) | Subject::Camera(_)) => STILL,
             Dof::BaseShift(axis) | Dof::Reading(axis) => (Vector3::ith(axis.min(2), 1.0), Vector3::zeros()),
             Dof::BaseRotation(axis) => {
-                self.with_base_turned_about(pose.rotation_by_vector.column(axis.min(2)).into())
+                self.with_base_rotated_about(pose.rotation_by_vector.column(axis.min(2)).into())
             }
             Dof::Target(..)
             | Dof::Trigger
@@ -109,7 +109,7 @@ impl SubjectFrames<'_> {
     }
 
     /// How the subject moves when a target turns about an axis of the flange.
-    fn with_target_turned(&self, target: usize, axis: usize) -> Motion {
+    fn with_target_rotated(&self, target: usize, axis: usize) -> Motion {
         match self.subject {
             Subject::Body(own) | Subject::Camera(own) if own == target => {
                 (Vector3::zeros(), self.pose.hand().matrix().column(axis.min(2)).into())
@@ -119,7 +119,7 @@ impl SubjectFrames<'_> {
     }
 
     /// How the subject moves when the base turns about an axis through its origin.
-    fn with_base_turned_about(&self, axis: Vector3<f64>) -> Motion {
+    fn with_base_rotated_about(&self, axis: Vector3<f64>) -> Motion {
         (axis.cross(&(self.point - self.pose.origin)), axis)
     }
 
@@ -210,17 +210,17 @@ impl ResidualModel<'_> {
                 FreeParameter::BaseShift(axis) => Dof::BaseShift(axis),
                 FreeParameter::BaseRotation(axis) => {
                     // What effects turn the base by comes on top of where it is believed to be.
-                    let about = frames.pose.base_turned.column(axis.min(2)).into();
+                    let about = frames.pose.rotated_base.column(axis.min(2)).into();
                     let index = motion.extend(1);
-                    let stiff = frames.with_base_turned_about(about);
-                    let response = frames.pose.response.to_base_turn(axis);
+                    let stiff = frames.with_base_rotated_about(about);
+                    let response = frames.pose.response.to_base_rotation(axis);
                     motion.add(index, frames.with_response(stiff, response), 1.0);
                     continue;
                 }
                 FreeParameter::Target(target, axis) => Dof::Target(target, axis),
                 FreeParameter::TargetRotation(target, axis) => {
                     let index = motion.extend(1);
-                    motion.add(index, frames.with_target_turned(target, axis), 1.0);
+                    motion.add(index, frames.with_target_rotated(target, axis), 1.0);
                     continue;
                 }
                 // Places, surfaces and a board do not move the subject; see `own_derivatives`.

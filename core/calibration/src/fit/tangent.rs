@@ -18,7 +18,7 @@ const ROUNDS: usize = 20;
 const SETTLED: f64 = 1e-3;
 
 pub(super) struct Tangent<'t> {
-    machine: &'t ResidualModel<'t>,
+    problem: &'t ResidualModel<'t>,
     rows: &'t [usize],
     /// Measured less predicted, in declared sigmas.
     residuals: DVector<f64>,
@@ -34,28 +34,28 @@ impl<'t> Tangent<'t> {
     /// At a state; nothing if the table is too large for it. Ranges that count in the fit must count here: without them a step to where the rows alone point
     /// leads far from the fit, and the weights of that place are none of the fit's.
     pub(super) fn at(
-        machine: &'t ResidualModel<'t>,
+        problem: &'t ResidualModel<'t>,
         state: &State,
         rows: &'t [usize],
         prior: Option<&Prior>,
     ) -> Option<Self> {
         let mut first = vec![0];
         for row in rows {
-            first.push(first.last().copied().unwrap_or(0) + machine.observations.range(*row).len());
+            first.push(first.last().copied().unwrap_or(0) + problem.observations.range(*row).len());
         }
-        let free_parameters = machine.free_parameters().len();
+        let free_parameters = problem.free_parameters().len();
         // Beyond 32 MB the rows are worked out anew in each round.
         if first.last().copied().unwrap_or(0) * free_parameters > MOST {
             return None;
         }
-        let block = machine.block(state, rows, &[], &[]);
+        let block = problem.block(state, rows, &[], &[]);
         let mut known = NormalEquations::zeros(free_parameters);
-        machine.known_besides_rows(state, rows, &mut known);
+        problem.known_besides_rows(state, rows, &mut known);
         if let Some(prior) = prior {
-            prior.add(machine, state, &mut known);
+            prior.add(problem, state, &mut known);
         }
         let residuals = DVector::from_vec(block.residuals);
-        Some(Self { machine, rows, residuals, jacobian: block.jacobian, first, known })
+        Some(Self { problem, rows, residuals, jacobian: block.jacobian, first, known })
     }
 
     /// The same with steps damped: so much is added to the diagonal of the normal equations.
@@ -141,7 +141,7 @@ impl<'t> Tangent<'t> {
     /// How far every row would be from its prediction after a step.
     fn distances(&self, step: &DVector<f64>) -> Distances {
         let off = &self.residuals - self.jacobian.tr_mul(step);
-        let mut rows = vec![(0.0, 0); self.machine.table.len()];
+        let mut rows = vec![(0.0, 0); self.problem.table.len()];
         for (index, row) in self.rows.iter().enumerate() {
             let own = self.range(index);
             if let Some(distance) = rows.get_mut(*row) {

@@ -47,8 +47,8 @@ fn fitted(table: &Table, noise: &str, effects: &[&str]) -> Result<Fit, FitError>
     let observations = Observations::new(&model, table).unwrap();
     let added = |text: &&str| AddedEffect { id: parse(text, &model).unwrap(), values: Vec::new() };
     let effects: Vec<AddedEffect> = effects.iter().map(added).collect();
-    let machine = ResidualModel::new(&model, table, &observations, &effects).unwrap();
-    machine.fit(&machine.start(), &vec![true; table.len()], FitOptions::default(), &Progress::default())
+    let problem = ResidualModel::new(&model, table, &observations, &effects).unwrap();
+    problem.fit(&problem.start(), &vec![true; table.len()], FitOptions::default(), &Progress::default())
 }
 
 #[test]
@@ -58,11 +58,11 @@ fn the_normal_equations_of_a_fit_are_those_of_its_state_and_weights() {
         let table = measured(40, 0.2, seed);
         let observations = Observations::new(&model, &table).unwrap();
         let effects = BOTH.map(|text| AddedEffect { id: parse(text, &model).unwrap(), values: Vec::new() });
-        let machine = ResidualModel::new(&model, &table, &observations, &effects).unwrap();
+        let problem = ResidualModel::new(&model, &table, &observations, &effects).unwrap();
         let all = vec![true; table.len()];
-        let fit = machine.fit(&machine.start(), &all, FitOptions::default(), &Progress::default()).unwrap();
+        let fit = problem.fit(&problem.start(), &all, FitOptions::default(), &Progress::default()).unwrap();
         assert!(fit.weights.iter().any(|weight| *weight < 0.99), "a far row counts less");
-        let anew = machine.normal_of_rows(&fit.state, &fit.rows, &fit.weights);
+        let anew = problem.normal_of_rows(&fit.state, &fit.rows, &fit.weights);
         // Rows are left out by taking theirs out of the sum: any difference is then an error of what the others say.
         let difference = (&fit.normal.matrix - &anew.matrix).norm() / anew.matrix.norm();
         assert!(difference < 1e-12, "{seed}: {difference}");
@@ -140,19 +140,19 @@ fn names_of_free_numbers_say_what_they_are() {
     let table = measured(3, 0.0, 5);
     let observations = Observations::new(&model, &table).unwrap();
     let harmonic = AddedEffect { id: parse("joint_harmonic(elbow, 2)", &model).unwrap(), values: Vec::new() };
-    let machine = ResidualModel::new(&model, &table, &observations, &[harmonic]).unwrap();
-    let names: Vec<String> = machine
+    let problem = ResidualModel::new(&model, &table, &observations, &[harmonic]).unwrap();
+    let names: Vec<String> = problem
         .free_parameters()
         .iter()
-        .map(|free_parameter| machine.parameter_name(*free_parameter))
+        .map(|free_parameter| problem.parameter_name(*free_parameter))
         .collect();
     let expected = [
         "base x",
         "base y",
         "base z",
-        "base turn about x",
-        "base turn about y",
-        "base turn about z",
+        "base rotation about x",
+        "base rotation about y",
+        "base rotation about z",
         "p1 x",
         "p1 y",
         "p1 z",
@@ -172,8 +172,8 @@ fn too_few_measurements_are_refused_in_words() {
     let model = Model::parse("planar.yaml", PLANAR).unwrap();
     let table = measured(4, 0.05, 6);
     let observations = Observations::new(&model, &table).unwrap();
-    let machine = ResidualModel::new(&model, &table, &observations, &[]).unwrap();
-    let nothing = machine.fit(&machine.start(), &[false; 4], FitOptions::default(), &Progress::default());
+    let problem = ResidualModel::new(&model, &table, &observations, &[]).unwrap();
+    let nothing = problem.fit(&problem.start(), &[false; 4], FitOptions::default(), &Progress::default());
     assert!(matches!(nothing, Err(FitError::NoRows { .. })), "{:?}", nothing.err());
 }
 
@@ -187,10 +187,10 @@ fn rows_that_are_held_out_do_not_move_the_fit() {
         .iter()
         .map(|text| AddedEffect { id: parse(text, &model).unwrap(), values: Vec::new() })
         .collect();
-    let machine = ResidualModel::new(&model, &table, &observations, &effects).unwrap();
+    let problem = ResidualModel::new(&model, &table, &observations, &effects).unwrap();
     let mask: Vec<bool> = (0..20).map(|row| row != 3).collect();
     let plain = FitOptions { robust: false, ..FitOptions::default() };
-    let fit = machine.fit(&machine.start(), &mask, plain, &Progress::default()).unwrap();
+    let fit = problem.fit(&problem.start(), &mask, plain, &Progress::default()).unwrap();
     assert!((fit.state.effects[1][0] - TRUTH[1]).abs() < 1e-6, "{:?}", fit.state.effects);
     assert_eq!(fit.rows.len(), 19);
     assert!(fit.residuals[9].abs() > 10.0, "its residual is reported all the same");
@@ -268,14 +268,14 @@ fn offsets(table: &Table, holding: &[FreeParameter]) -> ((f64, f64), Vec<FreePar
     let observations = Observations::new(&model, table).unwrap();
     let added = |text: &str| AddedEffect { id: parse(text, &model).unwrap(), values: Vec::new() };
     let effects = ["link_offset(shoulder)", "link_offset(elbow)"].map(added);
-    let machine = ResidualModel::new(&model, table, &observations, &effects).unwrap();
-    let free = machine.free_parameters();
+    let problem = ResidualModel::new(&model, table, &observations, &effects).unwrap();
+    let free = problem.free_parameters();
     let holding: Vec<usize> = (0..free.len()).filter(|number| holding.contains(&free[*number])).collect();
     let (rows, ones): (Vec<usize>, Vec<f64>) = ((0..table.len()).collect(), vec![1.0; table.len()]);
-    let (start, options) = (machine.start(), FitOptions::default());
+    let (start, options) = (problem.start(), FitOptions::default());
     let fit = match holding.is_empty() {
-        true => machine.fit(&start, &vec![true; table.len()], options, &Progress::default()),
-        false => machine.refit_holding(&start, (&rows, &ones), &holding, options, &Progress::default()),
+        true => problem.fit(&start, &vec![true; table.len()], options, &Progress::default()),
+        false => problem.refit_holding(&start, (&rows, &ones), &holding, options, &Progress::default()),
     }
     .unwrap();
     let held = fit.held.iter().map(|number| free[*number]).collect();
@@ -350,15 +350,15 @@ fn a_robust_fit_that_misses_the_rows_it_trusts_by_more_than_the_plain_one_is_not
     let model = Model::parse("planar.yaml", PLANAR).unwrap();
     let observations = Observations::new(&model, &table).unwrap();
     let effects = [AddedEffect { id: parse("joint_zero(elbow)", &model).unwrap(), values: Vec::new() }];
-    let machine = ResidualModel::new(&model, &table, &observations, &effects).unwrap();
+    let problem = ResidualModel::new(&model, &table, &observations, &effects).unwrap();
     let rows: Vec<usize> = (0..20).collect();
-    let state = |zero: f64| State { effects: vec![vec![zero]], ..machine.start() };
+    let state = |zero: f64| State { effects: vec![vec![zero]], ..problem.start() };
     let mut weights = vec![1.0; 20];
     weights[3] = 0.2;
-    let doubt = worse_than_plain(&machine, (&state(0.2), &weights), &state(0.0), &rows).unwrap();
+    let doubt = worse_than_plain(&problem, (&state(0.2), &weights), &state(0.0), &rows).unwrap();
     assert!(doubt.to_string().contains("the robust fit ran away"), "{doubt}");
-    assert!(worse_than_plain(&machine, (&state(0.004), &weights), &state(0.0), &rows).is_none());
-    assert!(worse_than_plain(&machine, (&state(f64::NAN), &weights), &state(0.0), &rows).is_some());
+    assert!(worse_than_plain(&problem, (&state(0.004), &weights), &state(0.0), &rows).is_none());
+    assert!(worse_than_plain(&problem, (&state(f64::NAN), &weights), &state(0.0), &rows).is_some());
 }
 
 #[test]
@@ -369,11 +369,11 @@ fn a_refit_from_near_does_not_spend_its_steps_on_taking_the_damping_away() {
     let observations = Observations::new(&model, &table).unwrap();
     let added = |text: &str| AddedEffect { id: parse(text, &model).unwrap(), values: Vec::new() };
     let effects = ["joint_zero(elbow)", "link_length(shoulder)", "link_length(elbow)"].map(added);
-    let machine = ResidualModel::new(&model, &table, &observations, &effects).unwrap();
+    let problem = ResidualModel::new(&model, &table, &observations, &effects).unwrap();
     let (rows, ones): (Vec<usize>, Vec<f64>) = ((0..20).collect(), vec![1.0; 20]);
     let plain = FitOptions { robust: false, ..FitOptions::default() };
-    let near = State { effects: vec![vec![0.002], vec![0.3], vec![-0.2]], ..machine.start() };
-    let fit = machine.refit(&near, &rows, &ones, plain, &Progress::default()).unwrap();
+    let near = State { effects: vec![vec![0.002], vec![0.3], vec![-0.2]], ..problem.start() };
+    let fit = problem.refit(&near, &rows, &ones, plain, &Progress::default()).unwrap();
     assert!(fit.convergence.arrived && fit.convergence.steps <= 3, "{:?}", fit.convergence);
 }
 
@@ -386,11 +386,11 @@ fn one_robust_step_from_near_is_the_whole_fit_and_without_scatter_a_whole_fit_is
     let model = Model::parse("planar.yaml", PLANAR).unwrap();
     let observations = Observations::new(&model, &table).unwrap();
     let added = |text: &str| AddedEffect { id: parse(text, &model).unwrap(), values: Vec::new() };
-    let machine = ResidualModel::new(&model, &table, &observations, &BOTH.map(added)).unwrap();
+    let problem = ResidualModel::new(&model, &table, &observations, &BOTH.map(added)).unwrap();
     let (rows, ones): (Vec<usize>, Vec<f64>) = ((0..60).collect(), vec![1.0; 60]);
-    let near = State { effects: vec![vec![0.003], vec![1.0]], ..machine.start() };
-    let whole = machine.refit(&near, &rows, &ones, FitOptions::default(), &Progress::default()).unwrap();
-    let one = super::outcome::one_step(&machine, &near, &rows, ones.clone()).unwrap().unwrap();
+    let near = State { effects: vec![vec![0.003], vec![1.0]], ..problem.start() };
+    let whole = problem.refit(&near, &rows, &ones, FitOptions::default(), &Progress::default()).unwrap();
+    let one = super::outcome::one_step(&problem, &near, &rows, ones.clone()).unwrap().unwrap();
     assert_eq!(one.convergence.steps, 1);
     for (index, (one_step, descent)) in one.state.effects.iter().zip(&whole.state.effects).enumerate() {
         let error = whole.covariance[(index, index)].sqrt();
@@ -398,8 +398,8 @@ fn one_robust_step_from_near_is_the_whole_fit_and_without_scatter_a_whole_fit_is
     }
     assert!((one.scale / whole.scale - 1.0).abs() < 0.01 && one.weights[17] < 0.1);
     // As many numbers as equations leave no scatter to weigh rows by.
-    assert!(super::outcome::one_step(&machine, &near, &[], ones.clone()).unwrap().is_none());
-    let whole = machine.refit_by_one_step(&near, &[], &ones, FitOptions::default(), &Progress::default());
+    assert!(super::outcome::one_step(&problem, &near, &[], ones.clone()).unwrap().is_none());
+    let whole = problem.refit_by_one_step(&near, &[], &ones, FitOptions::default(), &Progress::default());
     assert!(
         matches!(whole, Err(FitError::TooFewRows { equations: 0, .. })),
         "a whole fit says what is wrong"
@@ -415,13 +415,13 @@ fn one_step_that_leaves_more_than_staying_is_refused_and_a_whole_fit_is_made() {
     (0..60).for_each(|row| table.q[2 * row + 1] = 0.03 * (row % 3) as f64);
     let observations = Observations::new(&model, &table).unwrap();
     let effects = ["joint_zero(shoulder)", "joint_zero(elbow)"].map(added);
-    let machine = ResidualModel::new(&model, &table, &observations, &effects).unwrap();
-    let (start, rows, ones) = (machine.start(), (0..60).collect::<Vec<usize>>(), vec![1.0; 60]);
-    assert!(super::outcome::one_step(&machine, &start, &rows, ones.clone()).unwrap().is_none());
+    let problem = ResidualModel::new(&model, &table, &observations, &effects).unwrap();
+    let (start, rows, ones) = (problem.start(), (0..60).collect::<Vec<usize>>(), vec![1.0; 60]);
+    assert!(super::outcome::one_step(&problem, &start, &rows, ones.clone()).unwrap().is_none());
     let options = FitOptions::default();
-    let whole = machine.refit(&start, &rows, &ones, options, &Progress::default()).unwrap();
-    let made = machine.refit_by_one_step(&start, &rows, &ones, options, &Progress::default()).unwrap();
+    let whole = problem.refit(&start, &rows, &ones, options, &Progress::default()).unwrap();
+    let made = problem.refit_by_one_step(&start, &rows, &ones, options, &Progress::default()).unwrap();
     assert_eq!(made.state.effects, whole.state.effects);
-    let squares = |state: &State| machine.normal(state, &rows, &made.weights, &[]).squares;
+    let squares = |state: &State| problem.normal(state, &rows, &made.weights, &[]).squares;
     assert!(made.convergence.steps > 1 && squares(&whole.state) < squares(&start));
 }

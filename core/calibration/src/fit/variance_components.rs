@@ -79,13 +79,13 @@ pub fn estimate_noise(
     let mut near: Option<Fit> = None;
     for _ in 0..ROUNDS {
         let weighed = Observations::new(&model, table)?;
-        let machine = ResidualModel::new(&model, table, &weighed, effects)?;
+        let problem = ResidualModel::new(&model, table, &weighed, effects)?;
         let options = FitOptions::default();
         let fit = match &near {
-            Some(near) => machine.refit(&near.state, &near.rows, &near.weights, options, progress)?,
-            None => machine.fit(&machine.start(), &mask, options, progress)?,
+            Some(near) => problem.refit(&near.state, &near.rows, &near.weights, options, progress)?,
+            None => problem.fit(&problem.start(), &mask, options, progress)?,
         };
-        let components = components(&machine, &fit.state, &fit, &groups);
+        let components = components(&problem, &fit.state, &fit, &groups);
         near = Some(fit);
         let moved = settle(&mut model.noise.estimated, &groups, &components);
         if moved < SETTLED {
@@ -129,12 +129,12 @@ fn declared_sigma(observations: &Observations, is_length: bool) -> Option<f64> {
 
 /// The variance component of every group at a fit; far rows are drawn in as Huber's estimate does it.
 fn components(
-    machine: &ResidualModel<'_>,
+    problem: &ResidualModel<'_>,
     state: &State,
     fit: &Fit,
     groups: &[NoiseGroup],
 ) -> Vec<Component> {
-    let mut group_of = vec![0; machine.observations.equations.len()];
+    let mut group_of = vec![0; problem.observations.equations.len()];
     for (number, group) in groups.iter().enumerate() {
         for index in &group.equations {
             if let Some(entry) = group_of.get_mut(*index) {
@@ -145,10 +145,10 @@ fn components(
     let mut sums = vec![(0.0, 0.0, 0.0, 0.0); groups.len()];
     for row in &fit.rows {
         let weight = fit.weights.get(*row).copied().unwrap_or(1.0);
-        let block = machine.block(state, &[*row], &fit.weights, &[]);
+        let block = problem.block(state, &[*row], &fit.weights, &[]);
         let white = fit.factor.whiten(&block.jacobian);
         let columns = white.column_iter().zip(&block.residuals);
-        for (index, (column, residual)) in machine.observations.range(*row).zip(columns) {
+        for (index, (column, residual)) in problem.observations.range(*row).zip(columns) {
             let Some((squares, weights, count, leverage)) =
                 group_of.get(index).and_then(|group| sums.get_mut(*group))
             else {
@@ -265,9 +265,9 @@ noise: NOISE
             let bare = format!("q1_deg,q2_deg,q3_deg,p1_x_mm\n{},{},{},0\n", q[0], q[1], q[2]);
             let pose = Table::parse("pose.csv", &bare).unwrap();
             let observations = Observations::new(&model, &pose).unwrap();
-            let machine = ResidualModel::new(&model, &pose, &observations, &[]).unwrap();
-            let start = machine.start();
-            let flange = machine.flange(0, &mut machine.scratch(&start));
+            let problem = ResidualModel::new(&model, &pose, &observations, &[]).unwrap();
+            let start = problem.start();
+            let flange = problem.flange(0, &mut problem.scratch(&start));
             text.push_str(&format!("{},{},{}", q[0], q[1], q[2]));
             for (target, sigma) in model.targets.iter().zip(sigmas) {
                 let mut point = (flange * nalgebra::Point3::from(target.xyz)).coords;

@@ -2,7 +2,7 @@
 //!
 //! Equation: `z = e_axis . C' (b - c)`, with the board's origin `b`, and the camera at `c` with axes `C = B F T` (base, flange, camera in the flange), all
 //! in the frame of the measurements. Gradients: `-C e` by the camera's place, `C e` by the board's, `C e x (b - c)` by a turn of the camera about itself.
-//! Together with `board_turn.rs` this is the problem `AX = ZB` of a camera on the hand and a board in the world (Shah, Solving the robot-world/hand-eye
+//! Together with `board_rotation.rs` this is the problem `AX = ZB` of a camera on the hand and a board in the world (Shah, Solving the robot-world/hand-eye
 //! calibration problem using the Kronecker product, Journal of Mechanisms and Robotics 5, 2013).
 
 use nalgebra::Vector3;
@@ -99,7 +99,7 @@ impl MeasurementKind for Board {
             .get(what.index())
             .map_or_else(Vector3::zeros, |board| board.translation.vector);
         let away = board - context.point;
-        Prediction { value: axis.dot(&away), by_point: -axis, by_turn: axis.cross(&away) }
+        Prediction { value: axis.dot(&away), by_point: -axis, by_rotation: axis.cross(&away) }
     }
 
     fn own_derivatives(

@@ -86,7 +86,8 @@ impl MeasurementKind for Direction {
         let measured = measured(what, context);
         match (what.component, azimuth(&context.point)) {
             (0, Some((value, by_point))) => {
-                let nearest = measured.map_or(value, |measured| measured - less_turns(measured - value));
+                let nearest =
+                    measured.map_or(value, |measured| measured - less_revolutions(measured - value));
                 Prediction::of_point(nearest, by_point)
             }
             // It has none: what was read there says nothing of where the target is.
@@ -150,7 +151,7 @@ fn elevation(point: &Vector3<f64>) -> (f64, Vector3<f64>) {
 }
 
 /// An angle less its full turns: in (-pi, pi], rad.
-fn less_turns(angle: f64) -> f64 {
+fn less_revolutions(angle: f64) -> f64 {
     let turned = angle.rem_euclid(TAU);
     if turned > PI { turned - TAU } else { turned }
 }
@@ -178,8 +179,8 @@ noise: {azimuth_deg: 0.01, elevation_deg: 0.02}
         let table = Table::parse("t.csv", &format!("q1_deg,q2_deg,{columns}\n{cells}\n"))
             .map_err(|error| error.to_string())?;
         let observations = Observations::new(&model, &table).map_err(|error| error.to_string())?;
-        let machine = ResidualModel::new(&model, &table, &observations, &[]).unwrap();
-        Ok(machine.residuals(&machine.start()).into_iter().map(f64::to_degrees).collect())
+        let problem = ResidualModel::new(&model, &table, &observations, &[]).unwrap();
+        Ok(problem.residuals(&problem.start()).into_iter().map(f64::to_degrees).collect())
     }
 
     fn close(found: &[f64], expected: &[f64]) {
@@ -215,7 +216,7 @@ noise: {azimuth_deg: 0.01, elevation_deg: 0.02}
         }
         close(
             &[270.0, -270.0, 180.0, -180.0, 720.0]
-                .map(|angle: f64| less_turns(angle.to_radians()).to_degrees()),
+                .map(|angle: f64| less_revolutions(angle.to_radians()).to_degrees()),
             &[-90.0, 90.0, 180.0, 180.0, 0.0],
         );
     }

@@ -68,7 +68,7 @@ impl MeasurementKind for Edge {
         Prediction {
             value: value - context.sensor.left,
             by_point: beside - by_height,
-            by_turn: look.cross(&(beside - by_height)) * far,
+            by_rotation: look.cross(&(beside - by_height)) * far,
         }
     }
 

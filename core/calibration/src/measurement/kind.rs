@@ -192,13 +192,13 @@ pub struct Prediction {
     /// Gradient by the subject's point, per mm, frame of the measurements.
     pub by_point: Vector3<f64>,
     /// Gradient by a small turn of the subject about the axes of the measurements, per rad.
-    pub by_turn: Vector3<f64>,
+    pub by_rotation: Vector3<f64>,
 }
 
 impl Prediction {
     /// Of a value that depends on the point alone.
     pub fn of_point(value: f64, by_point: Vector3<f64>) -> Self {
-        Self { value, by_point, by_turn: Vector3::zeros() }
+        Self { value, by_point, by_rotation: Vector3::zeros() }
     }
 }
 
@@ -266,8 +266,8 @@ impl RowContext<'_> {
     }
 
     /// A small shift in the flange's frame, in the frame of the measurements.
-    pub fn turned_from_flange(&self, shift: Vector3<f64>) -> Vector3<f64> {
-        self.pose.turned_from_flange(shift)
+    pub fn rotated_from_flange(&self, shift: Vector3<f64>) -> Vector3<f64> {
+        self.pose.rotated_from_flange(shift)
     }
 
     /// Axes of a target in the frame of the measurements.

@@ -14,7 +14,7 @@ static KINDS: &[&dyn MeasurementKind] = &[
     &super::direction::Direction,
     &super::stripe::Stripe,
     &super::board::Board,
-    &super::board_turn::BoardTurn,
+    &super::board_rotation::BoardRotation,
     &super::profile::Profile,
 ];
 

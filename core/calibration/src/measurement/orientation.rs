@@ -18,7 +18,7 @@ use crate::table::{Body, Table};
 pub(super) struct Orientation;
 
 /// Below this angle (rad) rounding is larger than what the Jacobian differs from its series by.
-const SMALL_TURN: f64 = 1e-6;
+const SMALL_ROTATION: f64 = 1e-6;
 
 /// The rotation vector from a measured orientation to a predicted one, rad, and how it changes with a small turn on the right.
 pub(super) fn apart(measured: &Rotation3<f64>, predicted: &Rotation3<f64>) -> (Vector3<f64>, Matrix3<f64>) {
@@ -26,7 +26,7 @@ pub(super) fn apart(measured: &Rotation3<f64>, predicted: &Rotation3<f64>) -> (V
     let vector = UnitQuaternion::from_rotation_matrix(&(measured.inverse() * predicted)).scaled_axis();
     let angle = vector.norm();
     let cross = vector.cross_matrix();
-    let fraction = match angle < SMALL_TURN {
+    let fraction = match angle < SMALL_ROTATION {
         true => 1.0 / 12.0,
         false => (1.0 - 0.5 * angle / (0.5 * angle).tan()) / (angle * angle),
     };
@@ -90,8 +90,8 @@ impl MeasurementKind for Orientation {
             });
         let Some(measured) = measured else { return Prediction::of_point(0.0, Vector3::zeros()) };
         let (vector, jacobian) = apart(&measured, &believed);
-        let by_turn = believed * jacobian.row(what.axis()).transpose();
-        Prediction { value: vector[what.axis()], by_point: Vector3::zeros(), by_turn }
+        let by_rotation = believed * jacobian.row(what.axis()).transpose();
+        Prediction { value: vector[what.axis()], by_point: Vector3::zeros(), by_rotation }
     }
 }
 

@@ -176,7 +176,7 @@ impl MeasurementKind for Profile {
     fn predict(&self, what: Measurand, context: &RowContext<'_>) -> Prediction {
         let Some(seen) = Seen::of(what, context) else { return Prediction::of_point(0.0, Vector3::zeros()) };
         let (value, normal) = seen.distance(what);
-        Prediction { value, by_point: normal, by_turn: seen.from_sensor.cross(&normal) }
+        Prediction { value, by_point: normal, by_rotation: seen.from_sensor.cross(&normal) }
     }
 
     fn own_derivatives(

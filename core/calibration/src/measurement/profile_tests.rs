@@ -68,8 +68,8 @@ fn predictions_agree_with_an_arm_worked_out_by_hand() {
     let (model, table) =
         (Model::parse("model.yaml", MODEL).unwrap(), Table::parse("rows.csv", ROWS).unwrap());
     let observations = Observations::new(&model, &table).unwrap();
-    let machine = ResidualModel::new(&model, &table, &observations, &[]).unwrap();
-    let found: Vec<f64> = machine.residuals(&machine.start()).iter().map(|left| -left).collect();
+    let problem = ResidualModel::new(&model, &table, &observations, &[]).unwrap();
+    let found: Vec<f64> = problem.residuals(&problem.start()).iter().map(|left| -left).collect();
     let normal = Vector3::new(0.05, -0.03, 1.0).normalize();
     let over = |point: Vector3<f64>| normal.dot(&point) - 6.0;
     let ball = (seen([12.0, 25.0, -70.0], -12.0, 130.0) - Vector3::new(200.0, 40.0, -30.0)).norm() - 12.0;
@@ -100,21 +100,21 @@ fn derivatives_by_every_free_number_agree_with_differences() {
     let zeros: Vec<AddedEffect> = (0..3)
         .map(|joint| AddedEffect { id: EffectId::at("joint_zero", Site::Joint(joint)), values: vec![0.0] })
         .collect();
-    let machine = ResidualModel::new(&model, &table, &observations, &zeros).unwrap();
-    let (start, count, rows) = (machine.start(), machine.free_parameters().len(), [0, 1, 2]);
+    let problem = ResidualModel::new(&model, &table, &observations, &zeros).unwrap();
+    let (start, count, rows) = (problem.start(), problem.free_parameters().len(), [0, 1, 2]);
     // Base 6, two targets 3 each, the sensor's turn 3, plane 3, ball 3, edge in space 4, three zeros.
     assert_eq!(count, 6 + 6 + 3 + 3 + 3 + 4 + 3);
-    let jacobian = machine.block(&start, &rows, &[], &[]).jacobian;
+    let jacobian = problem.block(&start, &rows, &[], &[]).jacobian;
     for free_parameter in 0..count {
         let at = |amount: f64| {
             let mut step = vec![0.0; count];
             step[free_parameter] = amount;
-            machine.block(&start.stepped(machine.free_parameters(), &step), &rows, &[], &[]).residuals
+            problem.block(&start.stepped(problem.free_parameters(), &step), &rows, &[], &[]).residuals
         };
         let (ahead, behind) = (at(1e-6), at(-1e-6));
         for (equation, (ahead, behind)) in ahead.iter().zip(&behind).enumerate() {
             let (slope, derivative) = ((behind - ahead) / 2e-6, jacobian[(free_parameter, equation)]);
-            let name = machine.parameter_name(machine.free_parameters()[free_parameter]);
+            let name = problem.parameter_name(problem.free_parameters()[free_parameter]);
             assert!(
                 (derivative - slope).abs() < 1e-4 * (1.0 + slope.abs()),
                 "{name}, {equation}: {derivative} beside {slope}"

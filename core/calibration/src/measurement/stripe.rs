@@ -52,7 +52,7 @@ impl<'a> Reading<'a> {
             let (distance, normal) = self.shape.distance(point, &self.up);
             prediction.value += weight * distance;
             prediction.by_point += normal * *weight;
-            prediction.by_turn += (point - middle).cross(&normal) * *weight;
+            prediction.by_rotation += (point - middle).cross(&normal) * *weight;
         }
         prediction
     }
@@ -112,19 +112,19 @@ impl MeasurementKind for Stripe {
         Prediction {
             value: normal.dot(&point) - offset * sum,
             by_point: normal * sum,
-            by_turn: (point - context.point * sum).cross(normal),
+            by_rotation: (point - context.point * sum).cross(normal),
         }
     }
 
     fn by_seen_points(&self, what: Measurand, context: &RowContext<'_>, moved: &[Vector3<f64>]) -> f64 {
         let Some(reading) = Reading::of(what, context) else { return 0.0 };
         if let SurfaceShape::Plane { normal, .. } = reading.shape {
-            return normal.dot(&context.turned_from_flange(reading.sums(moved).1));
+            return normal.dot(&context.rotated_from_flange(reading.sums(moved).1));
         }
         let points = reading.seen.iter().zip(moved).zip(reading.weights);
         let each = points.map(|((point, by), weight)| {
             let (_, normal) = reading.shape.distance(point, &reading.up);
-            weight * normal.dot(&context.turned_from_flange(*by))
+            weight * normal.dot(&context.rotated_from_flange(*by))
         });
         each.sum()
     }

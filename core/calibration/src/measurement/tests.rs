@@ -41,16 +41,16 @@ fn a_tilted_hand_meets_an_edge_where_it_looks_and_its_derivatives_say_so() {
         .map(|joint| AddedEffect { id: EffectId::at("joint_zero", Site::Joint(joint)), values: vec![0.0] })
         .collect();
     assert!(zeros.iter().all(|zero| build(&zero.id, &model).is_ok()));
-    let machine = ResidualModel::new(&model, &table, &observations, &zeros).unwrap();
-    let residual = |state: &State| machine.block(state, &[0], &[1.0], &[]).residuals[0];
-    let start = machine.start();
+    let problem = ResidualModel::new(&model, &table, &observations, &zeros).unwrap();
+    let residual = |state: &State| problem.block(state, &[0], &[1.0], &[]).residuals[0];
+    let start = problem.start();
 
-    let point = machine.believed_point(&start, 0);
+    let point = problem.believed_point(&start, 0);
     let look_outward = 65_f64.to_radians().tan().recip();
     let seen = point.x + point.z * look_outward * 12_f64.to_radians().cos();
     assert!(point.z.abs() > 1.0, "the point is not on the table: {point}");
     let early = {
-        let sensor = machine.model.sensor.unwrap();
+        let sensor = problem.model.sensor.unwrap();
         let distance = sensor.working + point.z / 65_f64.to_radians().sin();
         -0.5 * sensor.spot * sensor.early(false, distance, sensor.hysteresis)
     };
@@ -58,7 +58,7 @@ fn a_tilted_hand_meets_an_edge_where_it_looks_and_its_derivatives_say_so() {
     let expected = -(-(seen - 140.0) - early);
     assert!((residual(&start) - expected).abs() < 1e-6, "{} {expected}", residual(&start));
 
-    let jacobian = machine.block(&start, &[0], &[1.0], &[]).jacobian;
+    let jacobian = problem.block(&start, &[0], &[1.0], &[]).jacobian;
     for joint in 0..4 {
         let at = |by: f64| {
             let mut state = start.clone();
@@ -196,7 +196,10 @@ fn every_kind_is_read_from_its_columns() {
         assert_eq!(names[11], ["touch"; 3]);
         assert_eq!(names[12], ["stripe"; 6]);
         assert_eq!(names[13], ["orientation"; 3]);
-        assert_eq!(names[14], ["board", "board", "board", "board_turn", "board_turn", "board_turn"]);
+        assert_eq!(
+            names[14],
+            ["board", "board", "board", "board_rotation", "board_rotation", "board_rotation"]
+        );
         assert_eq!(names[15], ["direction"; 2]);
         let mut met: Vec<&str> = names.concat();
         met.sort_unstable();

@@ -64,8 +64,8 @@ impl MeasurementKind for Tilt {
         let up = &context.up;
         let (across, along) = (sense * side.dot(up), z.dot(up));
         let scale = (across * across + along * along).max(UNDEFINED);
-        let by_turn = (side.cross(up) * (sense * along) - z.cross(up) * across) / scale;
-        Prediction { value: across.atan2(along), by_point: Vector3::zeros(), by_turn }
+        let by_rotation = (side.cross(up) * (sense * along) - z.cross(up) * across) / scale;
+        Prediction { value: across.atan2(along), by_point: Vector3::zeros(), by_rotation }
     }
 }
 

@@ -291,7 +291,7 @@ impl Table {
     }
 
     /// The orientation of a body in a row, from its axes to those of the instrument that measured it.
-    pub fn turn_of(&self, body: Body, row: usize) -> Option<Rotation3<f64>> {
+    pub fn rotation_of(&self, body: Body, row: usize) -> Option<Rotation3<f64>> {
         self.orientations_as(body)?.rotations.get(row).copied().flatten()
     }
 

@@ -78,13 +78,13 @@ mod tests {
             let table = Table::parse("poses.csv", &text).unwrap();
             assert!(table.orientations.is_empty() && table.joints == COORDINATES);
             let observations = Observations::new(&model, &table).unwrap();
-            let machine = ResidualModel::new(&model, &table, &observations, &[]).unwrap();
-            let mut state = machine.start();
+            let problem = ResidualModel::new(&model, &table, &observations, &[]).unwrap();
+            let mut state = problem.start();
             let rotation = Rotation3::new(Vector3::from(vector));
             for target in [Vector3::zeros(), Vector3::new(30.0, -40.0, 50.0)] {
                 state.targets[0] = target;
                 let expected = Vector3::new(100.0, -20.0, 350.0) + rotation * target;
-                let found = machine.believed_point(&state, 0);
+                let found = problem.believed_point(&state, 0);
                 assert!((found - expected).norm() < 1e-5, "{vector:?}: {found} {expected}");
             }
         }

@@ -9,7 +9,7 @@ use nalgebra::{Quaternion, Rotation3, UnitQuaternion, Vector3};
 pub const UNIT_TOLERANCE: f64 = 0.01;
 
 /// The longest rotation vector, rad: a turn and what rounding adds. A longer one is likely in degrees.
-const LONGEST_TURN: f64 = std::f64::consts::TAU * 1.01;
+const LONGEST_ROTATION: f64 = std::f64::consts::TAU * 1.01;
 
 /// What an orientation (or a board's position) is of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -154,7 +154,7 @@ fn turn(form: OrientationForm, [first, second, third, fourth]: [f64; 4]) -> Resu
         }
         OrientationForm::RotationVector => {
             let vector = Vector3::new(first, second, third);
-            if vector.norm() > LONGEST_TURN {
+            if vector.norm() > LONGEST_ROTATION {
                 return Err(format!(
                     "the rotation vector is {:.1} rad long, more than a whole turn; if its numbers are degrees, the columns end in _deg",
                     vector.norm()
@@ -166,13 +166,13 @@ fn turn(form: OrientationForm, [first, second, third, fourth]: [f64; 4]) -> Resu
 }
 
 /// Which numbers of which orientation the columns of a header hold, with the place of each among them.
-pub(super) type TurnPart = (usize, Body, OrientationForm, usize);
+pub(super) type RotationPart = (usize, Body, OrientationForm, usize);
 
 /// The orientations of a header's columns, without rows.
 ///
 /// # Errors
 /// The place of a column among the header's, from 0, and what is wrong there: an orientation that lacks a number, or is given twice.
-pub(super) fn orientations(parts: &[TurnPart]) -> Result<Vec<OrientationColumns>, (usize, String)> {
+pub(super) fn orientations(parts: &[RotationPart]) -> Result<Vec<OrientationColumns>, (usize, String)> {
     let mut found: Vec<OrientationColumns> = Vec::new();
     for &(column, body, form, _) in parts {
         match found.iter().find(|known| known.body == body) {

@@ -11,7 +11,7 @@ use super::flange_pose;
 use super::header::{self, Meaning};
 use super::naming::{self, Naming};
 use super::number::{self, DecimalMark};
-use super::orientation::{self, Body, TurnPart};
+use super::orientation::{self, Body, RotationPart};
 use super::profile::ProfileColumns;
 use super::scalar::ScalarColumn;
 use super::text::{decoded, with_line_feeds};
@@ -299,10 +299,11 @@ fn empty_table(path: &str, columns: &[Column]) -> Result<Table, TableError> {
             _ => {}
         }
     }
-    table.orientations = orientation::orientations(&turn_parts(columns)).map_err(|(column, reason)| {
-        let name = columns.get(column).map_or_else(String::new, |column| column.name.clone());
-        TableError::Header { path: path.to_owned(), column: column + 1, name, reason }
-    })?;
+    table.orientations =
+        orientation::orientations(&rotation_parts(columns)).map_err(|(column, reason)| {
+            let name = columns.get(column).map_or_else(String::new, |column| column.name.clone());
+            TableError::Header { path: path.to_owned(), column: column + 1, name, reason }
+        })?;
     Ok(table)
 }
 
@@ -317,7 +318,7 @@ fn keep_covariate(table: &mut Table, name: &str) {
 }
 
 /// The columns that hold numbers of orientations.
-fn turn_parts(columns: &[Column]) -> Vec<TurnPart> {
+fn rotation_parts(columns: &[Column]) -> Vec<RotationPart> {
     let parts = columns.iter().enumerate().filter_map(|(index, column)| match column.meaning {
         Meaning::Turn { body, form, part, .. } => Some((index, body, form, part)),
         _ => None,

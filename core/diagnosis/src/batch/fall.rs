@@ -26,23 +26,23 @@ pub(super) struct Fall {
 impl Fall {
     /// One pass over the rows, for these picks in this order.
     pub(super) fn gather(fitted: &Fitted<'_>, pool: &Pool, picks: &[Pick], precisions: &[f64]) -> Self {
-        let (machine, fit) = (&fitted.machine, &fitted.fit);
+        let (problem, fit) = (&fitted.problem, &fitted.fit);
         let probes: Vec<&dyn Effect> =
             picks.iter().filter_map(|pick| Some(pool.probes.get(pick.probe)?.effect.as_ref())).collect();
-        let size = machine.free_parameters().len()
+        let size = problem.free_parameters().len()
             + probes.iter().map(|probe| probe.parameters().len()).sum::<usize>();
-        let unit = machine.observations.unit();
+        let unit = problem.observations.unit();
         // Every row counts alike: the fit's robust weights would hide what the error of a measured point is.
-        let ones = vec![1.0; machine.table.len()];
-        let blocks = region_blocks(machine.table, &fit.rows);
+        let ones = vec![1.0; problem.table.len()];
+        let blocks = region_blocks(problem.table, &fit.rows);
         let regions = blocks.iter().map(|rows| {
             let mut region = NormalEquations::zeros(size);
             over_chunks(
                 rows,
                 || NormalEquations::zeros(size),
                 |sum, chunk| {
-                    let mut block = machine.block(&fit.state, chunk, &ones, &probes);
-                    in_units_shown(&mut block, machine.observations, chunk);
+                    let mut block = problem.block(&fit.state, chunk, &ones, &probes);
+                    in_units_shown(&mut block, problem.observations, chunk);
                     sum.take(&block.residuals, &block.jacobian);
                 },
                 |sum| region.add(&sum),
@@ -55,14 +55,14 @@ impl Fall {
         // Where lengths are measured a row of angles alone adds no point to the mean.
         let mut rows = blocks.concat();
         rows.retain(|row| {
-            let mut own = machine.observations.of_row(*row).iter();
+            let mut own = problem.observations.of_row(*row).iter();
             own.any(|equation| equation.factor_in(unit).is_some())
         });
         Self {
             regions,
             total,
             precisions: precisions.to_vec(),
-            points: points_in(machine, &rows).max(1) as f64,
+            points: points_in(problem, &rows).max(1) as f64,
         }
     }
 
@@ -141,17 +141,17 @@ mod tests {
 
     /// Brings two rows to the unit shown, and holds each equation to its residual and factor there, by whether it is a length; how many there were.
     fn shown(lab: &Laboratory, expected: impl Fn(bool, f64, f64) -> (f64, f64)) -> usize {
-        let machine = lab.machine(&[]).unwrap();
-        let (state, rows) = (machine.start(), [1, 4]);
+        let problem = lab.problem(&[]).unwrap();
+        let (state, rows) = (problem.start(), [1, 4]);
         let gain =
             plumb_calibration::effect::EffectId::at("joint_gain", plumb_calibration::effect::Site::Joint(0));
         let gain = plumb_calibration::effect::build(&gain, lab.model()).unwrap();
-        let block = || machine.block(&state, &rows, &[1.0; 8], &[gain.as_ref()]);
-        let (plain, residuals, mut shown) = (block(), machine.residuals(&state), block());
-        in_units_shown(&mut shown, machine.observations, &rows);
+        let block = || problem.block(&state, &rows, &[1.0; 8], &[gain.as_ref()]);
+        let (plain, residuals, mut shown) = (block(), problem.residuals(&state), block());
+        in_units_shown(&mut shown, problem.observations, &rows);
         let equations = rows.iter().flat_map(|row| {
-            let own = &residuals[machine.observations.range(*row)];
-            machine.observations.of_row(*row).iter().zip(own)
+            let own = &residuals[problem.observations.range(*row)];
+            problem.observations.of_row(*row).iter().zip(own)
         });
         let mut count = 0;
         for (index, (equation, residual)) in equations.enumerate() {

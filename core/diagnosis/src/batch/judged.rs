@@ -78,10 +78,10 @@ impl Laboratory {
         let laboratory = thin.as_ref().unwrap_or(self).knowing(pool.priors(picks, &precisions));
         let rows = laboratory.measured_rows();
         let (more, moved) = pool.effects(picks, &precisions);
-        let (machine, state) = laboratory.expected(&more, fitted, &moved)?;
+        let (problem, state) = laboratory.expected(&more, fitted, &moved)?;
         let joints = named.iter().filter_map(|(_, pick)| pool.probes[pick.probe].id.joint()).collect();
         let predictions =
-            LeftOutPredictions::of(&machine, &state, (&rows, &fitted.fit.weights), &joints, progress)?;
+            LeftOutPredictions::of(&problem, &state, (&rows, &fitted.fit.weights), &joints, progress)?;
         // Where more than noise is left whatever is taken in, a name takes overwhelming evidence.
         let unfinished = LackOfFit::beside(predictions.noise(), floor)
             .is_none_or(|lack_of_fit| lack_of_fit.is_significant());
@@ -89,7 +89,7 @@ impl Laboratory {
         for (place, pick) in named {
             progress.check()?;
             // The picks are the last of the machine's parts, in their order.
-            let gains = predictions.gains(machine.parts.len() - picks.len() + place);
+            let gains = predictions.gains(problem.parts.len() - picks.len() + place);
             // A gain must show in every way of leaving out: by region, by range of its joint, by session.
             let exceeds = |errors: f64| gains.iter().all(|gain| gain.total > errors * gain.error);
             match pool.rivals(picks, place).filter(|_| exceeds(GAIN_ERRORS)) {
@@ -120,7 +120,7 @@ impl Laboratory {
         corrections: &[InPlaceOf],
         fitted: &Fitted<'_>,
     ) -> bool {
-        let (machine, fit) = (&fitted.machine, &fitted.fit);
+        let (problem, fit) = (&fitted.problem, &fitted.fit);
         let held = self.split().check_rows();
         let probes: Vec<&dyn Effect> =
             picks.iter().map(|pick| pool.probes[pick.probe].effect.as_ref()).collect();
@@ -135,8 +135,8 @@ impl Laboratory {
         let kept: Vec<f64> = places.iter().map(|place| precisions[*place]).collect();
         let with_values = pool.values(&with, &precisions);
         let without_values = pool.values(&without, &kept);
-        let falls = pose_groups(machine.table, &held).into_iter().map(|rows| {
-            let block = machine.block(&fit.state, &rows, &vec![1.0; machine.table.len()], &probes);
+        let falls = pose_groups(problem.table, &held).into_iter().map(|rows| {
+            let block = problem.block(&fit.state, &rows, &vec![1.0; problem.table.len()], &probes);
             let residuals = nalgebra::DVector::from_vec(block.residuals);
             let before = &residuals - block.jacobian.select_rows(&places).tr_mul(&without_values);
             let after = &residuals - block.jacobian.tr_mul(&with_values);
@@ -203,7 +203,7 @@ mod tests {
                 sigma_mm: Some(floor_mm),
                 dof: 90,
                 scale: Some(floor_mm),
-                ..Floor::among(&fitted.machine, None)
+                ..Floor::among(&fitted.problem, None)
             };
             let beside = (0..pool.probes.len()).filter(|probe| {
                 let id = &pool.probes[*probe].id;

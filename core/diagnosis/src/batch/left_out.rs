@@ -16,7 +16,7 @@ use plumb_estimation::{NormalEquations, RankRevealingCholesky, for_each, huber_v
 
 /// Rows at a state, and what is foretold of them when their region, their part of a joint's range or their session is left out.
 pub(super) struct LeftOutPredictions<'m> {
-    machine: &'m ResidualModel<'m>,
+    problem: &'m ResidualModel<'m>,
     state: &'m State,
     weights: &'m [f64],
     derivatives: Derivatives<'m>,
@@ -42,7 +42,7 @@ struct Block {
 impl Block {
     /// Of these rows, and the fit of all others; nothing where that would be of too few. Rows that it says nothing of are left out of it.
     fn of(
-        machine: &ResidualModel<'_>,
+        problem: &ResidualModel<'_>,
         derivatives: &Derivatives<'_>,
         (total, rank): (&NormalEquations, usize),
         rows: &[usize],
@@ -50,7 +50,7 @@ impl Block {
         let without = Without::of(total, rank, &derivatives.normal(rows))?;
         let columns: Vec<usize> = rows.iter().flat_map(|row| derivatives.equations_of(*row)).collect();
         let undetermined =
-            without.undetermined(machine, rows, || derivatives.jacobian.select_columns(&columns));
+            without.undetermined(problem, rows, || derivatives.jacobian.select_columns(&columns));
         let rows = rows.iter().filter(|row| !undetermined.contains(row)).copied().collect();
         Some(Self { rows, without })
     }
@@ -60,16 +60,16 @@ impl<'m> LeftOutPredictions<'m> {
     /// Looks at these rows, in which the machine's last effects were put at the values they are expected at; gains are to be asked
     /// of effects at these joints.
     pub(super) fn of(
-        machine: &'m ResidualModel<'m>,
+        problem: &'m ResidualModel<'m>,
         state: &'m State,
         (rows, weights): (&'m [usize], &'m [f64]),
         joints: &BTreeSet<usize>,
         progress: &Progress,
     ) -> Result<Self, Cancelled> {
-        let table = machine.table;
-        let derivatives = Derivatives::at(machine, state, rows, weights);
+        let table = problem.table;
+        let derivatives = Derivatives::at(problem, state, rows, weights);
         let mut total = derivatives.normal(rows);
-        machine.known_besides_rows(state, rows, &mut total);
+        problem.known_besides_rows(state, rows, &mut total);
         progress.check()?;
         // Once for all blocks: what all rows cannot determine no part of them can.
         let rank = RankRevealingCholesky::new(&total.matrix).rank();
@@ -81,14 +81,14 @@ impl<'m> LeftOutPredictions<'m> {
             let blocks = if blocks.len() < 2 {
                 None
             } else {
-                let each = blocks.iter().map(|rows| Block::of(machine, &derivatives, (&total, rank), rows));
+                let each = blocks.iter().map(|rows| Block::of(problem, &derivatives, (&total, rank), rows));
                 each.collect()
             };
             Way { joint: *joint, blocks }
         });
         progress.check()?;
         let poses = pose_groups(table, rows);
-        Ok(Self { machine, state, weights, derivatives, total, rows, poses, ways })
+        Ok(Self { problem, state, weights, derivatives, total, rows, poses, ways })
     }
 
     /// What is left with everything in.
@@ -106,17 +106,17 @@ impl<'m> LeftOutPredictions<'m> {
     /// How much better rows that are left out are predicted with an effect (counted among the machine's) in, beside all the
     /// others: by region, by range of its joint, by session.
     pub(super) fn gains(&self, effect: usize) -> Vec<Gain> {
-        let free_parameters = self.machine.free_parameters().iter().enumerate();
+        let free_parameters = self.problem.free_parameters().iter().enumerate();
         let own = free_parameters.filter(|(_, free_parameter)| matches!(free_parameter, FreeParameter::Effect(index, _) if *index == effect));
         let columns: Vec<usize> = own.map(|(column, _)| column).collect();
-        let joint = self.machine.parts.get(effect).and_then(|part| part.id.joint());
+        let joint = self.problem.parts.get(effect).and_then(|part| part.id.joint());
         let asked = self.ways.iter().filter(|way| way.joint.is_none() || way.joint == joint);
         let ways = asked.filter_map(|way| way.blocks.as_ref());
         ways.filter_map(|blocks| self.gain(blocks, effect, &columns)).collect()
     }
 
     fn gain(&self, blocks: &[Block], effect: usize, columns: &[usize]) -> Option<Gain> {
-        let mut falls = vec![0.0; self.machine.table.len()];
+        let mut falls = vec![0.0; self.problem.table.len()];
         for block in blocks {
             let with = DVector::from_column_slice(&block.without.step);
             let without = &with - self.taken_out(&block.without, effect, columns);

@@ -56,7 +56,7 @@ impl Laboratory {
         }
         progress.report(0.0, "fitting")?;
         let fitted = self.fit_with(&[], None, progress)?;
-        let floor = &Floor::of(&fitted.machine, &fitted.fit, &self.context());
+        let floor = &Floor::of(&fitted.problem, &fitted.fit, &self.context());
         let pool = Pool::gather(self, &fitted, progress)?;
         progress.report(0.4, "choosing effects")?;
         let Some(chosen) = self.chosen((again, corrections), &pool, &fitted, floor, progress)? else {
@@ -137,7 +137,7 @@ impl Laboratory {
         progress: &Progress,
     ) -> Result<Vec<Step>, LaboratoryError> {
         let picks = chosen.picks.as_slice();
-        let rms = self.rms(&after.machine, &after.fit, progress)?;
+        let rms = self.rms(&after.problem, &after.fit, progress)?;
         let sized = self.effect_values(&self.standard_errors(after));
         let known = sized.len().saturating_sub(picks.len());
         let fall = Fall::gather(before, pool, picks, precisions);
@@ -151,7 +151,7 @@ impl Laboratory {
             let correction = chosen.corrections.iter().find(|one| one.probe == pick.probe);
             steps.push(Step {
                 added: Named {
-                    effect: effect_place(&before.machine, id),
+                    effect: effect_place(&before.problem, id),
                     size: value.map_or(0.0, |value| value.size),
                     unit: value.map_or_else(String::new, |value| value.unit.clone()),
                     se: value.map_or(f64::INFINITY, |value| value.se),

@@ -70,7 +70,7 @@ impl Pool {
         let mut probes = candidates::probes(lab);
         // What is searched for inside an effect would need a column for every value it may have.
         probes.retain(|probe| probe.search == Search::Nothing);
-        let free_parameters = fitted.machine.free_parameters().len();
+        let free_parameters = fitted.problem.free_parameters().len();
         let mut first = free_parameters;
         let ranges: Vec<std::ops::Range<usize>> = probes
             .iter()
@@ -87,7 +87,7 @@ impl Pool {
         let regions = cells.len() / FOLDS;
         let mut total = sum(first, normals.iter());
         // What is known of the fitted numbers besides the rows stays known whichever rows are left out.
-        fitted.machine.known_besides_rows(&fitted.fit.state, &fitted.fit.rows, &mut total);
+        fitted.problem.known_besides_rows(&fitted.fit.state, &fitted.fit.rows, &mut total);
         Ok(Self {
             ranges,
             free_parameters,
@@ -404,17 +404,17 @@ fn plausible(effect: &dyn Effect, values: &[f64]) -> bool {
 
 /// Fitted rows by region and random fold: cell `region * FOLDS + fold`.
 fn cells(fitted: &Fitted<'_>) -> Vec<Vec<usize>> {
-    let poses = pose_groups(fitted.machine.table, &fitted.fit.rows);
+    let poses = pose_groups(fitted.problem.table, &fitted.fit.rows);
     let mut order: Vec<usize> = (0..poses.len()).collect();
     Random::seeded(1).shuffle(&mut order);
-    let mut fold_of = vec![0; fitted.machine.table.len()];
+    let mut fold_of = vec![0; fitted.problem.table.len()];
     for (index, pose) in order.into_iter().enumerate() {
         for row in poses.get(pose).into_iter().flatten() {
             // Replicates of a pose go into one fold: in two, each would foretell the other.
             fold_of[*row] = index % FOLDS;
         }
     }
-    let regions = region_blocks(fitted.machine.table, &fitted.fit.rows);
+    let regions = region_blocks(fitted.problem.table, &fitted.fit.rows);
     let mut cells = vec![Vec::new(); regions.len() * FOLDS];
     for (region, rows) in regions.iter().enumerate() {
         for row in rows {
@@ -435,7 +435,7 @@ fn gather_cells(
     for_each(cells, |rows| {
         let mut normal = NormalEquations::zeros(size);
         for chunk in rows.chunks(CHUNK) {
-            let block = fitted.machine.block(&fitted.fit.state, chunk, &fitted.fit.weights, &effects);
+            let block = fitted.problem.block(&fitted.fit.state, chunk, &fitted.fit.weights, &effects);
             normal.take(&block.residuals, &block.jacobian);
         }
         normal

@@ -132,17 +132,17 @@ fn an_effect_that_is_there_predicts_what_is_left_out_in_every_way_that_is_asked(
     let at = |joint: usize| EffectId::at("joint_gain", Site::Joint(joint));
     let added = [at(0), at(1)].map(|id| AddedEffect { id, values: vec![0.0] });
     let fitted = lab.fit_with(&added, None, &Progress::unwatched()).unwrap();
-    let (machine, fit) = (&fitted.machine, &fitted.fit);
+    let (problem, fit) = (&fitted.problem, &fitted.fit);
     let [weights, quarter] = [1.0, 0.25].map(|weight| vec![weight; lab.table().len()]);
     let joints = std::collections::BTreeSet::from([1]);
     let progress = Progress::unwatched();
     let weighed = |weights| {
         let rows = (fit.rows.as_slice(), weights);
-        left_out::LeftOutPredictions::of(machine, &fit.state, rows, &joints, &progress).unwrap()
+        left_out::LeftOutPredictions::of(problem, &fit.state, rows, &joints, &progress).unwrap()
     };
     let predictions = weighed(weights.as_slice());
     // Effects that the model frees come first, in the order of the machine's parts.
-    let index = |joint: usize| machine.parts.iter().position(|part| part.id == at(joint)).unwrap();
+    let index = |joint: usize| problem.parts.iter().position(|part| part.id == at(joint)).unwrap();
     let (nothing, real) = (predictions.gains(index(0)), predictions.gains(index(1)));
     // The shoulder was not asked for: by regions alone; the elbow by regions and by ranges of its own.
     assert_eq!((nothing.len(), real.len()), (1, 2));
@@ -179,7 +179,7 @@ fn not_claimed(range: f64, gains: &[usize]) -> [Vec<usize>; 2] {
     });
     let fitted = lab.fit_with(&[], None, &Progress::unwatched()).unwrap();
     let floor =
-        Floor { sigma_mm: Some(0.02), dof: 90, scale: Some(0.02), ..Floor::among(&fitted.machine, None) };
+        Floor { sigma_mm: Some(0.02), dof: 90, scale: Some(0.02), ..Floor::among(&fitted.problem, None) };
     let pool = pool::Pool::gather(&lab, &fitted, &Progress::unwatched()).unwrap();
     let of = |joint: usize| {
         let gain = EffectId::at("joint_gain", Site::Joint(joint));

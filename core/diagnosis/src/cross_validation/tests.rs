@@ -6,31 +6,31 @@ use plumb_calibration::fit::FitOptions;
 use plumb_estimation::Progress;
 
 /// Squared residuals of some rows when everything is fitted anew to the others, mm2.
-fn refitted_without(machine: &ResidualModel<'_>, fit: &Fit, block: &[usize]) -> Vec<f64> {
+fn refitted_without(problem: &ResidualModel<'_>, fit: &Fit, block: &[usize]) -> Vec<f64> {
     let rest: Vec<usize> = fit.rows.iter().filter(|row| !block.contains(row)).copied().collect();
     let options = FitOptions { robust: false, ..FitOptions::default() };
-    let other = machine.refit(&fit.state, &rest, &fit.weights, options, &Progress::unwatched()).unwrap();
-    let residuals = machine.residuals_apart(&other.state, block, &[]);
-    block.iter().map(|row| point_squares(machine, &residuals, *row).into_iter().sum()).collect()
+    let other = problem.refit(&fit.state, &rest, &fit.weights, options, &Progress::unwatched()).unwrap();
+    let residuals = problem.residuals_apart(&other.state, block, &[]);
+    block.iter().map(|row| point_squares(problem, &residuals, *row).into_iter().sum()).collect()
 }
 
 #[test]
 fn a_left_out_row_is_predicted_by_a_fit_that_has_not_seen_it() {
     let lab = two_links(20, "joint_zero(*), joint_gain(*)", 0.5, 3, |_| [0.0; 2]);
-    let machine = lab.machine(&[]).unwrap();
-    let seen = lab.fit(&machine, &Progress::unwatched()).unwrap();
+    let problem = lab.problem(&[]).unwrap();
+    let seen = lab.fit(&problem, &Progress::unwatched()).unwrap();
     let options = FitOptions { robust: false, ..FitOptions::default() };
     let ones = vec![1.0; 20];
-    let fit = machine.refit(&seen.state, &seen.rows, &ones, options, &Progress::unwatched()).unwrap();
-    let blocks = region_blocks(machine.table, &fit.rows);
+    let fit = problem.refit(&seen.state, &seen.rows, &ones, options, &Progress::unwatched()).unwrap();
+    let blocks = region_blocks(problem.table, &fit.rows);
     assert_eq!(blocks.len(), VALIDATION_BLOCKS);
-    let predicted = left_out(&machine, &fit, &blocks).unwrap();
+    let predicted = left_out(&problem, &fit, &blocks).unwrap();
     let (mut in_sample, mut out_of_sample) = (0.0, 0.0);
     for block in &blocks {
-        for (row, expected) in block.iter().zip(refitted_without(&machine, &fit, block)) {
+        for (row, expected) in block.iter().zip(refitted_without(&problem, &fit, block)) {
             let square: f64 = predicted[*row].as_ref().unwrap().squares.iter().sum();
             assert!((square - expected).abs() < 0.02 * expected.max(0.05), "{square} against {expected}");
-            in_sample += point_squares(&machine, &fit.residuals, *row).into_iter().sum::<f64>();
+            in_sample += point_squares(&problem, &fit.residuals, *row).into_iter().sum::<f64>();
             out_of_sample += square;
         }
     }
@@ -41,11 +41,11 @@ fn a_left_out_row_is_predicted_by_a_fit_that_has_not_seen_it() {
 #[test]
 fn both_ways_to_gather_the_equations_agree() {
     let lab = two_links(20, "joint_zero(*)", 0.5, 4, |_| [0.0; 2]);
-    let machine = lab.machine(&[]).unwrap();
-    let fit = lab.fit(&machine, &Progress::unwatched()).unwrap();
-    let blocks = region_blocks(machine.table, &fit.rows);
-    let one = left_out(&machine, &fit, &blocks).unwrap();
-    let other = Derivatives::of(&machine, &fit).left_out(&fit, &blocks).unwrap();
+    let problem = lab.problem(&[]).unwrap();
+    let fit = lab.fit(&problem, &Progress::unwatched()).unwrap();
+    let blocks = region_blocks(problem.table, &fit.rows);
+    let one = left_out(&problem, &fit, &blocks).unwrap();
+    let other = Derivatives::of(&problem, &fit).left_out(&fit, &blocks).unwrap();
     for (one, other) in one.iter().flatten().zip(other.iter().flatten()) {
         assert!(one.squares.iter().zip(&other.squares).all(|(one, other)| (one - other).abs() < 1e-9));
     }
@@ -54,17 +54,17 @@ fn both_ways_to_gather_the_equations_agree() {
 #[test]
 fn every_row_is_in_one_block_and_nothing_is_said_where_too_little_is_left() {
     let lab = two_links(20, "joint_zero(*)", 0.5, 5, |_| [0.0; 2]);
-    let machine = lab.machine(&[]).unwrap();
-    let fit = lab.fit(&machine, &Progress::unwatched()).unwrap();
-    for blocks in [region_blocks(machine.table, &fit.rows), joint_blocks(machine.table, &fit.rows, 1)] {
+    let problem = lab.problem(&[]).unwrap();
+    let fit = lab.fit(&problem, &Progress::unwatched()).unwrap();
+    for blocks in [region_blocks(problem.table, &fit.rows), joint_blocks(problem.table, &fit.rows, 1)] {
         let mut rows: Vec<usize> = blocks.iter().flatten().copied().collect();
         rows.sort_unstable();
         assert_eq!(rows, fit.rows);
     }
     let all = vec![fit.rows.clone(), Vec::new()];
-    assert!(left_out(&machine, &fit, &all).is_none(), "nothing is left to fit");
-    assert!(left_out(&machine, &fit, &all[..1]).is_none(), "one block is no cross-validation");
-    assert_eq!(session_blocks(machine.table, &fit.rows), None);
+    assert!(left_out(&problem, &fit, &all).is_none(), "nothing is left to fit");
+    assert!(left_out(&problem, &fit, &all[..1]).is_none(), "one block is no cross-validation");
+    assert_eq!(session_blocks(problem.table, &fit.rows), None);
 }
 
 #[test]

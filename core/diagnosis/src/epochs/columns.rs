@@ -67,17 +67,17 @@ impl Columns {
         // What differs between epochs in the fit is left out of the residuals: it is looked for anew. What else was added to the model stays in.
         let own = lab.fitted_effects()?.len();
         let is_event = |id: &EffectId| effect::kind(&id.name).is_some_and(|kind| kind.is_event);
-        let fitted_parts = fitted.machine.parts.iter().zip(&fitted.fit.state.effects).enumerate();
+        let fitted_parts = fitted.problem.parts.iter().zip(&fitted.fit.state.effects).enumerate();
         let parts: Vec<AddedEffect> = fitted_parts
             .filter(|(index, (part, _))| *index < own || !is_event(&part.id))
             .map(|(_, (part, values))| AddedEffect { id: part.id.clone(), values: values.clone() })
             .collect();
-        let machine = ResidualModel::new(&model, lab.table(), lab.observations(), &parts)?;
+        let problem = ResidualModel::new(&model, lab.table(), lab.observations(), &parts)?;
         let probes: Vec<&dyn Effect> = effects.iter().map(AsRef::as_ref).collect();
         let mut state = fitted.fit.state.clone();
         state.effects = parts.into_iter().map(|part| part.values).collect();
-        let block = machine.block(&state, &rows, &fitted.fit.weights, &probes);
-        let known = machine.free_parameters().len();
+        let block = problem.block(&state, &rows, &fitted.fit.weights, &probes);
+        let known = problem.free_parameters().len();
         let mut first = 0;
         let ranges = rows.iter().map(|row| {
             let start = first;

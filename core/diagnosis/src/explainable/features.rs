@@ -228,9 +228,9 @@ impl Builder<'_> {
 
 /// What known distances between touched places say of the fitted numbers, in the units of the design's first columns. Without them places and lengths would shrink
 /// together to nothing.
-pub(super) fn knowledge(machine: &ResidualModel<'_>, fit: &Fit, columns: usize) -> Products {
-    let mut known = NormalEquations::zeros(machine.free_parameters().len());
-    machine.known_besides_rows(&fit.state, &fit.rows, &mut known);
+pub(super) fn knowledge(problem: &ResidualModel<'_>, fit: &Fit, columns: usize) -> Products {
+    let mut known = NormalEquations::zeros(problem.free_parameters().len());
+    problem.known_besides_rows(&fit.state, &fit.rows, &mut known);
     // The fitted columns are whitened by the fit's own factor R; what is known of them is then R^-T K R^-1.
     let half = fit.factor.whiten(&known.matrix);
     let own = fit.factor.whiten(&half.transpose());
@@ -240,11 +240,11 @@ pub(super) fn knowledge(machine: &ResidualModel<'_>, fit: &Fit, columns: usize) 
 }
 
 /// The equations of each of these rows.
-fn equations_of(machine: &ResidualModel<'_>, rows: &[usize]) -> Vec<Range<usize>> {
+fn equations_of(problem: &ResidualModel<'_>, rows: &[usize]) -> Vec<Range<usize>> {
     let mut next = 0;
     rows.iter()
         .map(|row| {
-            let own = next..next + machine.observations.range(*row).len();
+            let own = next..next + problem.observations.range(*row).len();
             next = own.end;
             own
         })
@@ -252,25 +252,25 @@ fn equations_of(machine: &ResidualModel<'_>, rows: &[usize]) -> Vec<Range<usize>
 }
 
 /// The effect whose derivatives say how an error of one kind at one place moves the readings; nothing where it cannot act in this model.
-pub(super) fn carrier_of(machine: &ResidualModel<'_>, name: &str, site: Site) -> Option<Box<dyn Effect>> {
-    effect::build(&EffectId::at(name, site), machine.model).ok()
+pub(super) fn carrier_of(problem: &ResidualModel<'_>, name: &str, site: Site) -> Option<Box<dyn Effect>> {
+    effect::build(&EffectId::at(name, site), problem.model).ok()
 }
 
 /// The same of an error of each joint's coordinate.
-pub(super) fn joint_carriers(machine: &ResidualModel<'_>) -> Vec<Option<Box<dyn Effect>>> {
-    let joints = 0..machine.model.chain.len();
-    joints.map(|joint| carrier_of(machine, "joint_zero", Site::Joint(joint))).collect()
+pub(super) fn joint_carriers(problem: &ResidualModel<'_>) -> Vec<Option<Box<dyn Effect>>> {
+    let joints = 0..problem.model.chain.len();
+    joints.map(|joint| carrier_of(problem, "joint_zero", Site::Joint(joint))).collect()
 }
 
 impl Features {
     /// Of these rows of a fitted model, without any flexible column: what is fitted, and the residuals.
-    pub(crate) fn plain(machine: &ResidualModel<'_>, fit: &Fit, rows: &[usize]) -> Self {
-        let block = machine.block(&fit.state, rows, &fit.weights, &[]);
+    pub(crate) fn plain(problem: &ResidualModel<'_>, fit: &Fit, rows: &[usize]) -> Self {
+        let block = problem.block(&fit.state, rows, &fit.weights, &[]);
         let fitted = fit.factor.whiten(&block.jacobian);
         let fixed = fitted.nrows();
         let mut design = fitted.transpose().insert_column(fixed, 0.0);
         design.set_column(fixed, &DVector::from_vec(block.residuals));
-        let knowledge = knowledge(machine, fit, design.ncols());
+        let knowledge = knowledge(problem, fit, design.ncols());
         Self {
             design,
             fixed,
@@ -278,7 +278,7 @@ impl Features {
             joints: Vec::new(),
             carriers: Vec::new(),
             groups: Vec::new(),
-            equations: equations_of(machine, rows),
+            equations: equations_of(problem, rows),
             knowledge,
         }
     }
@@ -310,15 +310,15 @@ impl Features {
     }
 
     /// Of these rows of a fitted model.
-    pub(crate) fn of(machine: &ResidualModel<'_>, fit: &Fit, rows: &[usize]) -> Self {
-        let known = Known::of(machine, rows);
-        let shift = carrier_of(machine, "base_position", Site::Base);
-        let tilt = carrier_of(machine, "base_tilt", Site::Base);
-        let zeros = joint_carriers(machine);
+    pub(crate) fn of(problem: &ResidualModel<'_>, fit: &Fit, rows: &[usize]) -> Self {
+        let known = Known::of(problem, rows);
+        let shift = carrier_of(problem, "base_position", Site::Base);
+        let tilt = carrier_of(problem, "base_tilt", Site::Base);
+        let zeros = joint_carriers(problem);
         let probes: Vec<&dyn Effect> =
             [&shift, &tilt].into_iter().chain(&zeros).flatten().map(AsRef::as_ref).collect();
-        let block = machine.block(&fit.state, rows, &fit.weights, &probes);
-        let free_parameters = machine.free_parameters().len();
+        let block = problem.block(&fit.state, rows, &fit.weights, &probes);
+        let free_parameters = problem.free_parameters().len();
         let [shifts, tilts] =
             [&shift, &tilt].map(|effect| effect.as_ref().map_or(0, |one| one.parameters().len()));
         // Orthonormal columns keep the matrix of products well conditioned, whatever units the fitted numbers have.
@@ -327,7 +327,7 @@ impl Features {
             block.jacobian.rows(free_parameters, block.jacobian.nrows() - free_parameters).into_owned();
         let joints: Vec<bool> = zeros.iter().map(Option::is_some).collect();
         let carriers = Carriers::of(&driven, shifts, tilts, &joints);
-        let equations = equations_of(machine, rows);
+        let equations = equations_of(problem, rows);
         let places = equations.iter().enumerate();
         let row_of = places.flat_map(|(place, own)| std::iter::repeat_n(place, own.len())).collect();
         let mut builder = Builder {
@@ -355,7 +355,7 @@ impl Features {
             design.set_column(fixed + index, column);
         }
         design.set_column(fixed + columns.len(), &DVector::from_vec(block.residuals));
-        let knowledge = knowledge(machine, fit, design.ncols());
+        let knowledge = knowledge(problem, fit, design.ncols());
         Self { design, fixed, components, joints, carriers: carriers.joints, groups, equations, knowledge }
     }
 }
@@ -389,7 +389,7 @@ mod tests {
     fn what_is_added_to_the_residuals_is_added_to_them_alone() {
         let lab = crate::testing::two_links(8, "joint_zero(*)", 0.05, 4, |_| [0.0; 2]);
         let fitted = lab.fit_with(&[], None, &plumb_estimation::Progress::unwatched()).unwrap();
-        let plain = Features::plain(&fitted.machine, &fitted.fit, &fitted.fit.rows);
+        let plain = Features::plain(&fitted.problem, &fitted.fit, &fitted.fit.rows);
         let (mut features, last) = (plain, 2);
         let before = features.design.clone();
         features.add_to_residuals(&DVector::from_element(24, 0.5));
@@ -401,8 +401,8 @@ mod tests {
     /// What is known of a table with so many poses of two joints.
     fn known(poses: usize) -> Known {
         let lab = crate::testing::two_links(poses, "", 0.05, 4, |_| [0.0; 2]);
-        let machine = lab.machine(&[]).unwrap();
-        Known::of(&machine, &(0..poses).collect::<Vec<usize>>())
+        let problem = lab.problem(&[]).unwrap();
+        Known::of(&problem, &(0..poses).collect::<Vec<usize>>())
     }
 
     fn builder(known: &Known, rows: usize) -> Builder<'_> {

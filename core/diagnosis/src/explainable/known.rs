@@ -50,10 +50,10 @@ pub(super) struct Known {
 
 impl Known {
     /// Of these rows.
-    pub(super) fn of(machine: &ResidualModel<'_>, rows: &[usize]) -> Self {
-        let table = machine.table;
+    pub(super) fn of(problem: &ResidualModel<'_>, rows: &[usize]) -> Self {
+        let table = problem.table;
         let coordinates: Vec<Vec<f64>> = rows.iter().map(|row| table.q_of(*row).to_vec()).collect();
-        let inputs = inputs(machine, &coordinates);
+        let inputs = inputs(problem, &coordinates);
         let mut distinct: Vec<Vec<u64>> =
             coordinates.iter().map(|q| q.iter().map(|one| one.to_bits()).collect()).collect();
         distinct.sort_unstable();
@@ -113,9 +113,9 @@ fn varies(values: &[f64]) -> bool {
 }
 
 /// The inputs of functions of the whole pose: sine and cosine of joints that turn far, else coordinates scaled to -1 .. 1.
-fn inputs(machine: &ResidualModel<'_>, coordinates: &[Vec<f64>]) -> Vec<Vec<f64>> {
+fn inputs(problem: &ResidualModel<'_>, coordinates: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let mut inputs = vec![Vec::new(); coordinates.len()];
-    for (joint, described) in machine.model.chain.joints.iter().enumerate() {
+    for (joint, described) in problem.model.chain.joints.iter().enumerate() {
         let values = of_joint(coordinates, joint);
         let low = values.iter().copied().fold(f64::INFINITY, f64::min);
         let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -215,8 +215,8 @@ mod tests {
     #[test]
     fn of_a_joint_that_turned_far_sine_and_cosine_are_taken_of_another_its_place_in_its_range() {
         let lab = two_links(6, "", 0.1, 1, |_| [0.0; 2]);
-        let machine = lab.machine(&[]).unwrap();
-        let of = |poses: &[[f64; 2]]| inputs(&machine, &poses.iter().map(|q| q.to_vec()).collect::<Vec<_>>());
+        let problem = lab.problem(&[]).unwrap();
+        let of = |poses: &[[f64; 2]]| inputs(&problem, &poses.iter().map(|q| q.to_vec()).collect::<Vec<_>>());
         // The shoulder turned by just over half a turn, the elbow by 0.5 rad.
         let found = of(&[[-1.6, 0.25], [0.5, 0.75], [1.6, 0.375]]);
         for (row, (q, place)) in found.iter().zip([(-1.6_f64, -1.0), (0.5, 1.0), (1.6, -0.5)]) {

@@ -42,7 +42,7 @@ const FIRST_RATIO: f64 = 4.0;
 
 /// One way of leaving rows out, ready to be fitted without each fold.
 struct Folds<'a> {
-    machine: &'a ResidualModel<'a>,
+    problem: &'a ResidualModel<'a>,
     fit: &'a Fit,
     features: &'a Features,
     folds: Vec<Fold>,
@@ -85,12 +85,12 @@ impl Prediction {
 impl<'a> Folds<'a> {
     /// Of these blocks of rows; nothing where what is left without one does not determine what is fitted.
     fn new(
-        machine: &'a ResidualModel<'a>,
+        problem: &'a ResidualModel<'a>,
         fit: &'a Fit,
         (features, rows): (&'a Features, &[usize]),
         blocks: Vec<Vec<usize>>,
     ) -> Option<Self> {
-        let mut place = vec![None; machine.table.len()];
+        let mut place = vec![None; problem.table.len()];
         for (index, row) in rows.iter().enumerate() {
             if let Some(slot) = place.get_mut(*row) {
                 *slot = features.equations.get(index).cloned();
@@ -112,7 +112,7 @@ impl<'a> Folds<'a> {
             let rest = Reduced::of(&all.without(&own), features.fixed)?;
             folds.push(Fold { rows, design, rest });
         }
-        (folds.len() > 1).then_some(Self { machine, fit, features, folds })
+        (folds.len() > 1).then_some(Self { problem, fit, features, folds })
     }
 
     /// Predicts every fold from the others, with these components; `near` are ratios to start from.
@@ -132,12 +132,12 @@ impl<'a> Folds<'a> {
             let residuals = self.folds.get(*index).map(|fold| self.residuals(fold, components, &mut ratios));
             (residuals.unwrap_or_default(), ratios)
         });
-        let mut squares = vec![Vec::new(); self.machine.table.len()];
+        let mut squares = vec![Vec::new(); self.problem.table.len()];
         let mut ratios = Vec::new();
         for (fold, (residuals, own)) in self.folds.iter().zip(predicted) {
             for row in &fold.rows {
                 if let Some(slot) = squares.get_mut(*row) {
-                    *slot = point_squares(self.machine, &residuals, *row);
+                    *slot = point_squares(self.problem, &residuals, *row);
                 }
             }
             ratios.push(own);
@@ -156,12 +156,12 @@ impl<'a> Folds<'a> {
         for (column, coefficient) in asked {
             left.axpy(-coefficient, &column, 1.0);
         }
-        let mut all = vec![0.0; self.machine.observations.equations.len()];
+        let mut all = vec![0.0; self.problem.observations.equations.len()];
         let mut next = left.iter();
         for row in &fold.rows {
             let weight = self.fit.weights.get(*row).copied().unwrap_or(1.0).sqrt().max(1e-9);
-            let range = self.machine.observations.range(*row);
-            for ((index, equation), left) in range.zip(self.machine.observations.of_row(*row)).zip(&mut next)
+            let range = self.problem.observations.range(*row);
+            for ((index, equation), left) in range.zip(self.problem.observations.of_row(*row)).zip(&mut next)
             {
                 if let Some(slot) = all.get_mut(index) {
                     *slot = left * equation.sigma / weight;
@@ -173,11 +173,11 @@ impl<'a> Folds<'a> {
 }
 
 /// Rows that are looked at: all that were fitted, of more than `most` a random part, whole poses.
-pub(crate) fn chosen_rows(machine: &ResidualModel<'_>, fit: &Fit, most: usize) -> Vec<usize> {
+pub(crate) fn chosen_rows(problem: &ResidualModel<'_>, fit: &Fit, most: usize) -> Vec<usize> {
     if fit.rows.len() <= most {
         return fit.rows.clone();
     }
-    let mut poses = pose_groups(machine.table, &fit.rows);
+    let mut poses = pose_groups(problem.table, &fit.rows);
     // By chance, so that no order of the table comes through; the same chance every time.
     Random::seeded(17).shuffle(&mut poses);
     let mut rows = Vec::new();
@@ -320,23 +320,23 @@ fn ladder<'f>(
 /// # Errors
 /// Cancellation.
 pub(crate) fn explainable(
-    machine: &ResidualModel<'_>,
+    problem: &ResidualModel<'_>,
     fit: &Fit,
     progress: &Progress,
 ) -> Result<Option<Explainable>, Cancelled> {
-    let rows = chosen_rows(machine, fit, EXPLAINABLE_ROWS);
-    let poses = pose_groups(machine.table, &rows);
+    let rows = chosen_rows(problem, fit, EXPLAINABLE_ROWS);
+    let poses = pose_groups(problem.table, &rows);
     if poses.len() < FEWEST_POSES {
         return Ok(None);
     }
     progress.report(0.9, "asking how much could be explained")?;
-    let features = Features::of(machine, fit, &rows);
-    let Some(folds) = Folds::new(machine, fit, (&features, &rows), random_folds(&poses)) else {
+    let features = Features::of(problem, fit, &rows);
+    let Some(folds) = Folds::new(problem, fit, (&features, &rows), random_folds(&poses)) else {
         return Ok(None);
     };
     let start = folds.predict(&[], None);
     let ladder = ladder(&folds, &start, &poses, progress)?;
-    let blocked = blocked(machine, fit, (&features, &rows), &ladder, &poses);
+    let blocked = blocked(problem, fit, (&features, &rows), &ladder, &poses);
     let gain = ladder.best.fall_from(&start, &poses);
     let (left_mm, not_predictable_mm) = (start.rms(), ladder.best.rms());
     // Where nothing is predictable, as much as any of the groups left open, but no more than there is.
@@ -346,7 +346,7 @@ pub(crate) fn explainable(
         false => rms_error(gain, left_mm, start.points()),
     };
     Ok(Some(Explainable {
-        unit: machine.observations.unit(),
+        unit: problem.observations.unit(),
         left_mm,
         not_predictable_mm,
         to_name_mm: left_mm - not_predictable_mm,
@@ -360,13 +360,13 @@ pub(crate) fn explainable(
 
 /// The same groups where whole regions of pose space are left out.
 fn blocked(
-    machine: &ResidualModel<'_>,
+    problem: &ResidualModel<'_>,
     fit: &Fit,
     (features, rows): (&Features, &[usize]),
     ladder: &Ladder<'_>,
     poses: &[Vec<usize>],
 ) -> Option<BlockedExplainable> {
-    let folds = Folds::new(machine, fit, (features, rows), region_blocks(machine.table, rows))?;
+    let folds = Folds::new(problem, fit, (features, rows), region_blocks(problem.table, rows))?;
     let start = folds.predict(&[], None);
     let left_mm = start.rms();
     if ladder.taken.is_empty() {

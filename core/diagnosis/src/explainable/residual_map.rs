@@ -50,7 +50,7 @@ struct Outline {
 }
 
 impl Outline {
-    fn of(machine: &ResidualModel<'_>, region: &MeasuredRegion, poses: &[Vec<f64>]) -> Self {
+    fn of(problem: &ResidualModel<'_>, region: &MeasuredRegion, poses: &[Vec<f64>]) -> Self {
         let mut outline = Self { map: ResidualMap::default(), components: Vec::new(), groups: Vec::new() };
         let inputs: Vec<Vec<f64>> = poses.iter().map(|pose| region.inputs(pose)).collect();
         let extent = extent(&inputs);
@@ -72,9 +72,9 @@ impl Outline {
         }
         outline.close_group("pose");
         for joint in 0..region.joints.len() {
-            let rows = 0..machine.table.len();
+            let rows = 0..problem.table.len();
             let sides =
-                [-1, 1].map(|side| rows.clone().any(|row| machine.table.approach_of(row, joint) == side));
+                [-1, 1].map(|side| rows.clone().any(|row| problem.table.approach_of(row, joint) == side));
             // From one side alone the side is a constant, which the joint's zero takes.
             if sides != [true, true] {
                 continue;
@@ -113,7 +113,7 @@ fn waves(inputs: &[Vec<f64>], length: f64, random: &mut Random) -> [Wave; 2] {
 /// Writes the map's functions, carried to the readings, into a design from column `first` on; the equations of each row. `axes` are those of the base in the frame of the
 /// measurements, in which the probes behind the first `free_parameters` parameters shift it.
 fn write_columns(
-    machine: &ResidualModel<'_>,
+    problem: &ResidualModel<'_>,
     (rows, region): (&[usize], &MeasuredRegion),
     outline: &Outline,
     (block, free_parameters, axes): (&RowBlock, usize, &Matrix3<f64>),
@@ -123,11 +123,11 @@ fn write_columns(
     let mut equations = Vec::with_capacity(rows.len());
     let mut next = 0;
     for row in rows {
-        let own = next..next + machine.observations.range(*row).len();
+        let own = next..next + problem.observations.range(*row).len();
         next = own.end;
         let sides: Vec<i8> =
-            (0..machine.table.joints).map(|joint| machine.table.approach_of(*row, joint)).collect();
-        let columns = outline.map.columns(region, machine.table.q_of(*row), &sides);
+            (0..problem.table.joints).map(|joint| problem.table.approach_of(*row, joint)).collect();
+        let columns = outline.map.columns(region, problem.table.q_of(*row), &sides);
         for equation in own.clone() {
             // Readings by a shift of the base along each axis (three of them), then by each joint's coordinate.
             let by: Vec<f64> =
@@ -155,18 +155,18 @@ struct Design {
 
 impl Design {
     fn of(
-        machine: &ResidualModel<'_>,
+        problem: &ResidualModel<'_>,
         fit: &Fit,
         rows: &[usize],
         region: &MeasuredRegion,
         outline: &Outline,
     ) -> Self {
-        let shift = carrier_of(machine, "base_position", Site::Base);
-        let zeros = joint_carriers(machine);
+        let shift = carrier_of(problem, "base_position", Site::Base);
+        let zeros = joint_carriers(problem);
         let probes: Vec<&dyn Effect> =
             std::iter::once(&shift).chain(&zeros).flatten().map(AsRef::as_ref).collect();
-        let block = machine.block(&fit.state, rows, &fit.weights, &probes);
-        let free_parameters = machine.free_parameters().len();
+        let block = problem.block(&fit.state, rows, &fit.weights, &probes);
+        let free_parameters = problem.free_parameters().len();
         let fitted = fit.factor.whiten(&block.jacobian.rows(0, free_parameters).into_owned());
         let fixed = fitted.nrows();
         // Axes of the base in the frame of the measurements, in which the probes shift it.
@@ -175,7 +175,7 @@ impl Design {
         let mut design = DMatrix::zeros(block.residuals.len(), fixed + flexible + 1);
         design.columns_mut(0, fixed).copy_from(&fitted.transpose());
         let equations = write_columns(
-            machine,
+            problem,
             (rows, region),
             outline,
             (&block, free_parameters, axes),
@@ -193,7 +193,7 @@ impl Design {
             }
         }
         design.set_column(fixed + flexible, &DVector::from_vec(block.residuals));
-        let knowledge = knowledge(machine, fit, design.ncols());
+        let knowledge = knowledge(problem, fit, design.ncols());
         let features = Features {
             design,
             fixed,
@@ -244,12 +244,12 @@ fn return_folds(poses: &[Vec<usize>]) -> Option<Vec<Vec<usize>>> {
 /// # Errors
 /// Cancellation.
 pub(crate) fn residual_map(
-    machine: &ResidualModel<'_>,
+    problem: &ResidualModel<'_>,
     fit: &Fit,
     progress: &Progress,
 ) -> Result<Option<FittedMap>, Cancelled> {
-    let rows = chosen_rows(machine, fit, MAP_ROWS);
-    let groups = pose_groups(machine.table, &rows);
+    let rows = chosen_rows(problem, fit, MAP_ROWS);
+    let groups = pose_groups(problem.table, &rows);
     let between_unknown = groups.len() < FEWEST_POSES;
     // Returns to one pose err alike, so a pose counts once; where returns are left out, each counts.
     let (folds, units) = match between_unknown {
@@ -257,14 +257,14 @@ pub(crate) fn residual_map(
         false => (Some(random_folds(&groups)), groups.clone()),
     };
     let poses: Vec<Vec<f64>> =
-        groups.iter().filter_map(|rows| rows.first()).map(|row| machine.table.q_of(*row).to_vec()).collect();
-    let (Some(folds), Some(region)) = (folds, MeasuredRegion::of(&machine.model.chain, &poses)) else {
+        groups.iter().filter_map(|rows| rows.first()).map(|row| problem.table.q_of(*row).to_vec()).collect();
+    let (Some(folds), Some(region)) = (folds, MeasuredRegion::of(&problem.model.chain, &poses)) else {
         return Ok(None);
     };
     progress.report(0.9, "fitting a residual map")?;
-    let mut outline = Outline::of(machine, &region, &poses);
-    let design = Design::of(machine, fit, &rows, &region, &outline);
-    let Some(folds) = Folds::new(machine, fit, (&design.features, &rows), folds) else { return Ok(None) };
+    let mut outline = Outline::of(problem, &region, &poses);
+    let design = Design::of(problem, fit, &rows, &region, &outline);
+    let Some(folds) = Folds::new(problem, fit, (&design.features, &rows), folds) else { return Ok(None) };
     let start = folds.predict(&[], None);
     let ladder = ladder(&folds, &start, &units, progress)?;
     if ladder.taken.is_empty() || !counts(ladder.best.fall_from(&start, &units)) {
@@ -340,7 +340,7 @@ mod tests {
         let outline = |lab: &Laboratory, poses: usize| {
             let poses: Vec<Vec<f64>> = (0..poses).map(|row| lab.table().q_of(row).to_vec()).collect();
             let region = MeasuredRegion::of(&lab.model().chain, &poses).unwrap();
-            Outline::of(&lab.machine(&[]).unwrap(), &region, &poses)
+            Outline::of(&lab.problem(&[]).unwrap(), &region, &poses)
         };
         // A frequency for ten poses, each a sine and a cosine along three axes; a cosine for twenty, four at least.
         let plain = outline(&silent, 60);
@@ -387,7 +387,7 @@ mod tests {
     fn a_map_takes_away_what_it_has_learnt_where_it_was_measured() {
         let lab = bumpy(160);
         let fitted = lab.fit_with(&[], None, &Progress::unwatched()).unwrap();
-        let found = residual_map(&fitted.machine, &fitted.fit, &Progress::unwatched()).unwrap().unwrap();
+        let found = residual_map(&fitted.problem, &fitted.fit, &Progress::unwatched()).unwrap().unwrap();
         // Noise along three axes, 0.035 mm of a point, is all that it may leave.
         assert!(found.without_mm > 0.055 && found.with_mm < 0.047, "{} {}", found.without_mm, found.with_mm);
         let fraction = 1.0 - (found.with_mm / found.without_mm).powi(2);
@@ -407,6 +407,6 @@ mod tests {
     fn of_noise_no_map_is_made() {
         let lab = two_links(60, "joint_zero(*)", 0.1, 8, |_| [0.0; 2]);
         let fitted = lab.fit_with(&[], None, &Progress::unwatched()).unwrap();
-        assert!(residual_map(&fitted.machine, &fitted.fit, &Progress::unwatched()).unwrap().is_none());
+        assert!(residual_map(&fitted.problem, &fitted.fit, &Progress::unwatched()).unwrap().is_none());
     }
 }

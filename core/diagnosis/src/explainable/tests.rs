@@ -66,7 +66,7 @@ fn nothing_is_said_of_few_poses() {
 fn of_many_rows_a_random_part_is_looked_at_whole_poses_and_the_same_each_time() {
     let lab = two_links(60, "joint_zero(*)", 0.05, 72, |_| [0.0; 2]);
     let fitted = lab.fit_with(&[], None, &Progress::unwatched()).unwrap();
-    let chosen = |most: usize| chosen_rows(&fitted.machine, &fitted.fit, most);
+    let chosen = |most: usize| chosen_rows(&fitted.problem, &fitted.fit, most);
     assert_eq!(chosen(60), fitted.fit.rows);
     let some = chosen(25);
     assert_eq!((some.len(), &some), (25, &chosen(25)));
@@ -89,7 +89,7 @@ fn a_fall_of_just_the_limit_is_chance_and_as_many_poses_as_are_needed_are_enough
     let asked = |poses: usize| {
         let lab = two_links(poses, "joint_zero(*)", 0.05, 6, |_| [0.0; 2]);
         let fitted = lab.fit_with(&[], None, &Progress::unwatched()).unwrap();
-        explainable(&fitted.machine, &fitted.fit, &Progress::unwatched()).unwrap().is_some()
+        explainable(&fitted.problem, &fitted.fit, &Progress::unwatched()).unwrap().is_some()
     };
     assert!(asked(FEWEST_POSES) && !asked(FEWEST_POSES - 1));
 }

@@ -111,7 +111,7 @@ impl Laboratory {
         let fit = &fitted.fit;
         let (squares, equations, rank) = (fit.normal.squares, fit.normal.equations as f64, fit.rank() as f64);
         let listed = candidates::probes(self);
-        let scores = best_variants(&listed, score(&fitted.machine, fit, &listed));
+        let scores = best_variants(&listed, score(&fitted.problem, fit, &listed));
         let library = scores
             .iter()
             .filter(|(_, score)| score.freedom > 0 && score.plausible)
@@ -120,7 +120,7 @@ impl Laboratory {
                 Some(criterion(fit, score, probe.search_cost + probe.search.cost(equations)))
             })
             .fold(bic(squares, equations, rank, 0.0), f64::min);
-        let scores = best_variants(&probes, score(&fitted.machine, fit, &probes));
+        let scores = best_variants(&probes, score(&fitted.problem, fit, &probes));
         let adjusted =
             holm(&scores.iter().map(|(_, score)| score.p).collect::<Vec<_>>(), &vec![1.0; scores.len()]);
         let mut found: Vec<Scored> = scores
@@ -141,7 +141,7 @@ impl Laboratory {
     /// A form with its searched number where it explains most.
     fn refined(&self, scored: Scored, fitted: &Fitted<'_>) -> Scored {
         let (forms, probes): (Vec<Form>, Vec<Probe>) = grammar::finer(self, &scored.form).into_iter().unzip();
-        let scores = score(&fitted.machine, &fitted.fit, &probes);
+        let scores = score(&fitted.problem, &fitted.fit, &probes);
         let tried = forms.into_iter().zip(scores);
         let best = tried.max_by(|left, right| plausible_gain(&left.1).total_cmp(&plausible_gain(&right.1)));
         match best.filter(|(_, score)| plausible_gain(score) > plausible_gain(&scored.score)) {
@@ -286,7 +286,7 @@ pub const HYPOTHESIS: &str = "hypothesis";
 /// Root mean square error of the fitted points, in the unit of the table's readings.
 fn rms(fitted: &Fitted<'_>) -> f64 {
     let squares =
-        fitted.fit.rows.iter().flat_map(|row| point_squares(&fitted.machine, &fitted.fit.residuals, *row));
+        fitted.fit.rows.iter().flat_map(|row| point_squares(&fitted.problem, &fitted.fit.residuals, *row));
     ErrorSummary::or_zero(ErrorSummary::of(squares)).rms
 }
 

@@ -8,8 +8,8 @@ use crate::testing::two_links;
 use plumb_calibration::table::Table;
 
 fn found(lab: &Laboratory) -> Option<Hypothesis> {
-    let machine = lab.machine(&[]).unwrap();
-    lab.hypothesis(&Floor::among(&machine, None), &Progress::unwatched()).unwrap()
+    let problem = lab.problem(&[]).unwrap();
+    lab.hypothesis(&Floor::among(&problem, None), &Progress::unwatched()).unwrap()
 }
 
 #[test]
@@ -98,8 +98,8 @@ free: [joint_zero(shoulder)]
 #[test]
 fn every_form_is_what_its_formula_says() {
     let lab = everything_logged();
-    let machine = lab.machine(&[]).unwrap();
-    let (state, rows) = (machine.start(), (0..lab.table().len()).collect::<Vec<_>>());
+    let problem = lab.problem(&[]).unwrap();
+    let (state, rows) = (problem.start(), (0..lab.table().len()).collect::<Vec<_>>());
     let weights = vec![1.0; rows.len()];
     let mut factors = std::collections::BTreeSet::new();
     let forms = grammar::probes(&lab);
@@ -109,8 +109,8 @@ fn every_form_is_what_its_formula_says() {
         let mut model = lab.model().clone();
         model.definitions.push(Arc::new(written));
         let defined = effect::build(&id, &model).unwrap();
-        let block = machine.block(&state, &rows, &weights, &[probe.effect.as_ref(), defined.as_ref()]);
-        let (free_parameters, own) = (machine.free_parameters().len(), probe.effect.parameters().len());
+        let block = problem.block(&state, &rows, &weights, &[probe.effect.as_ref(), defined.as_ref()]);
+        let (free_parameters, own) = (problem.free_parameters().len(), probe.effect.parameters().len());
         let (search, file) =
             (block.jacobian.rows(free_parameters, own), block.jacobian.rows(free_parameters + own, own));
         assert!((search - file).amax() < 1e-9 * (1.0 + search.amax()), "{form:?}: {:?}", form.formulas());
@@ -269,7 +269,7 @@ fn a_formula_explains_its_share_of_what_lies_beyond_the_noise() {
     let freedom = 88.0;
     let floor = |noise: f64| Floor {
         scale: (noise > 0.0).then(|| (noise * before / freedom).sqrt()),
-        ..Floor::of(&fitted.machine, &fitted.fit, &lab.context())
+        ..Floor::of(&fitted.problem, &fitted.fit, &lab.context())
     };
     let leaving = |fraction: f64| FittedCandidate {
         left: (fraction * before, freedom),

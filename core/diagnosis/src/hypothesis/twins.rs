@@ -20,12 +20,12 @@ const LEAST_LEFT: f64 = 1e-5;
 
 /// Whether what `best` explains is more than any of `all` does with signs drawn at random.
 pub(super) fn beaten(fitted: &Fitted<'_>, best: &dyn Effect, all: &[&dyn Effect]) -> bool {
-    let (machine, fit) = (&fitted.machine, &fitted.fit);
+    let (problem, fit) = (&fitted.problem, &fitted.fit);
     let mut probes: Vec<&dyn Effect> = vec![best];
     // A form with more numbers explains more by chance, and would beat a simpler one without being a better explanation.
     probes.extend(all.iter().filter(|one| one.parameters().len() <= best.parameters().len()));
-    let block = machine.block(&fit.state, &fit.rows, &fit.weights, &probes);
-    let free_parameters = machine.free_parameters().len();
+    let block = problem.block(&fit.state, &fit.rows, &fit.weights, &probes);
+    let free_parameters = problem.free_parameters().len();
     let fixed = basis(block.jacobian.rows(0, free_parameters).transpose());
     let residuals = DVector::from_vec(block.residuals);
     let mut next = free_parameters;
@@ -103,7 +103,7 @@ fn orthonormal(columns: &DMatrix<f64>, least: f64) -> DMatrix<f64> {
 
 /// The equations of the fitted rows of each pose, by their places in a block.
 fn equations_by_pose(fitted: &Fitted<'_>) -> Vec<Vec<Range<usize>>> {
-    let observations = fitted.machine.observations;
+    let observations = fitted.problem.observations;
     let mut next = 0;
     let mut of_row = std::collections::BTreeMap::new();
     for row in &fitted.fit.rows {
@@ -111,7 +111,7 @@ fn equations_by_pose(fitted: &Fitted<'_>) -> Vec<Vec<Range<usize>>> {
         of_row.insert(*row, next..next + count);
         next += count;
     }
-    let poses = pose_groups(fitted.machine.table, &fitted.fit.rows);
+    let poses = pose_groups(fitted.problem.table, &fitted.fit.rows);
     poses.iter().map(|rows| rows.iter().filter_map(|row| of_row.get(row).cloned()).collect()).collect()
 }
 

@@ -52,7 +52,7 @@ impl Laboratory {
         let before = self.compare(progress)?;
         let fitted = self.fit_with(&[], None, progress)?;
         let values = self.effect_values(&self.standard_errors(&fitted));
-        let comparison = self.comparison(&fitted.machine, &fitted.fit, progress)?;
+        let comparison = self.comparison(&fitted.problem, &fitted.fit, progress)?;
         Ok(Addition {
             model: self.adopted(&fitted),
             added: values,
@@ -82,11 +82,11 @@ impl Laboratory {
         let mut values = self.effect_values(&self.standard_errors(&after));
         let added = values.split_off(known.len());
         let model = self.adopted(&after);
-        let comparison = self.comparison(&after.machine, &after.fit, progress)?;
+        let comparison = self.comparison(&after.problem, &after.fit, progress)?;
         Ok(Addition {
             model,
             added,
-            before: self.rms(&before.machine, &before.fit, progress)?,
+            before: self.rms(&before.problem, &before.fit, progress)?,
             rms_mm: comparison.rms_mm,
             moved: moved(&known, &values),
             comparison,
@@ -103,7 +103,7 @@ impl Laboratory {
             Laboratory::new(without(self.model(), text)?, self.table().clone(), self.options().clone())?;
         // From the start, not from where the larger fit was: what was taken out has bent the rest.
         let fitted = smaller.fit_with(&[], None, progress)?;
-        let comparison = smaller.comparison(&fitted.machine, &fitted.fit, progress)?;
+        let comparison = smaller.comparison(&fitted.problem, &fitted.fit, progress)?;
         let now: Vec<EffectValue> = comparison.effects.clone();
         let stayed: Vec<EffectValue> = before
             .effects
@@ -137,7 +137,7 @@ impl Laboratory {
         for (surface, shape) in model.surfaces.iter_mut().zip(&state.surfaces) {
             surface.shape.clone_from(shape);
         }
-        let parts = fitted.machine.effects().cloned().zip(&state.effects);
+        let parts = fitted.problem.effects().cloned().zip(&state.effects);
         let mut all: Vec<AddedEffect> =
             parts.map(|(id, values)| AddedEffect { id, values: values.clone() }).collect();
         // The parts of a fit are what is free, then what was added.

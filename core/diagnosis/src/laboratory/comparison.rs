@@ -180,10 +180,10 @@ pub struct Comparison {
 }
 
 /// The joints as plots and tables name them.
-fn joint_axes(machine: &ResidualModel<'_>) -> Vec<JointAxis> {
-    let joints = machine.model.chain.joints.iter().enumerate();
+fn joint_axes(problem: &ResidualModel<'_>) -> Vec<JointAxis> {
+    let joints = problem.model.chain.joints.iter().enumerate();
     joints
-        .map(|(index, joint)| JointAxis { name: joint.name.clone(), unit: unit_of_joint(machine, index) })
+        .map(|(index, joint)| JointAxis { name: joint.name.clone(), unit: unit_of_joint(problem, index) })
         .collect()
 }
 
@@ -206,8 +206,8 @@ fn what_is_held<S: serde::Serializer>(gauges: &[Gauge], serializer: S) -> Result
 }
 
 /// Errors of the measured points of some rows, in the unit of the table's readings; nothing if none of them was measured.
-fn errors_in(machine: &ResidualModel<'_>, residuals: &[f64], rows: &[usize]) -> Option<ErrorSummary> {
-    ErrorSummary::of(rows.iter().flat_map(|row| point_squares(machine, residuals, *row)))
+fn errors_in(problem: &ResidualModel<'_>, residuals: &[f64], rows: &[usize]) -> Option<ErrorSummary> {
+    ErrorSummary::of(rows.iter().flat_map(|row| point_squares(problem, residuals, *row)))
 }
 
 impl Laboratory {
@@ -217,9 +217,9 @@ impl Laboratory {
     /// Nothing can be fitted, or cancellation.
     pub fn compare(&self, progress: &Progress) -> Result<Comparison, LaboratoryError> {
         progress.report(0.0, "fitting")?;
-        let machine = self.machine(&[])?;
-        let fit = self.fit(&machine, progress)?;
-        self.comparison(&machine, &fit, progress)
+        let problem = self.problem(&[])?;
+        let fit = self.fit(&problem, progress)?;
+        self.comparison(&problem, &fit, progress)
     }
 
     /// The same, and how much of what is left could be explained at all.
@@ -228,13 +228,13 @@ impl Laboratory {
     /// Nothing can be fitted, or cancellation.
     pub fn compare_in_full(&self, progress: &Progress) -> Result<Comparison, LaboratoryError> {
         progress.report(0.0, "fitting")?;
-        let machine = self.machine(&[])?;
-        let fit = self.fit(&machine, progress)?;
-        let comparison = self.comparison(&machine, &fit, progress)?;
+        let problem = self.problem(&[])?;
+        let fit = self.fit(&problem, progress)?;
+        let comparison = self.comparison(&problem, &fit, progress)?;
         // What a residual map takes away is not explained.
         let explainable = match self.without_map() {
             Some(plain) => plain.explainable(progress)?,
-            None => explainable(&machine, &fit, progress)?,
+            None => explainable(&problem, &fit, progress)?,
         };
         Ok(Comparison { explainable, ..comparison })
     }
@@ -244,9 +244,9 @@ impl Laboratory {
     /// # Errors
     /// Nothing can be fitted, or cancellation.
     pub fn explainable(&self, progress: &Progress) -> Result<Option<Explainable>, LaboratoryError> {
-        let machine = self.machine(&[])?;
-        let fit = self.fit(&machine, progress)?;
-        Ok(explainable(&machine, &fit, progress)?)
+        let problem = self.problem(&[])?;
+        let fit = self.fit(&problem, progress)?;
+        Ok(explainable(&problem, &fit, progress)?)
     }
 
     /// What a fit of everything free leaves of the fitted rows, RMS in the unit of the table's readings; nothing else is asked.
@@ -254,35 +254,35 @@ impl Laboratory {
     /// # Errors
     /// Nothing can be fitted, or cancellation.
     pub fn left_by_fit(&self, progress: &Progress) -> Result<f64, LaboratoryError> {
-        let machine = self.machine(&[])?;
-        let fit = self.fit(&machine, progress)?;
-        Ok(ErrorSummary::or_zero(errors_in(&machine, &fit.residuals, &fit.rows)).rms)
+        let problem = self.problem(&[])?;
+        let fit = self.fit(&problem, progress)?;
+        Ok(ErrorSummary::or_zero(errors_in(&problem, &fit.residuals, &fit.rows)).rms)
     }
 
     pub(crate) fn comparison(
         &self,
-        machine: &ResidualModel<'_>,
+        problem: &ResidualModel<'_>,
         fit: &Fit,
         progress: &Progress,
     ) -> Result<Comparison, LaboratoryError> {
         progress.report(0.5, "noise floor")?;
-        let floor = Floor::of(machine, fit, &self.context());
+        let floor = Floor::of(problem, fit, &self.context());
         progress.report(0.7, "cross-validation")?;
-        let error_mm = self.errors(machine, fit, progress)?;
+        let error_mm = self.errors(problem, fit, progress)?;
         let rms_mm = Rms::of(&error_mm);
-        let rows = row_residuals(machine, fit, &self.split.check);
-        let series = series(machine, fit, &rows);
-        let joints = joint_axes(machine);
+        let rows = row_residuals(problem, fit, &self.split.check);
+        let series = series(problem, fit, &rows);
+        let joints = joint_axes(problem);
         // A point has up to three readings, and its error is the root of their squares' sum.
-        let noise_ratio = noise_of_a_point(machine, &fit.rows);
-        let errors = StandardErrors::of(machine, fit, &floor);
+        let noise_ratio = noise_of_a_point(problem, &fit.rows);
+        let errors = StandardErrors::of(problem, fit, &floor);
         Ok(Comparison {
-            orientation_error_deg: self.orientation_errors(machine, fit),
+            orientation_error_deg: self.orientation_errors(problem, fit),
             placed: placements(&errors),
             surfaces: found_surfaces(&errors),
             arm: self.model.arm.clone(),
             data: self.table.source.clone(),
-            unit: machine.observations.unit(),
+            unit: problem.observations.unit(),
             floor_of_a_point_mm: floor.sigma_mm.map(|sigma| sigma * noise_ratio),
             noise: self.noise(),
             along_joints: along_joints(&joints, &series, &rows),
@@ -301,7 +301,7 @@ impl Laboratory {
                 .collect(),
             convergence: fit.convergence,
             series,
-            arm_points_mm: arm_in_the_middle(machine, fit, &rows),
+            arm_points_mm: arm_in_the_middle(problem, fit, &rows),
             rows,
             warnings: self.noticed(fit),
             floor,
@@ -330,17 +330,17 @@ impl Laboratory {
 
     pub(crate) fn rms(
         &self,
-        machine: &ResidualModel<'_>,
+        problem: &ResidualModel<'_>,
         fit: &Fit,
         progress: &Progress,
     ) -> Result<Rms, LaboratoryError> {
-        Ok(Rms::of(&self.errors(machine, fit, progress)?))
+        Ok(Rms::of(&self.errors(problem, fit, progress)?))
     }
 
     /// Errors of measured points where the model was fitted, where regions were left out, and on the held-out rows.
     fn errors(
         &self,
-        machine: &ResidualModel<'_>,
+        problem: &ResidualModel<'_>,
         fit: &Fit,
         progress: &Progress,
     ) -> Result<Errors, LaboratoryError> {
@@ -348,36 +348,36 @@ impl Laboratory {
         let cv = match self.without_map() {
             Some(plain) => {
                 let alone = plain.fit_with(&[], None, progress)?;
-                blocked_errors(&alone.machine, &alone.fit)
+                blocked_errors(&alone.problem, &alone.fit)
             }
-            None => blocked_errors(machine, fit),
+            None => blocked_errors(problem, fit),
         };
         let held = self.split.check_rows();
-        let residuals = machine.residuals_apart(&fit.state, &held, &fit.rows);
+        let residuals = problem.residuals_apart(&fit.state, &held, &fit.rows);
         Ok(Errors {
-            fit: ErrorSummary::or_zero(errors_in(machine, &fit.residuals, &fit.rows)),
+            fit: ErrorSummary::or_zero(errors_in(problem, &fit.residuals, &fit.rows)),
             cv,
-            check: errors_in(machine, &residuals, &held),
+            check: errors_in(problem, &residuals, &held),
         })
     }
 
-    fn orientation_errors(&self, machine: &ResidualModel<'_>, fit: &Fit) -> Option<OrientationErrors> {
+    fn orientation_errors(&self, problem: &ResidualModel<'_>, fit: &Fit) -> Option<OrientationErrors> {
         let held = self.split.check_rows();
-        let residuals = machine.residuals_apart(&fit.state, &held, &fit.rows);
+        let residuals = problem.residuals_apart(&fit.state, &held, &fit.rows);
         Some(OrientationErrors {
-            fit: orientation_errors(machine, &fit.residuals, &fit.rows)?,
-            check: orientation_errors(machine, &residuals, &held),
+            fit: orientation_errors(problem, &fit.residuals, &fit.rows)?,
+            check: orientation_errors(problem, &residuals, &held),
         })
     }
 
     /// The effects of a fit with their sizes.
     pub(crate) fn effect_values(&self, errors: &StandardErrors<'_>) -> Vec<EffectValue> {
-        let StandardErrors { machine, fit, .. } = errors;
+        let StandardErrors { problem, fit, .. } = errors;
         // The machine's parts are what is always fitted, then what was added, in the order of the model file.
-        let free = machine.parts.len().saturating_sub(self.model.effects.len());
-        let mut all = Vec::with_capacity(machine.parts.len());
-        for (index, part) in machine.parts.iter().enumerate() {
-            let own = machine.free_parameters().iter().enumerate();
+        let free = problem.parts.len().saturating_sub(self.model.effects.len());
+        let mut all = Vec::with_capacity(problem.parts.len());
+        for (index, part) in problem.parts.iter().enumerate() {
+            let own = problem.free_parameters().iter().enumerate();
             let own = own.filter(|(_, free_parameter)| matches!(free_parameter, FreeParameter::Effect(effect, _) if *effect == index));
             let free_parameters: Vec<usize> = own.map(|(free_parameter, _)| free_parameter).collect();
             let covariance = errors.covariance_of(&free_parameters);
@@ -397,7 +397,7 @@ impl Laboratory {
                 se: size.error,
                 plausible: part.effect.plausible(values),
                 held,
-                held_because: held.then(|| self.why_held(machine, fit, part, &free_parameters)).flatten(),
+                held_because: held.then(|| self.why_held(problem, fit, part, &free_parameters)).flatten(),
                 added: index >= free,
                 claim: correction.map_or(Claim::Mechanism, |_| Claim::Correction),
                 may_be: correction.map_or_else(Vec::new, |correction| correction.may_be.clone()),
@@ -411,7 +411,7 @@ impl Laboratory {
     /// Why the data cannot determine an effect whose numbers were all left where they were.
     fn why_held(
         &self,
-        machine: &ResidualModel<'_>,
+        problem: &ResidualModel<'_>,
         fit: &Fit,
         part: &Part,
         free_parameters: &[usize],
@@ -424,8 +424,8 @@ impl Laboratory {
         if needs_masses && !self.context().has_weight() {
             return Some(WhyHeld::NoMasses);
         }
-        let first = machine.free_parameters().get(*free_parameters.first()?)?;
-        let name = machine.parameter_name(*first);
+        let first = problem.free_parameters().get(*free_parameters.first()?)?;
+        let name = problem.parameter_name(*first);
         let gauge = fit.gauges.iter().find(|gauge| gauge.held == name)?;
         Some(match gauge.same_as.is_empty() {
             true => WhyHeld::ChangesNothing,

@@ -138,7 +138,7 @@ impl Laboratory {
         let mut requested: Vec<Probe> = probes(self);
         // With every number that is searched for inside: the best of them is drawn.
         requested.retain(|probe| ids.iter().any(|id| probe.id.same_as(id)));
-        let scores = score(&fitted.machine, &fitted.fit, &requested);
+        let scores = score(&fitted.problem, &fitted.fit, &requested);
         let best = best_variants(&requested, scores);
         let valued =
             ids.iter().filter_map(|id| in_model(&fitted, id).or_else(|| expected(&requested, &best, id)));
@@ -146,9 +146,9 @@ impl Laboratory {
     }
 
     fn plot(&self, fitted: &Fitted<'_>, valued: &Valued) -> Option<EffectPlot> {
-        let regressor = Regressor::of(&fitted.machine, &fitted.fit.state, &valued.id);
+        let regressor = Regressor::of(&fitted.problem, &fitted.fit.state, &valued.id);
         let motion = regressor.as_ref().and_then(|_| CommonMotion::of(fitted, valued));
-        let unit = fitted.machine.observations.unit().symbol();
+        let unit = fitted.problem.observations.unit().symbol();
         let (across, up, points, curve) = match (regressor, motion) {
             (Some(regressor), Some(motion)) => {
                 let up = PlotAxis::new(self.motion_name(valued, &motion), unit);
@@ -190,8 +190,8 @@ impl Laboratory {
 
 /// An effect that is in the model, at its fitted values.
 fn in_model(fitted: &Fitted<'_>, id: &EffectId) -> Option<Valued> {
-    let index = fitted.machine.parts.iter().position(|part| part.id.same_as(id))?;
-    let part = fitted.machine.parts.get(index)?;
+    let index = fitted.problem.parts.iter().position(|part| part.id.same_as(id))?;
+    let part = fitted.problem.parts.get(index)?;
     let values = fitted.fit.state.effects.get(index)?.clone();
     Some(Valued { id: part.id.clone(), effect: Arc::clone(&part.effect), values, beside: None })
 }
@@ -220,9 +220,9 @@ struct CommonMotion {
 impl CommonMotion {
     /// Nothing where the parameters move different things, or something that is itself different from row to row.
     fn of(fitted: &Fitted<'_>, valued: &Valued) -> Option<Self> {
-        let (machine, state) = (&fitted.machine, &fitted.fit.state);
-        let rows: Vec<Vec<Contribution>> = (0..machine.table.len())
-            .map(|row| machine.contributions(state, row, valued.effect.as_ref()))
+        let (problem, state) = (&fitted.problem, &fitted.fit.state);
+        let rows: Vec<Vec<Contribution>> = (0..problem.table.len())
+            .map(|row| problem.contributions(state, row, valued.effect.as_ref()))
             .collect();
         // Where it moves most, the proportions of what it moves are known best.
         let sizes = rows.iter().map(|contributions| {
@@ -283,18 +283,18 @@ fn rate_of(contributions: &[Contribution], dof: &Dof) -> f64 {
 
 /// What the rows in which something was measured say of an effect.
 fn row_parts(fitted: &Fitted<'_>, valued: &Valued, unit: Option<&UnitMotion>) -> Vec<RowParts> {
-    let (machine, fit) = (&fitted.machine, &fitted.fit);
-    let unit_shown = machine.observations.unit();
+    let (problem, fit) = (&fitted.problem, &fitted.fit);
+    let unit_shown = problem.observations.unit();
     let mut probes: Vec<&dyn Effect> = vec![valued.effect.as_ref()];
     probes.extend(unit.map(|unit| unit as &dyn Effect));
-    let free_parameters = machine.free_parameters().len();
-    let ones = vec![1.0; machine.table.len()];
+    let free_parameters = problem.free_parameters().len();
+    let ones = vec![1.0; problem.table.len()];
     let mut all = Vec::new();
-    for row in (0..machine.table.len()).filter(|row| !machine.observations.range(*row).is_empty()) {
+    for row in (0..problem.table.len()).filter(|row| !problem.observations.range(*row).is_empty()) {
         // Without the fit's weights: an outlier is drawn where it is.
-        let block = machine.block(&fit.state, &[row], &ones, &probes);
+        let block = problem.block(&fit.state, &[row], &ones, &probes);
         let mut parts = RowParts { row, left: Vec::new(), does: Vec::new(), motion: Vec::new(), points: 1.0 };
-        for (index, equation) in machine.observations.of_row(row).iter().enumerate() {
+        for (index, equation) in problem.observations.of_row(row).iter().enumerate() {
             let Some(factor) = equation.factor_in(unit_shown) else { continue };
             let unit_of = equation.sigma * factor;
             let does = weighed(&block.jacobian, index, free_parameters, &valued.values) * unit_of;
@@ -308,7 +308,7 @@ fn row_parts(fitted: &Fitted<'_>, valued: &Valued, unit: Option<&UnitMotion>) ->
             let after = free_parameters + valued.values.len();
             parts.motion.push(weighed(&block.jacobian, index, after, &[1.0]) * unit_of);
         }
-        parts.points = points_in(machine, &[row]).max(1) as f64;
+        parts.points = points_in(problem, &[row]).max(1) as f64;
         if parts.left.iter().chain(&parts.does).all(|value| value.is_finite()) {
             all.push(parts);
         }
@@ -349,7 +349,7 @@ fn against_driver(
 
 /// How far the angle of a wave goes (rad) for a unit of its driver as it is shown, degrees of a joint or mm of a slide; nothing of what is no wave.
 fn wave_rate(fitted: &Fitted<'_>, id: &EffectId) -> Option<f64> {
-    let row = fitted.machine.model.chain.joints.get(id.joint()?)?;
+    let row = fitted.problem.model.chain.joints.get(id.joint()?)?;
     match effect::kind(&id.name)?.driven_by {
         DrivenBy::Waves => Some(id.order?.to_radians()),
         DrivenBy::ScrewTurn => Some(TAU * id.order? / row.screw_pitch?),
@@ -360,7 +360,7 @@ fn wave_rate(fitted: &Fitted<'_>, id: &EffectId) -> Option<f64> {
 /// A wave of a joint between the poses too: they may be fewer than its periods.
 fn wave(fitted: &Fitted<'_>, valued: &Valued, drawn: &Drawn, lever: f64) -> Option<Vec<(f64, f64)>> {
     let rate = wave_rate(fitted, &valued.id)?;
-    let sign = fitted.machine.model.chain.joints.get(valued.id.joint()?)?.sign;
+    let sign = fitted.problem.model.chain.joints.get(valued.id.joint()?)?.sign;
     let [sine, cosine] = [0, 1].map(|index| valued.values.get(index).copied().unwrap_or(0.0));
     let (low, high) = drawn
         .iter()

@@ -52,7 +52,7 @@ pub struct FoundAngle {
 }
 
 /// A turn of a plane by which the change of an angle is looked at, rad: small beside the angle, large beside rounding.
-const SMALL_TURN: f64 = 1e-6;
+const SMALL_ROTATION: f64 = 1e-6;
 
 /// The numbers of a plane that turn it.
 const TILTS: [usize; 2] = [1, 2];
@@ -69,20 +69,20 @@ fn between(one: &SurfaceShape, other: &SurfaceShape) -> Option<f64> {
 
 /// The angle between two fitted planes, with what the covariance of their tilts makes of it (GUM 5.2.2).
 fn angle(errors: &StandardErrors<'_>, (first, second): (usize, usize)) -> Option<FoundAngle> {
-    let StandardErrors { machine, fit, covariance } = errors;
+    let StandardErrors { problem, fit, covariance } = errors;
     let (one, other) = (fit.state.surfaces.get(first)?, fit.state.surfaces.get(second)?);
     let at = between(one, other)?;
     let up = nalgebra::Vector3::z();
     let turned = |shape: &SurfaceShape, which: usize| {
         let mut shape = shape.clone();
-        shape.shift(which, SMALL_TURN, &up);
+        shape.shift(which, SMALL_ROTATION, &up);
         shape
     };
     let place = |surface, which| errors.place(FreeParameter::Surface(surface, which));
     let mut slopes = Vec::new();
     for which in TILTS {
-        slopes.push((place(first, which), (between(&turned(one, which), other)? - at) / SMALL_TURN));
-        slopes.push((place(second, which), (between(one, &turned(other, which))? - at) / SMALL_TURN));
+        slopes.push((place(first, which), (between(&turned(one, which), other)? - at) / SMALL_ROTATION));
+        slopes.push((place(second, which), (between(one, &turned(other, which))? - at) / SMALL_ROTATION));
     }
     let known: Option<Vec<(usize, f64)>> =
         slopes.into_iter().map(|(place, slope)| Some((place?, slope))).collect();
@@ -94,7 +94,7 @@ fn angle(errors: &StandardErrors<'_>, (first, second): (usize, usize)) -> Option
         .sum::<f64>()
     });
     Some(FoundAngle {
-        to: machine.model.surfaces.get(second)?.name.clone(),
+        to: problem.model.surfaces.get(second)?.name.clone(),
         deg: at.to_degrees(),
         se_deg: variance.map(|variance| variance.max(0.0).sqrt().to_degrees()),
     })
@@ -102,9 +102,9 @@ fn angle(errors: &StandardErrors<'_>, (first, second): (usize, usize)) -> Option
 
 /// The surfaces of the model that were fitted and that the table reads.
 pub(super) fn found_surfaces(errors: &StandardErrors<'_>) -> Vec<FoundSurface> {
-    let StandardErrors { machine, fit, .. } = errors;
-    let table = machine.table;
-    let each = machine.model.surfaces.iter().zip(&fit.state.surfaces).enumerate();
+    let StandardErrors { problem, fit, .. } = errors;
+    let table = problem.table;
+    let each = problem.model.surfaces.iter().zip(&fit.state.surfaces).enumerate();
     let is_read = |name: &String| table.on.names.contains(name) || table.distance_to.names.contains(name);
     let found: Vec<_> = each.filter(|(_, (known, _))| known.free && is_read(&known.name)).collect();
     let later = |index: usize| found.iter().map(|(other, _)| *other).filter(move |other| *other > index);
@@ -258,7 +258,7 @@ noise: {height_mm: 0.1}
         for seed in 0..40 {
             let lab = touched(seed);
             let fitted = lab.fit_with(&[], None, &plumb_estimation::Progress::unwatched()).unwrap();
-            let found = found_surfaces(&StandardErrors::of_the_fit(&fitted.machine, &fitted.fit));
+            let found = found_surfaces(&StandardErrors::of_the_fit(&fitted.problem, &fitted.fit));
             let names: Vec<&str> = found.iter().map(|one| one.name.as_str()).collect();
             assert_eq!((names, found[1].angles.len()), (vec!["table", "wall"], 0));
             let angle = &found[0].angles[0];
@@ -279,7 +279,7 @@ noise: {height_mm: 0.1}
     fn the_error_of_an_angle_is_made_of_the_tilts_of_both_planes() {
         let lab = touched(3);
         let mut fitted = lab.fit_with(&[], None, &plumb_estimation::Progress::unwatched()).unwrap();
-        let free_parameters = fitted.machine.free_parameters().to_vec();
+        let free_parameters = fitted.problem.free_parameters().to_vec();
         let mut error = |which: &[usize]| {
             fitted.fit.covariance.fill(0.0);
             for (index, free_parameter) in free_parameters.iter().enumerate() {
@@ -289,7 +289,7 @@ noise: {height_mm: 0.1}
                     fitted.fit.covariance[(index, index)] = 1e-6;
                 }
             }
-            angle(&StandardErrors::of_the_fit(&fitted.machine, &fitted.fit), (0, 1))
+            angle(&StandardErrors::of_the_fit(&fitted.problem, &fitted.fit), (0, 1))
                 .unwrap()
                 .se_deg
                 .unwrap()

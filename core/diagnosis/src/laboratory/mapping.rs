@@ -92,7 +92,7 @@ impl Laboratory {
             return Ok(None);
         }
         let before = self.fit_with(&[], None, progress)?;
-        let Some(found) = residual_map(&before.machine, &before.fit, progress)? else { return Ok(None) };
+        let Some(found) = residual_map(&before.problem, &before.fit, progress)? else { return Ok(None) };
         let locked = self.split.check_rows();
         // A map follows whatever it is given: nothing but rows it has never seen, not even for its variances, can speak for it.
         if locked.is_empty() && !found.between_unknown {
@@ -108,7 +108,7 @@ impl Laboratory {
         if !predicts_better((&before, &after), &inside) {
             return Ok(None);
         }
-        let comparison = mapped.comparison(&after.machine, &after.fit, progress)?;
+        let comparison = mapped.comparison(&after.problem, &after.fit, progress)?;
         let step = MapStep::of(&found, (comparison.rms_mm, comparison.unit), [inside.len(), locked.len()]);
         Ok(Some(Mapped { model: mapped.adopted(&after), step, error_mm: comparison.error_mm }))
     }

@@ -216,9 +216,9 @@ impl Laboratory {
                 table.warnings.push(odd);
             }
         }
-        let machine = ResidualModel::new(&model, &table, &observations, &[])?;
-        machine.check_formulas()?;
-        for odd in orientations::check(&machine)? {
+        let problem = ResidualModel::new(&model, &table, &observations, &[])?;
+        problem.check_formulas()?;
+        for odd in orientations::check(&problem)? {
             if !table.warnings.contains(&odd) {
                 table.warnings.push(odd);
             }
@@ -325,7 +325,7 @@ impl Laboratory {
     }
 
     /// The machine with all fitted effects and `more` of them.
-    pub(crate) fn machine(&self, more: &[AddedEffect]) -> Result<ResidualModel<'_>, EffectNameError> {
+    pub(crate) fn problem(&self, more: &[AddedEffect]) -> Result<ResidualModel<'_>, EffectNameError> {
         let mut effects = self.fitted_effects()?;
         effects.extend(more.iter().cloned());
         ResidualModel::new(&self.model, &self.table, &self.observations, &effects)
@@ -341,16 +341,16 @@ impl Laboratory {
     /// Fits a machine to the rows that are not held out. That of the model as it is is fitted once.
     pub(crate) fn fit(
         &self,
-        machine: &ResidualModel<'_>,
+        problem: &ResidualModel<'_>,
         progress: &Progress,
     ) -> Result<Fit, LaboratoryError> {
         progress.check()?;
         let plain = self.fitted_effects()?;
-        let is_plain = machine.effects().eq(plain.iter().map(|added| &added.id));
+        let is_plain = problem.effects().eq(plain.iter().map(|added| &added.id));
         if let Some(fit) = self.known.fit.get().filter(|_| is_plain) {
             return Ok(fit.clone());
         }
-        let fit = machine.fit(&machine.start(), &self.split.fit, self.options.fit, progress)?;
+        let fit = problem.fit(&problem.start(), &self.split.fit, self.options.fit, progress)?;
         if is_plain {
             // Another thread may have been first: its fit is the same.
             let _ = self.known.fit.set(fit.clone());

@@ -201,23 +201,23 @@ fn form_of(model: &Model, table: &Table, body: SeenBody) -> Option<OrientationFo
 ///
 /// # Errors
 /// Orientations in a convention that can be recognized.
-pub(super) fn check(machine: &ResidualModel<'_>) -> Result<Vec<String>, ImplausibleError> {
-    let (model, table) = (machine.model, machine.table);
-    let state = machine.start();
+pub(super) fn check(problem: &ResidualModel<'_>) -> Result<Vec<String>, ImplausibleError> {
+    let (model, table) = (problem.model, problem.table);
+    let state = problem.start();
     let rows: Vec<usize> = (0..table.len()).step_by(table.len().div_ceil(LOOKED_AT).max(1)).collect();
     let mut odd = Vec::new();
-    let bodies = machine.seen_bodies();
+    let bodies = problem.seen_bodies();
     let determined_by: Vec<SeenBody> =
-        bodies.iter().copied().filter(|body| determines_its_camera(machine, &state, *body)).collect();
+        bodies.iter().copied().filter(|body| determines_its_camera(problem, &state, *body)).collect();
     for body in bodies {
-        let poses = machine.seen_poses(&state, &rows, body);
+        let poses = problem.seen_poses(&state, &rows, body);
         let name = name_of(model, body);
         // Where another board shows how the camera sits, one picture shows where this one lies.
         let elsewhere =
-            determined_by.iter().any(|other| *other != body && other.target(machine) == body.target(machine));
+            determined_by.iter().any(|other| *other != body && other.target(problem) == body.target(problem));
         odd.extend(match matches!(body, SeenBody::Board(_)) && elsewhere {
-            true => in_few_pictures(machine, &state, body),
-            false => one_axis(machine, &poses, body),
+            true => in_few_pictures(problem, &state, body),
+            false => one_axis(problem, &poses, body),
         });
         if poses.len() < FEWEST {
             continue;
@@ -226,7 +226,7 @@ pub(super) fn check(machine: &ResidualModel<'_>) -> Result<Vec<String>, Implausi
         let turns = turning(&poses).is_some_and(|(_, across)| across >= ONE_AXIS);
         let Some(as_given) = Left::of(&poses).or_else(|| turns.then_some(Left::STILL)) else { continue };
         if as_given.size() < 1.0 {
-            odd.extend(held_otherwise(machine, &state, &poses, body));
+            odd.extend(held_otherwise(problem, &state, &poses, body));
             continue;
         }
         let others = others(&poses, body, form_of(model, table, body));
@@ -284,13 +284,13 @@ fn off_in_words(left: Left) -> String {
 
 /// What to say where the orientations fit the arm, but not with the base and the body as the model holds them.
 fn held_otherwise(
-    machine: &ResidualModel<'_>,
+    problem: &ResidualModel<'_>,
     state: &State,
     poses: &[SeenPose],
     body: SeenBody,
 ) -> Option<String> {
-    let model = machine.model;
-    let index = body.target(machine);
+    let model = problem.model;
+    let index = body.target(problem);
     let target = model.targets.get(index)?;
     let rotation = state.rotations.get(index)?;
     let (base, base_free) = match body {
@@ -340,28 +340,28 @@ fn rpy(rotation: &Rotation3<f64>) -> String {
 }
 
 /// Whether a board was seen from so many sides that it shows how its camera sits.
-fn determines_its_camera(machine: &ResidualModel<'_>, state: &State, body: SeenBody) -> bool {
-    let all: Vec<usize> = (0..machine.table.len()).collect();
-    let poses = machine.seen_poses(state, &all, body);
+fn determines_its_camera(problem: &ResidualModel<'_>, state: &State, body: SeenBody) -> bool {
+    let all: Vec<usize> = (0..problem.table.len()).collect();
+    let poses = problem.seen_poses(state, &all, body);
     let turned = turning(&poses).is_some_and(|(_, across)| across >= ONE_AXIS);
     matches!(body, SeenBody::Board(_)) && poses.len() >= FEWEST_OF_A_CAMERA && turned
 }
 
 /// What to say of a board in so few pictures that nothing shows whether it was found rightly.
-fn in_few_pictures(machine: &ResidualModel<'_>, state: &State, body: SeenBody) -> Option<String> {
-    let all: Vec<usize> = (0..machine.table.len()).collect();
-    let pictures = machine.seen_poses(state, &all, body).len();
+fn in_few_pictures(problem: &ResidualModel<'_>, state: &State, body: SeenBody) -> Option<String> {
+    let all: Vec<usize> = (0..problem.table.len()).collect();
+    let pictures = problem.seen_poses(state, &all, body).len();
     (pictures < FEWEST_OF_A_CAMERA).then(|| {
-        let name = name_of(machine.model, body);
+        let name = name_of(problem.model, body);
         let times = counted(pictures, "picture", "pictures");
         format!("{name} is in {times} only: its place follows from the camera as the other boards give it, and hardly anything confirms it; take 3 at least, from several sides")
     })
 }
 
 /// What to say where the hand turned about one axis only, and of what cannot be found then.
-fn one_axis(machine: &ResidualModel<'_>, poses: &[SeenPose], body: SeenBody) -> Option<String> {
-    let model = machine.model;
-    let target = model.targets.get(body.target(machine))?;
+fn one_axis(problem: &ResidualModel<'_>, poses: &[SeenPose], body: SeenBody) -> Option<String> {
+    let model = problem.model;
+    let target = model.targets.get(body.target(problem))?;
     let (other, other_is_free) = match body {
         SeenBody::Board(board) => {
             let free = model.base.free || model.boards.get(board).is_some_and(|board| board.free);

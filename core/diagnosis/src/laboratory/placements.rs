@@ -50,16 +50,16 @@ impl StandardErrors<'_> {
 
 /// Where the bodies whose orientation was measured, the camera or the laser line sensor, and the board are, and the base where it is free; nothing of a table without orientations.
 pub(super) fn placements(errors: &StandardErrors<'_>) -> Vec<Placement> {
-    let StandardErrors { machine, fit, .. } = errors;
-    let (model, state) = (machine.model, &fit.state);
-    let bodies = machine.seen_bodies();
-    let line_sensor = model.profile_sensor.filter(|_| !machine.table.profiles.is_empty());
-    if bodies.is_empty() && !machine.table.sees_a_board() && line_sensor.is_none() {
+    let StandardErrors { problem, fit, .. } = errors;
+    let (model, state) = (problem.model, &fit.state);
+    let bodies = problem.seen_bodies();
+    let line_sensor = model.profile_sensor.filter(|_| !problem.table.profiles.is_empty());
+    if bodies.is_empty() && !problem.table.sees_a_board() && line_sensor.is_none() {
         return Vec::new();
     }
     // A pose is reported only of what an orientation, a board or profiles were read of: of a bare point the turn is not known.
-    let mut seen: Vec<usize> = bodies.iter().map(|body| body.target(machine)).collect();
-    let boards = machine.boards_named();
+    let mut seen: Vec<usize> = bodies.iter().map(|body| body.target(problem)).collect();
+    let boards = problem.boards_named();
     seen.extend(boards.iter().filter_map(|board| model.boards.get(*board)).map(|board| board.camera));
     seen.extend(line_sensor);
     let mut found = Vec::new();
@@ -98,14 +98,14 @@ fn is_angle(what: Measurand, beside_lengths: bool) -> bool {
 
 /// How far measured orientations, and any other angles beside lengths, are off in some rows, degrees; nothing if none was measured.
 pub(super) fn orientation_errors(
-    machine: &ResidualModel<'_>,
+    problem: &ResidualModel<'_>,
     residuals: &[f64],
     rows: &[usize],
 ) -> Option<ErrorSummary> {
-    let beside_lengths = machine.observations.unit() == ReadingUnit::Mm;
+    let beside_lengths = problem.observations.unit() == ReadingUnit::Mm;
     ErrorSummary::of(rows.iter().flat_map(|row| {
-        let own = residuals.get(machine.observations.range(*row)).unwrap_or(&[]);
-        let equations = machine.observations.of_row(*row).iter().zip(own);
+        let own = residuals.get(problem.observations.range(*row)).unwrap_or(&[]);
+        let equations = problem.observations.of_row(*row).iter().zip(own);
         let mut squares: Vec<((&str, u32), f64)> = Vec::new();
         for (equation, residual) in equations.filter(|(one, _)| is_angle(one.measurand, beside_lengths)) {
             let key = (equation.measurand.kind.name(), equation.measurand.index);
@@ -152,7 +152,7 @@ mod tests {
     fn a_body_is_placed_with_errors_that_fall_with_the_root_of_the_rows() {
         let lab = tracked(36, false);
         let fitted = lab.fit_with(&[], None, &plumb_estimation::Progress::unwatched()).unwrap();
-        let found = placements(&StandardErrors::of_the_fit(&fitted.machine, &fitted.fit));
+        let found = placements(&StandardErrors::of_the_fit(&fitted.problem, &fitted.fit));
         assert_eq!(found.len(), 1, "the base is held");
         let body = &found[0];
         assert_eq!((body.name.as_str(), body.frame), ("p1", "flange"));
@@ -174,7 +174,7 @@ mod tests {
         );
         // Three turns of 0.05 deg make an angle.
         let rows: Vec<usize> = (0..36).collect();
-        let errors = orientation_errors(&fitted.machine, &fitted.fit.residuals, &rows).unwrap();
+        let errors = orientation_errors(&fitted.problem, &fitted.fit.residuals, &rows).unwrap();
         assert!(
             errors.points == 36 && (errors.rms / (0.05 * 3.0_f64.sqrt()) - 1.0).abs() < 0.15,
             "{errors:?}"
@@ -182,7 +182,7 @@ mod tests {
         let lab = crate::testing::two_links(6, "", 0.05, 31, |_| [0.0; 2]);
         let plain = lab.fit_with(&[], None, &plumb_estimation::Progress::unwatched()).unwrap();
         assert!(placements(&lab.standard_errors(&plain)).is_empty(), "of a bare point the turn is not known");
-        assert_eq!(orientation_errors(&plain.machine, &plain.fit.residuals, &[0, 1]), None);
+        assert_eq!(orientation_errors(&plain.problem, &plain.fit.residuals, &[0, 1]), None);
     }
 
     #[test]
@@ -190,7 +190,7 @@ mod tests {
         // On a planar arm the body's height and the base's are one number.
         let lab = tracked(36, true);
         let fitted = lab.fit_with(&[], None, &plumb_estimation::Progress::unwatched()).unwrap();
-        let found = placements(&StandardErrors::of_the_fit(&fitted.machine, &fitted.fit));
+        let found = placements(&StandardErrors::of_the_fit(&fitted.problem, &fitted.fit));
         assert_eq!(found.iter().map(|one| one.name.as_str()).collect::<Vec<_>>(), ["p1", "base"]);
         let known = |axis: usize| found.iter().filter(|one| one.se_mm[axis].is_some()).count();
         assert_eq!([known(0), known(1), known(2)], [2, 2, 1], "{found:?}");

@@ -64,13 +64,13 @@ impl ErrorSummary {
 
 /// Squared errors of a row's measured points, mm2 (deg2 in a table of angles alone): the coordinates of one target (or touched place) are one point, every other
 /// reading is one of its own. Empty if nothing in that unit was measured.
-pub(crate) fn point_squares(machine: &ResidualModel<'_>, residuals: &[f64], row: usize) -> Vec<f64> {
-    let own = residuals.get(machine.observations.range(row)).unwrap_or(&[]);
-    let equations = machine.observations.of_row(row);
+pub(crate) fn point_squares(problem: &ResidualModel<'_>, residuals: &[f64], row: usize) -> Vec<f64> {
+    let own = residuals.get(problem.observations.range(row)).unwrap_or(&[]);
+    let equations = problem.observations.of_row(row);
     let mut points: Vec<((&str, u32), f64)> = Vec::new();
     for (equation, residual) in equations.iter().zip(own) {
         let what = equation.measurand;
-        let Some(factor) = equation.factor_in(machine.observations.unit()) else { continue };
+        let Some(factor) = equation.factor_in(problem.observations.unit()) else { continue };
         let square = (residual * factor).powi(2);
         let key = (what.kind.name(), what.index);
         match points.iter_mut().find(|(known, _)| *known == key) {
@@ -82,18 +82,18 @@ pub(crate) fn point_squares(machine: &ResidualModel<'_>, residuals: &[f64], row:
 }
 
 /// Number of measured points in some rows.
-pub(crate) fn points_in(machine: &ResidualModel<'_>, rows: &[usize]) -> usize {
-    let none = vec![0.0; machine.observations.equations.len()];
-    rows.iter().map(|row| point_squares(machine, &none, *row).len()).sum()
+pub(crate) fn points_in(problem: &ResidualModel<'_>, rows: &[usize]) -> usize {
+    let none = vec![0.0; problem.observations.equations.len()];
+    rows.iter().map(|row| point_squares(problem, &none, *row).len()).sum()
 }
 
 /// By how much the error of a measured point exceeds that of one reading where both are noise alone: the root of how many readings make a point, 1.73 for a
 /// point in space.
-pub(crate) fn noise_of_a_point(machine: &ResidualModel<'_>, rows: &[usize]) -> f64 {
-    let unit = machine.observations.unit();
-    let equations = rows.iter().flat_map(|row| machine.observations.of_row(*row));
+pub(crate) fn noise_of_a_point(problem: &ResidualModel<'_>, rows: &[usize]) -> f64 {
+    let unit = problem.observations.unit();
+    let equations = rows.iter().flat_map(|row| problem.observations.of_row(*row));
     let readings = equations.filter(|equation| equation.factor_in(unit).is_some()).count();
-    (readings as f64 / points_in(machine, rows).max(1) as f64).sqrt()
+    (readings as f64 / points_in(problem, rows).max(1) as f64).sqrt()
 }
 
 #[cfg(test)]
@@ -116,9 +116,9 @@ mod tests {
     #[test]
     fn a_point_in_space_is_off_by_the_root_of_three_of_what_a_reading_is() {
         let lab = crate::testing::two_links(6, "", 0.05, 31, |_| [0.0; 2]);
-        let machine = lab.machine(&[]).unwrap();
-        assert!((noise_of_a_point(&machine, &[0, 2, 4]) - 3.0_f64.sqrt()).abs() < 1e-12);
-        assert_eq!(points_in(&machine, &[0, 2, 4]), 3);
+        let problem = lab.problem(&[]).unwrap();
+        assert!((noise_of_a_point(&problem, &[0, 2, 4]) - 3.0_f64.sqrt()).abs() < 1e-12);
+        assert_eq!(points_in(&problem, &[0, 2, 4]), 3);
         // A height is a point of its own.
         let text = "q1_deg,q2_deg,on,height_mm\n0,10,table,5\n20,30,table,6\n40,50,table,7\n";
         let plane = "surfaces: {table: {plane: {normal: [0, 0, 1], offset_mm: 0}}}";
@@ -126,7 +126,7 @@ mod tests {
         let model = Model::parse("model.yaml", &model).unwrap();
         let table = Table::parse("table.csv", text).unwrap();
         let observations = Observations::new(&model, &table).unwrap();
-        let machine = ResidualModel::new(&model, &table, &observations, &[]).unwrap();
-        assert!((noise_of_a_point(&machine, &[0, 1]) - 1.0).abs() < 1e-12);
+        let problem = ResidualModel::new(&model, &table, &observations, &[]).unwrap();
+        assert!((noise_of_a_point(&problem, &[0, 1]) - 1.0).abs() < 1e-12);
     }
 }

@@ -47,11 +47,11 @@ impl Laboratory {
         let mut values = self.effect_values(&self.standard_errors(&after));
         // What was fitted before comes first in both.
         let effects = values.split_off(known.len());
-        let rows = row_residuals(&after.machine, &after.fit, &self.split().check);
+        let rows = row_residuals(&after.problem, &after.fit, &self.split().check);
         Ok(Preview {
-            before: self.rms(&before.machine, &before.fit, progress)?,
-            after: self.rms(&after.machine, &after.fit, progress)?,
-            series: series(&after.machine, &after.fit, &rows),
+            before: self.rms(&before.problem, &before.fit, progress)?,
+            after: self.rms(&after.problem, &after.fit, progress)?,
+            series: series(&after.problem, &after.fit, &rows),
             rows,
             moved: moved(&known, &values),
             effects,

@@ -36,101 +36,101 @@ pub(super) struct Regressor {
 
 impl Regressor {
     /// What drives an effect in the rows of a table; nothing where it is more than one number.
-    pub(super) fn of(machine: &ResidualModel<'_>, state: &State, id: &EffectId) -> Option<Self> {
+    pub(super) fn of(problem: &ResidualModel<'_>, state: &State, id: &EffectId) -> Option<Self> {
         let joint = id.joint();
         match kind(&id.name)?.driven_by {
-            DrivenBy::Moment => Some(moment(machine, state, joint?)),
-            DrivenBy::Coordinate | DrivenBy::Waves => Some(coordinate(machine, joint?)),
-            DrivenBy::OtherJoint => Some(coordinate(machine, id.with?)),
-            DrivenBy::WayOfArrival => Some(side(machine, joint?)),
-            DrivenBy::LastMove => Some(last_move(machine, joint?)),
-            DrivenBy::ScrewTurn => turn_of_screw(machine, joint?),
-            DrivenBy::Temperature => temperature(machine),
-            DrivenBy::Time => Some(time(machine)),
-            DrivenBy::RowOrder => Some(order(machine)),
-            DrivenBy::InstrumentAxis => axis_of_instrument(machine, state, id),
+            DrivenBy::Moment => Some(moment(problem, state, joint?)),
+            DrivenBy::Coordinate | DrivenBy::Waves => Some(coordinate(problem, joint?)),
+            DrivenBy::OtherJoint => Some(coordinate(problem, id.with?)),
+            DrivenBy::WayOfArrival => Some(side(problem, joint?)),
+            DrivenBy::LastMove => Some(last_move(problem, joint?)),
+            DrivenBy::ScrewTurn => turn_of_screw(problem, joint?),
+            DrivenBy::Temperature => temperature(problem),
+            DrivenBy::Time => Some(time(problem)),
+            DrivenBy::RowOrder => Some(order(problem)),
+            DrivenBy::InstrumentAxis => axis_of_instrument(problem, state, id),
             DrivenBy::Weights | DrivenBy::Several => None,
         }
     }
 
-    fn over_rows(machine: &ResidualModel<'_>, axis: PlotAxis, value: impl Fn(usize) -> f64) -> Self {
-        Self { axis, values: (0..machine.table.len()).map(value).collect() }
+    fn over_rows(problem: &ResidualModel<'_>, axis: PlotAxis, value: impl Fn(usize) -> f64) -> Self {
+        Self { axis, values: (0..problem.table.len()).map(value).collect() }
     }
 }
 
-fn name_of(machine: &ResidualModel<'_>, joint: usize) -> String {
-    machine.model.site_name(Site::Joint(joint))
+fn name_of(problem: &ResidualModel<'_>, joint: usize) -> String {
+    problem.model.site_name(Site::Joint(joint))
 }
 
 /// A joint's coordinate as it is shown, and its unit.
-fn shown(machine: &ResidualModel<'_>, joint: usize) -> (f64, &'static str) {
-    if machine.model.slides(joint) { (1.0, "mm") } else { (1.0_f64.to_degrees(), "deg") }
+fn shown(problem: &ResidualModel<'_>, joint: usize) -> (f64, &'static str) {
+    if problem.model.slides(joint) { (1.0, "mm") } else { (1.0_f64.to_degrees(), "deg") }
 }
 
-fn commanded(machine: &ResidualModel<'_>, row: usize, joint: usize) -> f64 {
-    machine.table.q_of(row).get(joint).copied().unwrap_or(0.0)
+fn commanded(problem: &ResidualModel<'_>, row: usize, joint: usize) -> f64 {
+    problem.table.q_of(row).get(joint).copied().unwrap_or(0.0)
 }
 
-fn coordinate(machine: &ResidualModel<'_>, joint: usize) -> Regressor {
-    let (factor, unit) = shown(machine, joint);
-    let axis = PlotAxis::new(name_of(machine, joint), unit);
-    Regressor::over_rows(machine, axis, |row| commanded(machine, row, joint) * factor)
+fn coordinate(problem: &ResidualModel<'_>, joint: usize) -> Regressor {
+    let (factor, unit) = shown(problem, joint);
+    let axis = PlotAxis::new(name_of(problem, joint), unit);
+    Regressor::over_rows(problem, axis, |row| commanded(problem, row, joint) * factor)
 }
 
 /// Where within a turn of its screw a slide is.
-fn turn_of_screw(machine: &ResidualModel<'_>, joint: usize) -> Option<Regressor> {
-    let pitch = machine.model.chain.joints.get(joint)?.screw_pitch?;
-    let axis = PlotAxis::new(format!("{} within a turn of its screw", name_of(machine, joint)), "mm");
-    Some(Regressor::over_rows(machine, axis, |row| commanded(machine, row, joint).rem_euclid(pitch)))
+fn turn_of_screw(problem: &ResidualModel<'_>, joint: usize) -> Option<Regressor> {
+    let pitch = problem.model.chain.joints.get(joint)?.screw_pitch?;
+    let axis = PlotAxis::new(format!("{} within a turn of its screw", name_of(problem, joint)), "mm");
+    Some(Regressor::over_rows(problem, axis, |row| commanded(problem, row, joint).rem_euclid(pitch)))
 }
 
 /// The moment of gravity about a joint.
-fn moment(machine: &ResidualModel<'_>, state: &State, joint: usize) -> Regressor {
-    let axis = PlotAxis::new(format!("moment about {}", name_of(machine, joint)), "N m");
-    Regressor::over_rows(machine, axis, |row| {
-        machine.row_details(state, row).moments.get(joint).copied().unwrap_or(0.0)
+fn moment(problem: &ResidualModel<'_>, state: &State, joint: usize) -> Regressor {
+    let axis = PlotAxis::new(format!("moment about {}", name_of(problem, joint)), "N m");
+    Regressor::over_rows(problem, axis, |row| {
+        problem.row_details(state, row).moments.get(joint).copied().unwrap_or(0.0)
     })
 }
 
 /// The way in which a joint arrived: as it was logged, else its way from the row before.
-fn side(machine: &ResidualModel<'_>, joint: usize) -> Regressor {
+fn side(problem: &ResidualModel<'_>, joint: usize) -> Regressor {
     let axis = PlotAxis::new(
-        format!("way in which {} arrived (1: its coordinate grew)", name_of(machine, joint)),
+        format!("way in which {} arrived (1: its coordinate grew)", name_of(problem, joint)),
         "",
     );
-    if machine.table.approach.is_some() {
-        return Regressor::over_rows(machine, axis, |row| f64::from(machine.table.approach_of(row, joint)));
+    if problem.table.approach.is_some() {
+        return Regressor::over_rows(problem, axis, |row| f64::from(problem.table.approach_of(row, joint)));
     }
-    let mut values = last_move(machine, joint).values;
+    let mut values = last_move(problem, joint).values;
     // The sign of zero is one in floating point; a joint at rest came from neither side.
     values.iter_mut().for_each(|moved| *moved = if *moved == 0.0 { 0.0 } else { moved.signum() });
     Regressor { axis, values }
 }
 
 /// How far a joint moved from the row before, in the order of time.
-fn last_move(machine: &ResidualModel<'_>, joint: usize) -> Regressor {
-    let (factor, unit) = shown(machine, joint);
-    let axis = PlotAxis::new(format!("last move of {}", name_of(machine, joint)), unit);
-    let mut moves = vec![0.0; machine.table.len()];
-    let order = machine.table.order();
+fn last_move(problem: &ResidualModel<'_>, joint: usize) -> Regressor {
+    let (factor, unit) = shown(problem, joint);
+    let axis = PlotAxis::new(format!("last move of {}", name_of(problem, joint)), unit);
+    let mut moves = vec![0.0; problem.table.len()];
+    let order = problem.table.order();
     for (before, row) in order.iter().zip(order.iter().skip(1)) {
         if let Some(moved) = moves.get_mut(*row) {
-            *moved = factor * (commanded(machine, *row, joint) - commanded(machine, *before, joint));
+            *moved = factor * (commanded(problem, *row, joint) - commanded(problem, *before, joint));
         }
     }
     Regressor { axis, values: moves }
 }
 
 /// The temperature; nothing where it is not logged.
-fn temperature(machine: &ResidualModel<'_>) -> Option<Regressor> {
-    let column = machine.table.temperature.as_ref()?;
+fn temperature(problem: &ResidualModel<'_>) -> Option<Regressor> {
+    let column = problem.table.temperature.as_ref()?;
     Some(Regressor { axis: PlotAxis::new("temperature", "deg C"), values: column.clone() })
 }
 
 /// The place of each row in the order of time.
-fn order(machine: &ResidualModel<'_>) -> Regressor {
-    let mut places = vec![0.0; machine.table.len()];
-    for (index, row) in machine.table.order().into_iter().enumerate() {
+fn order(problem: &ResidualModel<'_>) -> Regressor {
+    let mut places = vec![0.0; problem.table.len()];
+    for (index, row) in problem.table.order().into_iter().enumerate() {
         if let Some(slot) = places.get_mut(row) {
             *slot = index as f64 + 1.0;
         }
@@ -139,19 +139,19 @@ fn order(machine: &ResidualModel<'_>) -> Regressor {
 }
 
 /// The time where it is logged, else the order of the rows.
-fn time(machine: &ResidualModel<'_>) -> Regressor {
-    match &machine.table.time {
+fn time(problem: &ResidualModel<'_>) -> Regressor {
+    match &problem.table.time {
         Some(column) => Regressor { axis: PlotAxis::new("time", "s"), values: column.clone() },
-        None => order(machine),
+        None => order(problem),
     }
 }
 
 /// The coordinate of the point along the axis of the instrument that an effect acts on.
-fn axis_of_instrument(machine: &ResidualModel<'_>, state: &State, id: &EffectId) -> Option<Regressor> {
+fn axis_of_instrument(problem: &ResidualModel<'_>, state: &State, id: &EffectId) -> Option<Regressor> {
     let Site::Axis(axis) = id.site else { return None };
-    let title = PlotAxis::new(format!("{} of the point", machine.model.site_name(id.site)), "mm");
-    Some(Regressor::over_rows(machine, title, |row| {
-        machine.believed_point(state, row).get(axis).copied().unwrap_or(0.0)
+    let title = PlotAxis::new(format!("{} of the point", problem.model.site_name(id.site)), "mm");
+    Some(Regressor::over_rows(problem, title, |row| {
+        problem.believed_point(state, row).get(axis).copied().unwrap_or(0.0)
     }))
 }
 
@@ -166,7 +166,7 @@ mod tests {
         let lab = two_links(12, "", 0.05, 74, |_| [0.0; 2]);
         let fitted = lab.fit_with(&[], None, &Progress::unwatched()).unwrap();
         let found =
-            Regressor::of(&fitted.machine, &fitted.fit.state, &EffectId::at(name, Site::Joint(1))).unwrap();
+            Regressor::of(&fitted.problem, &fitted.fit.state, &EffectId::at(name, Site::Joint(1))).unwrap();
         (found, (0..12).map(|row| lab.table().q_of(row)[1].to_degrees()).collect())
     }
 
@@ -194,7 +194,7 @@ mod tests {
         });
         let drawn = |lab: &crate::laboratory::Laboratory, id: EffectId| {
             let fitted = lab.fit_with(&[], None, &Progress::unwatched()).unwrap();
-            let found = Regressor::of(&fitted.machine, &fitted.fit.state, &id);
+            let found = Regressor::of(&fitted.problem, &fitted.fit.state, &id);
             found.map(|found| (found.axis.title(), found.values))
         };
         let heat = EffectId::at("thermal_growth", Site::Joint(1));
@@ -228,13 +228,13 @@ mod tests {
         let table = plumb_calibration::table::Table::parse("t.csv", &text).unwrap();
         let lab =
             crate::laboratory::Laboratory::new(model, table, crate::laboratory::Options::default()).unwrap();
-        let machine = lab.machine(&[]).unwrap();
-        let screw = turn_of_screw(&machine, 1).unwrap();
+        let problem = lab.problem(&[]).unwrap();
+        let screw = turn_of_screw(&problem, 1).unwrap();
         assert_eq!((screw.axis.unit.as_str(), screw.values), ("mm", vec![3.0, 4.0, 2.0]));
-        assert!(turn_of_screw(&machine, 0).is_none() && turn_of_screw(&machine, 7).is_none());
-        assert_eq!(coordinate(&machine, 1).values, [3.0, -1.0, 12.0]);
-        assert_eq!(last_move(&machine, 1).values, [0.0, -4.0, 13.0]);
-        assert!(coordinate(&machine, 0).values.iter().all(|angle| (angle - 10.0).abs() < 1e-12));
-        assert_eq!(side(&machine, 1).values, [0.0, -1.0, 1.0]);
+        assert!(turn_of_screw(&problem, 0).is_none() && turn_of_screw(&problem, 7).is_none());
+        assert_eq!(coordinate(&problem, 1).values, [3.0, -1.0, 12.0]);
+        assert_eq!(last_move(&problem, 1).values, [0.0, -4.0, 13.0]);
+        assert!(coordinate(&problem, 0).values.iter().all(|angle| (angle - 10.0).abs() < 1e-12));
+        assert_eq!(side(&problem, 1).values, [0.0, -1.0, 1.0]);
     }
 }

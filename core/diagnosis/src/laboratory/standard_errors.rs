@@ -12,7 +12,7 @@ use plumb_calibration::fit::{Fit, FreeParameter, ResidualModel};
 
 /// A fit, and the covariance that is reported of it.
 pub(crate) struct StandardErrors<'a> {
-    pub(crate) machine: &'a ResidualModel<'a>,
+    pub(crate) problem: &'a ResidualModel<'a>,
     pub(crate) fit: &'a Fit,
     /// Of the free parameters, internal units.
     pub(crate) covariance: DMatrix<f64>,
@@ -21,23 +21,23 @@ pub(crate) struct StandardErrors<'a> {
 impl<'a> StandardErrors<'a> {
     /// Where nothing but noise is left those of the fit, which takes what is left for independent noise. Where more is left, or nobody knows the noise, at least what blocks
     /// of rows have.
-    pub(crate) fn of(machine: &'a ResidualModel<'a>, fit: &'a Fit, floor: &Floor) -> Self {
-        let lack = LackOfFit::beside(Noise::of(machine, fit), floor);
+    pub(crate) fn of(problem: &'a ResidualModel<'a>, fit: &'a Fit, floor: &Floor) -> Self {
+        let lack = LackOfFit::beside(Noise::of(problem, fit), floor);
         let covariance = match lack.is_some_and(|lack| !lack.is_significant()) {
             true => fit.covariance.clone(),
-            false => block_errors::at_least(&fit.covariance, &block_errors::errors(machine, fit)),
+            false => block_errors::at_least(&fit.covariance, &block_errors::errors(problem, fit)),
         };
-        Self { machine, fit, covariance }
+        Self { problem, fit, covariance }
     }
 
     /// As the fit has them, which takes what is left for independent noise.
-    pub(crate) fn of_the_fit(machine: &'a ResidualModel<'a>, fit: &'a Fit) -> Self {
-        Self { machine, fit, covariance: fit.covariance.clone() }
+    pub(crate) fn of_the_fit(problem: &'a ResidualModel<'a>, fit: &'a Fit) -> Self {
+        Self { problem, fit, covariance: fit.covariance.clone() }
     }
 
     /// Where a free parameter is among those of the fit; nothing where it is held, for the rows cannot determine it.
     pub(crate) fn place(&self, free_parameter: FreeParameter) -> Option<usize> {
-        let index = self.machine.free_parameters().iter().position(|known| *known == free_parameter)?;
+        let index = self.problem.free_parameters().iter().position(|known| *known == free_parameter)?;
         (!self.fit.factor.dependent.contains(&index)).then_some(index)
     }
 
@@ -56,8 +56,8 @@ impl<'a> StandardErrors<'a> {
 impl Laboratory {
     /// The standard errors that are reported of a fit.
     pub(crate) fn standard_errors<'f>(&self, fitted: &'f Fitted<'_>) -> StandardErrors<'f> {
-        let Fitted { machine, fit } = fitted;
-        StandardErrors::of(machine, fit, &Floor::of(machine, fit, &self.context()))
+        let Fitted { problem, fit } = fitted;
+        StandardErrors::of(problem, fit, &Floor::of(problem, fit, &self.context()))
     }
 }
 
@@ -74,9 +74,9 @@ mod tests {
         let wider = |lab: &Laboratory| {
             let fitted = lab.fit_with(&[], None, &Progress::unwatched()).unwrap();
             let errors = lab.standard_errors(&fitted);
-            let gain = fitted.machine.free_parameters()[0];
+            let gain = fitted.problem.free_parameters()[0];
             let wider = errors.error_of(gain).unwrap() / fitted.fit.covariance[(0, 0)].sqrt();
-            let blocks = block_errors::errors(&fitted.machine, &fitted.fit)[0].powi(2);
+            let blocks = block_errors::errors(&fitted.problem, &fitted.fit)[0].powi(2);
             assert!(
                 (errors.covariance_of(&[0])[(0, 0)] - blocks.max(fitted.fit.covariance[(0, 0)])).abs()
                     < 1e-15

@@ -24,16 +24,16 @@ pub(crate) fn explains_as_well(
     found: &[EffectId],
     kept: &[usize],
 ) -> bool {
-    let (machine, fit) = (&base.fitted.machine, &base.fitted.fit);
-    let mut rows = chosen_rows(machine, fit, EVIDENCE_ROWS);
+    let (problem, fit) = (&base.fitted.problem, &base.fitted.fit);
+    let mut rows = chosen_rows(problem, fit, EVIDENCE_ROWS);
     rows.retain(|row| kept.contains(row));
     let components = components(base, listed, &rows);
     let built: Vec<Box<dyn Effect>> =
-        found.iter().filter_map(|id| effect::build(id, machine.model).ok()).collect();
+        found.iter().filter_map(|id| effect::build(id, problem.model).ok()).collect();
     let (Some(name), false) = (built.last(), components.is_empty()) else { return false };
     let columns = columns(base, &built.iter().map(AsRef::as_ref).collect::<Vec<_>>(), &rows);
     let (all, own) = (columns.ncols(), name.parameters().len());
-    let features = Features::plain(machine, fit, &rows).with_components(&components);
+    let features = Features::plain(problem, fit, &rows).with_components(&components);
     let equations = (columns.nrows() as f64).ln();
     // An infinite ratio is a variance of zero: the geometry as the model has it.
     let absent = vec![f64::INFINITY; components.len()];
@@ -69,9 +69,9 @@ fn components(base: &Stage<'_>, listed: &[Probe], rows: &[usize]) -> Vec<DMatrix
 
 /// How the parameters of some effects move the readings: equations of these rows by parameters, sigmas.
 fn columns(base: &Stage<'_>, effects: &[&dyn Effect], rows: &[usize]) -> DMatrix<f64> {
-    let (machine, fit) = (&base.fitted.machine, &base.fitted.fit);
-    let block = machine.block(&fit.state, rows, &fit.weights, effects);
-    let free_parameters = machine.free_parameters().len();
+    let (problem, fit) = (&base.fitted.problem, &base.fitted.fit);
+    let block = problem.block(&fit.state, rows, &fit.weights, effects);
+    let free_parameters = problem.free_parameters().len();
     block.jacobian.rows(free_parameters, block.jacobian.nrows() - free_parameters).transpose()
 }
 

@@ -75,16 +75,16 @@ impl Laboratory {
         let options = FitOptions { robust: false, ..self.options().fit };
         let mut more = stage.taken.clone();
         more.push(AddedEffect { id: best.id.clone(), values: best.values.clone() });
-        let Fitted { machine, fit } =
+        let Fitted { problem, fit } =
             self.fit_to_compare(&more, &stage.fitted, &best.score.beside, options, progress)?;
         let values = DVector::from_vec(fit.state.effects.last().cloned().unwrap_or_default());
-        let free = machine.free_parameters().len();
+        let free = problem.free_parameters().len();
         let own = free.saturating_sub(values.len())..free;
         // What the rows do not determine without the effect they are not to determine with it: what bends makes parallel axes a little less so, and an offset along one of
         // them takes up, in kilometres, what the effect does.
         let known = own.chain(stage.fitted.fit.factor.dependent.iter().copied());
         let factor = factor_without(&fit.normal.matrix, known);
-        let fitted = Box::new(Fitted { machine, fit: Fit { factor, ..fit } });
+        let fitted = Box::new(Fitted { problem, fit: Fit { factor, ..fit } });
         Ok(Linearization::With { fitted, id: best.id.clone(), values })
     }
 }

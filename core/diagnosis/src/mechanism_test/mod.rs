@@ -276,7 +276,7 @@ impl Bench<'_> {
         else {
             return Some(Doubt::NotPredicted);
         };
-        let model = self.stage.fitted.machine.model;
+        let model = self.stage.fitted.problem.model;
         let steady = build(&suspect.id, model)
             .is_ok_and(|one| self.has_steady_size(one.as_ref(), &values, &predictions));
         (!steady).then_some(Doubt::Size)
@@ -354,9 +354,9 @@ impl Mechanism {
 
     /// Asks the fitted candidates of a stage; nothing where too few rows are left over to ask, or none of them is plausible.
     pub(crate) fn of(stage: &Stage<'_>, about: &Linearization<'_>, unlisted: &[Probe]) -> Option<Self> {
-        let Fitted { machine, fit } = about.fitted(stage);
-        let rows = chosen_rows(machine, fit, EVIDENCE_ROWS);
-        let mut features = Features::of(machine, fit, &rows);
+        let Fitted { problem, fit } = about.fitted(stage);
+        let rows = chosen_rows(problem, fit, EVIDENCE_ROWS);
+        let mut features = Features::of(problem, fit, &rows);
         let Asked { suspects, overtones, columns } = suspects(stage, about, unlisted, &rows);
         for suspect in &suspects {
             if let Some(values) = about.values_in(&suspect.id) {

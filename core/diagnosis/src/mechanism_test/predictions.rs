@@ -26,7 +26,7 @@ impl Predictions {
     /// Of a suspect of `set`; `without` is the same set without it. Nothing where what is left without a block does not determine what is fitted.
     pub(super) fn of(bench: &Bench<'_>, asked: &Foremost<'_>, without: &Set) -> Option<Self> {
         let (suspect, set) = (asked.member, asked.set);
-        let table = bench.stage.fitted.machine.table;
+        let table = bench.stage.fitted.problem.table;
         // An infinite ratio gives a component up: nothing flexible is left.
         let stiff = vec![f64::INFINITY; bench.nothing.ratios.len()];
         let plain = bench.mixed.fit(&bench.parameters(&set.members), Some(&stiff))?;
@@ -115,7 +115,7 @@ fn compared_without(
 pub(super) fn errors_by_blocks(bench: &Bench<'_>, asked: &Foremost<'_>) -> Option<Vec<f64>> {
     let (suspect, set) = (asked.member, asked.set);
     let mut errors = vec![0.0; bench.parameters(&[suspect]).len()];
-    for blocks in block_errors::ways(bench.stage.fitted.machine.table, &bench.rows) {
+    for blocks in block_errors::ways(bench.stage.fitted.problem.table, &bench.rows) {
         let equations = blocks.iter().map(|block| bench.equations_of(block)).collect();
         let mut without = Vec::new();
         let left_out = bench.mixed.leave_out(equations)?;
@@ -131,7 +131,7 @@ pub(super) fn errors_by_blocks(bench: &Bench<'_>, asked: &Foremost<'_>) -> Optio
 impl Bench<'_> {
     /// By how many standard errors losses fall, over poses; from the fall at every equation.
     fn gain_over(&self, falls: &[f64]) -> f64 {
-        let poses = pose_groups(self.stage.fitted.machine.table, &self.rows);
+        let poses = pose_groups(self.stage.fitted.problem.table, &self.rows);
         let falls = poses.iter().map(|rows| self.equations_of(rows).into_iter().map(|one| falls[one]).sum());
         let falls: Vec<f64> = falls.collect();
         Gain::over(&falls).map_or(0.0, |gain| gain.total / gain.error.max(f64::MIN_POSITIVE))

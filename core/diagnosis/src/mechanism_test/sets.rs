@@ -171,7 +171,7 @@ mod tests {
         with_wave_in(&beside, off, |bench, _| {
             let mut search = Search { bench, known: BTreeMap::new() };
             let index = |text: &str| {
-                let label = |one: usize| bench.stage.fitted.machine.model.label(&bench.suspects[one].id);
+                let label = |one: usize| bench.stage.fitted.problem.model.label(&bench.suspects[one].id);
                 (0..bench.suspects.len()).find(|one| label(*one) == text).unwrap()
             };
             let mut wrong = vec![index("joint_harmonic(elbow, 5)"), index("joint_harmonic(shoulder, 7)")];

@@ -49,12 +49,12 @@ pub(super) fn suspects(
     unlisted: &[Probe],
     rows: &[usize],
 ) -> Asked {
-    let (machine, fit) = (&stage.fitted.machine, &stage.fitted.fit);
+    let (problem, fit) = (&stage.fitted.problem, &stage.fitted.fit);
     let listed = stage.fitted_candidates.iter().enumerate().take(EVIDENCE_SUSPECTS);
     let built =
-        listed.filter_map(|(index, one)| Some((index, one, effect::build(&one.id, machine.model).ok()?)));
+        listed.filter_map(|(index, one)| Some((index, one, effect::build(&one.id, problem.model).ok()?)));
     let built: Vec<(usize, &FittedCandidate, Box<dyn Effect>)> = built.collect();
-    let mut unlisted_probes = best_variants(unlisted, score(machine, fit, unlisted));
+    let mut unlisted_probes = best_variants(unlisted, score(problem, fit, unlisted));
     // By what they explain, not by criterion: they are weighed in the same sets as the others, where their numbers are charged.
     unlisted_probes.sort_by(|left, right| right.1.gain.total_cmp(&left.1.gain));
     let unlisted_probes: Vec<(&Probe, f64)> = unlisted_probes
@@ -90,9 +90,9 @@ pub(super) fn suspects(
         next += count;
         effects.extend(effects_of.iter().map(AsRef::as_ref));
     }
-    let Fitted { machine, fit } = about.fitted(stage);
-    let free_parameters = machine.free_parameters().len();
-    let block = machine.block(&fit.state, rows, &fit.weights, &effects);
+    let Fitted { problem, fit } = about.fitted(stage);
+    let free_parameters = problem.free_parameters().len();
+    let block = problem.block(&fit.state, rows, &fit.weights, &effects);
     let columns = block.jacobian.rows(free_parameters, block.jacobian.nrows() - free_parameters).transpose();
     Asked { suspects, overtones, columns }
 }
@@ -107,7 +107,7 @@ pub(super) fn gain_of(stage: &Stage<'_>, fitted_candidate: &FittedCandidate) -> 
 
 /// The likeliest waves, and the second and third overtone of each.
 fn overtones(stage: &Stage<'_>) -> Vec<(EffectId, Vec<Box<dyn Effect>>)> {
-    let model = stage.fitted.machine.model;
+    let model = stage.fitted.problem.model;
     let listed = stage.fitted_candidates.iter().take(EVIDENCE_SUSPECTS).map(|one| &one.id);
     let waves = listed.filter_map(|id| Some((id, id.order?)));
     let mut found = Vec::new();

@@ -198,10 +198,10 @@ pub(super) fn with_wave_in<T>(
         .iter()
         .map(|id| FittedCandidate { id: id.clone(), ..crate::testing::fitted_candidate("", 0, 0.0) })
         .collect();
-    let (machine, fit) = (&stage.fitted.machine, &stage.fitted.fit);
+    let (problem, fit) = (&stage.fitted.problem, &stage.fitted.fit);
     let rows = fit.rows.clone();
-    let mut features = Features::plain(machine, fit, &rows);
-    features.carriers = Features::of(machine, fit, &rows).carriers;
+    let mut features = Features::plain(problem, fit, &rows);
+    features.carriers = Features::of(problem, fit, &rows).carriers;
     let Asked { suspects, overtones, columns } = suspects(&stage, &Linearization::Stage, &[], &rows);
     let mixed = Mixed::new(&features, &columns).unwrap();
     let (nothing, equations) = (mixed.fit(&[], None).unwrap(), columns.nrows() as f64);

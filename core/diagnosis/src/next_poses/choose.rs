@@ -220,7 +220,7 @@ impl<'a> Chooser<'a> {
         for rival in &self.rivals {
             let mut effects = start.clone();
             effects.extend(rival.effects.iter().cloned());
-            let machine = ResidualModel::new(&model, &table, &observations, &effects)?;
+            let problem = ResidualModel::new(&model, &table, &observations, &effects)?;
             let mut state = rival.state.clone();
             if self.sensing == Sensing::SecondPoint
                 && let (Some(moved), Some(target)) = (state.targets.first_mut(), model.targets.first())
@@ -229,12 +229,12 @@ impl<'a> Chooser<'a> {
             }
             let mut all = Vec::new();
             for (row, allowed) in reach_allowed.iter_mut().enumerate() {
-                let block = machine.block(&state, &[row], &ones, &[]);
+                let block = problem.block(&state, &[row], &ones, &[]);
                 *allowed &= (!table.is_of_stripes() && table.profiles.is_empty())
                     || falls_on_its_surfaces(&observations, row, &block.residuals);
                 all.push((-DVector::from_vec(block.residuals), block.jacobian.transpose()));
-                *allowed &= machine.stays_clear(&state, row, request.keep_out)
-                    && self.view.is_none_or(|view| view.sees(&machine, &state, row));
+                *allowed &= problem.stays_clear(&state, row, request.keep_out)
+                    && self.view.is_none_or(|view| view.sees(&problem, &state, row));
             }
             rivals.push(all);
         }
@@ -367,7 +367,7 @@ mod tests {
     fn what_a_rival_predicts_is_where_the_point_is_and_a_second_point_sits_off_the_axis() {
         let lab = crate::testing::two_links(8, "", 0.05, 73, |_| [0.0; 2]);
         let fitted = lab.fit_with(&[], None, &Progress::unwatched()).unwrap();
-        let unit = crate::noise_floor::typical_sigma(&fitted.machine);
+        let unit = crate::noise_floor::typical_sigma(&fitted.problem);
         let rival = Rival::of("as it is".to_owned(), Vec::new(), &fitted);
         let mut chooser = Chooser::new(&lab, vec![rival], 1.0).unwrap();
         let design = |q: [f64; 2]| Design { q: q.to_vec(), approach: vec![0, 0], payload: 0.0, wait: 0.0 };

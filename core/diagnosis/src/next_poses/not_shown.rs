@@ -88,12 +88,12 @@ fn keep_one_of_each_kind(faint: &mut Vec<Faint>) {
 
 /// The model with an effect in that the rows do not show, everything fitted where it would stand then.
 fn rival(faint: &Faint, stage: &Stage<'_>, most_mm: f64, lab: &Laboratory) -> Rival {
-    let (machine, fit) = (&stage.fitted.machine, &stage.fitted.fit);
+    let (problem, fit) = (&stage.fitted.problem, &stage.fitted.fit);
     // Of the size that the question asks about, and no more than the rows leave room for.
     let fraction = (most_mm / faint.error_mm).min(1.0);
     let values: Vec<f64> = faint.values.iter().map(|value| value * fraction).collect();
     let beside = &faint.beside * fraction;
-    let mut state = fit.state.stepped(machine.free_parameters(), beside.as_slice());
+    let mut state = fit.state.stepped(problem.free_parameters(), beside.as_slice());
     state.effects.push(values.clone());
     let known = fit.covariance.nrows();
     let mut covariance = DMatrix::zeros(known + values.len(), known + values.len());
@@ -124,7 +124,7 @@ mod tests {
     fn an_effect_that_is_not_shown_is_put_in_at_the_size_that_is_asked_and_at_no_more_than_the_rows_allow() {
         let (lab, progress) = (narrow(), Progress::unwatched());
         let fitted = lab.fit_with(&[], None, &progress).unwrap();
-        let floor = Floor::of(&fitted.machine, &fitted.fit, &lab.context());
+        let floor = Floor::of(&fitted.problem, &fitted.fit, &lab.context());
         let asked = Candidates { listed: candidates::probes(&lab), unlisted: unlisted::probes(&lab) };
         let finding = lab.find(&floor, &asked, &progress).unwrap();
         let faint = lab.faint(&finding.stage.fitted, &floor).unwrap();
@@ -141,7 +141,7 @@ mod tests {
         first.truncate(ASKED_KINDS);
         assert_eq!(ids(kept.iter().collect()), ids(first));
         let (one, stage) = (faint.first().unwrap(), &finding.stage);
-        let (machine, fit) = (&stage.fitted.machine, &stage.fitted.fit);
+        let (problem, fit) = (&stage.fitted.problem, &stage.fitted.fit);
         for (most_mm, fraction) in [(0.5 * one.error_mm, 0.5), (one.error_mm, 1.0), (3.0 * one.error_mm, 1.0)]
         {
             let put_in = rival(one, stage, most_mm, &lab);
@@ -152,7 +152,7 @@ mod tests {
                 Some((&one.id, &values))
             );
             assert_eq!(put_in.effects.len(), stage.taken.len() + 1);
-            let beside = fit.state.stepped(machine.free_parameters(), (&one.beside * fraction).as_slice());
+            let beside = fit.state.stepped(problem.free_parameters(), (&one.beside * fraction).as_slice());
             assert_eq!(put_in.state.effects[..beside.effects.len()], beside.effects);
             let known = fit.covariance.nrows();
             assert_eq!(put_in.covariance.nrows(), known + values.len());

@@ -72,7 +72,7 @@ impl Chooser<'_> {
     /// The poses with what every rival predicts there.
     pub(super) fn to_poses(&self, designs: &[Design]) -> Vec<NextPose> {
         let lab = self.designer.lab;
-        let unit = lab.machine(&[]).map_or(1.0, |machine| typical_sigma(&machine));
+        let unit = lab.problem(&[]).map_or(1.0, |problem| typical_sigma(&problem));
         let forecast = self.forecast(designs, PoseRequest { count: 0, keep_out: &[], payloads: &[] }).ok();
         let poses = designs.iter().enumerate().map(|(index, design)| {
             let mut predicted = Map::new();

@@ -40,7 +40,9 @@ impl View {
         let mut view: Option<Self> = None;
         for row in lab.measured_rows() {
             let place = table.board.as_ref().and_then(|board| board.get(row)).copied();
-            let (Some(place), Some(rotation)) = (place, table.turn_of(Body::Board, row)) else { continue };
+            let (Some(place), Some(rotation)) = (place, table.rotation_of(Body::Board, row)) else {
+                continue;
+            };
             if !place.iter().all(|part| part.is_finite()) {
                 continue;
             }
@@ -63,8 +65,8 @@ impl View {
     }
 
     /// Whether the camera sees the board in a pose to come.
-    pub(super) fn sees(&self, machine: &ResidualModel<'_>, state: &State, row: usize) -> bool {
-        machine.believed_board(state, row).is_none_or(|board| self.holds(&board))
+    pub(super) fn sees(&self, problem: &ResidualModel<'_>, state: &State, row: usize) -> bool {
+        problem.believed_board(state, row).is_none_or(|board| self.holds(&board))
     }
 }
 
@@ -110,6 +112,6 @@ mod tests {
         let fitted = lab.fit_with(&[], None, &plumb_estimation::Progress::unwatched()).unwrap();
         assert_eq!(View::of(&lab), None);
         let view = View { distances: (250.0, 400.0), aside: 0.3, aslant: 0.5 };
-        assert!(view.sees(&fitted.machine, &fitted.fit.state, 0));
+        assert!(view.sees(&fitted.problem, &fitted.fit.state, 0));
     }
 }

@@ -47,8 +47,8 @@ fn built(ids: impl IntoIterator<Item = EffectId>, model: &Model) -> Vec<(EffectI
 }
 
 /// Moments between which a jump may be dated: those of the replicates themselves.
-pub(super) fn clocks(machine: &ResidualModel<'_>, groups: &[Vec<usize>]) -> Vec<f64> {
-    let mut clocks: Vec<f64> = groups.iter().flatten().filter_map(|row| machine.clock(*row)).collect();
+pub(super) fn clocks(problem: &ResidualModel<'_>, groups: &[Vec<usize>]) -> Vec<f64> {
+    let mut clocks: Vec<f64> = groups.iter().flatten().filter_map(|row| problem.clock(*row)).collect();
     clocks.sort_by(f64::total_cmp);
     clocks.dedup();
     clocks
@@ -94,11 +94,11 @@ impl Asked {
 }
 
 /// The rows of a group that read the same as its first: only equations every replicate has can be compared.
-fn comparable(machine: &ResidualModel<'_>, rows: &[usize]) -> Vec<usize> {
-    let Some(first) = rows.first().map(|row| machine.observations.of_row(*row)) else { return Vec::new() };
+fn comparable(problem: &ResidualModel<'_>, rows: &[usize]) -> Vec<usize> {
+    let Some(first) = rows.first().map(|row| problem.observations.of_row(*row)) else { return Vec::new() };
     let first: Vec<_> = first.iter().map(|equation| equation.measurand).collect();
     let alike = rows.iter().filter(|row| {
-        let own = machine.observations.of_row(**row).iter().map(|equation| equation.measurand);
+        let own = problem.observations.of_row(**row).iter().map(|equation| equation.measurand);
         !first.is_empty() && own.eq(first.iter().copied())
     });
     alike.copied().collect()
@@ -112,17 +112,17 @@ impl Replicates {
 
     /// Gathers them; nothing if no pose was returned to.
     pub(crate) fn gather(
-        machine: &ResidualModel<'_>,
+        problem: &ResidualModel<'_>,
         fit: &Fit,
         context: &CandidateContext<'_>,
     ) -> Option<Self> {
-        let groups = sampled(machine.table.returns(), machine.model.chain.len());
+        let groups = sampled(problem.table.returns(), problem.model.chain.len());
         if groups.is_empty() {
             return None;
         }
         // A jump between two replicates can be dated by replicates alone; the other rows say nothing here.
-        let summary = DatasetSummary { clocks: clocks(machine, &groups), ..context.summary.clone() };
-        let asked = Asked::of(machine.model, &CandidateContext { model: context.model, summary: &summary });
+        let summary = DatasetSummary { clocks: clocks(problem, &groups), ..context.summary.clone() };
+        let asked = Asked::of(problem.model, &CandidateContext { model: context.model, summary: &summary });
         let joints = 0..asked.zeros.len();
         let gaps: Vec<usize> = joints.filter(|joint| context.summary.has_both_sides(*joint)).collect();
         let mut all = Self {
@@ -136,15 +136,15 @@ impl Replicates {
         };
         let probes = asked.probes();
         // Not the fit's robust weights: rows that the model misses may return well, and it is the returning that is measured.
-        let ones = vec![1.0; machine.table.len()];
+        let ones = vec![1.0; problem.table.len()];
         for (group, rows) in groups.iter().enumerate() {
-            for row in comparable(machine, rows) {
-                let block = machine.block(&fit.state, &[row], &ones, &probes);
+            for row in comparable(problem, rows) {
+                let block = problem.block(&fit.state, &[row], &ones, &probes);
                 let sides: Vec<(usize, f64)> = gaps
                     .iter()
-                    .map(|joint| (*joint, f64::from(machine.table.approach_of(row, *joint))))
+                    .map(|joint| (*joint, f64::from(problem.table.approach_of(row, *joint))))
                     .collect();
-                all.add((row, group), &asked, machine.free_parameters().len(), block, &sides);
+                all.add((row, group), &asked, problem.free_parameters().len(), block, &sides);
             }
         }
         Some(all)

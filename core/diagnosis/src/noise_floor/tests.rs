@@ -148,18 +148,18 @@ fn of_gaps_between_approach_directions_one_joint_is_taken_out_and_no_other_besid
 #[test]
 fn returns_make_the_floor_from_six_degrees_of_freedom_on_else_what_is_declared_does() {
     let lab = crate::testing::two_links_with("free: []\nnoise: {p1_mm: 0.05}", 12, 0.05, 91, |_| [0.0; 2]);
-    let machine = lab.machine(&[]).unwrap();
-    assert!((typical_sigma(&machine) - 0.05).abs() < 1e-12);
+    let problem = lab.problem(&[]).unwrap();
+    assert!((typical_sigma(&problem) - 0.05).abs() < 1e-12);
     // Two groups of two: (2 - 1) returns of three equations each.
-    let enough = Floor::among(&machine, Some(&replicates(&[2, 2], 1.0, 5)));
+    let enough = Floor::among(&problem, Some(&replicates(&[2, 2], 1.0, 5)));
     assert_eq!((enough.source, enough.dof), (FloorSource::Repeats, FLOOR_FREEDOM));
     assert!((enough.sigma_mm.unwrap() - 0.05 * enough.scale.unwrap()).abs() < 1e-12, "in sigmas of 0.05 mm");
-    let many = Floor::among(&machine, Some(&replicates(&[6; 20], 2.0, 5)));
+    let many = Floor::among(&problem, Some(&replicates(&[6; 20], 2.0, 5)));
     assert!((many.scale.unwrap() - 2.0).abs() < 0.2 && many.dof == 300, "{many:?}");
-    let few = Floor::among(&machine, Some(&replicates(&[2], 2.0, 5)));
+    let few = Floor::among(&problem, Some(&replicates(&[2], 2.0, 5)));
     assert_eq!((few.source, few.dof, few.scale), (FloorSource::Declared, 0, Some(1.0)));
     assert!((few.sigma_mm.unwrap() - 0.05).abs() < 1e-12, "{few:?}");
-    let still = Floor::among(&machine, Some(&replicates(&[6; 4], 0.0, 5)));
+    let still = Floor::among(&problem, Some(&replicates(&[6; 4], 0.0, 5)));
     assert_eq!(
         still.source,
         FloorSource::Declared,
@@ -230,8 +230,8 @@ fn from_below(row: usize, every: usize) -> i8 {
 fn a_replicate_has_the_columns_of_what_was_asked_and_a_gap_of_its_own_pose() {
     let lab = visited();
     let fitted = lab.fit_with(&[], None, &plumb_estimation::Progress::unwatched()).unwrap();
-    let (machine, fit) = (&fitted.machine, &fitted.fit);
-    let all = Replicates::gather(machine, fit, &lab.context()).unwrap();
+    let (problem, fit) = (&fitted.problem, &fitted.fit);
+    let all = Replicates::gather(problem, fit, &lab.context()).unwrap();
     assert_eq!((all.members.len(), all.groups, all.motions[0].len()), (18, 6, 2));
     assert_eq!(all.members[7], (7, 2));
     // Candidates follow one another, the gaps of both joints last, with a column for each pose.
@@ -288,7 +288,7 @@ fn replicates_that_read_something_else_than_the_first_are_not_compared() {
     let mut lab = visited();
     let count = |lab: &crate::laboratory::Laboratory| {
         let fitted = lab.fit_with(&[], None, &plumb_estimation::Progress::unwatched()).unwrap();
-        Replicates::gather(&fitted.machine, &fitted.fit, &lab.context()).unwrap().members
+        Replicates::gather(&fitted.problem, &fitted.fit, &lab.context()).unwrap().members
     };
     assert_eq!(count(&lab).len(), 18);
     // Row 4 is the second of the second pose, row 6 the first of the third: then both others differ from it.
@@ -372,9 +372,9 @@ fn of_two_gaps_one_is_taken_out_and_a_condition_beside_it() {
 #[test]
 fn a_jump_is_dated_between_moments_of_the_replicates_each_once_and_in_order() {
     let lab = crate::testing::returned(4, 3);
-    let machine = lab.machine(&[]).unwrap();
-    let clock = |row: usize| machine.clock(row).unwrap();
+    let problem = lab.problem(&[]).unwrap();
+    let clock = |row: usize| problem.clock(row).unwrap();
     assert!(clock(1) < clock(2) && clock(2) < clock(9));
     let groups = [vec![9, 2], vec![1, 2]];
-    assert_eq!(super::replicates::clocks(&machine, &groups), [clock(1), clock(2), clock(9)]);
+    assert_eq!(super::replicates::clocks(&problem, &groups), [clock(1), clock(2), clock(9)]);
 }

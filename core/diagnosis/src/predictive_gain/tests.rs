@@ -36,7 +36,7 @@ fn waves(amplitude: f64, seed: u64) -> (f64, Vec<Gain>) {
     (
         fall,
         Judge::of(&before, Holdout::Regions, std::iter::once(&id))
-            .gains(&after.fit, &Derivatives::of(&after.machine, &after.fit), &id)
+            .gains(&after.fit, &Derivatives::of(&after.problem, &after.fit), &id)
             .0,
     )
 }
@@ -92,7 +92,7 @@ fn what_an_effect_promises_is_the_same_whichever_way_it_is_asked() {
     let promise = Judge::of(&before, Holdout::Regions, std::iter::empty()).promise(&after).unwrap();
     assert_eq!(
         Judge::of(&before, Holdout::Regions, std::iter::once(&id))
-            .gains(&after.fit, &Derivatives::of(&after.machine, &after.fit), &id)
+            .gains(&after.fit, &Derivatives::of(&after.problem, &after.fit), &id)
             .1,
         Some(promise)
     );
@@ -112,7 +112,7 @@ fn what_an_effect_promises_is_foretold_as_the_held_out_rows_are_chosen() {
         let promise = Judge::of(&before, holdout, std::iter::empty()).promise(&after).unwrap();
         let asked = Judge::of(&before, holdout, std::iter::once(&id)).gains(
             &after.fit,
-            &Derivatives::of(&after.machine, &after.fit),
+            &Derivatives::of(&after.problem, &after.fit),
             &id,
         );
         assert_eq!(asked.1, Some(promise), "{holdout}: as it is judged");

@@ -140,7 +140,7 @@ fn what_a_row_has_left_is_a_vector_weighed_as_in_the_fit() {
     let lab = crate::testing::two_links(6, "", 0.05, 31, |_| [0.0; 2]);
     let mut fitted = lab.fit_with(&[], None, &plumb_estimation::Progress::unwatched()).unwrap();
     fitted.fit.weights[2] = 0.25;
-    let own = &fitted.fit.residuals[fitted.machine.observations.range(2)];
+    let own = &fitted.fit.residuals[fitted.problem.observations.range(2)];
     let expected = Vector3::new(own[0], own[1], own[2]) * 0.25;
     assert!(expected.norm() > 0.0 && (vector(&fitted, 2).unwrap() - expected).norm() < 1e-15);
 }

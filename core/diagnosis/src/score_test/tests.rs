@@ -179,7 +179,7 @@ fn fitted_parameters_step_back_as_far_as_the_candidate_takes_over() {
     let fitted = lab.fit_with(&[], None, &watch).unwrap();
     let mut wave = crate::candidates::probes(&lab);
     wave.retain(|probe| lab.model().label(&probe.id) == "joint_harmonic(elbow, 1)");
-    let scores = score(&fitted.machine, &fitted.fit, &wave);
+    let scores = score(&fitted.problem, &fitted.fit, &wave);
     let added = plumb_calibration::arm_model::AddedEffect { id: wave[0].id.clone(), values: vec![0.0; 2] };
     let both = lab.fit_with(&[added], None, &watch).unwrap();
     let zero = |state: &plumb_calibration::fit::State| state.effects[0][0];

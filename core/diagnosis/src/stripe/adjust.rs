@@ -212,9 +212,9 @@ fn with_effects(
     let mut before = 0;
     for round in 0..ROUNDS {
         progress.report(round as f64 / (ROUNDS + 1) as f64, "adjusting zeros and rig to the stripes")?;
-        let machine = ResidualModel::new(&model, &table, &nothing, &effects)?;
-        let members = assigned(&machine, &state, &bodies, scans, limit);
-        let unknowns = machine.free_parameters().len();
+        let problem = ResidualModel::new(&model, &table, &nothing, &effects)?;
+        let members = assigned(&problem, &state, &bodies, scans, limit);
+        let unknowns = problem.free_parameters().len();
         // Three points a number: fewer leave no scatter by which to say how sure the numbers are.
         if members.len() < 3 * unknowns {
             return Err(AdjustError::TooFew { near: members.len(), all: scans.pixels.len(), unknowns });
@@ -230,11 +230,11 @@ fn with_effects(
         before = members.len();
     }
     // What is left is said of the points within reach of the state that was reached; far pictures are weighed down now that it is known which are far.
-    let machine = ResidualModel::new(&model, &table, &nothing, &effects)?;
-    table.stretches = stretches(&assigned(&machine, &state, &bodies, scans, limit));
+    let problem = ResidualModel::new(&model, &table, &nothing, &effects)?;
+    table.stretches = stretches(&assigned(&problem, &state, &bodies, scans, limit));
     let fit = fitted((&model, &table), &effects, &state, true, progress)?;
-    let machine = ResidualModel::new(&model, &table, &nothing, &effects)?;
-    let members = assigned(&machine, &fit.state, &bodies, scans, limit);
+    let problem = ResidualModel::new(&model, &table, &nothing, &effects)?;
+    let members = assigned(&problem, &fit.state, &bodies, scans, limit);
     to_adjusted(model, table, effects, &fit, &members)
 }
 
@@ -247,10 +247,10 @@ fn fitted(
     progress: &Progress,
 ) -> Result<Fit, AdjustError> {
     let observations = Observations::new(model, table)?;
-    let machine = ResidualModel::new(model, table, &observations, effects)?;
+    let problem = ResidualModel::new(model, table, &observations, effects)?;
     let all = vec![true; table.len()];
     let options = FitOptions { robust, ..FitOptions::default() };
-    Ok(machine.fit(start, &all, options, progress)?)
+    Ok(problem.fit(start, &all, options, progress)?)
 }
 
 /// What a fit says of itself.
@@ -262,14 +262,14 @@ fn to_adjusted(
     members: &[Member],
 ) -> Result<Adjustment, AdjustError> {
     let observations = Observations::new(&model, &table)?;
-    let machine = ResidualModel::new(&model, &table, &observations, &effects)?;
-    let found = found(&StandardErrors::of(&machine, fit, &Floor::among(&machine, None)));
+    let problem = ResidualModel::new(&model, &table, &observations, &effects)?;
+    let found = found(&StandardErrors::of(&problem, fit, &Floor::among(&problem, None)));
     let not_observable = fit.gauges.iter().map(|gauge| match gauge.same_as.is_empty() {
         true => format!("{} not estimated: it changes nothing that was seen", gauge.held),
         false => format!("{} not estimated: same effect as {}", gauge.held, gauge.same_as.join(", ")),
     });
     let not_observable = not_observable.collect();
-    let rig = machine.rig(&fit.state).or_else(|| model.stripe_rig.clone());
+    let rig = problem.rig(&fit.state).or_else(|| model.stripe_rig.clone());
     let rig = rig.ok_or_else(|| ObservationsError::Incomplete {
         table: table.source.clone(),
         reason: "there is no rig".to_owned(),
@@ -299,14 +299,14 @@ fn to_adjusted(
 
 /// Every number of the effects that were fitted, in shown units.
 fn found(errors: &StandardErrors<'_>) -> Vec<Found> {
-    let StandardErrors { machine, fit, covariance } = errors;
-    let numbers = machine.free_parameters().iter().enumerate().filter_map(|(place, free_parameter)| {
+    let StandardErrors { problem, fit, covariance } = errors;
+    let numbers = problem.free_parameters().iter().enumerate().filter_map(|(place, free_parameter)| {
         let FreeParameter::Effect(part, which) = *free_parameter else { return None };
-        let parameter = machine.parts.get(part)?.effect.parameters().get(which)?.clone();
+        let parameter = problem.parts.get(part)?.effect.parameters().get(which)?.clone();
         let value = *fit.state.effects.get(part)?.get(which)?;
         let variance = covariance.get((place, place)).copied().unwrap_or(0.0);
         Some(Found {
-            name: machine.parameter_name(*free_parameter),
+            name: problem.parameter_name(*free_parameter),
             unit: if parameter.unit.name == "1" { "" } else { parameter.unit.name },
             value: value * parameter.unit.factor,
             sigma: variance.max(0.0).sqrt() * parameter.unit.factor,
@@ -356,7 +356,7 @@ mod tests {
         let mut fitted = lab.fit_with(&[], None, &Progress::unwatched()).unwrap();
         fitted.fit.state.effects[1][0] = 0.01;
         fitted.fit.covariance[(1, 1)] = 4e-6;
-        let found = found(&StandardErrors::of_the_fit(&fitted.machine, &fitted.fit));
+        let found = found(&StandardErrors::of_the_fit(&fitted.problem, &fitted.fit));
         assert_eq!((found.len(), found[1].unit), (2, "deg"));
         assert!((found[1].value - 0.01_f64.to_degrees()).abs() < 1e-12);
         assert!((found[1].sigma - 0.002_f64.to_degrees()).abs() < 1e-12, "{}", found[1].sigma);

@@ -53,7 +53,7 @@ fn by_view(scans: &Scans) -> Vec<Vec<&StripePixel>> {
 
 /// Gives every point within `limit` mm of one body, and of no other, to the part of it that is nearest.
 pub(super) fn assigned(
-    machine: &ResidualModel<'_>,
+    problem: &ResidualModel<'_>,
     state: &State,
     bodies: &[Range<usize>],
     scans: &Scans,
@@ -66,7 +66,7 @@ pub(super) fn assigned(
             // Half a pixel aside shows how many mm a pixel is there: it depends on distance and slant.
             .flat_map(|pixel| [[pixel.u_px, pixel.v_px], [pixel.u_px + 0.5, pixel.v_px]])
             .collect();
-        let points = machine.stripe_points(state, view, &seen);
+        let points = problem.stripe_points(state, view, &seen);
         let own = pixels.iter().zip(points.chunks(2)).filter_map(|(pixel, points)| {
             let (point, aside) = (points.first().copied()??, points.get(1).copied()??);
             let mut near: Vec<_> =
@@ -241,10 +241,10 @@ mod assign_tests {
         table.lines.push(1);
         table.note(None, None);
         let nothing = Observations::without_readings(1);
-        let machine = ResidualModel::new(&model, &table, &nothing, &[]).unwrap();
-        let mut state = machine.start();
+        let problem = ResidualModel::new(&model, &table, &nothing, &[]).unwrap();
+        let mut state = problem.start();
         let pixel = StripePixel { view: 0, u_px: 130.0, v_px: 120.0, sigma_px: 0.3 };
-        let point = machine.stripe_points(&state, 0, &[[130.0, 120.0]])[0].unwrap();
+        let point = problem.stripe_points(&state, 0, &[[130.0, 120.0]])[0].unwrap();
         let planes = over
             .iter()
             .map(|over| SurfaceShape::Plane { normal: nalgebra::Vector3::z(), offset: point.z - over });
@@ -252,7 +252,7 @@ mod assign_tests {
         let view = super::super::table::View { q, speed: Vec::new(), approach: Vec::new(), time_s: None };
         let scans =
             Scans { views: vec![view], scan_of_view: vec![0], pixels: vec![pixel], names: Vec::new() };
-        let found = assigned(&machine, &state, bodies, &scans, limit);
+        let found = assigned(&problem, &state, bodies, &scans, limit);
         found.first().map(|member| (member.part, member.distance, member.sigma_mm))
     }
 

@@ -113,11 +113,11 @@ impl<'a> Finding<'a> {
 
     /// Root mean square error of a point with an effect in, less the noise where it is known, mm.
     fn left_mm(&self, best: &FittedCandidate, floor: &Floor) -> f64 {
-        let machine = &self.stage.fitted.machine;
-        let points = points_in(machine, &self.stage.fitted.fit.rows).max(1) as f64;
+        let problem = &self.stage.fitted.problem;
+        let points = points_in(problem, &self.stage.fitted.fit.rows).max(1) as f64;
         let (squares, freedom) = best.left;
         let noise = floor.scale.map_or(0.0, |scale| scale * scale * freedom);
-        ((squares - noise).max(0.0) / points).sqrt() * typical_sigma(machine)
+        ((squares - noise).max(0.0) / points).sqrt() * typical_sigma(problem)
     }
 
     /// Posterior probability of a fitted candidate; nothing for one that was not weighed that no real machine has, or where more than noise is left and
@@ -145,7 +145,7 @@ impl<'a> Finding<'a> {
         if !matches!(self.verdict, Verdict::Named | Verdict::Located | Verdict::Tied) {
             return Vec::new();
         }
-        let model = self.stage.fitted.machine.model;
+        let model = self.stage.fitted.problem.model;
         let close = self.close.iter().filter_map(|index| self.at(*index));
         let twin = |fitted_candidate: &FittedCandidate| {
             let effect = effect::build(&fitted_candidate.id, model).ok()?;
@@ -194,7 +194,7 @@ impl<'a> Finding<'a> {
 
     /// The names of those that explain it as well as a fitted candidate.
     fn others_in_question(&self, fitted_candidate: &FittedCandidate) -> Vec<String> {
-        let model = self.stage.fitted.machine.model;
+        let model = self.stage.fitted.problem.model;
         let others = self.close.iter().filter_map(|index| self.at(*index));
         let labels =
             others.filter(|other| other.id != fitted_candidate.id).map(|other| model.label(&other.id));
@@ -203,7 +203,7 @@ impl<'a> Finding<'a> {
 
     /// What is in the way of a fitted candidate that passes everything but being the likeliest, or undoubted.
     fn rival(&self, fitted_candidate: &FittedCandidate, is_best: bool) -> Rejection {
-        let model = self.stage.fitted.machine.model;
+        let model = self.stage.fitted.problem.model;
         let best = self.best().filter(|_| !is_best);
         let better = best.or_else(|| {
             // What was weighed beside a flexible part is judged by that, whatever fits better without it.
@@ -238,7 +238,7 @@ impl<'a> Finding<'a> {
 
     /// What speaks against a name at this site, besides other candidates.
     fn against_the_name(&self, site: Site) -> Rejection {
-        let model = self.stage.fitted.machine.model;
+        let model = self.stage.fitted.problem.model;
         match self.against {
             Some(Against::Unlisted) => Rejection::UnlistedAt(model.site_name(site)),
             Some(Against::LeftAlong) => Rejection::MoreLeftAt(model.site_name(site)),
@@ -259,7 +259,7 @@ mod tests {
     /// What is found of the small arm, whose elbow has a gain that is wrong.
     fn with_finding(ask: impl Fn(&mut Finding<'_>, &Floor)) {
         let lab: Laboratory = two_links_with(DECLARED, 40, 0.05, 22, |q| [0.0, 0.01 * q[1]]);
-        let floor = Floor::among(&lab.machine(&[]).unwrap(), None);
+        let floor = Floor::among(&lab.problem(&[]).unwrap(), None);
         let asked = Candidates { listed: candidates::probes(&lab), unlisted: unlisted::probes(&lab) };
         let mut finding = lab.find(&floor, &asked, &Progress::unwatched()).unwrap();
         ask(&mut finding, &floor);

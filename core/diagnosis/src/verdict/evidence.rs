@@ -77,7 +77,7 @@ impl Laboratory {
     ) -> Evidence {
         let mut evidence = Evidence::default();
         let (Some(first), Some(full)) = (stages.first(), stages.last()) else { return evidence };
-        evidence.errs_alike = full.fitted.machine.neighbours_err_alike();
+        evidence.errs_alike = full.fitted.problem.neighbours_err_alike();
         evidence.left_over = LackOfFit::of(&full.fitted, floor);
         let alone = self.direction_tests(&first.fitted, floor);
         evidence.alone = direction_test::possible_sites(&alone, floor);
@@ -120,7 +120,7 @@ pub(super) fn significant_sites(tests: &[(f64, Site)]) -> Vec<Site> {
 
 /// Sites where something the library has no name for is at work beyond a stage, the clearest first.
 fn unlisted_sites(stage: &Stage<'_>, unlisted: &[Probe]) -> Vec<Site> {
-    let scores = best_variants(unlisted, score(&stage.fitted.machine, &stage.fitted.fit, unlisted));
+    let scores = best_variants(unlisted, score(&stage.fitted.problem, &stage.fitted.fit, unlisted));
     let tests = scores.iter().filter_map(|(index, score)| Some((score.p, unlisted.get(*index)?.id.site)));
     significant_sites(&tests.collect::<Vec<_>>())
 }
@@ -135,13 +135,13 @@ pub(super) fn unlisted_against(stage: &Stage<'_>, unlisted: &[Probe]) -> Option<
     let best = best.fold(f64::INFINITY, f64::min);
     let fit = &stage.fitted.fit;
     let (squares, equations, rank) = (fit.normal.squares, fit.normal.equations as f64, fit.rank() as f64);
-    let scores = best_variants(unlisted, score(&stage.fitted.machine, fit, unlisted));
+    let scores = best_variants(unlisted, score(&stage.fitted.problem, fit, unlisted));
     let p_values: Vec<f64> = scores.iter().map(|(_, score)| score.p).collect();
     let adjusted = holm(&p_values, &vec![1.0; p_values.len()]);
     let strongest = scores.iter().zip(adjusted).filter_map(|((index, score), p)| {
         let promised = (squares - score.gain).max(squares * 1e-9);
         let cost = Search::Smooth.cost(equations);
-        let least = stage.fitted.machine.least_variance();
+        let least = stage.fitted.problem.least_variance();
         let own = bic_above(least, promised, equations, rank + score.freedom as f64, cost);
         Some((own, unlisted.get(*index)?.id.site)).filter(|_| score.freedom > 0 && p < UNLISTED_LEVEL)
     });

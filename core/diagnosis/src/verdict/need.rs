@@ -43,7 +43,7 @@ impl Laboratory {
         candidates: &Candidates,
         progress: &Progress,
     ) -> Result<Vec<Vec<usize>>, LaboratoryError> {
-        let (fit, least) = (&full.fitted.fit, full.fitted.machine.least_variance());
+        let (fit, least) = (&full.fitted.fit, full.fitted.problem.least_variance());
         let options = FitOptions { robust: false, ..self.options().fit };
         let groups = self.by_jump(&full.taken);
         let criteria = for_each(&groups, |group| {

@@ -70,18 +70,18 @@ fn fitted<T>(seed: u64, look: impl Fn(&ResidualModel<'_>, &Fit) -> T) -> T {
     let observations = Observations::new(&model, &table).unwrap();
     let zeros = expand("joint_zero(*)", &model).unwrap();
     let free: Vec<AddedEffect> = zeros.into_iter().map(|id| AddedEffect { id, values: vec![0.0] }).collect();
-    let machine = ResidualModel::new(&model, &table, &observations, &free).unwrap();
+    let problem = ResidualModel::new(&model, &table, &observations, &free).unwrap();
     let all = vec![true; table.len()];
-    let fit = machine.fit(&machine.start(), &all, FitOptions::default(), &Progress::unwatched()).unwrap();
-    look(&machine, &fit)
+    let fit = problem.fit(&problem.start(), &all, FitOptions::default(), &Progress::unwatched()).unwrap();
+    look(&problem, &fit)
 }
 
 #[test]
 fn weights_are_those_of_the_place_that_a_bounded_fit_reaches() {
     let mut bounded = 0;
     for seed in 1..=4 {
-        let (off, steps, doubts) = fitted(seed, |machine, fit| {
-            let fresh = Distances::of(machine, &fit.residuals).weights(fit.scale);
+        let (off, steps, doubts) = fitted(seed, |problem, fit| {
+            let fresh = Distances::of(problem, &fit.residuals).weights(fit.scale);
             let off = fit.rows.iter().map(|row| (fresh[*row] - fit.weights[*row]).abs()).fold(0.0, f64::max);
             (off, fit.convergence.steps, fit.doubts.len())
         });

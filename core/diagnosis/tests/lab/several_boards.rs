@@ -132,7 +132,7 @@ fn a_board_in_one_picture_is_placed_by_the_others_and_reported_as_unchecked() {
     let wall_found = found.placed.iter().find(|one| one.name == "wall").unwrap();
     assert!(wall_found.se_deg.iter().all(Option::is_none), "{wall_found:?}");
     assert!(
-        found.gauges.iter().any(|gauge| format!("{gauge:?}").contains("wall turn")),
+        found.gauges.iter().any(|gauge| format!("{gauge:?}").contains("wall rotation")),
         "{:?}",
         found.gauges
     );

@@ -169,7 +169,7 @@ fn standard_errors_are_those_of_repeated_fits_and_an_undeclared_noise_is_estimat
             count += 1.0;
         }
         assert!(
-            found.gauges.iter().all(|gauge| format!("{gauge:?}").contains("p1 turn about z")),
+            found.gauges.iter().all(|gauge| format!("{gauge:?}").contains("p1 rotation about z")),
             "{:?}",
             found.gauges
         );

@@ -107,7 +107,7 @@ impl PumaGeometry {
         let waist = wrist.y.atan2(wrist.x) - self.shoulder_offset.atan2(ahead);
         let (shoulder, elbow) = self.shoulder_and_elbow(ahead, -wrist.z, configuration)?;
         let forearm = Rotation3::from_matrix_unchecked(
-            turn_z(waist) * quarter_x(-1.0) * turn_z(shoulder + elbow) * quarter_x(1.0),
+            rotate_z(waist) * quarter_x(-1.0) * rotate_z(shoulder + elbow) * quarter_x(1.0),
         );
         let hand = (forearm.inverse() * flange.rotation).into_inner();
         let [roll, bend, last] = wrist_angles(&hand, configuration.wrist, roll_now);
@@ -163,12 +163,12 @@ fn wrist_angles(hand: &Matrix3<f64>, wrist: Wrist, roll_now: f64) -> [f64; 3] {
     let sense = if wrist == Wrist::NoFlip { 1.0 } else { -1.0 };
     let bend = (sense * aside).atan2(hand.m33);
     let roll = if aside > STRAIGHT { (sense * hand.m23).atan2(sense * hand.m13) } else { roll_now };
-    let before = turn_z(roll) * quarter_x(-1.0) * turn_z(bend) * quarter_x(1.0);
+    let before = rotate_z(roll) * quarter_x(-1.0) * rotate_z(bend) * quarter_x(1.0);
     let rest = before.transpose() * hand;
     [roll, bend, rest.m21.atan2(rest.m11)]
 }
 
-fn turn_z(angle: f64) -> Matrix3<f64> {
+fn rotate_z(angle: f64) -> Matrix3<f64> {
     Rotation3::from_axis_angle(&Vector3::z_axis(), angle).into_inner()
 }
 

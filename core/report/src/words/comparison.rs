@@ -69,13 +69,13 @@ mod tests {
 
     #[test]
     fn what_is_held_says_what_does_the_same() {
-        let others = vec!["base turn about z".to_owned(), "joint_zero(lift)".to_owned()];
+        let others = vec!["base rotation about z".to_owned(), "joint_zero(lift)".to_owned()];
         let why = WhyHeld::SameAs(others.clone());
-        assert_eq!(why_held_in_words(&why), "same effect as base turn about z, joint_zero(lift)");
+        assert_eq!(why_held_in_words(&why), "same effect as base rotation about z, joint_zero(lift)");
         let gauge = Gauge { held: "joint_zero(pan)".to_owned(), same_as: others };
         assert_eq!(
             gauge_in_words(&gauge),
-            "joint_zero(pan) not estimated: same effect as base turn about z, joint_zero(lift)"
+            "joint_zero(pan) not estimated: same effect as base rotation about z, joint_zero(lift)"
         );
     }
 }

@@ -74,9 +74,12 @@ fn predicted(model: &Model, table: &Table, target: &str) -> Result<Predicted, Bo
         .collect();
     let found = bodies(model, Some(target), &poses)?;
     let predicted: Vec<Vector3<f64>> = found.iter().map(|body| body.translation.vector).collect();
-    let turns: Vec<Rotation3<f64>> = found.iter().map(|body| body.rotation).collect();
+    let rotations: Vec<Rotation3<f64>> = found.iter().map(|body| body.rotation).collect();
     if !model.base.free {
-        return Ok(Predicted { points: predicted, turns: with_turn_on_flange(model, table, target, turns) });
+        return Ok(Predicted {
+            points: predicted,
+            rotations: with_rotation_on_flange(model, table, target, rotations),
+        });
     }
     let read = table.positions.iter().find(|columns| columns.target == target);
     let whole: Vec<(Vector3<f64>, Vector3<f64>)> = predicted
@@ -89,35 +92,35 @@ fn predicted(model: &Model, table: &Table, target: &str) -> Result<Predicted, Bo
     let placed = rigid(&from, &to).ok_or_else(|| {
         format!("{}: the model's base is free, and fewer than three whole points were read to place it by: give commanded_x_mm ..., or a model with `base: {{free: false}}`", table.source)
     })?;
-    let turns = turns.iter().map(|turn| placed.rotation * turn).collect();
+    let rotations = rotations.iter().map(|rotation| placed.rotation * rotation).collect();
     Ok(Predicted {
         points: predicted.iter().map(|point| placed.rotation * point + placed.translation.vector).collect(),
-        turns: with_turn_on_flange(model, table, target, turns),
+        rotations: with_rotation_on_flange(model, table, target, rotations),
     })
 }
 
 /// Predicted orientations with the target's turn on the flange as the rows have it, where the model leaves it free.
-fn with_turn_on_flange(
+fn with_rotation_on_flange(
     model: &Model,
     table: &Table,
     target: &str,
-    turns: Vec<Rotation3<f64>>,
+    rotations: Vec<Rotation3<f64>>,
 ) -> Vec<Rotation3<f64>> {
     let known = model.targets.iter().find(|known| known.name == target);
     let number =
         table.positions.iter().find(|columns| columns.target == target).map(|columns| columns.number);
     let read = number.and_then(|number| table.orientations_as(Body::Target(number)));
-    let (Some(_), Some(read)) = (known.filter(|known| known.rotation_free), read) else { return turns };
-    let each = turns
+    let (Some(_), Some(read)) = (known.filter(|known| known.rotation_free), read) else { return rotations };
+    let each = rotations
         .iter()
         .zip(&read.rotations)
-        .filter_map(|(turn, read)| Some((turn.inverse() * (*read)?).into_inner()));
+        .filter_map(|(rotation, read)| Some((rotation.inverse() * (*read)?).into_inner()));
     let svd = each.sum::<Matrix3<f64>>().svd(true, true);
-    let (Some(u), Some(v_t)) = (svd.u, svd.v_t) else { return turns };
+    let (Some(u), Some(v_t)) = (svd.u, svd.v_t) else { return rotations };
     let mut mirror = Matrix3::identity();
     mirror[(2, 2)] = (u * v_t).determinant().signum();
     let more = Rotation3::from_matrix_unchecked(u * mirror * v_t);
-    turns.iter().map(|turn| turn * more).collect()
+    rotations.iter().map(|rotation| rotation * more).collect()
 }
 
 fn sentence(report: &Iso9283) -> String {

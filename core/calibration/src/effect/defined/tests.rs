@@ -277,8 +277,8 @@ fn a_formula_without_a_value_somewhere_is_reported_with_the_line_and_the_numbers
         let rows = "q1_deg,q2_deg,q3_mm,p1_x_mm\n0,0,1,5\n0,0,0,6\n";
         let table = Table::parse("t.csv", rows).unwrap();
         let observations = Observations::new(&model, &table).unwrap();
-        let machine = ResidualModel::new(&model, &table, &observations, &[]).unwrap();
-        machine.check_formulas().map_or_else(|error| error.to_string(), |()| String::new())
+        let problem = ResidualModel::new(&model, &table, &observations, &[]).unwrap();
+        problem.check_formulas().map_or_else(|error| error.to_string(), |()| String::new())
     };
     let divided = message("a/q3");
     assert!(divided.contains("gives no finite number in line 3 of t.csv (q3 = 0.0000)"), "{divided}");

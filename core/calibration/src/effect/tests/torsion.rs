@@ -15,8 +15,8 @@ fn moved(model: &str, rows: &str, row: usize, effect: &str, value: f64) -> [f64;
     let table = Table::parse("table.csv", rows).unwrap();
     let observations = Observations::new(&model, &table).unwrap();
     let residuals = |effects: &[AddedEffect]| {
-        let machine = ResidualModel::new(&model, &table, &observations, effects).unwrap();
-        machine.residuals(&machine.start())[observations.range(row)].to_vec()
+        let problem = ResidualModel::new(&model, &table, &observations, effects).unwrap();
+        problem.residuals(&problem.start())[observations.range(row)].to_vec()
     };
     let with = residuals(&[AddedEffect { id: parse(effect, &model).unwrap(), values: vec![value] }]);
     // Residuals are measured less predicted, in units of 1 mm where no noise is declared.

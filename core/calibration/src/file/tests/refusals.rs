@@ -198,7 +198,7 @@ links: [{after: turn, mass_kg: 0}]",
     );
     let quarter = std::f64::consts::FRAC_PI_2;
     assert_eq!(
-        (model.noise.board, model.noise.board_turn, model.noise.of(&HEIGHT)),
+        (model.noise.board, model.noise.board_rotation, model.noise.of(&HEIGHT)),
         (Some(0.5), Some(quarter), Some(0.25))
     );
     assert_eq!(model.noise.orientations, [("p1".to_owned(), std::f64::consts::PI)]);
@@ -234,7 +234,7 @@ effects: [\"joint_coupling(turn, slide)\", {effect: joint_harmonic, where: turn,
     assert_eq!(again.surfaces, model.surfaces);
     assert_eq!((again.levels.len(), again.levels[0].frame, &again.levels[0].name), (1, Frame::Base, &None));
     assert_eq!(again.noise.positions, model.noise.positions);
-    assert!((again.noise.board_turn.unwrap() - 0.5_f64.to_radians()).abs() < 1e-12);
+    assert!((again.noise.board_rotation.unwrap() - 0.5_f64.to_radians()).abs() < 1e-12);
     assert_eq!(
         again.effects.iter().map(|added| &added.id).collect::<Vec<_>>(),
         model.effects.iter().map(|added| &added.id).collect::<Vec<_>>()

@@ -82,10 +82,10 @@ fn far_rows_pull_as_hard_as_one_at_the_edge_and_no_harder() {
 
 #[test]
 fn distances_of_rows_are_in_their_own_sigmas() {
-    with(&format!("{PLANAR}noise: {{p1_mm: 0.5}}\n"), POINTS, &[], |machine| {
+    with(&format!("{PLANAR}noise: {{p1_mm: 0.5}}\n"), POINTS, &[], |problem| {
         let mut residuals = vec![0.0; 9];
         residuals[3..6].copy_from_slice(&[3.0, 0.0, 4.0]);
-        let rows = Distances::of(machine, &residuals).rows;
+        let rows = Distances::of(problem, &residuals).rows;
         assert_eq!(rows, [(0.0, 3), (10.0, 3), (0.0, 3)], "5 mm at a sigma of 0.5 mm");
     });
 }
@@ -163,26 +163,26 @@ fn a_state_with_one_number_that_is_not_finite_is_not() {
 
 #[test]
 fn normal_equations_sum_weighted_squares_and_agree_with_residuals() {
-    with(&format!("{PLANAR}noise: {{p1_mm: 0.5}}\n"), POINTS, &["joint_zero(elbow)"], |machine| {
-        let (state, weights) = (machine.start(), [1.0, 0.25, 4.0]);
-        let residuals = machine.residuals(&state);
+    with(&format!("{PLANAR}noise: {{p1_mm: 0.5}}\n"), POINTS, &["joint_zero(elbow)"], |problem| {
+        let (state, weights) = (problem.start(), [1.0, 0.25, 4.0]);
+        let residuals = problem.residuals(&state);
         let of_row =
             |row: usize| residuals[3 * row..3 * row + 3].iter().map(|r| (r / 0.5).powi(2)).sum::<f64>();
         let expected = 0.25 * of_row(1) + 4.0 * of_row(2);
-        assert!(near(machine.squares(&state, &[1, 2], &weights), expected));
-        let normal = machine.normal(&state, &[1, 2], &weights, &[]);
+        assert!(near(problem.squares(&state, &[1, 2], &weights), expected));
+        let normal = problem.normal(&state, &[1, 2], &weights, &[]);
         assert!(near(normal.squares, expected) && normal.equations == 6);
-        let tangent = Tangent::at(machine, &state, &[1, 2], None).unwrap();
+        let tangent = Tangent::at(problem, &state, &[1, 2], None).unwrap();
         assert!(near(tangent.squares(&weights), expected));
         let of_tangent = tangent.normal(&weights);
         assert!(near(of_tangent.squares, expected) && of_tangent.equations == 6);
         assert!(near(of_tangent.matrix[(0, 0)], normal.matrix[(0, 0)]));
         assert!(near(of_tangent.gradient[0], normal.gradient[0]));
-        let alone = machine.normal_of_rows(&state, &[1, 2], &weights);
+        let alone = problem.normal_of_rows(&state, &[1, 2], &weights);
         assert!(near(alone.squares, expected) && near(alone.gradient[0], normal.gradient[0]));
         // The gradient is half the slope of the squares, downhill.
         let at =
-            |by: f64| machine.squares(&state.stepped(machine.free_parameters(), &[by]), &[1, 2], &weights);
+            |by: f64| problem.squares(&state.stepped(problem.free_parameters(), &[by]), &[1, 2], &weights);
         let slope = (at(1e-6) - at(-1e-6)) / 2e-6;
         assert!(
             (normal.gradient[0] + 0.5 * slope).abs() < 1e-4 * slope.abs(),
@@ -196,12 +196,12 @@ fn normal_equations_sum_weighted_squares_and_agree_with_residuals() {
 
 #[test]
 fn a_probe_is_a_column_after_the_free_parameters_and_rates_are_of_effects_that_do_not_take_part() {
-    with(PLANAR, POINTS, &["joint_zero(elbow)"], |machine| {
-        let probe = build(&parse("joint_zero(shoulder)", machine.model).unwrap(), machine.model).unwrap();
-        let gain = build(&parse("joint_gain(elbow)", machine.model).unwrap(), machine.model).unwrap();
-        let state = machine.start();
+    with(PLANAR, POINTS, &["joint_zero(elbow)"], |problem| {
+        let probe = build(&parse("joint_zero(shoulder)", problem.model).unwrap(), problem.model).unwrap();
+        let gain = build(&parse("joint_gain(elbow)", problem.model).unwrap(), problem.model).unwrap();
+        let state = problem.start();
         let (block, rates) =
-            machine.block_and_rates(&state, &[0, 1], &[], &[probe.as_ref()], &[gain.as_ref()]);
+            problem.block_and_rates(&state, &[0, 1], &[], &[probe.as_ref()], &[gain.as_ref()]);
         assert_eq!(block.jacobian.shape(), (2, 6));
         // Stretched out along x both turn the tip along y: by 300 mm and by 700 mm a radian.
         assert!(near(block.jacobian[(0, 1)], 300.0) && near(block.jacobian[(1, 1)], 700.0));
@@ -215,11 +215,11 @@ fn known_distances_between_places_are_equations_of_their_own() {
     let model =
         format!("{PLANAR}touch: {{distances: [{{between: [a, b], mm: 6}}]}}\nnoise: {{touch_mm: 0.5}}\n");
     let rows = "q1_deg,q2_deg,touch\n0,0,a\n30,40,b\n10,20,a\n";
-    with(&model, rows, &[], |machine| {
-        let mut state = machine.start();
+    with(&model, rows, &[], |problem| {
+        let mut state = problem.start();
         state.places = vec![Vector3::new(3.0, 0.0, 4.0), Vector3::zeros()];
-        let mut total = NormalEquations::zeros(machine.free_parameters().len());
-        machine.known_besides_rows(&state, &[0, 1], &mut total);
+        let mut total = NormalEquations::zeros(problem.free_parameters().len());
+        problem.known_besides_rows(&state, &[0, 1], &mut total);
         // They are 5 mm apart and 6 mm is known to a tenth of the noise of touching, 0.05 mm: 1 mm is 20 sigmas.
         assert!(near(total.squares, 400.0) && total.equations == 1);
         let away = [0.6, 0.0, 0.8, -0.6, 0.0, -0.8].map(|part| part / 0.05);
@@ -228,8 +228,8 @@ fn known_distances_between_places_are_equations_of_their_own() {
             assert!(near(total.matrix[(index, index)], part * part));
         }
         state.places = vec![Vector3::zeros(); 2];
-        let mut at_one = NormalEquations::zeros(machine.free_parameters().len());
-        machine.known_besides_rows(&state, &[0, 1], &mut at_one);
+        let mut at_one = NormalEquations::zeros(problem.free_parameters().len());
+        problem.known_besides_rows(&state, &[0, 1], &mut at_one);
         assert!(
             at_one.matrix.iter().all(|entry| entry.is_finite()),
             "places upon each other have some direction"
@@ -237,8 +237,8 @@ fn known_distances_between_places_are_equations_of_their_own() {
         assert!(near(at_one.squares, 120.0 * 120.0));
         // Of the rows that are fitted none touched b, or none any place.
         for rows in [[0_usize, 2].as_slice(), &[]] {
-            let mut alone = NormalEquations::zeros(machine.free_parameters().len());
-            machine.known_besides_rows(&state, rows, &mut alone);
+            let mut alone = NormalEquations::zeros(problem.free_parameters().len());
+            problem.known_besides_rows(&state, rows, &mut alone);
             assert_eq!((alone.squares, alone.equations, alone.matrix.norm()), (0.0, 0, 0.0));
         }
     });
@@ -252,27 +252,27 @@ fn what_is_known_of_a_value_beforehand_is_an_observation_of_zero() {
     let parsed = Model::parse("planar.yaml", &model).unwrap();
     let table = Table::parse("t.csv", "q1_deg,q2_deg,p1_x_mm\n0,10,1\n20,30,2\n").unwrap();
     let observations = Observations::new(&parsed, &table).unwrap();
-    let machine = ResidualModel::new(&parsed, &table, &observations, &parsed.effects).unwrap();
-    let state = machine.start();
+    let problem = ResidualModel::new(&parsed, &table, &observations, &parsed.effects).unwrap();
+    let state = problem.start();
     let mut known = NormalEquations::zeros(1);
-    machine.known_besides_rows(&state, &[0, 1], &mut known);
+    problem.known_besides_rows(&state, &[0, 1], &mut known);
     // The gain is five of its standard deviations from zero.
     assert!(near(known.squares, 25.0) && known.equations == 1);
     assert!(near(known.matrix[(0, 0)], 250_000.0) && near(known.gradient[0], -2500.0));
     let (all, ones) = ([0, 1], [1.0; 2]);
-    let rows = machine.normal_of_rows(&state, &all, &ones);
-    let total = machine.normal(&state, &all, &ones, &[]);
+    let rows = problem.normal_of_rows(&state, &all, &ones);
+    let total = problem.normal(&state, &all, &ones, &[]);
     assert!(near(total.squares - rows.squares, 25.0), "it is no row's, and counts in the sum");
-    assert!(near(machine.squares(&state, &all, &ones), total.squares));
+    assert!(near(problem.squares(&state, &all, &ones), total.squares));
 }
 
 #[test]
 fn a_place_that_no_fitted_row_touched_is_put_where_the_held_rows_say() {
     let rows = "q1_deg,q2_deg,touch\n0,0,a\n0,2,a\n90,0,b\n90,4,b\n";
-    with(PLANAR, rows, &[], |machine| {
-        let mut state = machine.start();
+    with(PLANAR, rows, &[], |problem| {
+        let mut state = problem.start();
         state.places = vec![Vector3::new(700.0, 0.0, 0.0), Vector3::zeros()];
-        let apart = machine.residuals_apart(&state, &[2, 3], &[0, 1]);
+        let apart = problem.residuals_apart(&state, &[2, 3], &[0, 1]);
         assert!(apart[..6].iter().all(|residual| residual.is_nan()), "rows that are not held");
         // The two visits to b lie on a circle of 300 mm about (0, 400): 4 degrees apart, each half of it from their middle.
         let angle = 4_f64.to_radians();
@@ -280,7 +280,7 @@ fn a_place_that_no_fitted_row_touched_is_put_where_the_held_rows_say() {
         let off = Vector3::from_column_slice(&apart[6..9]).norm();
         assert!(near(off, 0.5 * between), "{off} {between}");
         // A place that the fit knows stays where it is.
-        let known = machine.residuals_apart(&state, &[1], &[0]);
+        let known = problem.residuals_apart(&state, &[1], &[0]);
         let tip =
             Vector3::new(400.0 + 300.0 * 2_f64.to_radians().cos(), 300.0 * 2_f64.to_radians().sin(), 0.0);
         let expected = tip - state.places[0];
@@ -291,12 +291,12 @@ fn a_place_that_no_fitted_row_touched_is_put_where_the_held_rows_say() {
 #[test]
 fn plausible_ranges_are_observations_of_zero_with_two_sigmas_to_their_ends() {
     let effects = ["joint_zero(elbow)", "joint_gain(elbow)", "link_length(elbow)"];
-    with(PLANAR, POINTS, &effects, |machine| {
-        let mut state = machine.start();
+    with(PLANAR, POINTS, &effects, |problem| {
+        let mut state = problem.start();
         state.effects = vec![vec![0.1], vec![0.3], vec![4.0]];
         let mut normal = NormalEquations::zeros(3);
         let prior = Prior { variance: 0.04, spared: vec![2] };
-        prior.add(machine, &state, &mut normal);
+        prior.add(problem, &state, &mut normal);
         // The zero's range ends at 0.35 rad: a sigma of 0.175. A gain is no number of the geometry, and the length is spared.
         let weight = 0.04 / (0.175 * 0.175);
         assert!(near(normal.matrix[(0, 0)], weight) && near(normal.gradient[0], -weight * 0.1));
@@ -307,8 +307,8 @@ fn plausible_ranges_are_observations_of_zero_with_two_sigmas_to_their_ends() {
         );
         // The solver sees them with the rows, and without them where they do not count.
         let (rows, weights) = ([0, 1, 2], vec![1.0; 3]);
-        let plain = machine.over(&rows, &weights).normal_equations(&state);
-        let known = machine.over(&rows, &weights).knowing(Some(&prior)).normal_equations(&state);
+        let plain = problem.over(&rows, &weights).normal_equations(&state);
+        let known = problem.over(&rows, &weights).knowing(Some(&prior)).normal_equations(&state);
         assert!(near(known.matrix[(0, 0)] - plain.matrix[(0, 0)], weight));
     });
 }
@@ -316,10 +316,10 @@ fn plausible_ranges_are_observations_of_zero_with_two_sigmas_to_their_ends() {
 #[test]
 fn a_number_of_the_geometry_is_out_of_its_range_beyond_its_ends() {
     let effects = ["joint_zero(elbow)", "joint_gain(elbow)"];
-    with(PLANAR, POINTS, &effects, |machine| {
+    with(PLANAR, POINTS, &effects, |problem| {
         let out = |zero: f64, gain: f64| {
-            let state = State { effects: vec![vec![zero], vec![gain]], ..machine.start() };
-            out_of_range(machine, &state)
+            let state = State { effects: vec![vec![zero], vec![gain]], ..problem.start() };
+            out_of_range(problem, &state)
         };
         assert!(
             out(0.35, 0.0).is_empty() && out(-0.35, 9.0).is_empty(),
@@ -329,8 +329,8 @@ fn a_number_of_the_geometry_is_out_of_its_range_beyond_its_ends() {
         assert_eq!(out(-0.351, 0.0), [(0, -0.351)]);
         assert!(out(f64::NAN, 0.0).len() == 1, "not a number is in no range");
         let message = |zero: f64| {
-            let state = State { effects: vec![vec![zero], vec![0.0]], ..machine.start() };
-            let doubts = range_doubts(machine, &[(0, zero)], &state);
+            let state = State { effects: vec![vec![zero], vec![0.0]], ..problem.start() };
+            let doubts = range_doubts(problem, &[(0, zero)], &state);
             doubts.iter().map(ToString::to_string).collect::<Vec<_>>()
         };
         assert!(message(0.1)[0].contains("hardly determine joint_zero(elbow)"), "{:?}", message(0.1));
@@ -348,16 +348,16 @@ fn a_number_of_the_geometry_is_out_of_its_range_beyond_its_ends() {
 
 #[test]
 fn a_number_is_undetermined_where_its_error_is_wider_than_its_range() {
-    with(PLANAR, POINTS, &["joint_zero(elbow)"], |machine| {
+    with(PLANAR, POINTS, &["joint_zero(elbow)"], |problem| {
         // Of a matrix of 4 the standard error is 0.5 for a scatter of 1; the range ends at 0.35.
         let factor = RankRevealingCholesky::new(&dmatrix![4.0]);
-        assert!(undetermined(machine, &factor, 0.69).is_empty());
-        assert_eq!(undetermined(machine, &factor, 0.71), [(0, 0.0)]);
+        assert!(undetermined(problem, &factor, 0.69).is_empty());
+        assert_eq!(undetermined(problem, &factor, 0.71), [(0, 0.0)]);
     });
-    with(PLANAR, POINTS, &["joint_gain(elbow)"], |machine| {
+    with(PLANAR, POINTS, &["joint_gain(elbow)"], |problem| {
         let factor = RankRevealingCholesky::new(&dmatrix![1e-9]);
         assert!(
-            undetermined(machine, &factor, 1e9).is_empty(),
+            undetermined(problem, &factor, 1e9).is_empty(),
             "what has no range of the geometry is not asked"
         );
     });
@@ -382,17 +382,17 @@ fn free_parameters_are_called_by_what_they_move() {
         )
     );
     let rows = "q1_deg,q2_deg,touch,board_x_mm\n0,0,nest,1\n30,40,nest,2\n";
-    with(&model, rows, &["joint_zero(elbow)"], |machine| {
-        let names: Vec<String> = machine
+    with(&model, rows, &["joint_zero(elbow)"], |problem| {
+        let names: Vec<String> = problem
             .free_parameters()
             .iter()
-            .map(|free_parameter| machine.parameter_name(*free_parameter))
+            .map(|free_parameter| problem.parameter_name(*free_parameter))
             .collect();
         for name in [
             "p1 z",
-            "p1 turn about x",
+            "p1 rotation about x",
             "board y",
-            "board turn about z",
+            "board rotation about z",
             "nest x",
             "table (1)",
             "table (3)",
@@ -401,32 +401,32 @@ fn free_parameters_are_called_by_what_they_move() {
             assert!(names.contains(&name.to_owned()), "{name} of {names:?}");
         }
         assert_eq!(names.len(), 3 + 3 + 6 + 3 + 3 + 1);
-        assert_eq!(machine.parameter_name(FreeParameter::Effect(9, 0)), "?");
+        assert_eq!(problem.parameter_name(FreeParameter::Effect(9, 0)), "?");
     });
 }
 
 #[test]
 fn the_row_before_is_that_in_time_and_time_counts_from_the_first() {
     let rows = "q1_deg,q2_deg,p1_x_mm,time_s\n10,0,1,50\n20,0,1,30\n30,0,1,\n40,0,1,40\n";
-    with(PLANAR, rows, &[], |machine| {
-        assert_eq!(machine.first_time, 30.0);
-        assert_eq!(machine.previous, [Some(3), None, Some(0), Some(1)], "a row without time comes last");
-        let state = machine.start();
+    with(PLANAR, rows, &[], |problem| {
+        assert_eq!(problem.first_time, 30.0);
+        assert_eq!(problem.previous, [Some(3), None, Some(0), Some(1)], "a row without time comes last");
+        let state = problem.start();
         let seen = |row: usize| {
             let pose = ArmPose::default();
-            let sample = machine.sample(&state, row, &pose.link_frames, &[], None);
+            let sample = problem.sample(&state, row, &pose.link_frames, &[], None);
             (sample.time, sample.clock, sample.last_move(0).to_degrees().round())
         };
         assert_eq!(seen(0), (20.0, 50.0, -30.0));
         assert_eq!(seen(3), (10.0, 40.0, 20.0));
-        assert_eq!([0, 1, 2].map(|row| machine.clock(row)), [Some(50.0), Some(30.0), None]);
+        assert_eq!([0, 1, 2].map(|row| problem.clock(row)), [Some(50.0), Some(30.0), None]);
     });
-    with(PLANAR, POINTS, &[], |machine| {
-        assert_eq!((machine.first_time, machine.clock(2)), (0.0, Some(2.0)), "rows are numbered");
-        assert_eq!(machine.previous, [None, Some(0), Some(1)]);
-        let state = machine.start();
+    with(PLANAR, POINTS, &[], |problem| {
+        assert_eq!((problem.first_time, problem.clock(2)), (0.0, Some(2.0)), "rows are numbered");
+        assert_eq!(problem.previous, [None, Some(0), Some(1)]);
+        let state = problem.start();
         let pose = ArmPose::default();
-        let sample = machine.sample(&state, 1, &pose.link_frames, &[], None);
+        let sample = problem.sample(&state, 1, &pose.link_frames, &[], None);
         assert!(sample.time.is_nan() && sample.temperature.is_nan() && sample.clock == 1.0);
     });
 }
@@ -436,9 +436,9 @@ fn epochs_are_those_of_the_model_and_one_where_it_has_none() {
     let model = Model { epochs: Some(Epochs::Rows(vec![2])), ..Model::parse("m.yaml", PLANAR).unwrap() };
     let table = Table::parse("t.csv", POINTS).unwrap();
     let observations = Observations::new(&model, &table).unwrap();
-    let machine = ResidualModel::new(&model, &table, &observations, &[]).unwrap();
-    assert_eq!([0, 1, 2].map(|row| machine.epoch(row)), [0, 1, 1]);
-    with(PLANAR, POINTS, &[], |machine| assert_eq!(machine.epoch(2), 0));
+    let problem = ResidualModel::new(&model, &table, &observations, &[]).unwrap();
+    assert_eq!([0, 1, 2].map(|row| problem.epoch(row)), [0, 1, 1]);
+    with(PLANAR, POINTS, &[], |problem| assert_eq!(problem.epoch(2), 0));
 }
 
 #[test]
@@ -464,8 +464,8 @@ fn the_sensor_looks_ahead_on_the_first_plane_no_flatter_than_fifteen_degrees() {
 fn a_fit_of_one_row_or_one_pose_is_refused_with_its_reason() {
     let message = |rows: &str, mask: &[bool]| {
         let mut found = String::new();
-        with(PLANAR, rows, &["joint_zero(elbow)"], |machine| {
-            let fit = machine.fit(&machine.start(), mask, FitOptions::default(), &Progress::default());
+        with(PLANAR, rows, &["joint_zero(elbow)"], |problem| {
+            let fit = problem.fit(&problem.start(), mask, FitOptions::default(), &Progress::default());
             found = fit.err().map_or_else(String::new, |error: FitError| error.to_string());
         });
         found
@@ -479,7 +479,7 @@ fn a_fit_of_one_row_or_one_pose_is_refused_with_its_reason() {
 
 #[test]
 fn a_dependent_number_is_named_with_those_that_move_the_readings_alike() {
-    with(PLANAR, POINTS, &["joint_zero(shoulder)", "joint_zero(elbow)", "joint_gain(elbow)"], |machine| {
+    with(PLANAR, POINTS, &["joint_zero(shoulder)", "joint_zero(elbow)", "joint_gain(elbow)"], |problem| {
         // The third column is the first twice and a hundredth of the second, which is too little to be named.
         let columns = DMatrix::from_columns(&[
             DVector::from_vec(vec![1.0, 0.0, 2.0]),
@@ -488,7 +488,7 @@ fn a_dependent_number_is_named_with_those_that_move_the_readings_alike() {
         let matrix = &columns * columns.transpose();
         let factor = RankRevealingCholesky::new(&matrix);
         assert_eq!(factor.dependent.len(), 1);
-        let gauges = machine.gauges(&matrix, &factor);
+        let gauges = problem.gauges(&matrix, &factor);
         let names = ["joint_zero(shoulder)", "joint_zero(elbow)", "joint_gain(elbow)"];
         assert_eq!(gauges[0].held, names[factor.dependent[0]]);
         assert_eq!(gauges[0].same_as.len(), 1, "{gauges:?}");
@@ -507,7 +507,7 @@ fn only_what_the_table_shows_of_bodies_and_boards_is_free() {
     );
     let turns = |rows: &str| {
         let mut found = Vec::new();
-        with(&model, rows, &[], |machine| found = machine.free_parameters().to_vec());
+        with(&model, rows, &[], |problem| found = problem.free_parameters().to_vec());
         found
     };
     assert!(turns(POINTS).is_empty());
@@ -524,8 +524,8 @@ fn a_turn_is_free_for_a_camera_where_a_board_is_seen_and_for_no_other_target() {
     let target = "targets: {p1: {xyz_mm: [0, 0, 0], free: false}}";
     let targets = "targets: {p1: {free: false, free_rpy: true}, p2: {free: false, free_rpy: true}, p3: {free: false, free_rpy: true}}";
     let model = format!("{}board: {{seen_by: p1}}\n", PLANAR.replace(target, targets));
-    with(&model, "q1_deg,q2_deg,board_x_mm\n0,0,5\n", &[], |machine| {
-        let turns = machine
+    with(&model, "q1_deg,q2_deg,board_x_mm\n0,0,5\n", &[], |problem| {
+        let turns = problem
             .free_parameters()
             .iter()
             .filter(|free_parameter| matches!(free_parameter, FreeParameter::TargetRotation(..)));
@@ -542,9 +542,9 @@ fn a_camera_is_believed_to_see_its_board_from_where_the_hand_has_it() {
     let targets = "targets: {p1: {xyz_mm: [0, 0, 40], rpy_deg: [180, 0, 0], free: false}}";
     let board = "board: {seen_by: p1, xyz_mm: [700, 30, -260], rpy_deg: [0, 0, 0]}";
     let model = format!("{}{board}\n", PLANAR.replace(target, targets));
-    with(&model, "q1_deg,q2_deg,board_x_mm\n0,0,5\n", &[], |machine| {
+    with(&model, "q1_deg,q2_deg,board_x_mm\n0,0,5\n", &[], |problem| {
         // Stretched out the camera is at (700, 0, 40) and looks down: its y and z are turned over.
-        let seen = machine.believed_board(&machine.start(), 0).unwrap();
+        let seen = problem.believed_board(&problem.start(), 0).unwrap();
         assert!((seen.translation.vector - Vector3::new(0.0, -30.0, 300.0)).norm() < 1e-9, "{seen}");
         let over = Rotation3::from_euler_angles(std::f64::consts::PI, 0.0, 0.0);
         assert!((seen.rotation.matrix() - over.matrix()).norm() < 1e-9);
@@ -557,10 +557,10 @@ fn a_reading_that_is_too_large_by_a_share_is_predicted_so() {
     let effects = ["scale(x)", "reading_reset(x)"];
     let scaled = |value: f64| {
         let mut left = 0.0;
-        with(PLANAR, "q1_deg,q2_deg,p1_x_mm,p1_y_mm,p1_z_mm\n0,0,702.7,0,0\n", &effects[..1], |machine| {
-            let mut state = machine.start();
+        with(PLANAR, "q1_deg,q2_deg,p1_x_mm,p1_y_mm,p1_z_mm\n0,0,702.7,0,0\n", &effects[..1], |problem| {
+            let mut state = problem.start();
             state.effects[0] = vec![value; state.effects[0].len()];
-            left = machine.block(&state, &[0], &[], &[]).residuals[0];
+            left = problem.block(&state, &[0], &[], &[]).residuals[0];
         });
         left
     };
@@ -574,14 +574,14 @@ fn an_effect_that_is_admitted_is_free_like_the_others() {
     let model = Model::parse("m.yaml", PLANAR).unwrap();
     let table = Table::parse("t.csv", POINTS).unwrap();
     let observations = Observations::new(&model, &table).unwrap();
-    let mut machine = ResidualModel::new(&model, &table, &observations, &[]).unwrap();
+    let mut problem = ResidualModel::new(&model, &table, &observations, &[]).unwrap();
     let id = EffectId::at("joint_zero", Site::Joint(1));
     let effect = build(&id, &model).unwrap();
-    machine.admit(id.clone(), effect.into(), vec![0.25]);
-    assert_eq!(machine.free_parameters(), [FreeParameter::Effect(0, 0)]);
-    assert_eq!(machine.start().effects, [[0.25]]);
-    assert_eq!(machine.effects().collect::<Vec<_>>(), [&id]);
-    assert_eq!(machine.least_variance(), 0.0, "points scatter each for itself");
+    problem.admit(id.clone(), effect.into(), vec![0.25]);
+    assert_eq!(problem.free_parameters(), [FreeParameter::Effect(0, 0)]);
+    assert_eq!(problem.start().effects, [[0.25]]);
+    assert_eq!(problem.effects().collect::<Vec<_>>(), [&id]);
+    assert_eq!(problem.least_variance(), 0.0, "points scatter each for itself");
 }
 
 #[test]
@@ -590,10 +590,10 @@ fn ranges_count_for_geometry_and_for_what_gives_to_either_side_under_weight() {
     let far = |effect: &str| {
         let model = PLANAR.replace("elbow, a_mm: 300", "elbow, a_mm: 300, alpha_deg: 90");
         let mut found = Vec::new();
-        with(&model, POINTS, &[effect], |machine| {
-            let mut state = machine.start();
+        with(&model, POINTS, &[effect], |problem| {
+            let mut state = problem.start();
             state.effects[0].iter_mut().for_each(|value| *value = 1e4);
-            found = out_of_range(machine, &state);
+            found = out_of_range(problem, &state);
         });
         found.len()
     };
@@ -607,15 +607,15 @@ fn ranges_count_for_geometry_and_for_what_gives_to_either_side_under_weight() {
 #[test]
 fn of_what_is_held_at_a_start_an_effect_may_be_let_go_later_and_the_rest_may_not() {
     let model = PLANAR.replace("free: false}}", "free: true}}");
-    with(&model, POINTS, &["joint_zero(elbow)", "joint_gain(elbow)"], |machine| {
+    with(&model, POINTS, &["joint_zero(elbow)", "joint_gain(elbow)"], |problem| {
         let of_effect = |free_parameter: &FreeParameter| matches!(free_parameter, FreeParameter::Effect(..));
-        let first_effect = machine.free_parameters().iter().position(of_effect).unwrap();
-        assert!(first_effect > 0, "a target is free as well: {:?}", machine.free_parameters());
-        let all: Vec<usize> = (0..machine.free_parameters().len()).collect();
-        assert_eq!(kept(machine, &all, &[]), (0..first_effect).collect::<Vec<_>>());
+        let first_effect = problem.free_parameters().iter().position(of_effect).unwrap();
+        assert!(first_effect > 0, "a target is free as well: {:?}", problem.free_parameters());
+        let all: Vec<usize> = (0..problem.free_parameters().len()).collect();
+        assert_eq!(kept(problem, &all, &[]), (0..first_effect).collect::<Vec<_>>());
         // What the rows cannot determine at all stays, whatever it belongs to.
         let spared = [first_effect];
-        assert_eq!(kept(machine, &all, &spared), (0..=first_effect).collect::<Vec<_>>());
-        assert!(kept(machine, &[], &[]).is_empty());
+        assert_eq!(kept(problem, &all, &spared), (0..=first_effect).collect::<Vec<_>>());
+        assert!(kept(problem, &[], &[]).is_empty());
     });
 }

@@ -110,9 +110,9 @@ fn a_fit_finds_a_base_and_targets_that_are_nowhere_near_where_the_file_has_them(
     let model = Model::parse("m.yaml", ARM).unwrap();
     let table = Table::parse("t.csv", &rows(&base, tools)).unwrap();
     let observations = Observations::new(&model, &table).unwrap();
-    let machine = ResidualModel::new(&model, &table, &observations, &[]).unwrap();
+    let problem = ResidualModel::new(&model, &table, &observations, &[]).unwrap();
     let fit =
-        machine.fit(&machine.start(), &[true; 25], FitOptions::default(), &Progress::default()).unwrap();
+        problem.fit(&problem.start(), &[true; 25], FitOptions::default(), &Progress::default()).unwrap();
     assert!(apart(&fit.state.base, &base) < 1e-5, "{} {base}", fit.state.base);
     assert!(
         (fit.state.targets[0] - tools[0]).norm() < 1e-5 && (fit.state.targets[1] - tools[1]).norm() < 1e-5
@@ -141,28 +141,28 @@ fn planar(effects: &[(&str, f64)], look: impl FnOnce(&ResidualModel<'_>, &State)
         .iter()
         .map(|(text, value)| AddedEffect { id: parse(text, &model).unwrap(), values: vec![*value] })
         .collect();
-    let machine = ResidualModel::new(&model, &table, &observations, &added).unwrap();
-    look(&machine, &machine.start());
+    let problem = ResidualModel::new(&model, &table, &observations, &added).unwrap();
+    look(&problem, &problem.start());
 }
 
 #[test]
 fn points_along_the_arm_run_from_the_base_to_the_first_target() {
-    planar(&[], |machine, state| {
-        let along = machine.points_along(state, 1);
+    planar(&[], |problem, state| {
+        let along = problem.points_along(state, 1);
         let expected = [[1000.0, 0.0, 0.0], [1400.0, 0.0, 0.0], [1400.0, 0.0, 300.0], [1400.0, 0.0, 350.0]];
         assert_eq!(along.len(), expected.len());
         for (found, expected) in along.iter().zip(expected.map(Vector3::from)) {
             assert!((found - expected).norm() < 1e-9, "{found} {expected}");
         }
-        assert!((machine.believed_point(state, 0) - Vector3::new(1750.0, 0.0, 0.0)).norm() < 1e-9);
-        assert!(machine.believed_board(state, 0).is_none(), "there is no board");
+        assert!((problem.believed_point(state, 0) - Vector3::new(1750.0, 0.0, 0.0)).norm() < 1e-9);
+        assert!(problem.believed_board(state, 0).is_none(), "there is no board");
     });
 }
 
 #[test]
 fn moments_and_motions_of_a_row_are_those_of_the_lever() {
-    planar(&[], |machine, state| {
-        let details = machine.row_details(state, 0);
+    planar(&[], |problem, state| {
+        let details = problem.row_details(state, 0);
         // 2 kg hang 700 mm before the shoulder and 300 mm before the elbow; the axes point along -y, and the weight turns the arm down.
         let weight = 2.0 * 9.80665;
         assert!((details.moments[0] + weight * 0.7).abs() < 1e-9, "{:?}", details.moments);
@@ -175,9 +175,9 @@ fn moments_and_motions_of_a_row_are_those_of_the_lever() {
 
 #[test]
 fn the_arm_stays_clear_as_long_as_every_point_of_it_does() {
-    planar(&[], |machine, state| {
+    planar(&[], |problem, state| {
         let clear = |row: usize, normal: [f64; 3], offset: f64| {
-            machine.stays_clear(state, row, &[HalfSpace { normal, offset }])
+            problem.stays_clear(state, row, &[HalfSpace { normal, offset }])
         };
         // In the base's frame y is up: the elbow goes up to 350 mm, target and all, and out to 400 mm.
         assert!(
@@ -192,20 +192,20 @@ fn the_arm_stays_clear_as_long_as_every_point_of_it_does() {
             clear(0, [-1.0, 0.0, 0.0], -750.1) && !clear(0, [-1.0, 0.0, 0.0], -749.9),
             "and before the target"
         );
-        assert!(machine.stays_clear(state, 0, &[]));
+        assert!(problem.stays_clear(state, 0, &[]));
         let two = [
             HalfSpace { normal: [-1.0, 0.0, 0.0], offset: -400.1 },
             HalfSpace { normal: [0.0, -1.0, 0.0], offset: -349.9 },
         ];
-        assert!(!machine.stays_clear(state, 1, &two), "one of two is enough");
+        assert!(!problem.stays_clear(state, 1, &two), "one of two is enough");
     });
 }
 
 #[test]
 fn contributions_of_a_row_are_those_of_the_effect_there() {
-    planar(&[], |machine, state| {
-        let gain = build(&parse("joint_gain(elbow)", machine.model).unwrap(), machine.model).unwrap();
-        let contributions = machine.contributions(state, 1, gain.as_ref());
+    planar(&[], |problem, state| {
+        let gain = build(&parse("joint_gain(elbow)", problem.model).unwrap(), problem.model).unwrap();
+        let contributions = problem.contributions(state, 1, gain.as_ref());
         assert!(
             contributions.len() == 1 && (contributions[0].rate - std::f64::consts::FRAC_PI_2).abs() < 1e-12
         );
@@ -216,8 +216,8 @@ fn contributions_of_a_row_are_those_of_the_effect_there() {
 fn an_arm_that_gives_balances_with_what_pulls_where_it_has_come_to() {
     // A shoulder this soft comes down by a good part of a radian: w = c m g (0.75 cos w ...) has to hold where it ends.
     let compliance = 0.02;
-    planar(&[("joint_compliance(shoulder)", compliance)], |machine, state| {
-        let point = machine.believed_point(state, 0) - Vector3::new(1000.0, 0.0, 0.0);
+    planar(&[("joint_compliance(shoulder)", compliance)], |problem, state| {
+        let point = problem.believed_point(state, 0) - Vector3::new(1000.0, 0.0, 0.0);
         let angle = point.z.atan2(point.x);
         let expected = -compliance * 2.0 * 9.80665 * 0.7 * angle.cos();
         // Three rounds leave the cube of the first round's share.
@@ -260,15 +260,15 @@ fn a_large_turn_of_the_base_changes_with_its_vector_as_the_rotation_group_has_it
         id: parse("base_reset", &model).unwrap(),
         values: vec![0.0, 0.0, 0.0, rotation.x, rotation.y, rotation.z],
     };
-    let machine = ResidualModel::new(&model, &table, &observations, &[added]).unwrap();
-    let state = machine.start();
-    let jacobian = machine.block(&state, &[1], &[], &[]).jacobian;
+    let problem = ResidualModel::new(&model, &table, &observations, &[added]).unwrap();
+    let state = problem.start();
+    let jacobian = problem.block(&state, &[1], &[], &[]).jacobian;
     // The target of the second row, off the base's origin: turned by exp(v).
     let lever = Vector3::new(400.0, 0.0, 350.0);
     for axis in 0..3 {
         let at = |by: f64| Rotation3::new(rotation + Vector3::ith(axis, by)) * lever;
         let slope = (at(1e-6) - at(-1e-6)) / 2e-6;
-        let free_parameter = machine.free_parameters().len() - 3 + axis;
+        let free_parameter = problem.free_parameters().len() - 3 + axis;
         assert!(
             (jacobian[(free_parameter, 0)] - slope.x).abs() < 1e-4,
             "{axis}: {} {slope}",
@@ -291,15 +291,15 @@ fn pixels_lie_where_their_rays_meet_the_sheet() {
     });
     let table = Table::parse("t.csv", "q1_deg,q2_deg,p1_x_mm\n0,0,5\n0,90,5\n").unwrap();
     let observations = Observations::new(&model, &table).unwrap();
-    let machine = ResidualModel::new(&model, &table, &observations, &[]).unwrap();
-    let state = machine.start();
-    let found = machine.stripe_points(&state, 0, &[[100.0, 90.0], [150.0, 50.0]]);
+    let problem = ResidualModel::new(&model, &table, &observations, &[]).unwrap();
+    let state = problem.start();
+    let found = problem.stripe_points(&state, 0, &[[100.0, 90.0], [150.0, 50.0]]);
     // Stretched out the flange's x is the world's, its y the world's z, its z the world's -y; 50 px aside are 10 mm, 40 px up are -10 mm.
     assert!((found[0].unwrap() - Vector3::new(1700.0, -100.0, 0.0)).norm() < 1e-9, "{found:?}");
     assert!((found[1].unwrap() - Vector3::new(1710.0, -100.0, -10.0)).norm() < 1e-9, "{found:?}");
-    assert_eq!(machine.rig(&state), model.stripe_rig);
-    planar(&[], |machine, state| {
-        assert!(machine.rig(state).is_none() && machine.stripe_points(state, 0, &[[1.0, 1.0]]) == [None]);
+    assert_eq!(problem.rig(&state), model.stripe_rig);
+    planar(&[], |problem, state| {
+        assert!(problem.rig(state).is_none() && problem.stripe_points(state, 0, &[[1.0, 1.0]]) == [None]);
     });
 }
 
@@ -314,16 +314,16 @@ fn bodies_whose_poses_a_table_holds_are_listed_with_them() {
                 0,0,10,20,30,0,0,90,,,,0,0,90\n5,5,,,,,,,1,2,3,,,\n";
     let table = Table::parse("t.csv", rows).unwrap();
     let observations = Observations::new(&model, &table).unwrap();
-    let machine = ResidualModel::new(&model, &table, &observations, &[]).unwrap();
-    let state = machine.start();
-    assert_eq!(machine.seen_bodies(), [SeenBody::Target(0), SeenBody::Board(0)]);
-    assert_eq!([SeenBody::Target(0), SeenBody::Board(0)].map(|body| body.target(&machine)), [0, 1]);
-    let of_target = machine.seen_poses(&state, &[0, 1], SeenBody::Target(0));
+    let problem = ResidualModel::new(&model, &table, &observations, &[]).unwrap();
+    let state = problem.start();
+    assert_eq!(problem.seen_bodies(), [SeenBody::Target(0), SeenBody::Board(0)]);
+    assert_eq!([SeenBody::Target(0), SeenBody::Board(0)].map(|body| body.target(&problem)), [0, 1]);
+    let of_target = problem.seen_poses(&state, &[0, 1], SeenBody::Target(0));
     assert_eq!(of_target.len(), 1, "the second row has no orientation");
     assert_eq!(of_target[0].seen.translation.vector, Vector3::new(10.0, 20.0, 30.0));
     assert!((of_target[0].seen.rotation * Vector3::x() - Vector3::y()).norm() < 1e-12);
     assert!((of_target[0].flange.translation.vector - Vector3::new(700.0, 0.0, 0.0)).norm() < 1e-9);
-    let of_board = machine.seen_poses(&state, &[0, 1], SeenBody::Board(0));
+    let of_board = problem.seen_poses(&state, &[0, 1], SeenBody::Board(0));
     assert!(of_board.len() == 1 && of_board[0].seen.translation.vector.iter().all(|part| part.is_nan()));
     // Of the board the pose is the camera's as the board sees it: turned the other way.
     assert!((of_board[0].seen.rotation * Vector3::x() + Vector3::y()).norm() < 1e-12);
@@ -352,8 +352,8 @@ residual_map: {not_understood: 0.5, sides: [{joint: turn, weights: [1.5]}, {join
     let rows = "q1_deg,q2_mm,p1_x_mm,approach_q1,approach_q2\n0,25,0,0,0\n0,25,0,1,0\n0,25,0,0,1\n";
     let table = Table::parse("t.csv", rows).unwrap();
     let observations = Observations::new(&model, &table).unwrap();
-    let machine = ResidualModel::new(&model, &table, &observations, &[]).unwrap();
-    let at = |row: usize| machine.believed_point(&machine.start(), row);
+    let problem = ResidualModel::new(&model, &table, &observations, &[]).unwrap();
+    let at = |row: usize| problem.believed_point(&problem.start(), row);
     // The arm points along the base's x, which is the world's y; the wave is the same everywhere and shifts the base along its x.
     assert!((at(0) - Vector3::new(0.0, 102.0, 25.0)).norm() < 1e-9, "{}", at(0));
     // From below the turn is 1.5 degrees more in its own sense, which turns the other way.
@@ -372,8 +372,8 @@ fn whole_points_are_seen_and_points_of_which_an_axis_is_missing_are_not() {
         "q1_deg,q2_deg,p1_x_mm,p1_y_mm,p1_z_mm\n0,0,700,0,0\n90,0,0,,0\n0,90,400,300,0\n90,0,0,700,1\n";
     let table = Table::parse("t.csv", text).unwrap();
     let observations = Observations::new(&model, &table).unwrap();
-    let machine = ResidualModel::new(&model, &table, &observations, &[]).unwrap();
-    let found = crate::fit::align::sights(&machine, &machine.start(), &[0, 1, 2, 3]);
+    let problem = ResidualModel::new(&model, &table, &observations, &[]).unwrap();
+    let found = crate::fit::align::sights(&problem, &problem.start(), &[0, 1, 2, 3]);
     let measured: Vec<[f64; 3]> = found.iter().map(|sight| sight.measured.into()).collect();
     assert_eq!(measured, [[700.0, 0.0, 0.0], [400.0, 300.0, 0.0], [0.0, 700.0, 1.0]]);
     assert!(found.iter().all(|sight| sight.target == 0));
@@ -401,9 +401,9 @@ fn a_base_that_is_far_from_where_the_model_has_it_is_found_from_no_start() {
     }
     let table = Table::parse("t.csv", &text).unwrap();
     let observations = Observations::new(&model, &table).unwrap();
-    let machine = ResidualModel::new(&model, &table, &observations, &[]).unwrap();
+    let problem = ResidualModel::new(&model, &table, &observations, &[]).unwrap();
     let rows: Vec<usize> = (0..12).collect();
-    let found = crate::fit::align::align(&machine, &machine.start(), &rows, &Progress::default()).unwrap();
+    let found = crate::fit::align::align(&problem, &problem.start(), &rows, &Progress::default()).unwrap();
     assert!(
         (found.base.translation.vector - Vector3::new(1000.0, -200.0, 50.0)).norm() < 1e-6,
         "{}",
@@ -422,16 +422,16 @@ fn boards_that_a_table_speaks_of_are_those_it_names_and_the_one_that_most_rows_s
     let rows = "0,0,floor,1,2,300\n5,5,wall,1,2,300\n6,9,wall,3,1,310\n7,7,floor,,,\n";
     let table = Table::parse("t.csv", &format!("{header}\n{rows}")).unwrap();
     let observations = Observations::new(&model, &table).unwrap();
-    let machine = ResidualModel::new(&model, &table, &observations, &[]).unwrap();
-    assert_eq!(machine.boards_named(), [0, 1], "nobody speaks of the door");
-    assert_eq!(machine.boards_seen(), [1, 0]);
+    let problem = ResidualModel::new(&model, &table, &observations, &[]).unwrap();
+    assert_eq!(problem.boards_named(), [0, 1], "nobody speaks of the door");
+    assert_eq!(problem.boards_seen(), [1, 0]);
     // Each row's equations are of the board that it names.
     let of_rows: Vec<u32> = (0..3).map(|row| observations.of_row(row)[0].measurand.index).collect();
     assert_eq!(of_rows, [0, 1, 1]);
     let plain = Table::parse("t.csv", "q1_deg,q2_deg,p1_x_mm\n0,0,700\n").unwrap();
     let observations = Observations::new(&model, &plain).unwrap();
-    let machine = ResidualModel::new(&model, &plain, &observations, &[]).unwrap();
-    assert!(machine.boards_named().is_empty() && machine.boards_seen().is_empty());
+    let problem = ResidualModel::new(&model, &plain, &observations, &[]).unwrap();
+    assert!(problem.boards_named().is_empty() && problem.boards_seen().is_empty());
 }
 
 /// A place that is touched begins at the middle of where the arm believes it; one that no row touches stays.
@@ -440,9 +440,9 @@ fn every_touched_place_begins_where_the_arm_touched_it() {
     let model = Model::parse("m.yaml", PLANAR).unwrap();
     let table = Table::parse("t.csv", "q1_deg,q2_deg,touch\n0,0,a\n0,90,b\n0,0,b\n90,0,c\n").unwrap();
     let observations = Observations::new(&model, &table).unwrap();
-    let machine = ResidualModel::new(&model, &table, &observations, &[]).unwrap();
-    let mut state = machine.start();
-    crate::fit::align::place_touched(&machine, &mut state, &[0, 1, 2]);
+    let problem = ResidualModel::new(&model, &table, &observations, &[]).unwrap();
+    let mut state = problem.start();
+    crate::fit::align::place_touched(&problem, &mut state, &[0, 1, 2]);
     // Stretched out the tip is at x = 1750 mm, with the elbow up at (1400, 0, 350).
     let expected = [[1750.0, 0.0, 0.0], [1575.0, 0.0, 175.0], [0.0, 0.0, 0.0]];
     assert_eq!(state.places.len(), 3);

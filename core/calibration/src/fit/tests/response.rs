@@ -44,16 +44,16 @@ fn worst_of(arm: &str, table: &str, others: Vec<String>, effects: &[(&str, &[f64
     for (text, values) in effects {
         added.push(AddedEffect { id: parse(text, &model).unwrap(), values: values.to_vec() });
     }
-    let machine = ResidualModel::new(&model, &table, &observations, &added).unwrap();
-    let state = machine.start();
+    let problem = ResidualModel::new(&model, &table, &observations, &added).unwrap();
+    let state = problem.start();
     let rows = [0, 1];
-    let block = machine.block(&state, &rows, &[], &[]);
+    let block = problem.block(&state, &rows, &[], &[]);
     let mut worst = 0.0_f64;
-    for free_parameter in 0..machine.free_parameters().len() {
-        let mut step = vec![0.0; machine.free_parameters().len()];
+    for free_parameter in 0..problem.free_parameters().len() {
+        let mut step = vec![0.0; problem.free_parameters().len()];
         let [ahead, behind] = [1e-5, -1e-5].map(|amount| {
             step[free_parameter] = amount;
-            machine.block(&state.stepped(machine.free_parameters(), &step), &rows, &[], &[]).residuals
+            problem.block(&state.stepped(problem.free_parameters(), &step), &rows, &[], &[]).residuals
         });
         let slopes: Vec<f64> =
             ahead.iter().zip(&behind).map(|(ahead, behind)| (behind - ahead) / 2e-5).collect();
@@ -85,23 +85,23 @@ fn what_turns_a_link_turns_its_weight_and_what_that_bends() {
 }
 
 /// A state with all that can be fitted moved by so much (rad, or a hundred times as many mm), the base turned besides.
-fn moved(machine: &ResidualModel<'_>, by: f64, base_turned: f64) -> State {
-    let step: Vec<f64> = machine
+fn moved(problem: &ResidualModel<'_>, by: f64, rotated_base: f64) -> State {
+    let step: Vec<f64> = problem
         .free_parameters()
         .iter()
         .enumerate()
         .map(|(index, free_parameter)| match free_parameter {
-            FreeParameter::BaseRotation(_) => base_turned,
-            FreeParameter::Effect(part, _) if machine.parts[*part].id.name.starts_with("link_l") => {
+            FreeParameter::BaseRotation(_) => rotated_base,
+            FreeParameter::Effect(part, _) if problem.parts[*part].id.name.starts_with("link_l") => {
                 100.0 * by
             }
-            FreeParameter::Effect(part, _) if machine.parts[*part].id.name == "joint_zero" => {
+            FreeParameter::Effect(part, _) if problem.parts[*part].id.name == "joint_zero" => {
                 by * if index % 2 == 0 { 1.0 } else { -1.0 }
             }
             _ => 0.0,
         })
         .collect();
-    machine.start().stepped(machine.free_parameters(), &step)
+    problem.start().stepped(problem.free_parameters(), &step)
 }
 
 #[test]
@@ -115,21 +115,21 @@ fn slopes_are_kept_near_by_and_worked_out_anew_where_the_arm_hangs_otherwise() {
         .chain([("joint_compliance(j2)", vec![0.003]), ("link_sag(j3)", vec![0.0002])])
         .map(|(text, values)| AddedEffect { id: parse(text, &model).unwrap(), values })
         .collect();
-    let machine = || ResidualModel::new(&model, &table, &observations, &added).unwrap();
+    let problem = || ResidualModel::new(&model, &table, &observations, &added).unwrap();
     let rows = [0, 1];
     // What differs between derivatives with slopes from the start and with fresh ones, as a fraction of the greatest derivative.
     let off = |state: &State| {
-        let begun = machine();
+        let begun = problem();
         let start = begun.block(&begun.start(), &rows, &[], &[]).jacobian;
-        let [kept, fresh] = [begun, machine()].map(|machine| machine.block(state, &rows, &[], &[]).jacobian);
+        let [kept, fresh] = [begun, problem()].map(|problem| problem.block(state, &rows, &[], &[]).jacobian);
         ((&kept - &fresh).amax() / fresh.amax(), (&fresh - start).amax() / fresh.amax())
     };
     // Five milliradians and half a millimetre: the derivatives themselves move by more than the slopes matter.
-    let (kept, moved_by) = off(&moved(&machine(), 0.005, 0.005));
+    let (kept, moved_by) = off(&moved(&problem(), 0.005, 0.005));
     // Of a bend of a tenth of a radian; of one of a machine it is a hundredth of that.
     assert!(kept > 0.0 && kept < 1e-3 && moved_by > 10.0 * kept, "{kept} of {moved_by}");
     // Farther away, in any one of what counts, they are the same to the last digit.
-    for far in [moved(&machine(), 0.02, 0.0), moved(&machine(), 0.0, 0.3)] {
+    for far in [moved(&problem(), 0.02, 0.0), moved(&problem(), 0.0, 0.3)] {
         assert_eq!(off(&far).0, 0.0);
     }
 }
@@ -149,9 +149,9 @@ fn a_later_fit_uses_the_slopes_of_an_earlier_one_in_which_the_same_bends() {
         (("joint_zero(j2)", 0.0), ("joint_compliance(j2)", 0.003), ("joint_gain(j4)", 0.0));
     let earlier = with(&model, &[zero, bend]);
     earlier.block(&earlier.start(), &[0, 1], &[], &[]);
-    let of_zero = |machine: &ResidualModel<'_>, by: f64| {
-        let block = machine.block(&moved(machine, by, 0.0), &[0, 1], &[], &[]);
-        let number = machine.free_parameters().iter().position(|one| *one == FreeParameter::Effect(0, 0));
+    let of_zero = |problem: &ResidualModel<'_>, by: f64| {
+        let block = problem.block(&moved(problem, by, 0.0), &[0, 1], &[], &[]);
+        let number = problem.free_parameters().iter().position(|one| *one == FreeParameter::Effect(0, 0));
         block.jacobian.row(number.unwrap()).into_owned()
     };
     let kept = of_zero(&earlier, 0.005);
@@ -179,10 +179,10 @@ fn the_second_derivative_along_a_change_is_that_of_the_predictions() {
             .iter()
             .map(|(text, value)| AddedEffect { id: parse(text, &model).unwrap(), values: vec![*value] })
             .collect();
-    let machine = ResidualModel::new(&model, &table, &observations, &added).unwrap();
+    let problem = ResidualModel::new(&model, &table, &observations, &added).unwrap();
     let (rows, weights) = ([0, 1], [0.25, 1.0]);
-    let change = DVector::from_fn(machine.free_parameters().len(), |free_parameter, _| {
-        match machine.free_parameters()[free_parameter] {
+    let change = DVector::from_fn(problem.free_parameters().len(), |free_parameter, _| {
+        match problem.free_parameters()[free_parameter] {
             FreeParameter::BaseRotation(axis) => 0.02 * (axis as f64 + 1.0),
             FreeParameter::Effect(0, _) => -0.03,
             FreeParameter::Effect(1, _) => 5.0,
@@ -190,8 +190,8 @@ fn the_second_derivative_along_a_change_is_that_of_the_predictions() {
         }
     });
     let at = |fraction: f64| {
-        let state = machine.start().stepped(machine.free_parameters(), (&change * fraction).as_slice());
-        machine.block(&state, &rows, &weights, &[])
+        let state = problem.start().stepped(problem.free_parameters(), (&change * fraction).as_slice());
+        problem.block(&state, &rows, &weights, &[])
     };
     // Central differences of the predictions, which fall as the residuals rise.
     let small = 0.01;
@@ -199,7 +199,7 @@ fn the_second_derivative_along_a_change_is_that_of_the_predictions() {
         [-small, 0.0, small].map(|fraction| DVector::from_vec(at(fraction).residuals));
     let second = (here * 2.0 - behind - ahead) / (small * small);
     let expected = at(0.0).jacobian * second;
-    let found = machine.second_derivative_along(&machine.start(), &change, &rows, &weights);
+    let found = problem.second_derivative_along(&problem.start(), &change, &rows, &weights);
     assert!(
         expected.norm() > 0.0 && (&found - &expected).norm() < 0.02 * expected.norm(),
         "{found} {expected}"
@@ -215,17 +215,17 @@ fn what_derivatives_are_off_by_is_no_bend() {
         .iter()
         .map(|(text, value)| AddedEffect { id: parse(text, &model).unwrap(), values: vec![*value] })
         .collect();
-    let machine = ResidualModel::new(&model, &table, &observations, &added).unwrap();
+    let problem = ResidualModel::new(&model, &table, &observations, &added).unwrap();
     // With the slopes of the start derivatives are off by some hundred-thousandths here.
-    machine.block(&machine.start(), &[0, 1], &[], &[]);
-    let state = moved(&machine, 0.0008, 0.0);
+    problem.block(&problem.start(), &[0, 1], &[], &[]);
+    let state = moved(&problem, 0.0008, 0.0);
     let along = |size: f64| {
-        let turned = machine
+        let turned = problem
             .free_parameters()
             .iter()
             .map(|free_parameter| if *free_parameter == FreeParameter::Effect(0, 0) { size } else { 0.0 });
-        let change = DVector::from_iterator(machine.free_parameters().len(), turned);
-        machine.second_derivative_along(&state, &change, &[0, 1], &[])
+        let change = DVector::from_iterator(problem.free_parameters().len(), turned);
+        problem.second_derivative_along(&state, &change, &[0, 1], &[])
     };
     // A second derivative goes with the square of the change, however small that is.
     let (large, small) = (along(1e-2) * 1e-4, along(1e-4));

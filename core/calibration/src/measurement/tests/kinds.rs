@@ -34,8 +34,8 @@ fn predicted(columns: &str, cells: &str) -> Vec<f64> {
     let model = Model::parse("m.yaml", FLAT).unwrap();
     let table = Table::parse("t.csv", &format!("q1_deg,q2_deg,{columns}\n0,0,{cells}\n")).unwrap();
     let observations = Observations::new(&model, &table).unwrap();
-    let machine = ResidualModel::new(&model, &table, &observations, &[]).unwrap();
-    let residuals = machine.residuals(&machine.start());
+    let problem = ResidualModel::new(&model, &table, &observations, &[]).unwrap();
+    let residuals = problem.residuals(&problem.start());
     observations.equations().iter().zip(residuals).map(|(equation, left)| equation.measured - left).collect()
 }
 
@@ -66,10 +66,10 @@ fn every_kind_predicts_what_the_flat_arm_has() {
 
 #[test]
 fn units_instruments_and_readings_are_those_of_the_kind() {
-    let radians = ["orientation", "tilt", "direction", "board_turn"];
+    let radians = ["orientation", "tilt", "direction", "board_rotation"];
     for kind in kinds() {
         assert_eq!(kind.is_length(), !radians.contains(&kind.name()), "{}", kind.name());
-        let turns = ["orientation", "board_turn"].contains(&kind.name());
+        let turns = ["orientation", "board_rotation"].contains(&kind.name());
         assert_eq!(kind.is_orientation(), turns, "{}", kind.name());
         assert_eq!(kind.is_trigger(), ["trigger", "edge"].contains(&kind.name()), "{}", kind.name());
         assert_eq!(kind.columns().is_empty(), kind.name() == "stripe", "{}", kind.name());
@@ -93,7 +93,7 @@ fn every_kind_names_the_columns_it_reads() {
         ("direction", "p1_azimuth_deg ..."),
         ("stripe", ""),
         ("board", "board_x_mm ..."),
-        ("board_turn", "board_qw ... (or board_rx_rad ...)"),
+        ("board_rotation", "board_qw ... (or board_rx_rad ...)"),
         ("profile", "profile_x_mm, profile_z_mm"),
     ];
     assert!(expected.iter().all(|one| columns.contains(one)), "{columns:?}");
@@ -285,8 +285,8 @@ fn an_edge_is_seen_where_the_hand_looks_and_earlier_from_higher_up() {
         let model = Model::parse("m.yaml", &format!("{text}{more}")).unwrap();
         let table = Table::parse("t.csv", &format!("q1_deg,q2_deg,on,signal\n0,0,edge,{signal}\n")).unwrap();
         let observations = Observations::new(&model, &table).unwrap();
-        let machine = ResidualModel::new(&model, &table, &observations, &[]).unwrap();
-        -machine.residuals(&machine.start())[0]
+        let problem = ResidualModel::new(&model, &table, &observations, &[]).unwrap();
+        -problem.residuals(&problem.start())[0]
     };
     // Straight down, p1 in the table: half of the spot is light where it lets go, so the middle is over the edge.
     assert!((at(sensor, "off") + 10.0).abs() < 1e-6, "{}", at(sensor, "off"));
@@ -301,8 +301,8 @@ fn an_edge_is_seen_where_the_hand_looks_and_earlier_from_higher_up() {
         let model = Model::parse("m.yaml", &format!("{text}{sensor}")).unwrap();
         let table = Table::parse("t.csv", &format!("q1_deg,q2_deg,on,signal\n0,0,table,{signal}\n")).unwrap();
         let observations = Observations::new(&model, &table).unwrap();
-        let machine = ResidualModel::new(&model, &table, &observations, &[]).unwrap();
-        -machine.residuals(&machine.start())[0]
+        let problem = ResidualModel::new(&model, &table, &observations, &[]).unwrap();
+        -problem.residuals(&problem.start())[0]
     };
     assert!(over("on").abs() < 1e-12 && over("").abs() < 1e-12, "over a table it comes on");
     // It lets go where light has fallen to 60 %: (d/5)^2 exp(2 - 2 d/5) against that of 8 mm.
@@ -327,8 +327,8 @@ measured_from: world
         let model = Model::parse("m.yaml", text).unwrap();
         let table = Table::parse("t.csv", "q1_deg,tilt_x_deg,tilt_y_deg\n0,0,0\n").unwrap();
         let observations = Observations::new(&model, &table).unwrap();
-        let machine = ResidualModel::new(&model, &table, &observations, &[]).unwrap();
-        let left = machine.residuals(&machine.start());
+        let problem = ResidualModel::new(&model, &table, &observations, &[]).unwrap();
+        let left = problem.residuals(&problem.start());
         [-left[0].to_degrees(), -left[1].to_degrees()]
     };
     close(&read(text), &[10.0, 0.0], "rolled");

@@ -275,8 +275,8 @@ fn what_a_table_saw_is_known_by_its_columns() {
     let turned = read("q1_deg,board_rx_rad,board_ry_rad,board_rz_rad\n1,0,0,1\n");
     assert!(
         turned.sees_a_board()
-            && turned.turn_of(Body::Board, 0).is_some()
-            && turned.turn_of(Body::Target(0), 0).is_none()
+            && turned.rotation_of(Body::Board, 0).is_some()
+            && turned.rotation_of(Body::Target(0), 0).is_none()
     );
     assert!(turned.orientations_of("board").is_none(), "a board is no target");
     let mut seen = plain.clone();

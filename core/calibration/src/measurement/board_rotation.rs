@@ -17,7 +17,7 @@ use crate::table::{Body, Table};
 
 /// The board's orientation: columns `board_qw ...` or `board_rx_rad ...`, or OpenCV's `rvec_x_rad ...`.
 #[derive(Debug)]
-pub(super) struct BoardTurn;
+pub(super) struct BoardRotation;
 
 /// The rotation vector between what was measured and what is believed, rad, and how it changes with a turn of the board about the axes of the measurements.
 fn off(context: &RowContext<'_>, board: usize) -> Option<(Vector3<f64>, Matrix3<f64>)> {
@@ -29,9 +29,9 @@ fn off(context: &RowContext<'_>, board: usize) -> Option<(Vector3<f64>, Matrix3<
     Some((vector, jacobian * board.inverse().into_inner()))
 }
 
-impl MeasurementKind for BoardTurn {
+impl MeasurementKind for BoardRotation {
     fn name(&self) -> &'static str {
-        "board_turn"
+        "board_rotation"
     }
 
     fn columns(&self) -> &'static str {
@@ -60,7 +60,7 @@ impl MeasurementKind for BoardTurn {
             for component in 0..3 {
                 // The prediction is a difference, which is zero where both orientations agree.
                 let what = Measurand { kind: &Self, index, component };
-                equations.push(Equation::new(what, 0.0, row.model.noise.board_turn));
+                equations.push(Equation::new(what, 0.0, row.model.noise.board_rotation));
             }
         }
         Ok(())
@@ -75,8 +75,8 @@ impl MeasurementKind for BoardTurn {
             return Prediction::of_point(0.0, Vector3::zeros());
         };
         // As the camera turns one way the board turns the other in its view.
-        let by_turn = -by_board.row(what.axis()).transpose();
-        Prediction { value: vector[what.axis()], by_point: Vector3::zeros(), by_turn }
+        let by_rotation = -by_board.row(what.axis()).transpose();
+        Prediction { value: vector[what.axis()], by_point: Vector3::zeros(), by_rotation }
     }
 
     fn own_derivatives(

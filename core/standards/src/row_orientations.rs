@@ -9,33 +9,33 @@ pub struct Predicted {
     /// mm.
     pub points: Vec<Vector3<f64>>,
     /// From the target's axes.
-    pub turns: Vec<Rotation3<f64>>,
+    pub rotations: Vec<Rotation3<f64>>,
 }
 
 /// A commanded orientation that is none.
 #[derive(Debug)]
-pub(crate) struct TurnsError {
+pub(crate) struct OrientationError {
     pub(crate) table: String,
     pub(crate) what: String,
 }
 
 /// What was read of orientations, and what was commanded; one a row.
-pub(crate) struct Turns<'t> {
+pub(crate) struct RowOrientations<'t> {
     pub(crate) attained: Option<&'t [Option<Rotation3<f64>>]>,
     pub(crate) commanded: Option<Vec<Rotation3<f64>>>,
 }
 
-impl<'t> Turns<'t> {
+impl<'t> RowOrientations<'t> {
     /// Of a target by its number; commanded by a model, else by the table's columns.
     pub(crate) fn of(
         table: &'t Table,
         target: usize,
         predicted: Option<&Predicted>,
-    ) -> Result<Self, TurnsError> {
+    ) -> Result<Self, OrientationError> {
         let attained = table.orientations_as(Body::Target(target)).map(|known| known.rotations.as_slice());
         let commanded = match (predicted, attained) {
             (_, None) => None,
-            (Some(predicted), _) => Some(predicted.turns.clone()),
+            (Some(predicted), _) => Some(predicted.rotations.clone()),
             (None, Some(_)) => commanded(table)?,
         };
         Ok(Self { attained, commanded })
@@ -53,9 +53,9 @@ const FORMS: [(&[&str], f64); 3] = [
 const BEGINNINGS: [&str; 4] = ["commanded_r", "commanded_q", "commanded_yaw", "commanded_pitch"];
 
 /// The commanded orientations by their columns; nothing where the table has none.
-fn commanded(table: &Table) -> Result<Option<Vec<Rotation3<f64>>>, TurnsError> {
+fn commanded(table: &Table) -> Result<Option<Vec<Rotation3<f64>>>, OrientationError> {
     let named = |name: &str| table.covariates.iter().find(|column| column.name == name);
-    let bad = |what: String| TurnsError { table: table.source.clone(), what };
+    let bad = |what: String| OrientationError { table: table.source.clone(), what };
     for (names, scale) in FORMS {
         let columns: Vec<&Covariate> = names.iter().filter_map(|name| named(name)).collect();
         let Some(first) = columns.first() else { continue };
@@ -67,7 +67,7 @@ fn commanded(table: &Table) -> Result<Option<Vec<Rotation3<f64>>>, TurnsError> {
             )));
         }
         let each = (0..table.len()).map(|row| {
-            turn(&columns, scale, row)
+            rotation(&columns, scale, row)
                 .map_err(|what| bad(format!("line {}: {what}", table.lines.get(row).copied().unwrap_or(0))))
         });
         return each.collect::<Result<Vec<_>, _>>().map(Some);
@@ -84,7 +84,7 @@ fn commanded(table: &Table) -> Result<Option<Vec<Rotation3<f64>>>, TurnsError> {
 }
 
 /// The commanded orientation of a row, or what is wrong with it.
-fn turn(columns: &[&Covariate], scale: f64, row: usize) -> Result<Rotation3<f64>, String> {
+fn rotation(columns: &[&Covariate], scale: f64, row: usize) -> Result<Rotation3<f64>, String> {
     let is_lost = |column: &&&Covariate| !column.levels().is_empty() || !column.number(row).is_finite();
     if let Some(column) = columns.iter().find(is_lost) {
         return Err(format!("`{}` is empty or no number", column.name));
