@@ -10,7 +10,7 @@ use std::sync::atomic::Ordering;
 
 use plumb_cell::command::Command;
 use plumb_cell::engine::{RunRequest, StartError, start_run};
-use plumb_cell::event::{Event, RunOutcome, StepOutcome};
+use plumb_cell::event::{DeviceState, Event, RunOutcome, StepOutcome};
 use plumb_cell::prompt::{Answer, Decision, PromptKind};
 use plumb_record::{Record, RunId};
 use support::running::{
@@ -166,6 +166,12 @@ fn a_robot_lost_in_mid_move_stops_the_run_keeps_all_and_a_retry_goes_on_from_whe
         let interruptions =
             Record::open(record.path()).expect("the record").interruptions(RunId(1)).expect("interruptions");
         assert!(interruptions.iter().any(|one| one.kind == "device_lost"), "{interruptions:?}");
+        // Connected again it is a device like the others: it is put away at the end.
+        let last = events.iter().rev().find_map(|event| match event {
+            Event::Device { device, state, .. } if device == "arm" => Some(*state),
+            _ => None,
+        });
+        assert_eq!(last, Some(DeviceState::Finalized), "lost at move {lost_at}");
     }
 }
 
