@@ -60,11 +60,11 @@ fn size_of_a_row(unit: ReadingUnit) -> String {
 /// What a series of how far orientations are off shows.
 const TURN: &str = "orientation of a row off, deg";
 
-pub(super) fn row_residuals(machine: &ResidualModel<'_>, fit: &Fit, held_out: &[bool]) -> Vec<RowResidual> {
-    (0..machine.table.len())
+pub(super) fn row_residuals(problem: &ResidualModel<'_>, fit: &Fit, held_out: &[bool]) -> Vec<RowResidual> {
+    (0..problem.table.len())
         .map(|row| {
-            let own = fit.residuals.get(machine.observations.range(row)).unwrap_or(&[]);
-            let equations = machine.observations.of_row(row);
+            let own = fit.residuals.get(problem.observations.range(row)).unwrap_or(&[]);
+            let equations = problem.observations.of_row(row);
             let (mut vector, mut counts) = (Vector3::zeros(), Vector3::repeat(0.0_f64));
             for (equation, residual) in equations.iter().zip(own) {
                 if let Some(axis) = equation.measurand.coordinate() {
@@ -76,29 +76,29 @@ pub(super) fn row_residuals(machine: &ResidualModel<'_>, fit: &Fit, held_out: &[
             let mean = vector.component_div(&counts.map(|count: f64| count.max(1.0)));
             RowResidual {
                 row,
-                line: machine.table.lines.get(row).copied().unwrap_or(0),
+                line: problem.table.lines.get(row).copied().unwrap_or(0),
                 held_out: held_out.get(row).copied().unwrap_or(false),
                 weight: fit.weights.get(row).copied().unwrap_or(1.0),
                 vector_mm: mean.into(),
-                size: ErrorSummary::of(point_squares(machine, &fit.residuals, row).into_iter())
+                size: ErrorSummary::of(point_squares(problem, &fit.residuals, row).into_iter())
                     .map(|error| error.rms),
-                size_deg: orientation_errors(machine, &fit.residuals, &[row]).map(|error| error.rms),
-                point_mm: machine.believed_point(&fit.state, row).into(),
-                joints: shown_joints(machine, row),
+                size_deg: orientation_errors(problem, &fit.residuals, &[row]).map(|error| error.rms),
+                point_mm: problem.believed_point(&fit.state, row).into(),
+                joints: shown_joints(problem, row),
             }
         })
         .collect()
 }
 
 /// The unit a joint's coordinate is shown in.
-pub(super) fn unit_of_joint(machine: &ResidualModel<'_>, joint: usize) -> &'static str {
-    if machine.model.slides(joint) { "mm" } else { "deg" }
+pub(super) fn unit_of_joint(problem: &ResidualModel<'_>, joint: usize) -> &'static str {
+    if problem.model.slides(joint) { "mm" } else { "deg" }
 }
 
 /// The commanded coordinates of a row as they are shown.
-fn shown_joints(machine: &ResidualModel<'_>, row: usize) -> Vec<f64> {
-    let coordinates = machine.table.q_of(row).iter().enumerate();
-    let shown = coordinates.map(|(joint, coordinate)| match machine.model.slides(joint) {
+fn shown_joints(problem: &ResidualModel<'_>, row: usize) -> Vec<f64> {
+    let coordinates = problem.table.q_of(row).iter().enumerate();
+    let shown = coordinates.map(|(joint, coordinate)| match problem.model.slides(joint) {
         true => *coordinate,
         false => coordinate.to_degrees(),
     });
@@ -107,7 +107,7 @@ fn shown_joints(machine: &ResidualModel<'_>, row: usize) -> Vec<f64> {
 
 /// The points along the arm in the row whose target is nearest the middle of all targets.
 pub(super) fn arm_in_the_middle(
-    machine: &ResidualModel<'_>,
+    problem: &ResidualModel<'_>,
     fit: &Fit,
     rows: &[RowResidual],
 ) -> Vec<[f64; 3]> {
@@ -115,7 +115,7 @@ pub(super) fn arm_in_the_middle(
     let middle = points.clone().sum::<Vector3<f64>>() / (rows.len().max(1) as f64);
     let distances = points.map(|point| (point - middle).norm()).enumerate();
     let Some((row, _)) = distances.min_by(|one, other| one.1.total_cmp(&other.1)) else { return Vec::new() };
-    machine.points_along(&fit.state, row).into_iter().map(Into::into).collect()
+    problem.points_along(&fit.state, row).into_iter().map(Into::into).collect()
 }
 
 /// Whether points differ in what they are drawn against.
@@ -156,60 +156,62 @@ fn series_if_varied(
 }
 
 /// Residuals drawn against every joint, every moment of gravity that varies, approach, order and temperature.
-pub(super) fn series(machine: &ResidualModel<'_>, fit: &Fit, rows: &[RowResidual]) -> Vec<Series> {
-    let mut all = against_joints(machine, fit, rows);
-    all.extend(against_conditions(machine, rows));
+pub(super) fn series(problem: &ResidualModel<'_>, fit: &Fit, rows: &[RowResidual]) -> Vec<Series> {
+    let mut all = against_joints(problem, fit, rows);
+    all.extend(against_conditions(problem, rows));
     all
 }
 
-/// The residual along a joint's motion in every row with an error; its size where no coordinate of a point was read, for an angle or a distance has no direction
-/// in space.
-fn along<'a>(
-    machine: &ResidualModel<'_>,
-    details: &[RowDetails],
-    rows: &[RowResidual],
-    (joint, name): (usize, &'a str),
-) -> (Shows<'a>, Vec<Option<f64>>) {
-    let unit = machine.observations.unit();
-    if !machine.observations.equations().iter().any(|equation| equation.measurand.coordinate().is_some()) {
-        return (Shows::Size(unit), rows.iter().map(|row| row.size).collect());
-    }
-    let along = rows.iter().zip(details).map(|(row, detail)| {
-        let motion = detail.by_joint.get(joint).and_then(|motion| motion.try_normalize(1e-9));
-        Some(motion.map_or(0.0, |direction| Vector3::from(row.vector_mm).dot(&direction)))
-    });
-    (Shows::Along(name, unit), along.collect())
+/// What is drawn of one joint: points against its coordinate, its moment of gravity and its side of approach.
+#[derive(Default)]
+struct JointPoints {
+    coordinate: Vec<(f64, f64, usize)>,
+    moment: Vec<(f64, f64, usize)>,
+    side: Vec<(f64, f64, usize)>,
 }
 
-/// The residual along each joint's motion, against its coordinate, its moment and its side of approach.
-fn against_joints(machine: &ResidualModel<'_>, fit: &Fit, rows: &[RowResidual]) -> Vec<Series> {
-    let table = machine.table;
-    let details: Vec<_> = (0..table.len()).map(|row| machine.row_details(&fit.state, row)).collect();
+/// The residual of a row along a joint's motion; zero where the joint does not move the point.
+fn along(residual: &RowResidual, details: &RowDetails, joint: usize) -> f64 {
+    let motion = details.by_joint.get(joint).and_then(|motion| motion.try_normalize(1e-9));
+    motion.map_or(0.0, |direction| Vector3::from(residual.vector_mm).dot(&direction))
+}
+
+/// The residual along each joint's motion, against its coordinate, its moment and its side of approach; its size where no coordinate of a point was read,
+/// for an angle or a distance has no direction in space.
+fn against_joints(problem: &ResidualModel<'_>, fit: &Fit, rows: &[RowResidual]) -> Vec<Series> {
+    let unit = problem.observations.unit();
+    let directed =
+        problem.observations.equations().iter().any(|equation| equation.measurand.coordinate().is_some());
+    let mut drawn: Vec<JointPoints> =
+        problem.model.chain.joints.iter().map(|_| JointPoints::default()).collect();
+    // Row by row, for what a row moves by takes more room than its points.
+    for (row, residual) in rows.iter().enumerate() {
+        let details = problem.row_details(&fit.state, row);
+        for (joint, points) in drawn.iter_mut().enumerate() {
+            let error = if directed { Some(along(residual, &details, joint)) } else { residual.size };
+            let Some(error) = error else { continue };
+            points.coordinate.push((residual.joints.get(joint).copied().unwrap_or(0.0), error, row));
+            if !problem.model.masses.is_empty() {
+                points.moment.push((details.moments.get(joint).copied().unwrap_or(0.0), error, row));
+            }
+            points.side.push((f64::from(problem.table.approach_of(row, joint)), error, row));
+        }
+    }
     let mut all = Vec::new();
-    for (joint, described) in machine.model.chain.joints.iter().enumerate() {
+    for ((joint, described), points) in problem.model.chain.joints.iter().enumerate().zip(drawn) {
         let name = &described.name;
-        let (shows, errors) = along(machine, &details, rows, (joint, name));
-        let coordinates = rows.iter().map(|row| row.joints.get(joint).copied().unwrap_or(0.0));
-        let mut against =
-            vec![(name.clone(), unit_of_joint(machine, joint), coordinates.collect::<Vec<f64>>())];
-        if !machine.model.masses.is_empty() {
-            let moments = details.iter().map(|detail| detail.moments.get(joint).copied().unwrap_or(0.0));
-            against.push((format!("moment of {name}"), "N m", moments.collect()));
-        }
-        let sides = (0..table.len()).map(|row| f64::from(table.approach_of(row, joint)));
-        against.push((format!("approach of {name}"), "side", sides.collect()));
-        for (against, unit, values) in against {
-            let points = values.iter().zip(&errors).enumerate();
-            let points = points.filter_map(|(row, (x, error))| Some((*x, (*error)?, row)));
-            all.extend(series_if_varied(against, unit, shows, points.collect()));
-        }
+        let shows = if directed { Shows::Along(name, unit) } else { Shows::Size(unit) };
+        let of_joint = unit_of_joint(problem, joint);
+        all.extend(series_if_varied(name.clone(), of_joint, shows, points.coordinate));
+        all.extend(series_if_varied(format!("moment of {name}"), "N m", shows, points.moment));
+        all.extend(series_if_varied(format!("approach of {name}"), "side", shows, points.side));
     }
     all
 }
 
 /// The size of the residual against the order of the rows and every condition on record.
-fn against_conditions(machine: &ResidualModel<'_>, rows: &[RowResidual]) -> Vec<Series> {
-    let table = machine.table;
+fn against_conditions(problem: &ResidualModel<'_>, rows: &[RowResidual]) -> Vec<Series> {
+    let table = problem.table;
     let mut order = vec![0.0; table.len()];
     for (index, row) in table.order().into_iter().enumerate() {
         if let Some(slot) = order.get_mut(row) {
@@ -234,7 +236,7 @@ fn against_conditions(machine: &ResidualModel<'_>, rows: &[RowResidual]) -> Vec<
     let mut all = Vec::new();
     for (name, unit, values) in columns {
         let sizes = values.iter().enumerate().filter_map(|(row, x)| Some((*x, rows.get(row)?.size?, row)));
-        let shows = Shows::Size(machine.observations.unit());
+        let shows = Shows::Size(problem.observations.unit());
         all.extend(series_if_varied(name.to_owned(), unit, shows, sizes.collect()));
         let turns =
             values.iter().enumerate().filter_map(|(row, x)| Some((*x, rows.get(row)?.size_deg?, row)));
