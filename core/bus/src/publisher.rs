@@ -37,9 +37,9 @@ pub struct Publisher {
     signal: Signal,
 }
 
-/// What `create` makes, asked again while every place is taken and `wait`, which waits a little, says that it is not time to give up. After the last wait it is
+/// What `create` makes, asked again while every slot is taken and `wait`, which waits a little, says that it is not time to give up. After the last wait it is
 /// asked once more.
-fn once_there_is_a_place<T>(
+fn once_a_slot_is_free<T>(
     mut create: impl FnMut() -> Result<T, PublisherCreateError>,
     mut wait: impl FnMut() -> bool,
 ) -> Result<T, PublisherCreateError> {
@@ -70,7 +70,7 @@ impl Publisher {
                 .create()
         };
         let given_up = Instant::now() + TAKING_OVER_TIME;
-        let port = once_there_is_a_place(create, || {
+        let port = once_a_slot_is_free(create, || {
             thread::sleep(TAKING_OVER_TIME / 100);
             node.clean_after_the_dead();
             Instant::now() < given_up
@@ -184,7 +184,7 @@ mod tests {
         waits: u32,
     ) -> (Result<u32, PublisherCreateError>, u32) {
         let (mut answers, mut waited) = (answers.iter(), 0);
-        let made = once_there_is_a_place(
+        let made = once_a_slot_is_free(
             || *answers.next().unwrap(),
             || {
                 waited += 1;
@@ -195,7 +195,7 @@ mod tests {
     }
 
     #[test]
-    fn a_place_that_becomes_free_while_it_is_waited_for_is_taken() {
+    fn a_slot_that_becomes_free_while_it_is_waited_for_is_taken() {
         assert_eq!(asked(&[Ok(1)], 9), (Ok(1), 0), "a free place is not waited for");
         assert_eq!(asked(&[TAKEN, TAKEN, Ok(2)], 9), (Ok(2), 2));
         assert_eq!(asked(&[TAKEN, TAKEN, Ok(3)], 2), (Ok(3), 2), "also after the last wait");

@@ -471,7 +471,7 @@ fn ports_and_the_bus_name_themselves() {
 }
 
 #[test]
-fn a_third_sender_of_a_stream_waits_a_second_for_a_place_and_is_refused_until_one_is_free() {
+fn a_third_sender_of_a_stream_waits_a_second_for_a_slot_and_is_refused_until_one_is_free() {
     let folder = folder();
     let bus = Bus::open(&folder.domain, "test").unwrap();
     let first = bus.publisher("arm", &joints()).unwrap();

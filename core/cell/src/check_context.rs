@@ -45,7 +45,7 @@ pub(crate) struct OwnLimits {
     pub(crate) least: f64,
     /// The highest its drive goes.
     pub(crate) most: f64,
-    /// How far the cell's procedures may correct its zero: a place beyond by no more may be within once that has been done.
+    /// How far the cell's procedures may correct its zero: a position beyond by no more may be within once that has been done.
     pub(crate) zero_shift: f64,
 }
 

@@ -46,8 +46,8 @@ fn view(points: &[[f64; 2]]) -> Vec<String> {
     };
     let mut grid = vec![vec![' '; WIDTH]; HEIGHT];
     let mut mark = |(column, row): (usize, usize), sign: char| {
-        if let Some(place) = grid.get_mut(row).and_then(|line| line.get_mut(column)) {
-            *place = sign;
+        if let Some(character) = grid.get_mut(row).and_then(|line| line.get_mut(column)) {
+            *character = sign;
         }
     };
     for pair in points.windows(2) {

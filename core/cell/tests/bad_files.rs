@@ -17,16 +17,16 @@ fn folder() -> PathBuf {
 
 /// What checking says of the cell in which `case` replaces one file.
 fn message_of(case: &Path) -> String {
-    let place = tempfile::tempdir().expect("a directory");
+    let cell_folder = tempfile::tempdir().expect("a directory");
     for good in fs::read_dir(folder().join("good")).expect("the good files") {
         let good = good.expect("a good file").path();
-        fs::copy(&good, place.path().join(good.file_name().expect("a name"))).expect("copied");
+        fs::copy(&good, cell_folder.path().join(good.file_name().expect("a name"))).expect("copied");
     }
     let name = case.file_stem().and_then(|name| name.to_str()).expect("a name");
     let role = name.split('-').next().unwrap_or(name);
-    let stand_in = place.path().join(format!("{role}.yaml"));
+    let stand_in = cell_folder.path().join(format!("{role}.yaml"));
     fs::copy(case, &stand_in).expect("copied");
-    let checked_file = if role == "unknown" { stand_in } else { place.path().join("cell.yaml") };
+    let checked_file = if role == "unknown" { stand_in } else { cell_folder.path().join("cell.yaml") };
     let calculator = Calculator::new();
     let result = kind_of_file(&checked_file)
         .map_err(|problems| vec![problems])
@@ -35,7 +35,7 @@ fn message_of(case: &Path) -> String {
         Ok(checked) => format!("{} is in order\n", checked.what),
         Err(problems) => problems.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"),
     };
-    text.replace(&format!("{}/", place.path().display()), "")
+    text.replace(&format!("{}/", cell_folder.path().display()), "")
 }
 
 #[test]

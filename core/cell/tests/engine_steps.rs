@@ -62,13 +62,13 @@ fn run_attended(
     steps: &str,
     mut watcher: impl FnMut(&Event, &RunHandle),
 ) -> (RunOutcome, Vec<Event>, TempDir, Arc<World>) {
-    let place = folder();
-    let cell = cell_with_steps(&place, steps);
+    let folder = folder();
+    let cell = cell_with_steps(&folder, steps);
     let world = World::new(ZERO_ERROR_DEG);
-    let mut run = request(&cell, &place);
+    let mut run = request(&cell, &folder);
     run.unattended = false;
     let (outcome, events) = watch(start(run, &world), |event, handle| watcher(event, handle));
-    (outcome, events, place, world)
+    (outcome, events, folder, world)
 }
 
 fn readings(folder: &TempDir) -> Vec<(String, f64)> {
@@ -99,7 +99,7 @@ steps:
   - {id: expected, do: {check: {that: 'sums.is_light && sums.twice_mm > 17', otherwise: never}}}
 ";
     let mut texts = Vec::new();
-    let (outcome, events, place, _) = run_attended(steps, |event, handle| {
+    let (outcome, events, folder, _) = run_attended(steps, |event, handle| {
         let Event::PromptAsked { prompt } = event else { return };
         texts.push(prompt.text.clone());
         let answer = match &prompt.kind {
@@ -114,7 +114,7 @@ steps:
     });
     assert_eq!((outcome, message_of(&events)), (RunOutcome::Passed, "all steps passed"));
     assert_eq!(texts, ["Which?", "How high, near 8?"]);
-    assert_eq!(readings(&place), [("twice".to_owned(), 17.5), ("half".to_owned(), 4.375)]);
+    assert_eq!(readings(&folder), [("twice".to_owned(), 17.5), ("half".to_owned(), 4.375)]);
 }
 
 #[test]
@@ -130,9 +130,9 @@ steps:
           - {id: count, do: {compute: {values: {n: again.turn}}}}
           - {id: odd, when: again.turn != 2, do: {compute: {values: {m: all.count.len()}}}}
 ";
-    let (outcome, events, place, _) = run_attended(steps, |_, _| {});
+    let (outcome, events, folder, _) = run_attended(steps, |_, _| {});
     assert_eq!(outcome, RunOutcome::Passed);
-    assert_eq!(readings(&place), [("n".to_owned(), 1.0), ("m".to_owned(), 1.0), ("n".to_owned(), 2.0)]);
+    assert_eq!(readings(&folder), [("n".to_owned(), 1.0), ("m".to_owned(), 1.0), ("n".to_owned(), 2.0)]);
     let not_needed = outcomes(&events).into_iter().filter(|(_, outcome)| *outcome == StepOutcome::NotNeeded);
     assert_eq!(not_needed.count(), 1 + 2 * 3);
 }
@@ -144,9 +144,9 @@ steps:
   - {id: first, do: {check: {that: 1 > 2, otherwise: one is not more than two}}, on_error: skip}
   - {id: second, do: {compute: {values: {x: 1}}}}
 ";
-    let (outcome, events, place, _) = run_attended(steps, |_, _| {});
+    let (outcome, events, folder, _) = run_attended(steps, |_, _| {});
     assert_eq!((outcome, message_of(&events)), (RunOutcome::Failed, "one is not more than two"));
-    assert_eq!(readings(&place).len(), 1, "the run went on to its end");
+    assert_eq!(readings(&folder).len(), 1, "the run went on to its end");
 }
 
 #[test]
@@ -179,10 +179,10 @@ steps:
   - {id: first, do: {move: {robot: arm, by_deg: {waist: 1}}}}
   - {id: second, do: {move: {robot: arm, by_deg: {waist: 1}}}}
 ";
-    let place = folder();
-    let cell = cell_with_steps(&place, steps);
+    let folder = folder();
+    let cell = cell_with_steps(&folder, steps);
     let world = World::new(ZERO_ERROR_DEG);
-    let mut run = request(&cell, &place);
+    let mut run = request(&cell, &folder);
     run.unattended = false;
     let running = start_commanded(run, &world, |number, handle| {
         if number == 1 {
@@ -208,10 +208,10 @@ fn an_interrupted_relative_move_ends_where_it_was_to_end_at_first() {
 steps:
   - {id: turn, do: {move: {robot: arm, by_deg: {waist: 10}}}}
 ";
-    let place = folder();
-    let cell = cell_with_steps(&place, steps);
+    let folder = folder();
+    let cell = cell_with_steps(&folder, steps);
     let world = World::new([0.0; 3]);
-    let mut run = request(&cell, &place);
+    let mut run = request(&cell, &folder);
     run.unattended = false;
     let running = start_commanded(run, &world, |number, handle| {
         if number <= 2 {
@@ -236,10 +236,10 @@ steps:
 ";
     let (mut stage, mut jogged_in, mut settled) = (0, None, Vec::new());
     let mut refused = Vec::new();
-    let place = folder();
-    let cell = cell_with_steps(&place, steps);
+    let folder = folder();
+    let cell = cell_with_steps(&folder, steps);
     let world = World::new([0.0; 3]);
-    let mut run = request(&cell, &place);
+    let mut run = request(&cell, &folder);
     run.unattended = false;
     let (outcome, _) = watch(start(run, &world), |event, handle| {
         let send_done =
@@ -287,11 +287,11 @@ fn an_arm_that_only_its_pendant_gives_back_is_handed_over_on_request_and_not_mov
 steps:
   - {id: place, do: {prompt: {text: There, jog_to: {robot: arm}}}}
 ";
-    let place = folder();
-    let cell = cell_with_steps(&place, steps);
+    let folder = folder();
+    let cell = cell_with_steps(&folder, steps);
     let world = World::new([0.0; 3]);
     world.only_pendant_ends_jog.store(true, Ordering::SeqCst);
-    let mut run = request(&cell, &place);
+    let mut run = request(&cell, &folder);
     run.unattended = false;
     let mut reported = Vec::new();
     let mut last = None;
@@ -343,15 +343,15 @@ steps:
 
 #[test]
 fn once_its_zeros_are_known_no_part_of_the_arm_is_sent_through_the_table() {
-    let place = folder();
+    let folder = folder();
     let steps = "
 steps:
   - {id: down, do: {move: {robot: arm, by_deg: {shoulder: -30}}}}
 ";
     let without_zeros = {
-        let cell = cell_with_steps(&place, steps);
+        let cell = cell_with_steps(&folder, steps);
         let world = World::new([0.0; 3]);
-        let mut run = request(&cell, &place);
+        let mut run = request(&cell, &folder);
         run.unattended = true;
         watch(start(run, &world), |_, _| {}).0
     };
@@ -363,7 +363,7 @@ steps:
         watch(start(request(&whole, &initialized), &World::new(ZERO_ERROR_DEG)), |_, _| {}).0,
         RunOutcome::Passed
     );
-    let cell = cell_with_steps(&place, steps);
+    let cell = cell_with_steps(&folder, steps);
     let world = World::new(ZERO_ERROR_DEG);
     let (outcome, events) = watch(start(request(&cell, &initialized), &world), |_, _| {});
     assert_eq!(outcome, RunOutcome::Error);
@@ -435,25 +435,25 @@ steps:
 }
 
 /// A run whose arm was lost on its second move, and the request that resumes it.
-fn lost_at_its_second_move(place: &TempDir) -> (Arc<Workcell>, Arc<World>, RunRequest) {
+fn lost_at_its_second_move(folder: &TempDir) -> (Arc<Workcell>, Arc<World>, RunRequest) {
     let steps = "
 steps:
   - {id: first, do: {move: {robot: arm, by_deg: {waist: 1}}}}
   - {id: second, do: {move: {robot: arm, by_deg: {waist: 1}}}}
 ";
-    let cell = cell_with_steps(place, steps);
+    let cell = cell_with_steps(folder, steps);
     let world = World::new([0.0; 3]);
     world.lose_arm_at_move.store(2, Ordering::SeqCst);
-    let (outcome, _) = watch(start(request(&cell, place), &world), |_, _| {});
+    let (outcome, _) = watch(start(request(&cell, folder), &world), |_, _| {});
     assert_eq!(outcome, RunOutcome::Error);
-    let again = RunRequest { resume: Some(RunId(1)), ..request(&cell, place) };
+    let again = RunRequest { resume: Some(RunId(1)), ..request(&cell, folder) };
     (cell, world, again)
 }
 
 #[test]
 fn a_resumed_run_asks_a_person_whether_the_arm_is_where_it_was_left() {
-    let place = folder();
-    let (_cell, world, mut again) = lost_at_its_second_move(&place);
+    let folder = folder();
+    let (_cell, world, mut again) = lost_at_its_second_move(&folder);
     again.unattended = false;
     let mut asked = 0;
     let moves = world.moves.load(Ordering::SeqCst);
@@ -473,8 +473,8 @@ fn a_resumed_run_asks_a_person_whether_the_arm_is_where_it_was_left() {
 
 #[test]
 fn an_unattended_resume_with_an_arm_that_was_moved_needs_an_operator() {
-    let place = folder();
-    let (_cell, _world, again) = lost_at_its_second_move(&place);
+    let folder = folder();
+    let (_cell, _world, again) = lost_at_its_second_move(&folder);
     let another = World::new([0.0, 3.0, 0.0]);
     another.is_new.store(false, Ordering::SeqCst);
     let (outcome, events) = watch(start(again, &another), |_, _| {});
@@ -497,9 +497,9 @@ steps:
 #[test]
 fn a_controller_takes_over_what_is_declared_once_that_is_accepted() {
     for (keys, outcome) in [("accept", RunOutcome::Passed), ("reject", RunOutcome::Failed)] {
-        let place = folder();
-        let cell = cell_with_steps(&place, DECLARE);
-        let mut run = request(&cell, &place);
+        let folder = folder();
+        let cell = cell_with_steps(&folder, DECLARE);
+        let mut run = request(&cell, &folder);
         run.unattended = false;
         let mut asked = String::new();
         let (ended, events) = watch(start(run, &World::new([0.0; 3])), |event, handle| {
@@ -535,11 +535,11 @@ fn a_declaration_that_is_not_plausible_or_not_taken_over_is_an_error() {
             "waist was to read 10.000 deg and reads 12.000 deg: the controller did not take the pose over",
         ),
     ] {
-        let place = folder();
-        let cell = cell_with_steps(&place, &steps.replace("plausible", "ask: false, plausible"));
+        let folder = folder();
+        let cell = cell_with_steps(&folder, &steps.replace("plausible", "ask: false, plausible"));
         let world = World::new([0.0; 3]);
         world.keeps_its_zeros.store(deaf, Ordering::SeqCst);
-        let (ended, events) = watch(start(request(&cell, &place), &world), |_, _| {});
+        let (ended, events) = watch(start(request(&cell, &folder), &world), |_, _| {});
         assert_eq!(ended, RunOutcome::Error);
         let is_reported = events
             .iter()
@@ -554,9 +554,9 @@ fn a_drawing_of_the_arm_is_under_a_prompt_that_asks_for_one() {
 steps:
   - {id: look, do: {prompt: {text: Look at the arm., draw: arm}}}
 ";
-    let place = folder();
-    let cell = cell_with_steps(&place, steps);
-    let mut run = request(&cell, &place);
+    let folder = folder();
+    let cell = cell_with_steps(&folder, steps);
+    let mut run = request(&cell, &folder);
     run.unattended = false;
     let mut asked = String::new();
     let (ended, _) = watch(start(run, &World::new([0.0; 3])), |event, handle| {
@@ -579,7 +579,7 @@ steps:
   - {{id: after, do: {{compute: {{values: {{x: 1}}}}}}}}
 "
     );
-    let (outcome, events, place, _) = run_attended(&steps, |event, handle| {
+    let (outcome, events, folder, _) = run_attended(&steps, |event, handle| {
         let Event::PromptAsked { prompt } = event else { return };
         if let PromptKind::Decision { .. } = &prompt.kind {
             // Longer than the step had, however long that takes here.
@@ -591,5 +591,5 @@ steps:
             handle.send(Command::Answer { prompt: prompt.id, answer, by: "ada".to_owned() });
         }
     });
-    assert_eq!(readings(&place).len(), 1, "the run went on: {outcome:?} {}", message_of(&events));
+    assert_eq!(readings(&folder).len(), 1, "the run went on: {outcome:?} {}", message_of(&events));
 }

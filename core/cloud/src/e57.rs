@@ -8,7 +8,7 @@ use crate::cloud::{Cloud, CloudPoint};
 use crate::columns::{Gathered, MOST_POINTS, Meaning};
 use crate::scalars::{MM_PER_M, metres};
 
-/// E57: places in metres, intensity, the stripe as column and the picture's row as row; width (px) and sigma (m) under a name of our own.
+/// E57: positions in metres, intensity, the stripe as column and the picture's row as row; width (px) and sigma (m) under a name of our own.
 ///
 /// # Errors
 /// What the format's library says.

@@ -31,7 +31,7 @@ impl Cloud {
     pub fn fit_pyramid(&self) -> Result<PyramidFit, FitError> {
         let lowest = percentile(self.points.iter().map(|point| point.position.z), 0.02);
         let raised: Vec<Point3<f64>> =
-            self.points.iter().map(|point| point.position).filter(|place| place.z > lowest + 6.0).collect();
+            self.points.iter().map(|point| point.position).filter(|point| point.z > lowest + 6.0).collect();
         let too_few = |points| FitError::TooFew { points, what: "the four faces of a pyramid" };
         if raised.len() < 60 {
             return Err(too_few(raised.len()));
@@ -69,11 +69,11 @@ fn from_turn(raised: &[Point3<f64>], turn: f64) -> Option<PyramidFit> {
     let mut last = None;
     for _ in 0..ROUNDS {
         let mut members: [Vec<Point3<f64>>; 4] = Default::default();
-        for place in raised {
+        for point in raised {
             let mut distances: Vec<(usize, f64)> = faces
                 .iter()
                 .enumerate()
-                .map(|(face, (normal, offset))| (face, normal.dot(&place.coords) - offset))
+                .map(|(face, (normal, offset))| (face, normal.dot(&point.coords) - offset))
                 .collect();
             // A point of a convex body lies on the face it is outermost of.
             distances.sort_by(|a, b| b.1.total_cmp(&a.1));
@@ -82,7 +82,7 @@ fn from_turn(raised: &[Point3<f64>], turn: f64) -> Option<PyramidFit> {
                 && first - second > EDGE_MM
                 && let Some(members) = members.get_mut(*face)
             {
-                members.push(*place);
+                members.push(*point);
             }
         }
         faces = members.iter().map(|members| outward(plane_through(members)?)).collect::<Option<_>>()?;
@@ -90,7 +90,7 @@ fn from_turn(raised: &[Point3<f64>], turn: f64) -> Option<PyramidFit> {
             .iter()
             .zip(&faces)
             .flat_map(|(members, (normal, offset))| {
-                members.iter().map(move |place| normal.dot(&place.coords) - offset)
+                members.iter().map(move |point| normal.dot(&point.coords) - offset)
             })
             .collect();
         let rms_mm = rms(&distances);
@@ -105,8 +105,8 @@ fn from_turn(raised: &[Point3<f64>], turn: f64) -> Option<PyramidFit> {
     }
     // Four faces, each to another side, or it was no pyramid.
     let apart = |found: &PyramidFit| {
-        found.faces.iter().enumerate().all(|(place, (one, _))| {
-            found.faces.iter().skip(place + 1).all(|(other, _)| one.dot(other) < 0.95)
+        found.faces.iter().enumerate().all(|(index, (one, _))| {
+            found.faces.iter().skip(index + 1).all(|(other, _)| one.dot(other) < 0.95)
         })
     };
     last.filter(apart)
@@ -132,7 +132,7 @@ mod tests {
     use crate::cloud::CloudPoint;
 
     fn cloud(points: impl Iterator<Item = Point3<f64>>) -> Cloud {
-        let point = |place| CloudPoint { position: place, stripe: 0, seen: Default::default() };
+        let point = |position| CloudPoint { position, stripe: 0, seen: Default::default() };
         Cloud { points: points.map(point).collect(), ..Cloud::default() }
     }
 

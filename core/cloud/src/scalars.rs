@@ -5,7 +5,7 @@ use crate::cloud::CloudPoint;
 /// mm in a metre: E57 and Foxglove count in metres.
 pub(crate) const MM_PER_M: f32 = 1000.0;
 
-/// What a point has beside its place, in single precision.
+/// What a point has beside its position, in single precision.
 pub(crate) const SCALARS: [&str; 5] = ["intensity", "width", "sigma", "stripe", "row"];
 
 pub(crate) fn scalars(point: &CloudPoint) -> [f32; 5] {
@@ -15,8 +15,8 @@ pub(crate) fn scalars(point: &CloudPoint) -> [f32; 5] {
 
 /// Adds a point's position, mm, and its scalars to binary data, least significant byte first.
 pub(crate) fn push_floats(bytes: &mut Vec<u8>, point: &CloudPoint) {
-    let place = point.position.coords.map(|axis| axis as f32);
-    for value in place.iter().copied().chain(scalars(point)) {
+    let coordinates = point.position.coords.map(|axis| axis as f32);
+    for value in coordinates.iter().copied().chain(scalars(point)) {
         bytes.extend(value.to_le_bytes());
     }
 }

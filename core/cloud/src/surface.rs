@@ -7,7 +7,7 @@ use crate::cloud::Cloud;
 /// Why a surface cannot be laid into a cloud.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum FitError {
-    /// Too few points, or all in one place or line.
+    /// Too few points, or all in one point or line.
     #[error("{points} points are too few, or lie too much in one line, for {what}; scan more of it")]
     TooFew {
         /// How many there are.
@@ -69,7 +69,7 @@ pub(crate) fn rms(distances: &[f64]) -> f64 {
 }
 
 impl Cloud {
-    fn places(&self) -> Vec<Point3<f64>> {
+    fn positions(&self) -> Vec<Point3<f64>> {
         self.points.iter().map(|point| point.position).collect()
     }
 
@@ -78,11 +78,11 @@ impl Cloud {
     /// # Errors
     /// [`FitError`]
     pub fn fit_plane(&self) -> Result<PlaneFit, FitError> {
-        let places = self.places();
+        let positions = self.positions();
         let (normal, offset_mm) =
-            plane_through(&places).ok_or(FitError::TooFew { points: places.len(), what: "a plane" })?;
+            plane_through(&positions).ok_or(FitError::TooFew { points: positions.len(), what: "a plane" })?;
         let mut distances: Vec<f64> =
-            places.iter().map(|position| normal.dot(&position.coords) - offset_mm).collect();
+            positions.iter().map(|position| normal.dot(&position.coords) - offset_mm).collect();
         let rms_mm = rms(&distances);
         distances.sort_by(f64::total_cmp);
         let at = |fraction: f64| {
@@ -97,21 +97,21 @@ impl Cloud {
     /// [`FitError`]
     pub fn fit_sphere(&self) -> Result<SphereFit, FitError> {
         let lowest = self.points.iter().fold(f64::INFINITY, |least, point| least.min(point.position.z));
-        let mut places: Vec<Point3<f64>> =
-            self.places().into_iter().filter(|place| place.z > lowest + 5.0).collect();
+        let mut positions: Vec<Point3<f64>> =
+            self.positions().into_iter().filter(|position| position.z > lowest + 5.0).collect();
         let mut found = None;
         // A few rounds: what lies far from the ball is of something else.
         for _ in 0..6 {
-            let too_few = FitError::TooFew { points: places.len(), what: "a ball" };
-            let (centre, radius) = ball_through(&places).ok_or(too_few)?;
-            let away = |place: &Point3<f64>| (place - centre).norm() - radius;
-            let distances: Vec<f64> = places.iter().map(away).collect();
+            let too_few = FitError::TooFew { points: positions.len(), what: "a ball" };
+            let (centre, radius) = ball_through(&positions).ok_or(too_few)?;
+            let away = |position: &Point3<f64>| (position - centre).norm() - radius;
+            let distances: Vec<f64> = positions.iter().map(away).collect();
             let rms_mm = rms(&distances);
             found = Some(SphereFit { centre, radius_mm: radius, rms_mm });
             let limit = (3.0 * rms_mm).max(0.05);
-            let before = places.len();
-            places.retain(|place| away(place).abs() <= limit);
-            if places.len() == before {
+            let before = positions.len();
+            positions.retain(|position| away(position).abs() <= limit);
+            if positions.len() == before {
                 break;
             }
         }
@@ -120,19 +120,19 @@ impl Cloud {
 }
 
 /// The ball of least squares: |p|^2 = 2 p.c + (r^2 - c^2) is linear in what is sought.
-fn ball_through(places: &[Point3<f64>]) -> Option<(Point3<f64>, f64)> {
-    if places.len() < 6 {
+fn ball_through(positions: &[Point3<f64>]) -> Option<(Point3<f64>, f64)> {
+    if positions.len() < 6 {
         return None;
     }
-    let middle =
-        places.iter().fold(Vector3::zeros(), |sum, position| sum + position.coords) / places.len() as f64;
-    let rows = DMatrix::from_fn(places.len(), 4, |row, column| {
-        let away = places.get(row).map_or(Vector3::zeros(), |position| position.coords - middle);
+    let middle = positions.iter().fold(Vector3::zeros(), |sum, position| sum + position.coords)
+        / positions.len() as f64;
+    let rows = DMatrix::from_fn(positions.len(), 4, |row, column| {
+        let away = positions.get(row).map_or(Vector3::zeros(), |position| position.coords - middle);
         if column < 3 { 2.0 * away[column] } else { 1.0 }
     });
     let squares = DVector::from_iterator(
-        places.len(),
-        places.iter().map(|position| (position.coords - middle).norm_squared()),
+        positions.len(),
+        positions.iter().map(|position| (position.coords - middle).norm_squared()),
     );
     let found = (rows.tr_mul(&rows)).lu().solve(&rows.tr_mul(&squares))?;
     let centre = Vector3::new(found[0], found[1], found[2]);

@@ -7,7 +7,7 @@ use crate::{FileKind, FileProblems, read_text};
 /// The text of a file that a person wrote, without a byte order mark.
 ///
 /// # Errors
-/// A problem without a place: it is not there, no regular file, too large, or no text.
+/// A problem without a position: it is not there, no regular file, too large, or no text.
 pub fn read_document(file: &Path, kind: FileKind) -> Result<String, FileProblems> {
     read_text(file, kind).map_err(|error| {
         let help = if error.is_not_found() { "see whether the name and the folder are right" } else { "" };

@@ -1,4 +1,4 @@
-//! A YAML document as a tree in which every value knows its place.
+//! A YAML document as a tree in which every value knows its position.
 
 use std::fmt;
 
@@ -65,7 +65,7 @@ impl Node {
         }
     }
 
-    /// Where the value is that these keys lead to; where one is missing, the place of what should hold it.
+    /// Where the value is that these keys lead to; where one is missing, the position of what should hold it.
     #[must_use]
     pub fn span_at(&self, keys: &[&str]) -> Span {
         match keys.split_first() {

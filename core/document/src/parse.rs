@@ -196,7 +196,7 @@ fn describe(error: &Error, text: &str) -> Problem {
     Problem { span, message, help: Some(help).filter(|help| !help.is_empty()) }
 }
 
-/// The parser's message without the place it adds at the end and without advice for programmers.
+/// The parser's message without the position it adds at the end and without advice for programmers.
 fn clean(message: &str) -> String {
     let first = message.lines().next().unwrap_or_default();
     let first = first.split_once(": line ").map_or(first, |(reason, _)| reason);
@@ -231,10 +231,10 @@ mod tests {
         let (root, shown) = read("a: 1\nb: 2\na: 3\n\"b\": 4\na: 5\nc: {d: 1, d: 2}\n");
         let root = root.expect("a tree");
         assert_eq!(root.to_json(), serde_json::json!({"a": 1, "b": 2, "c": {"d": 1}}));
-        for place in
+        for expected in
             ["f.yaml:3:1: the key `a` is given twice", "f.yaml:4:1: the key `b`", "f.yaml:5:1", "f.yaml:6:11"]
         {
-            assert!(shown.contains(place), "{place}: {shown}");
+            assert!(shown.contains(expected), "{expected}: {shown}");
         }
     }
 

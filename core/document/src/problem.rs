@@ -89,7 +89,7 @@ pub struct FileProblems {
 }
 
 impl FileProblems {
-    /// A file with one mistake that has no place: it cannot be read at all.
+    /// A file with one mistake that has no position: it cannot be read at all.
     pub fn whole_file(file: &Path, message: impl Into<String>, help: impl Into<String>) -> Self {
         let help = Some(help.into()).filter(|help| !help.is_empty());
         let problem = Problem { span: None, message: message.into(), help };

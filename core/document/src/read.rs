@@ -232,7 +232,7 @@ mod tests {
     }
 
     #[test]
-    fn lines_without_end_are_an_error_in_place_of_a_full_memory() {
+    fn lines_without_end_are_an_error_instead_of_a_full_memory() {
         let read: Vec<String> = lines(&b"a\n\nb"[..]).map(|line| line.expect("a line")).collect();
         assert_eq!(read, ["a", "", "b"]);
         let mut endless = lines(io::repeat(b'x'));

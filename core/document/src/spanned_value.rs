@@ -1,4 +1,4 @@
-//! Checks of values that know their place.
+//! Checks of values that know their position.
 
 use std::ops::RangeInclusive;
 

@@ -63,7 +63,7 @@ pub fn typed_with<T: DeserializeOwned>(
     value
 }
 
-/// A value with its place in the file, for types that derive `Deserialize` and are read by [`typed`].
+/// A value with its position in the file, for types that derive `Deserialize` and are read by [`typed`].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Spanned<T> {
     /// Where it is; [`Span::NONE`] for a stand-in, and for what holds one.

@@ -148,7 +148,8 @@ impl Catalogue {
             directories.extend(fs::canonicalize(directory.join(INSTALLED)));
             directories.extend(directory.ancestors().take(LEVELS_ABOVE).map(|above| above.join("plugins")));
         }
-        let is_installed = program_directory.as_ref().is_some_and(|place| place.join(INSTALLED).is_dir());
+        let is_installed =
+            program_directory.as_ref().is_some_and(|directory| directory.join(INSTALLED).is_dir());
         let of_the_source = fs::canonicalize(SOURCE).ok().filter(|_| !is_installed);
         directories.extend(of_the_source);
         if let Some(folder) = cell.and_then(Path::parent).map(|folder| Path::new(".").join(folder)) {
@@ -296,11 +297,11 @@ fn may_be_changed(path: &Path) -> Option<String> {
     const EVERYBODY_WRITES: u32 = 0o002;
     let found = fs::metadata(path).ok()?;
     let own = fs::metadata("/proc/self").map_or(0, |process| process.uid());
-    let place = path.display();
+    let shown = path.display();
     if found.uid() != 0 && found.uid() != own {
-        return Some(format!("{place} belongs to another user, number {}", found.uid()));
+        return Some(format!("{shown} belongs to another user, number {}", found.uid()));
     }
-    (found.permissions().mode() & EVERYBODY_WRITES != 0).then(|| format!("everybody may write to {place}"))
+    (found.permissions().mode() & EVERYBODY_WRITES != 0).then(|| format!("everybody may write to {shown}"))
 }
 
 /// The folder this program lies in.
@@ -310,42 +311,46 @@ fn program_directory() -> Option<PathBuf> {
 
 /// The manifests in a directory and in those directly below it, in order of name.
 fn manifests_in(directory: &Path) -> Vec<PathBuf> {
-    let mut places = vec![directory.to_owned()];
+    let mut directories = vec![directory.to_owned()];
     if let Ok(entries) = fs::read_dir(directory) {
         let mut below: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
         below.sort();
-        places.extend(below);
+        directories.extend(below);
     }
-    places.into_iter().map(|folder| folder.join(Manifest::FILE_NAME)).filter(|path| path.is_file()).collect()
+    directories
+        .into_iter()
+        .map(|folder| folder.join(Manifest::FILE_NAME))
+        .filter(|path| path.is_file())
+        .collect()
 }
 
 fn read(manifest_path: &Path, program_directory: Option<&Path>) -> Result<Plugin, CatalogueError> {
     let manifest = Manifest::read(manifest_path)?;
     let own = manifest_path.parent().unwrap_or(Path::new(""));
-    let mut places = vec![own.to_owned()];
-    places.extend(built_beside(own, &manifest.library));
+    let mut folders = vec![own.to_owned()];
+    folders.extend(built_beside(own, &manifest.library));
     if let Some(program) = program_directory {
         // Cargo's tests bring only the libraries in `deps` up to date, so these come before those beside the program.
-        places.extend([program.join("deps"), program.to_owned(), program.join(INSTALLED)]);
+        folders.extend([program.join("deps"), program.to_owned(), program.join(INSTALLED)]);
     }
     // What runs a driver is plumb's own, wherever the driver lies.
     let of_the_source = fs::canonicalize(SOURCE)
         .is_ok_and(|source| manifest_path.starts_with(source) || !manifest.driver.is_empty());
     if let (true, Ok(built)) = (of_the_source, fs::canonicalize(BUILT)) {
         let more = [built.join("deps"), built];
-        places.extend(
+        folders.extend(
             more.into_iter()
                 .filter(|folder| program_directory.is_none_or(|known| !folder.starts_with(known))),
         );
     }
-    let library = places.iter().map(|folder| folder.join(&manifest.library)).find(|path| path.is_file());
+    let library = folders.iter().map(|folder| folder.join(&manifest.library)).find(|path| path.is_file());
     match library {
         Some(library_path) => Ok(Plugin { manifest, manifest_path: manifest_path.to_owned(), library_path }),
         None => Err(CatalogueError::NoLibrary {
             manifest: manifest_path.to_owned(),
             id: manifest.id,
             library: manifest.library,
-            looked_in: places,
+            looked_in: folders,
         }),
     }
 }
@@ -355,10 +360,10 @@ fn built_beside(folder: &Path, library: &str) -> Vec<PathBuf> {
     if !folder.join("Cargo.toml").is_file() {
         return Vec::new();
     }
-    let mut places = ["debug", "release"].map(|profile| folder.join("target").join(profile));
-    places.sort_by_key(|place| fs::metadata(place.join(library)).and_then(|file| file.modified()).ok());
-    places.reverse();
-    places.to_vec()
+    let mut folders = ["debug", "release"].map(|profile| folder.join("target").join(profile));
+    folders.sort_by_key(|folder| fs::metadata(folder.join(library)).and_then(|file| file.modified()).ok());
+    folders.reverse();
+    folders.to_vec()
 }
 
 #[cfg(test)]
@@ -476,7 +481,7 @@ mod tests {
         assert_eq!(foreign_hands(&plugin), Some(format!("everybody may write to {}", script.display())));
     }
 
-    /// Where the library of a manifest is looked for: where it was found, or all the places where it was not.
+    /// Where the library of a manifest is looked for: where it was found, or all the folders where it was not.
     fn looked_in(manifest_path: &Path, program_directory: Option<&Path>) -> Vec<PathBuf> {
         match read(manifest_path, program_directory) {
             Ok(plugin) => vec![plugin.library_path.parent().unwrap().to_owned()],
@@ -492,14 +497,14 @@ mod tests {
         plugin_in(folder.path(), false);
         assert_eq!(looked_in(&folder.path().join("plugin.yaml"), None), [folder.path()]);
         let driver = driver_in(folder.path());
-        let places = looked_in(&driver, None);
-        assert!(places.iter().any(|folder| folder.starts_with(&built)), "{places:?}");
-        let mut places = looked_in(&driver, Some(&built));
-        let all = places.len();
-        places.dedup();
-        places.sort();
-        places.dedup();
-        assert_eq!(places.len(), all, "no place twice: {places:?}");
+        let folders = looked_in(&driver, None);
+        assert!(folders.iter().any(|folder| folder.starts_with(&built)), "{folders:?}");
+        let mut folders = looked_in(&driver, Some(&built));
+        let all = folders.len();
+        folders.dedup();
+        folders.sort();
+        folders.dedup();
+        assert_eq!(folders.len(), all, "no place twice: {folders:?}");
     }
 
     #[test]
@@ -545,8 +550,8 @@ mod tests {
 
     #[test]
     fn of_the_two_a_plugin_was_built_into_the_newer_comes_first() {
-        let place = tempfile::tempdir().unwrap();
-        let folder = place.path();
+        let directory = tempfile::tempdir().unwrap();
+        let folder = directory.path();
         assert!(built_beside(folder, "libarm.so").is_empty(), "it is no project of cargo's");
         fs::write(folder.join("Cargo.toml"), "").unwrap();
         let library = |profile: &str| folder.join("target").join(profile).join("libarm.so");

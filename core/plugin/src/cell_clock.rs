@@ -79,8 +79,8 @@ impl ClockWriter {
     pub fn write(&self, time: CellTime) -> io::Result<()> {
         let [kind, value] = time.words();
         let mut text = [0; LENGTH];
-        for (place, word) in text.chunks_exact_mut(8).zip([kind, value, check_word(kind, value)]) {
-            place.copy_from_slice(&word.to_le_bytes());
+        for (bytes, word) in text.chunks_exact_mut(8).zip([kind, value, check_word(kind, value)]) {
+            bytes.copy_from_slice(&word.to_le_bytes());
         }
         self.file.write_all_at(&text, 0)
     }

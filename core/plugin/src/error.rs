@@ -8,7 +8,7 @@ pub enum PluginError {
     /// The configuration or an argument cannot be used; the text says what would be right.
     #[error("{0}")]
     Refused(String),
-    /// A move would leave the robot's range or enter a kept-out place. Nothing moved.
+    /// A move would leave the robot's range or enter a kept-out region. Nothing moved.
     #[error("{0}")]
     OutOfRange(String),
     /// The device cannot do this at all.

@@ -57,7 +57,7 @@ pub struct Manifest {
     /// out, they are known only from its description.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub input_lines: Option<u32>,
-    /// How far a robot's joints go, so that a place beyond is found before anything is started. Left out, that is known only from its description.
+    /// How far a robot's joints go, so that a position beyond is found before anything is started. Left out, that is known only from its description.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub joints: Option<Vec<ManifestJoint>>,
     /// How fast a robot is, for the time of a run that is only planned. Left out, a slow arm is assumed.
@@ -224,7 +224,7 @@ impl Manifest {
     /// Reads a manifest file.
     ///
     /// # Errors
-    /// [`ManifestError`], naming the file and every place.
+    /// [`ManifestError`], naming the file and every position.
     pub fn read(path: &Path) -> Result<Self, ManifestError> {
         let text = read_document(path, FileKind::MANIFEST)?;
         Self::parse(&text, &path.display().to_string())
@@ -233,7 +233,7 @@ impl Manifest {
     /// Reads a manifest from its text; `origin` is named in errors.
     ///
     /// # Errors
-    /// [`ManifestError`], naming the origin and every place.
+    /// [`ManifestError`], naming the origin and every position.
     pub fn parse(text: &str, origin: &str) -> Result<Self, ManifestError> {
         let (file, problems) = (Path::new(origin), Problems::default());
         let root = parse_as(DocumentKind::Manifest, file, text, &problems)?;
@@ -348,8 +348,8 @@ impl Manifest {
             // What is no number at all has been reported already, and counts as one that is not a number.
             let wrong = number.filter(|number| *number <= 0.0 || number.is_infinite());
             if let Some(number) = wrong {
-                let place = root.span_at(&["typical", key]);
-                problems.add(place, format!("`{key}` is {number}"), "give a number above 0");
+                let span = root.span_at(&["typical", key]);
+                problems.add(span, format!("`{key}` is {number}"), "give a number above 0");
             }
         }
     }
@@ -425,14 +425,14 @@ fn check_fields(stream: &StreamDescription, node: &Node, problems: &Problems) {
         if field.name.is_empty() {
             continue;
         }
-        let place = node.span_at(&["name"]);
+        let span = node.span_at(&["name"]);
         let is_word = !field.name.contains('-') && !field.name.starts_with(|c: char| c.is_ascii_digit());
         if !is_plain(&field.name) || !is_word {
             let help = "use lower-case letters, digits and `_`, beginning with a letter";
-            problems.add(place, format!("a field is called `{}`", field.name), help);
+            problems.add(span, format!("a field is called `{}`", field.name), help);
         } else if before.contains(&field.name.as_str()) {
             problems.add(
-                place,
+                span,
                 format!("a field is called `{}`, as another", field.name),
                 "choose another name",
             );
@@ -472,7 +472,7 @@ config:
     }
 
     #[test]
-    fn an_unknown_key_is_named_with_its_place() {
+    fn an_unknown_key_is_named_with_its_position() {
         let text = GOOD.replace("title:", "tittle:");
         let message = Manifest::parse(&text, "plugin.yaml").unwrap_err().to_string();
         assert_eq!(

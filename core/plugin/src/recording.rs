@@ -116,8 +116,8 @@ impl HostInterface for Shared {
     }
 
     fn emit(&self, stream: &str, message: &[u8]) -> Result<(), PluginError> {
-        self.emit_in_place(stream, message.len(), &mut |place| {
-            place.copy_from_slice(message);
+        self.emit_in_place(stream, message.len(), &mut |buffer| {
+            buffer.copy_from_slice(message);
             Ok(())
         })
     }
@@ -149,7 +149,7 @@ impl HostInterface for Shared {
         };
         let bytes = next?;
         match message.get_mut(..bytes.len()) {
-            Some(place) => place.copy_from_slice(&bytes),
+            Some(buffer) => buffer.copy_from_slice(&bytes),
             None => {
                 return Err(PluginError::Refused(format!("a message of {} bytes does not fit", bytes.len())));
             }

@@ -14,7 +14,7 @@ use plumb_plugin::message::{
     SEQUENCE_OFFSET,
 };
 
-/// Lines of C that fail to compile where a struct's size or a field's place differs.
+/// Lines of C that fail to compile where a struct's size or a field's offset differs.
 macro_rules! layout {
     ($c:literal, $rust:ty, [$($field:ident),* $(,)?]) => {{
         let mut lines = format!("_Static_assert(sizeof({}) == {}, \"size of {}\");\n", $c, size_of::<$rust>(), $c);

@@ -155,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn a_lock_file_that_another_took_the_place_of_is_not_the_one_held() {
+    fn a_lock_file_that_another_replaced_is_not_the_one_held() {
         let directory = tempfile::tempdir().expect("a directory");
         let path = directory.path().join("cell.lock");
         let held = File::create(&path).expect("a file");

@@ -17,7 +17,7 @@ const TRIMMED_AT_ONCE: u32 = 2_000;
 /// A row of the outbox.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct OutboxRow {
-    /// Its place in the order of everything that was written, from 1.
+    /// Its position in the order of everything that was written, from 1.
     pub sequence: i64,
     /// The table of the record it was written to: `runs`, `corrections`.
     pub kind: String,

@@ -150,11 +150,11 @@ impl Record {
                 .during("reorder the queue")?;
             let before = waiting_beside(&transaction, id).during("reorder the queue")?;
             let order = moved(before.iter().map(|(id, _)| *id).collect(), id, to)?;
-            // The same places, given out anew: entries that stay where they are are not written.
-            for ((was, place), now) in before.iter().zip(order) {
+            // The same positions, given out anew: entries that stay where they are are not written.
+            for ((was, position), now) in before.iter().zip(order) {
                 if *was != now {
                     transaction
-                        .execute("UPDATE queue SET place = ?2 WHERE id = ?1", params![now, place])
+                        .execute("UPDATE queue SET place = ?2 WHERE id = ?1", params![now, position])
                         .during("reorder the queue")?;
                 }
             }
@@ -181,7 +181,7 @@ impl Record {
     }
 }
 
-/// The entries that wait for the same cell as `id`, and their places, in their order.
+/// The entries that wait for the same cell as `id`, and their positions, in their order.
 fn waiting_beside(transaction: &Transaction<'_>, id: i64) -> rusqlite::Result<Vec<(i64, i64)>> {
     let mut statement = transaction.prepare(
         "SELECT id, place FROM queue WHERE run IS NULL AND removed IS NULL \
@@ -193,18 +193,18 @@ fn waiting_beside(transaction: &Transaction<'_>, id: i64) -> rusqlite::Result<Ve
 
 /// The order with one entry moved.
 fn moved(mut order: Vec<i64>, id: i64, to: QueuePosition) -> Result<Vec<i64>, RecordError> {
-    let place_of = |order: &[i64], entry: i64| {
+    let position_of = |order: &[i64], entry: i64| {
         order.iter().position(|one| *one == entry).ok_or(RecordError::NotWaiting { entry })
     };
-    let from = place_of(&order, id)?;
+    let from = position_of(&order, id)?;
     order.remove(from);
     let to = match to {
         QueuePosition::First => 0,
         QueuePosition::Last => order.len(),
         // Beside itself: it stays.
         QueuePosition::Before(other) | QueuePosition::After(other) if other == id => from,
-        QueuePosition::Before(other) => place_of(&order, other)?,
-        QueuePosition::After(other) => place_of(&order, other)? + 1,
+        QueuePosition::Before(other) => position_of(&order, other)?,
+        QueuePosition::After(other) => position_of(&order, other)? + 1,
     };
     order.insert(to, id);
     Ok(order)

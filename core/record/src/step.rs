@@ -12,7 +12,7 @@ use crate::{Record, RecordError, RunId};
 /// One row of a plan.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PlannedRow {
-    /// The step's place, unique in its run.
+    /// The step's path, unique in its run.
     pub step: String,
     /// For people.
     pub title: String,
@@ -38,7 +38,7 @@ pub struct StepEnd<'a> {
 /// One attempt at a step as the record holds it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct StoredStep {
-    /// The step's place.
+    /// The step's path.
     pub step: String,
     /// 1 at first.
     pub attempt: u32,
@@ -59,7 +59,7 @@ pub struct StoredStep {
 pub struct OpenStep {
     /// Its row, unique in the record.
     pub row: i64,
-    /// The step's place.
+    /// The step's path.
     pub step: String,
     /// When it began.
     pub started: String,

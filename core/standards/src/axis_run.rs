@@ -535,7 +535,7 @@ fn sides(table: &Table, joint: usize, axis: &str) -> Result<Vec<i8>, AxisRunErro
     }
 }
 
-/// Rows that fraction an id under `repeat` were sent to one place.
+/// Rows that fraction an id under `repeat` were sent to one position.
 fn repeats_rest(table: &Table, axis: &str, commanded: &[f64]) -> Result<(), AxisRunError> {
     let at = |row: usize| commanded.get(row).copied().unwrap_or(f64::NAN);
     for group in table.returns() {

@@ -18,7 +18,7 @@ pub struct AtPose {
     pub visits: usize,
     /// Mean of what was reached, mm.
     pub barycentre_mm: [f64; 3],
-    /// Pose accuracy `AP_P`: from the commanded place to the barycentre, mm.
+    /// Pose accuracy `AP_P`: from the commanded position to the barycentre, mm.
     #[serde(rename = "AP_mm")]
     pub accuracy: Option<f64>,
     /// Its parts along x, y and z, mm.
@@ -41,7 +41,7 @@ pub struct AtPose {
 /// How figures change over a run.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Drift {
-    /// Greatest change of the pose accuracy against the first measurement, mm; nothing where the commanded place is not known.
+    /// Greatest change of the pose accuracy against the first measurement, mm; nothing where the commanded position is not known.
     #[serde(rename = "dAP_mm")]
     pub accuracy: Option<f64>,
     /// Greatest change of the pose repeatability, mm.

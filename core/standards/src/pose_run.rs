@@ -108,7 +108,7 @@ pub enum PoseRunError {
         /// Line of the first return.
         first: u32,
     },
-    /// Returns to one pose with different commanded places.
+    /// Returns to one pose with different commanded positions.
     #[error(
         "{table}: line {line}: pose {pose} was commanded to another {what} than in line {first}; returns to one pose have the same commanded place"
     )]
@@ -183,9 +183,9 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 const UNITS: [(&str, f64); 3] = [("mm", 1.0), ("m", 1000.0), ("in", 25.4)];
 
 /// Commanded coordinates closer than this are the same, rad or mm.
-const SAME_PLACE: f64 = 1e-9;
+const SAME_COORDINATE: f64 = 1e-9;
 
-/// Commanded places are the same to so much, mm and rad: what is lost in reading a number, far below what any robot repeats.
+/// Commanded positions are the same to so much, mm and rad: what is lost in reading a number, far below what any robot repeats.
 const SAME_COMMAND_MM: f64 = 1e-6;
 const SAME_COMMAND_RAD: f64 = 1e-7;
 
@@ -287,7 +287,7 @@ impl PoseRun {
         }
     }
 
-    /// One pose has one commanded place, by whatever way it is reached. A model has equal joints at one place anyway.
+    /// One pose has one commanded position, by whatever way it is reached. A model has equal joints at one position anyway.
     fn check_commands(&self, table: &Table) -> Result<(), PoseRunError> {
         if self.commanded_from != CommandedFrom::Table {
             return Ok(());
@@ -327,7 +327,7 @@ impl PoseRun {
     }
 }
 
-/// What differs between the commanded places of two returns, as the table has them.
+/// What differs between the commanded positions of two returns, as the table has them.
 fn commanded_elsewhere(one: &Visit, other: &Visit) -> Option<&'static str> {
     let apart = one.commanded.zip(other.commanded).map_or(0.0, |(one, other)| (one - other).norm());
     let rotated =
@@ -351,12 +351,12 @@ fn sides(table: &Table, row: usize) -> Option<Vec<i8>> {
 /// The rows of each pose that was reached more than once, in the order of time: by the column `repeat`, else by equal commanded joints.
 fn groups(table: &Table) -> Result<Vec<(String, Vec<usize>)>, PoseRunError> {
     let same = |one: usize, other: usize| {
-        table.q_of(one).iter().zip(table.q_of(other)).position(|(a, b)| (a - b).abs() > SAME_PLACE)
+        table.q_of(one).iter().zip(table.q_of(other)).position(|(a, b)| (a - b).abs() > SAME_COORDINATE)
     };
     let mut groups: Vec<(String, Vec<usize>)> = Vec::new();
     let by_name = !table.repeat.names.is_empty();
     for row in table.order() {
-        let place = match by_name {
+        let group = match by_name {
             true => match table.repeat.name(row) {
                 Some(name) => groups.iter().position(|(pose, _)| pose == name).ok_or_else(|| name.to_owned()),
                 None => continue,
@@ -366,7 +366,7 @@ fn groups(table: &Table) -> Result<Vec<(String, Vec<usize>)>, PoseRunError> {
                 .position(|(_, rows)| rows.first().is_some_and(|first| same(*first, row).is_none()))
                 .ok_or_else(|| format!("line {}", line(table, row))),
         };
-        let index = place.unwrap_or_else(|name| {
+        let index = group.unwrap_or_else(|name| {
             groups.push((name, Vec::new()));
             groups.len() - 1
         });

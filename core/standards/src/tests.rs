@@ -90,7 +90,7 @@ fn other_units_another_zero_and_a_scale_that_counts_backwards_change_nothing() {
 }
 
 #[test]
-fn what_is_no_run_along_an_axis_is_refused_with_its_place_and_what_would_be_right() {
+fn what_is_no_run_along_an_axis_is_refused_with_its_position_and_what_would_be_right() {
     let head = "q1_mm,approach_q1,repeat,p1_x_mm\n";
     let rows = "0,1,a,0\n0,1,a,.01\n0,-1,a,0\n0,-1,a,.01\n9,1,b,9\n9,1,b,9\n9,-1,b,9\n9,-1,b,9\n";
     let message_for = |text: &str| {

@@ -31,7 +31,7 @@ pub(super) fn check_answers(
         // Two procedures may ask for different things in steps of one name: the one that is meant is that which the answers fit best.
         match prompts.map(|asked| mistakes(entry, asked, robots)).min_by_key(Vec::len) {
             Some(found) => {
-                found.into_iter().for_each(|(place, message, help)| problems.add(place, message, help))
+                found.into_iter().for_each(|(span, message, help)| problems.add(span, message, help))
             }
             None => {
                 let help =
@@ -41,10 +41,10 @@ pub(super) fn check_answers(
         }
     }
     let steps: Vec<String> = procedures.iter().flat_map(|procedure| all_steps(procedure)).collect();
-    for (step, _, place) in &answers.on_error {
+    for (step, _, span) in &answers.on_error {
         if !steps.contains(step) {
             let help = did_you_mean(step, each_once(steps.iter().map(String::as_str)));
-            problems.add(*place, format!("there is no step `{step}`"), help);
+            problems.add(*span, format!("there is no step `{step}`"), help);
         }
     }
 }
@@ -80,19 +80,19 @@ fn mistakes(entry: &AnswerEntry, asked: &Asked<'_>, robots: &[RobotSetting]) -> 
         Given::Always(answer) => std::slice::from_ref(answer),
         Given::InTurn(answers) => answers,
     };
-    let of_answer = |(answer, place): (&WrittenAnswer, &AnswerSpans)| match fits(answer, &asked.kind) {
+    let of_answer = |(answer, spans): (&WrittenAnswer, &AnswerSpans)| match fits(answer, &asked.kind) {
         Err(help) => {
-            vec![(place.whole, format!("this is no answer to the prompt of step `{}`", entry.step), help)]
+            vec![(spans.whole, format!("this is no answer to the prompt of step `{}`", entry.step), help)]
         }
-        Ok(()) => wrong_joints(answer, place, &asked.kind, robots),
+        Ok(()) => wrong_joints(answer, spans, &asked.kind, robots),
     };
-    given.iter().zip(&entry.places).flat_map(of_answer).collect()
+    given.iter().zip(&entry.spans).flat_map(of_answer).collect()
 }
 
 /// The joints of a pose that the robot has not, or not in that unit.
 fn wrong_joints(
     answer: &WrittenAnswer,
-    place: &AnswerSpans,
+    spans: &AnswerSpans,
     kind: &StepQuestion<'_>,
     robots: &[RobotSetting],
 ) -> Vec<Mistake> {
@@ -102,18 +102,18 @@ fn wrong_joints(
     else {
         return Vec::new();
     };
-    let wrong = |(joint, place): (&NamedValue, &Span)| match robot.unit(&joint.name) {
+    let wrong = |(joint, span): (&NamedValue, &Span)| match robot.unit(&joint.name) {
         None => {
             let help = did_you_mean(&joint.name, robot.joints.iter().map(|(name, _)| name.as_str()));
-            Some((*place, format!("robot `{}` has no joint `{}`", robot.device, joint.name), help))
+            Some((*span, format!("robot `{}` has no joint `{}`", robot.device, joint.name), help))
         }
         Some(unit) if unit.symbol() != joint.unit => {
             let message = format!("joint `{}` goes by {}", joint.name, unit.symbol());
-            Some((*place, message, format!("write it under `pose_{}`", unit.symbol())))
+            Some((*span, message, format!("write it under `pose_{}`", unit.symbol())))
         }
         Some(_) => None,
     };
-    joints.iter().zip(&place.joints).filter_map(wrong).collect()
+    joints.iter().zip(&spans.joints).filter_map(wrong).collect()
 }
 
 fn fits(answer: &WrittenAnswer, kind: &StepQuestion<'_>) -> Result<(), String> {

@@ -58,30 +58,30 @@ fn read(root: &Node, file: &Path, text: &str, problems: &Problems) -> Option<Ans
 }
 
 fn read_entry(step: &Key, node: &Node, problems: &Problems) -> Option<AnswerEntry> {
-    let (given, places) = match &node.value {
+    let (given, spans) = match &node.value {
         NodeValue::List(items) => {
             let read = items.iter().filter_map(|item| read_answer(item, problems));
-            let (answers, places): (Vec<WrittenAnswer>, Vec<AnswerSpans>) = read.unzip();
-            (Given::InTurn(answers), places)
+            let (answers, spans): (Vec<WrittenAnswer>, Vec<AnswerSpans>) = read.unzip();
+            (Given::InTurn(answers), spans)
         }
         _ => {
-            let (answer, place) = read_answer(node, problems)?;
-            (Given::Always(answer), vec![place])
+            let (answer, spans) = read_answer(node, problems)?;
+            (Given::Always(answer), vec![spans])
         }
     };
-    Some(AnswerEntry { step: step.name.clone(), span: step.span, given, places })
+    Some(AnswerEntry { step: step.name.clone(), span: step.span, given, spans })
 }
 
 /// An answer and where it is. Of a pose, what could not be read has been reported and is left out.
 fn read_answer(node: &Node, problems: &Problems) -> Option<(WrittenAnswer, AnswerSpans)> {
-    let mut place = AnswerSpans { whole: node.span, joints: Vec::new() };
+    let mut spans = AnswerSpans { whole: node.span, joints: Vec::new() };
     let answer = match &node.value {
         NodeValue::Text(word) => WrittenAnswer::Word(word.clone()),
         NodeValue::Bool(word) => WrittenAnswer::Word(word.to_string()),
         NodeValue::Number(_) => WrittenAnswer::Number(node.number("an answer", problems)?),
         NodeValue::Map(_) => {
-            let (joints, places) = read_pose(node, problems)?.into_iter().unzip();
-            place.joints = places;
+            let (joints, joint_spans) = read_pose(node, problems)?.into_iter().unzip();
+            spans.joints = joint_spans;
             WrittenAnswer::Pose(joints)
         }
         other => {
@@ -94,10 +94,10 @@ fn read_answer(node: &Node, problems: &Problems) -> Option<(WrittenAnswer, Answe
             return None;
         }
     };
-    Some((answer, place))
+    Some((answer, spans))
 }
 
-/// Joints and where they are to go, each with the place of its name.
+/// Joints and where they are to go, each with the span of its name.
 fn read_pose(node: &Node, problems: &Problems) -> Option<Vec<(NamedValue, Span)>> {
     let mut map = MapReader::new(node, "a pose", problems)?;
     let mut joints = Vec::new();

@@ -53,7 +53,7 @@ pub struct AnswerEntry {
     /// One answer for all, or one for each time it is asked.
     pub given: Given,
     /// Where each of these answers is.
-    pub places: Vec<AnswerSpans>,
+    pub spans: Vec<AnswerSpans>,
 }
 
 /// Where an answer is.

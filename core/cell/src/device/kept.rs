@@ -75,7 +75,7 @@ mod tests {
 
     #[test]
     fn what_a_run_asks_for_comes_from_the_devices_that_are_kept() {
-        let (_place, devices, _) = devices_in_world();
+        let (_directory, devices, _) = devices_in_world();
         let shared = Arc::new(Mutex::new(devices));
         let mut kept = KeptDevices::new(&shared);
         let act = Act { name: "read_level".into(), ..Act::default() };
@@ -94,7 +94,7 @@ mod tests {
         assert!(kept.world_socket().is_some(), "anyone who keeps the devices ends them");
         shared.lock().unwrap().shut_down(false);
         assert_eq!(kept.world_socket(), None);
-        let (_place, devices) = devices_without_world();
+        let (_directory, devices) = devices_without_world();
         let kept = KeptDevices::new(&Arc::new(Mutex::new(devices)));
         assert_eq!((kept.world_socket(), kept.clock_ns().is_some()), (None, true));
     }

@@ -64,20 +64,20 @@ robots:
 procedures: []
 ";
 
-/// A place with the two plugins in it.
+/// A directory with the two plugins in it.
 pub(super) fn plugins() -> (TempDir, Catalogue) {
-    let place = tempfile::tempdir().unwrap();
+    let directory = tempfile::tempdir().unwrap();
     for (id, manifest) in [("robot", ROBOT), ("sensor", SENSOR)] {
-        let folder = place.path().join(id);
+        let folder = directory.path().join(id);
         fs::create_dir(&folder).unwrap();
         fs::write(folder.join("plugin.yaml"), manifest).unwrap();
         fs::write(folder.join(format!("libtest_{id}.so")), id).unwrap();
     }
-    let catalogue = Catalogue::search(&[place.path().to_owned()]);
-    (place, catalogue)
+    let catalogue = Catalogue::search(&[directory.path().to_owned()]);
+    (directory, catalogue)
 }
 
-/// The cell of this text, in that place.
+/// The cell of this text, in that directory.
 pub(super) fn cell_in(folder: &TempDir, text: &str) -> Arc<Workcell> {
     let file: PathBuf = folder.path().join("cell.yaml");
     fs::write(&file, text).unwrap();

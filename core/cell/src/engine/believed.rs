@@ -16,7 +16,7 @@ pub(crate) use motors::check_motors;
 use crate::deg_or_mm::DegOrMm;
 
 /// How far a joint may come to rest from its target, in steps of its drive. One for the rounding of the target, one for a driver that rounds towards
-/// zero; more is another place.
+/// zero; more is another position.
 const STEPS_OFF_TARGET: f64 = 2.0;
 
 /// How far a turning joint of a servo may come to rest from its target beside that, rad (0.05 deg): the in-position windows of industrial

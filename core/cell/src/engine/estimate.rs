@@ -1,5 +1,5 @@
 //! How long a plan should take, as far as can be known before it starts: the plan is gone through as a run would go through it, with what is
-//! known of parameters, computed values, conditions and the places of joints.
+//! known of parameters, computed values, conditions and the positions of joints.
 
 use serde_json::{Map, Value, json};
 
@@ -195,7 +195,7 @@ impl Estimator<'_> {
             robot.moved(|joint| moved.contains(joint));
             let name = robot.name().to_owned();
             let own = foreseen.joints.iter().filter(|(robot, ..)| *robot == name);
-            robot.went(own.map(|(_, joint, place)| (joint.as_str(), *place)));
+            robot.went(own.map(|(_, joint, position)| (joint.as_str(), *position)));
         }
     }
 }

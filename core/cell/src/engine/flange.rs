@@ -1,4 +1,4 @@
-//! Where the flange goes for a tool to look at a place.
+//! Where the flange goes for a tool to look at a point.
 
 use nalgebra::{IsometryMatrix3, Rotation3, Translation3, Vector3};
 
@@ -22,17 +22,17 @@ impl Engine {
         Ok(attitude_of(angle(tilt)?, angle(azimuth)?, angle(turn)?))
     }
 
-    pub(crate) fn place(
+    pub(crate) fn position(
         &mut self,
-        place: &[Expression; 3],
+        coordinates: &[Expression; 3],
         at: &StepContext,
     ) -> Result<Vector3<f64>, StepError> {
-        let [x, y, z] = place;
+        let [x, y, z] = coordinates;
         Ok(Vector3::new(self.number(at.scope, x)?, self.number(at.scope, y)?, self.number(at.scope, z)?))
     }
 }
 
-/// The flange's attitude, angles in rad: tilted so that it is in the direction of the azimuth and looks back at the place.
+/// The flange's attitude, angles in rad: tilted so that it is in the direction of the azimuth and looks back at the point.
 pub(crate) fn attitude_of(tilt: f64, azimuth: f64, turn: f64) -> Rotation3<f64> {
     let about_z = |angle: f64| Rotation3::from_axis_angle(&Vector3::z_axis(), angle);
     let down = Rotation3::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
@@ -40,7 +40,7 @@ pub(crate) fn attitude_of(tilt: f64, azimuth: f64, turn: f64) -> Rotation3<f64> 
     tilted * about_z(turn) * down
 }
 
-/// Where the flange is that brings a point of its frame, `aim`, to a place of the base's, mm.
+/// Where the flange is that brings a point of its frame, `aim`, to a position in the base's, mm.
 pub(crate) fn flange_at(
     position: Vector3<f64>,
     attitude: Rotation3<f64>,
@@ -75,10 +75,13 @@ mod tests {
     }
 
     #[test]
-    fn the_aim_is_brought_to_the_place() {
-        let (place, aim) = (Vector3::new(10.0, 20.0, 30.0), Vector3::new(1.0, 2.0, 3.0));
-        let flange = flange_at(place, attitude_of(0.3, 0.7, -0.4), aim);
+    fn the_aim_is_brought_to_the_position() {
+        let (position, aim) = (Vector3::new(10.0, 20.0, 30.0), Vector3::new(1.0, 2.0, 3.0));
+        let flange = flange_at(position, attitude_of(0.3, 0.7, -0.4), aim);
         assert_near(flange * nalgebra::Point3::from(aim) - nalgebra::Point3::origin(), [10.0, 20.0, 30.0]);
-        assert_near(flange_at(place, attitude_of(0.0, 0.0, 0.0), aim).translation.vector, [9.0, 22.0, 33.0]);
+        assert_near(
+            flange_at(position, attitude_of(0.0, 0.0, 0.0), aim).translation.vector,
+            [9.0, 22.0, 33.0],
+        );
     }
 }

@@ -94,7 +94,7 @@ pub(crate) struct Engine {
     pub(crate) lost: Vec<String>,
     /// Robots whose zeros this run is to find.
     pub(crate) finds_zeros: Vec<String>,
-    /// Robots that moved since their place was last written down, and where they came to rest.
+    /// Robots that moved since their position was last written down, and where they came to rest.
     pub(crate) moved: BTreeMap<String, JointVector>,
     /// Where robots were last seen to be, as long as nothing but this run can have moved them.
     pub(crate) pose_cache: PoseCache,

@@ -53,7 +53,7 @@ pub(crate) struct Plan {
 /// One row.
 #[derive(Debug, Clone)]
 pub(crate) struct Entry {
-    /// Its place in the plan.
+    /// Its index in the plan.
     pub(crate) index: usize,
     pub(crate) path: StepPath,
     /// As answers name it: without turns, with the ids of calls before it.
@@ -211,11 +211,11 @@ impl Planner<'_> {
         Ok(self.plan.entries.len() - 1)
     }
 
-    fn set_end(&mut self, index: usize, place: usize) {
+    fn set_end(&mut self, index: usize, end_index: usize) {
         if let Some(Entry { work: Work::Begin { end } | Work::TurnEnd { end }, .. }) =
             self.plan.entries.get_mut(index)
         {
-            *end = place;
+            *end = end_index;
         }
     }
 

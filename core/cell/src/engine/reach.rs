@@ -1,4 +1,4 @@
-//! Where the drive has to go so that the model's point comes to a place, by three of its joints: within their limits, and by the branch that is nearest.
+//! Where the drive has to go so that the model's point comes to a position, by three of its joints: within their limits, and by the branch that is nearest.
 
 use nalgebra::{DMatrix, DVector};
 use plumb_calibration::prediction;
@@ -243,7 +243,7 @@ impl Reach<'_> {
         Ok((&self.requested - DVector::from_column_slice(here.as_slice()), DMatrix::from_columns(&columns)))
     }
 
-    /// Other places to begin at, the nearest first: another branch leads from there.
+    /// Other positions to begin at, the nearest first: another branch leads from there.
     fn other_starts(&self, others: &JointVector) -> Result<Vec<JointVector>, String> {
         let mut starts = vec![*others];
         for (joint, limits) in self.by.iter().zip(&self.limits) {
@@ -265,7 +265,7 @@ impl Reach<'_> {
         Ok(by_distance.into_iter().map(|(_, start)| start).collect())
     }
 
-    /// The longest way of a joint from one place to another, in the scaled coordinates.
+    /// The longest way of a joint from one position to another, in the scaled coordinates.
     fn longest_way(&self, from: &JointVector, to: &JointVector) -> Result<f64, String> {
         let mut longest = 0.0_f64;
         for (joint, scale) in self.by.iter().zip(&self.scales) {
@@ -368,9 +368,9 @@ mod tests {
             let inside = point([35.0, 45.0, 60.0, 0.0]);
             let target = sent(inside).unwrap();
             let commanded = [0, 1].map(|joint| target.get(joint).unwrap().to_degrees());
-            let place = point([commanded[0], commanded[1], target.get(2).unwrap(), 0.0]);
+            let reached = point([commanded[0], commanded[1], target.get(2).unwrap(), 0.0]);
             let moved: f64 =
-                place.iter().zip(inside).map(|(there, requested)| (there - requested).powi(2)).sum();
+                reached.iter().zip(inside).map(|(there, requested)| (there - requested).powi(2)).sum();
             assert!(
                 moved.sqrt() > 0.05,
                 "the drive is commanded otherwise than by the plain geometry: {commanded:?}"
@@ -424,7 +424,7 @@ mod tests {
     }
 
     #[test]
-    fn places_all_over_the_reach_are_found_from_any_start() {
+    fn points_all_over_the_reach_are_found_from_any_start() {
         for shoulder in [-100.0, -20.0, 80.0] {
             for elbow in [-120.0, 40.0, 100.0] {
                 for quill in [5.0, 175.0] {
@@ -438,7 +438,7 @@ mod tests {
         }
     }
 
-    /// Does something with the shoulder, the elbow and the slide of an arm that is to bring its point to a place.
+    /// Does something with the shoulder, the elbow and the slide of an arm that is to bring its point to a position.
     fn with_reach<R>(xyz_mm: [f64; 3], act: impl FnOnce(&Reach<'_>) -> R) -> R {
         let (arm, from) = (arm(), drive([0.0; 4]));
         let by = ["shoulder", "elbow", "quill"].map(|joint| arm.joint(joint).unwrap());

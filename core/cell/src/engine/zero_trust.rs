@@ -31,7 +31,7 @@ pub(crate) struct Evidence {
     /// A joint of `initialize:` has a zero in force.
     pub(crate) has_zeros: bool,
     pub(crate) is_new_world: bool,
-    /// Every joint of the drive; none when the record holds no place of it.
+    /// Every joint of the drive; none when the record holds no position of it.
     pub(crate) joints: Option<Vec<JointThen>>,
 }
 
@@ -84,9 +84,8 @@ const ROUNDING: f64 = 1e-6;
 impl JointThen {
     fn is_explained(&self) -> bool {
         let slack = self.resolution + ROUNDING;
-        let near = |places: RangeInclusive<f64>| {
-            (places.start() - slack..=places.end() + slack).contains(&self.reads)
-        };
+        let near =
+            |range: RangeInclusive<f64>| (range.start() - slack..=range.end() + slack).contains(&self.reads);
         match self.may_be {
             MayBe::There => near(self.recorded..=self.recorded),
             MayBe::Towards(target) => near(self.recorded.min(target)..=self.recorded.max(target)),

@@ -220,8 +220,8 @@ fn failed(text: &str, error: &EvalAltResult, scope: &Scope<'static>) -> Expressi
         }
         other => {
             let mut plain = other.to_string();
-            if let Some(place) = plain.rfind(" (line ") {
-                plain.truncate(place);
+            if let Some(offset) = plain.rfind(" (line ") {
+                plain.truncate(offset);
             }
             plain
         }
@@ -238,12 +238,12 @@ fn names_beside(text: &str, property: &str, scope: &Scope<'static>) -> Option<(S
             return None;
         }
         let mut path = Vec::new();
-        let mut place = index;
+        let mut name_index = index;
         while let (Some(TokenKind::Name(name)), Some(TokenKind::Mark('.'))) =
-            (place.checked_sub(2).and_then(kind), kind(place.checked_sub(1)?))
+            (name_index.checked_sub(2).and_then(kind), kind(name_index.checked_sub(1)?))
         {
             path.insert(0, name);
-            place -= 2;
+            name_index -= 2;
         }
         let (first, rest) = path.split_first()?;
         let mut value = scope.get_value::<Dynamic>(first)?;

@@ -220,7 +220,7 @@ impl Checker<'_, '_> {
         }
     }
 
-    /// Whether a point and the name of a step, no method, are behind the word at this place.
+    /// Whether a point and the name of a step, no method, are behind the word at this position.
     fn names_a_list(&self, index: usize) -> bool {
         self.kind(index + 1) == TokenKind::Mark('.')
             && matches!(self.kind(index + 2), TokenKind::Name(_))

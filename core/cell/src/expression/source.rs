@@ -16,7 +16,7 @@ pub struct Expression {
 }
 
 impl Expression {
-    /// Reads an expression from a text, number or truth value of a file. `text` is the whole file, to find places in it.
+    /// Reads an expression from a text, number or truth value of a file. `text` is the whole file, to find positions in it.
     pub fn read(
         node: &Node,
         what: &str,
@@ -109,7 +109,7 @@ impl Expression {
     }
 }
 
-/// A place in a file for a number, written as a number or as an expression.
+/// A position in a file for a number, written as a number or as an expression.
 pub type NumberExpression = Expression;
 
 /// A piece of program out of a file: statements, bounded in operations, that leave named values behind.
@@ -172,17 +172,17 @@ impl Script {
     }
 }
 
-fn report_unknown(text: &str, place: Span, names: &Names, file: &str, problems: &Problems) {
+fn report_unknown(text: &str, span: Span, names: &Names, file: &str, problems: &Problems) {
     for unknown in names.unknown_in(text) {
         let line = text.get(..unknown.offset).map_or(0, |before| before.matches('\n').count());
         let start = text.get(..unknown.offset).and_then(|before| before.rfind('\n')).map_or(0, |at| at + 1);
         let column = text.get(start..unknown.offset).map_or(0, |before| before.chars().count());
-        let place = place_inside(text, place, line, column, unknown.length, file);
-        problems.add(place, unknown.message, unknown.help);
+        let span = span_inside(text, span, line, column, unknown.length, file);
+        problems.add(span, unknown.message, unknown.help);
     }
 }
 
-fn syntax_problem(error: &rhai::ParseError, text: &str, place: Span, file: &str) -> Problem {
+fn syntax_problem(error: &rhai::ParseError, text: &str, span: Span, file: &str) -> Problem {
     let position = error.position();
     let last_line = text.lines().count().saturating_sub(1);
     let after_last = text.lines().last().map_or(0, |line| line.chars().count());
@@ -192,14 +192,14 @@ fn syntax_problem(error: &rhai::ParseError, text: &str, place: Span, file: &str)
         }
         _ => (last_line, after_last),
     };
-    let place = place_inside(text, place, line, column, 1, file);
+    let span = span_inside(text, span, line, column, 1, file);
     let reason = error.err_type().to_string();
-    Problem { span: Some(place), message: format!("this expression cannot be read: {reason}"), help: None }
+    Problem { span: Some(span), message: format!("this expression cannot be read: {reason}"), help: None }
 }
 
 /// Where `line` and `column` (from 0) of an expression are in the file. The expression may be plain, quoted, or a block of lines; where it
 /// cannot be found the beginning is shown.
-fn place_inside(text: &str, span: Span, line: usize, column: usize, length: usize, file: &str) -> Span {
+fn span_inside(text: &str, span: Span, line: usize, column: usize, length: usize, file: &str) -> Span {
     let Some(requested) = text.lines().nth(line) else { return span };
     for (index, candidate) in
         file.lines().enumerate().skip(span.line.saturating_sub(1)).take(text.lines().count() + 2)

@@ -22,8 +22,8 @@ pub(crate) fn check_procedure(procedure: &Procedure, cell: &CellNames) -> Result
     let mut checker =
         Checker { procedure, cell, plan_names, problems: &problems, all: Vec::new(), ids: Vec::new() };
     checker.parameters();
-    for (robot, place) in &procedure.finds_zeros {
-        checker.context(&names).robot(robot, *place);
+    for (robot, span) in &procedure.finds_zeros {
+        checker.context(&names).robot(robot, *span);
     }
     checker.steps(&procedure.steps, &mut names);
     let mut wrong: Vec<FileProblems> =

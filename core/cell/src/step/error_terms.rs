@@ -85,7 +85,7 @@ fn read_one(name: &Key, node: &Node, context: &ReadContext<'_>) -> Option<ErrorT
     let about = about.map_or_else(|| name.name.replace('_', " "), str::to_owned);
     let half_width = map.optional("half_width");
     let standard = map.optional("standard");
-    let place = map.span();
+    let span = map.span();
     map.finish();
     let size = match (half_width, standard) {
         (Some(node), None) => ErrorSize::HalfWidth(context.expression(node, "`half_width`")?),
@@ -93,7 +93,7 @@ fn read_one(name: &Key, node: &Node, context: &ReadContext<'_>) -> Option<ErrorT
         _ => {
             let message = format!("how large may `{}` be?", name.name);
             let help = "give either `half_width:` (it lies anywhere within that) or `standard:` (one standard uncertainty)";
-            context.problems.add(place, message, help);
+            context.problems.add(span, message, help);
             return None;
         }
     };

@@ -47,13 +47,13 @@ pub(super) fn read_pair(
 }
 
 impl JointTarget {
-    /// Checks a place that is written as a number against the limits of the joint: those that the cell gives it, and the robot's own.
+    /// Checks a position that is written as a number against the limits of the joint: those that the cell gives it, and the robot's own.
     pub(super) fn check_limits(&self, robot: Option<&RobotNames>, context: &CheckContext<'_>) {
-        let Ok(place) = self.value.text().trim().parse::<f64>() else { return };
+        let Ok(position) = self.value.text().trim().parse::<f64>() else { return };
         let Some(robot) = robot else { return };
-        let internal = self.unit.to_internal(place);
+        let internal = self.unit.to_internal(position);
         let Some(help) = kept_from(robot, &self.joint, internal, self.unit) else { return };
-        let message = format!("{} cannot go to {place} {}", self.joint, self.unit.symbol());
+        let message = format!("{} cannot go to {position} {}", self.joint, self.unit.symbol());
         context.problems.add(self.span, message, help);
     }
 

@@ -39,9 +39,9 @@ pub(super) fn joints_for_tip(
     let scale = |slides: bool| if slides { MM_PER_RADIAN } else { 1.0 };
     for _ in 0..STEPS {
         let mut tried = vec![joints.clone()];
-        for (place, slides) in &requested.by {
+        for (index, slides) in &requested.by {
             let mut nudged = joints.clone();
-            *nudged.get_mut(*place)? += NUDGE * scale(*slides);
+            *nudged.get_mut(*index)? += NUDGE * scale(*slides);
             tried.push(nudged);
         }
         let points = geometry.tips(requested.target, &tried)?;
@@ -59,8 +59,8 @@ pub(super) fn joints_for_tip(
         if longest > LONGEST_STEP {
             step *= LONGEST_STEP / longest;
         }
-        for ((place, slides), by) in requested.by.iter().zip(step.iter()) {
-            *joints.get_mut(*place)? += by * scale(*slides);
+        for ((index, slides), by) in requested.by.iter().zip(step.iter()) {
+            *joints.get_mut(*index)? += by * scale(*slides);
         }
     }
     None

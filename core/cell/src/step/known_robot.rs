@@ -17,10 +17,10 @@ const TYPICAL_TURNING_SPEED: f64 = 0.3;
 /// Full speed of a joint that slides and that nobody knows, mm/s: a slow axis with a screw.
 const TYPICAL_SLIDING_SPEED: f64 = 50.0;
 
-/// How far a joint turns that is sent to a place, or from one, that is not known yet: a typical way, rad.
+/// How far a joint turns that is sent to a position, or from one, that is not known yet: a typical way, rad.
 pub(super) const TYPICAL_TURN: f64 = 0.3;
 
-/// How far a joint slides that is sent to a place, or from one, that is not known yet: a typical way, mm.
+/// How far a joint slides that is sent to a position, or from one, that is not known yet: a typical way, mm.
 const TYPICAL_SLIDE: f64 = 50.0;
 
 /// What a robot says of a joint once it is started, or what is known of it without that.
@@ -60,7 +60,7 @@ pub(crate) struct KnownRobot<'a> {
     geometry: Option<&'a dyn Geometry>,
     facts: RobotFacts,
     /// Where the joints of the cell's list are, rad or mm.
-    places: Vec<Option<f64>>,
+    positions: Vec<Option<f64>>,
 }
 
 impl<'a> KnownRobot<'a> {
@@ -73,8 +73,8 @@ impl<'a> KnownRobot<'a> {
     ) -> Self {
         let facts = facts.cloned().unwrap_or_default();
         let start = |(name, _): &(String, _)| facts.joints.iter().find(|joint| joint.name == *name)?.start;
-        let places = joints.iter().map(start).collect();
-        Self { name, joints, geometry, facts, places }
+        let positions = joints.iter().map(start).collect();
+        Self { name, joints, geometry, facts, positions }
     }
 
     /// The device.
@@ -107,9 +107,9 @@ impl<'a> KnownRobot<'a> {
     }
 
     /// Where a joint is, rad or mm, as far as that is known.
-    pub(crate) fn place(&self, joint: &str) -> Option<f64> {
+    pub(crate) fn position(&self, joint: &str) -> Option<f64> {
         let listed = self.joints.iter().position(|(name, _)| name == joint)?;
-        self.places.get(listed).copied().flatten()
+        self.positions.get(listed).copied().flatten()
     }
 
     /// The unit of a joint.
@@ -119,33 +119,33 @@ impl<'a> KnownRobot<'a> {
 
     /// Where all joints are is known.
     pub(crate) fn is_placed(&self) -> bool {
-        self.places.iter().all(Option::is_some)
+        self.positions.iter().all(Option::is_some)
     }
 
-    /// The robot once it has gone to these places.
+    /// The robot once it has gone to these positions.
     pub(crate) fn gone<'j>(&self, goals: impl IntoIterator<Item = (&'j str, Option<f64>)>) -> Self {
         let mut there = self.clone();
         there.went(goals);
         there
     }
 
-    /// How long joints take to these places at full speed, all starting and ending together, s. `None` means a place that is not known.
+    /// How long joints take to these positions at full speed, all starting and ending together, s. `None` means a position that is not known.
     pub(crate) fn way_s<'j>(&self, goals: impl IntoIterator<Item = (&'j str, Option<f64>)>) -> f64 {
         let times = goals.into_iter().map(|(joint, goal)| {
-            let way = self.place(joint).zip(goal);
+            let way = self.position(joint).zip(goal);
             let way = way.map_or_else(|| self.typical_way(joint), |(here, goal)| (goal - here).abs());
             way / self.full_speed(joint)
         });
         times.fold(0.0, f64::max)
     }
 
-    /// The joints with a place each, for a list of places.
-    pub(crate) fn named<'s>(&'s self, places: &'s [f64]) -> impl Iterator<Item = (&'s str, Option<f64>)> {
+    /// The joints with a position each, for a list of positions.
+    pub(crate) fn named<'s>(&'s self, positions: &'s [f64]) -> impl Iterator<Item = (&'s str, Option<f64>)> {
         let names = self.joints.iter().map(|(name, _)| name.as_str());
-        names.zip(places.iter().copied().map(Some))
+        names.zip(positions.iter().copied().map(Some))
     }
 
-    /// All joints, their places not known.
+    /// All joints, their positions not known.
     pub(crate) fn anywhere(&self) -> impl Iterator<Item = (&str, Option<f64>)> {
         self.joints.iter().map(|(name, _)| (name.as_str(), None))
     }
@@ -153,11 +153,11 @@ impl<'a> KnownRobot<'a> {
     /// The joints that bring the flange somewhere, from the nearest that are known; in the order of the cell's list.
     pub(crate) fn joints_for(&self, flange: &IsometryMatrix3<f64>) -> Option<Vec<f64>> {
         let geometry = self.geometry?;
-        let start: Vec<f64> = self.places.iter().map(|place| place.unwrap_or(0.0)).collect();
+        let start: Vec<f64> = self.positions.iter().map(|position| position.unwrap_or(0.0)).collect();
         inverse(|joints| geometry.flange(joints), flange, &start).ok()
     }
 
-    /// The places of the joints `by` that bring the model's point somewhere (mm, in the model's frame of measurements), the others going where `goals` say.
+    /// The positions of the joints `by` that bring the model's point somewhere (mm, in the model's frame of measurements), the others going where `goals` say.
     pub(crate) fn joints_for_tip(
         &self,
         (xyz_mm, target): (Vector3<f64>, Option<&str>),
@@ -165,7 +165,7 @@ impl<'a> KnownRobot<'a> {
         goals: &[(String, Option<f64>)],
     ) -> Option<Vec<f64>> {
         let there = self.gone(goals.iter().map(|(joint, goal)| (joint.as_str(), *goal)));
-        let start: Option<Vec<f64>> = there.places.iter().copied().collect();
+        let start: Option<Vec<f64>> = there.positions.iter().copied().collect();
         let by = by.iter().map(|joint| {
             let listed = self.joints.iter().position(|(name, _)| name == joint)?;
             Some((listed, self.joints.get(listed)?.1 == DegOrMm::Mm))
@@ -174,21 +174,21 @@ impl<'a> KnownRobot<'a> {
         joints_for_tip(self.geometry?, &start?, &requested)
     }
 
-    /// It has gone to these places.
+    /// It has gone to these positions.
     pub(crate) fn went<'j>(&mut self, goals: impl IntoIterator<Item = (&'j str, Option<f64>)>) {
         for (joint, goal) in goals {
             let listed = self.joints.iter().position(|(name, _)| name == joint);
-            if let Some(place) = listed.and_then(|listed| self.places.get_mut(listed)) {
-                *place = goal;
+            if let Some(position) = listed.and_then(|listed| self.positions.get_mut(listed)) {
+                *position = goal;
             }
         }
     }
 
     /// It has moved the joints of which this holds, nobody knows where to.
     pub(crate) fn moved(&mut self, is_moved: impl Fn(&str) -> bool) {
-        for ((name, _), place) in self.joints.iter().zip(&mut self.places) {
+        for ((name, _), position) in self.joints.iter().zip(&mut self.positions) {
             if is_moved(name) {
-                *place = None;
+                *position = None;
             }
         }
     }

@@ -60,11 +60,11 @@ pub(crate) enum End {
 pub(crate) struct KeptValue {
     /// As later steps call it; it ends in its unit.
     pub(crate) name: String,
-    name_place: Span,
+    name_span: Span,
     pub(crate) statistic: Statistic,
     /// Of which field: `joints.elbow_deg`.
     pub(crate) field: String,
-    field_place: Span,
+    field_span: Span,
 }
 
 fn read(node: &Node, context: &ReadContext<'_>) -> Option<ListenStep> {
@@ -111,7 +111,7 @@ fn read(node: &Node, context: &ReadContext<'_>) -> Option<ListenStep> {
     })
 }
 
-/// An expression of the file, where its key is given, and its place.
+/// An expression of the file, where its key is given, and its span.
 type Given = Option<(Option<Expression>, Span)>;
 
 fn read_end(step: Span, given: [Given; 3], within: Given, context: &ReadContext<'_>) -> Option<End> {
@@ -126,15 +126,15 @@ fn read_end(step: Span, given: [Given; 3], within: Given, context: &ReadContext<
         (None, None, Some((holds, _)), Some((within, _))) => {
             Some(End::Condition { holds: holds?, within: within? })
         }
-        (Some(_), None, None, Some((_, place))) => {
+        (Some(_), None, None, Some((_, span))) => {
             let message =
                 "`within_s` says how long to wait for `messages` or `until`; `for_s` is the time itself";
-            problems.add(place, message, "leave `within_s` out");
+            problems.add(span, message, "leave `within_s` out");
             None
         }
-        (None, Some((_, place)), None, None) | (None, None, Some((_, place)), None) => {
+        (None, Some((_, span)), None, None) | (None, None, Some((_, span)), None) => {
             let message = "this may never come about, and nothing says how long to wait for it";
-            problems.add(place, message, "add `within_s`, such as `within_s: 10`");
+            problems.add(span, message, "add `within_s`, such as `within_s: 10`");
             None
         }
         (None, None, None, _) => {
@@ -149,7 +149,7 @@ fn read_end(step: Span, given: [Given; 3], within: Given, context: &ReadContext<
 }
 
 /// `mean: joints.elbow_deg`.
-fn read_value(name: &str, name_place: Span, node: &Node, context: &ReadContext<'_>) -> Option<KeptValue> {
+fn read_value(name: &str, name_span: Span, node: &Node, context: &ReadContext<'_>) -> Option<KeptValue> {
     let words = || Statistic::ALL.map(Statistic::word);
     let help = || format!("write, for example, `{name}: {{mean: FIELD}}`; there are {}", words().join(", "));
     let entries = match &node.value {
@@ -172,7 +172,7 @@ fn read_value(name: &str, name_place: Span, node: &Node, context: &ReadContext<'
         return None;
     };
     let text = field.text("a field", context.problems)?.to_owned();
-    Some(KeptValue { name: name.to_owned(), name_place, statistic, field: text, field_place: field.span })
+    Some(KeptValue { name: name.to_owned(), name_span, statistic, field: text, field_span: field.span })
 }
 
 impl End {
@@ -224,11 +224,11 @@ impl ListenStep {
                 ),
                 false => did_you_mean(&value.field, stream.fields.iter().map(|field| field.path.as_str())),
             };
-            context.problems.add(value.field_place, message, help);
+            context.problems.add(value.field_span, message, help);
             return;
         };
         if let Some((message, help)) = wrong_unit(value, field) {
-            context.problems.add(value.name_place, message, help);
+            context.problems.add(value.name_span, message, help);
         }
     }
 }

@@ -47,8 +47,8 @@ fn read(node: &Node, context: &ReadContext<'_>) -> Option<MeasureStep> {
 impl Action for MeasureStep {
     fn check(&self, context: &CheckContext<'_>) {
         context.sensor(&self.sensor, self.sensor_span);
-        if let Some((trigger, place)) = &self.trigger {
-            context.sensor(trigger, *place);
+        if let Some((trigger, span)) = &self.trigger {
+            context.sensor(trigger, *span);
         }
     }
 

@@ -24,7 +24,7 @@ pub struct PlannedMotion {
     pub beyond: Option<String>,
 }
 
-/// Gives the least and the greatest place of a robot's joint, rad or mm; none where the cell does not say.
+/// Gives the least and the greatest position of a robot's joint, rad or mm; none where the cell does not say.
 pub(crate) type RangeOf<'a> = &'a dyn Fn(&str, &str) -> Option<(f64, f64)>;
 
 /// Gives the limits of a robot's own of its joint, where they are known before it is started.

@@ -5,12 +5,12 @@ use plumb_document::{MapReader, Node, Span, did_you_mean};
 use plumb_plugin::JointVector;
 use serde_json::json;
 
-use super::beyond::{known_range, limits_passed, place_beyond};
+use super::beyond::{joint_beyond_limits, known_range, limits_passed};
 use super::declaration::{Action, MovedJoints};
 use super::joint_targets::{JointTarget, JointTargets, read_pair};
 use super::kind::{Kind, StepKind};
 use super::motions::{MotionContext, PlannedMotion};
-use super::point::{known_attitude, known_place, place_in_words, read_place};
+use super::point::{known_attitude, known_position, position_in_words, read_position};
 use super::time::{Foreseen, TimeContext};
 use crate::cell_names::CellNames;
 use crate::check_context::CheckContext;
@@ -45,7 +45,7 @@ pub(crate) struct MoveStep {
     pub(crate) speed: f64,
 }
 
-/// A place for the model's point, and the joints that bring it there.
+/// A position for the model's point, and the joints that bring it there.
 #[derive(Debug, Clone)]
 pub(crate) struct PointTarget {
     /// Its coordinates in the model's frame of measurements, mm.
@@ -58,7 +58,7 @@ pub(crate) struct PointTarget {
     pub(crate) by: Vec<(String, Span)>,
 }
 
-/// A place and an attitude for the hand, as a scan has them.
+/// A position and an attitude for the hand, as a scan has them.
 #[derive(Debug, Clone)]
 pub(crate) struct HandTarget {
     /// Where the aim goes, mm in the robot's base frame.
@@ -76,9 +76,9 @@ pub(crate) struct HandTarget {
 impl HandTarget {
     /// Where the flange goes, as far as that is known before the run.
     fn flange(&self, context: &TimeContext<'_>) -> Option<IsometryMatrix3<f64>> {
-        let place = known_place(&self.at, context)?;
+        let position = known_position(&self.at, context)?;
         let attitude = known_attitude([&self.tilt, &self.azimuth, &self.turn], context)?;
-        Some(flange_at(place, attitude, Vector3::from(self.aim_mm)))
+        Some(flange_at(position, attitude, Vector3::from(self.aim_mm)))
     }
 }
 
@@ -90,7 +90,7 @@ fn read(node: &Node, context: &ReadContext<'_>) -> Option<MoveStep> {
     let point = map.optional("to_point").and_then(|node| read_point(node, context));
     let hand = map.optional("to_hand").and_then(|node| read_hand(node, context)).map(Box::new);
     let speed = context.number_or(&mut map, "speed", (0.001, 1.0), 0.5);
-    let place = map.span();
+    let span = map.span();
     let before = context.problems.len();
     map.finish();
     // Under a key that is reported joints may be meant.
@@ -98,19 +98,19 @@ fn read(node: &Node, context: &ReadContext<'_>) -> Option<MoveStep> {
     let (robot, robot_span) = robot?;
     let relative = to.is_empty();
     if !to.is_empty() && !by.is_empty() {
-        context.problems.add(place, "a move goes either to angles or by angles", "keep `to_...` or `by_...`");
+        context.problems.add(span, "a move goes either to angles or by angles", "keep `to_...` or `by_...`");
     }
     let targets = if relative { by } else { to };
     if point.is_some() && relative && !targets.is_empty() {
         context.problems.add(
-            place,
+            span,
             "a point is gone to, not by",
             "give the other joints under `to_deg` or `to_mm`",
         );
     }
     if hand.is_some() && (point.is_some() || !targets.is_empty()) {
         context.problems.add(
-            place,
+            span,
             "a hand that is brought somewhere takes all joints",
             "keep `to_hand` alone",
         );
@@ -119,7 +119,7 @@ fn read(node: &Node, context: &ReadContext<'_>) -> Option<MoveStep> {
         let help =
             "give `to_deg`, `by_deg`, `to_mm` or `by_mm` with joints under it, as in `by_deg: {waist: 5}`";
         if all_keys_known {
-            context.problems.add(place, "this move names no joint", help);
+            context.problems.add(span, "this move names no joint", help);
         }
         return None;
     }
@@ -128,7 +128,7 @@ fn read(node: &Node, context: &ReadContext<'_>) -> Option<MoveStep> {
 
 fn read_hand(node: &Node, context: &ReadContext<'_>) -> Option<HandTarget> {
     let mut map = MapReader::new(node, "`to_hand`", context.problems)?;
-    let at = map.required("at_mm").and_then(|node| read_place(node, "`at_mm`", context));
+    let at = map.required("at_mm").and_then(|node| read_position(node, "`at_mm`", context));
     let aim_mm = map.required("aim_mm").and_then(|node| node.numbers("`aim_mm`", context.problems));
     let mut angle =
         |key: &'static str| map.optional(key).and_then(|node| context.expression(node, &format!("`{key}`")));
@@ -171,21 +171,21 @@ fn other_starts(by: &[&str], ranges: &[(f64, f64)]) -> Vec<Vec<(String, Option<f
 }
 
 impl MoveStep {
-    /// Where joints would go, rad or mm; None for a place that is not known before the run.
+    /// Where joints would go, rad or mm; None for a position that is not known before the run.
     fn goals(&self, context: &TimeContext<'_>) -> Vec<(String, Option<f64>)> {
         let Some(robot) = context.robot(&self.robot) else { return Vec::new() };
         if let Some(hand) = &self.hand {
             let found = hand.flange(context).and_then(|flange| robot.joints_for(&flange));
             let own = |(joint, goal): (&str, Option<f64>)| (joint.to_owned(), goal);
             return match &found {
-                Some(places) => robot.named(places).map(own).collect(),
+                Some(positions) => robot.named(positions).map(own).collect(),
                 None => robot.anywhere().map(own).collect(),
             };
         }
         let goal = |target: &JointTarget| {
             let value = context.known(&target.value).map(|value| target.unit.to_internal(value));
             let goal = match self.relative {
-                true => robot.place(&target.joint).zip(value).map(|(here, way)| here + way),
+                true => robot.position(&target.joint).zip(value).map(|(here, way)| here + way),
                 false => value,
             };
             (target.joint.clone(), goal)
@@ -194,8 +194,8 @@ impl MoveStep {
         let Some(point) = &self.point else { return goals };
         let by: Vec<&str> = point.by.iter().map(|(joint, _)| joint.as_str()).collect();
         let target = point.target.as_ref().map(|(name, _)| name.as_str());
-        let found = known_place(&point.xyz, context)
-            .and_then(|place| robot.joints_for_tip((place, target), &by, &goals));
+        let found = known_position(&point.xyz, context)
+            .and_then(|position| robot.joints_for_tip((position, target), &by, &goals));
         let there = |joint: &&str| {
             let found = found.as_ref().map(|found| robot.named(found));
             ((*joint).to_owned(), found.and_then(|mut found| found.find(|(name, _)| name == joint)?.1))
@@ -203,36 +203,36 @@ impl MoveStep {
         goals.iter().cloned().chain(by.iter().map(there)).collect()
     }
 
-    /// The limits that a place known before the run lies beyond, in words.
+    /// The limits that a position known before the run lies beyond, in words.
     fn beyond(&self, target: &JointTarget, context: &MotionContext<'_>) -> Option<String> {
-        let place = context.time.known(&target.value).filter(|_| !self.relative)?;
-        let place = target.unit.to_internal(place);
-        limits_passed((&self.robot, &target.joint), place, target.unit, context)
+        let position = context.time.known(&target.value).filter(|_| !self.relative)?;
+        let position = target.unit.to_internal(position);
+        limits_passed((&self.robot, &target.joint), position, target.unit, context)
     }
 
-    /// Which joint would be beyond its limits where the hand is brought to its place; none where nobody knows from where it starts.
+    /// Which joint would be beyond its limits where the hand is brought to its position; none where nobody knows from where it starts.
     fn hand_beyond(&self, hand: &HandTarget, context: &MotionContext<'_>) -> Option<String> {
         let robot = context.time.robot(&self.robot).filter(|robot| robot.is_placed())?;
-        let places = robot.joints_for(&hand.flange(context.time)?)?;
-        place_beyond(robot, &places, context)
+        let positions = robot.joints_for(&hand.flange(context.time)?)?;
+        joint_beyond_limits(robot, &positions, context)
     }
 
-    /// Which joint would be beyond its limits where the point is brought to its place, whichever way; none where one way keeps them, as the run looks for
+    /// Which joint would be beyond its limits where the point is brought to its position, whichever way; none where one way keeps them, as the run looks for
     /// it, or nobody knows.
     fn point_beyond(&self, point: &PointTarget, context: &MotionContext<'_>) -> Option<String> {
         let robot = context.time.robot(&self.robot)?;
-        let xyz_mm = known_place(&point.xyz, context.time)?;
+        let xyz_mm = known_position(&point.xyz, context.time)?;
         let target = point.target.as_ref().map(|(name, _)| name.as_str());
         let by: Vec<&str> = point.by.iter().map(|(joint, _)| joint.as_str()).collect();
         let others = self.goals(context.time);
         let others: Vec<_> = others.into_iter().filter(|(joint, _)| !by.contains(&joint.as_str())).collect();
         let found = robot.joints_for_tip((xyz_mm, target), &by, &others)?;
-        let beyond = place_beyond(robot, &found, context)?;
+        let beyond = joint_beyond_limits(robot, &found, context)?;
         let ranges = by.iter().map(|joint| known_range((&self.robot, joint), context));
         let keeps = |start: Vec<(String, Option<f64>)>| {
             let start = [others.clone(), start].concat();
             let found = robot.joints_for_tip((xyz_mm, target), &by, &start);
-            found.is_some_and(|found| place_beyond(robot, &found, context).is_none())
+            found.is_some_and(|found| joint_beyond_limits(robot, &found, context).is_none())
         };
         (!other_starts(&by, &ranges.collect::<Option<Vec<_>>>()?).into_iter().any(keeps)).then_some(beyond)
     }
@@ -247,19 +247,19 @@ impl Action for MoveStep {
                 .iter()
                 .chain(&point.payload)
                 .for_each(|expression| context.check_expression(expression));
-            if let (Some(robot), Some((target, place))) = (robot, &point.target)
+            if let (Some(robot), Some((target, span))) = (robot, &point.target)
                 && !robot.targets.contains(target)
             {
                 let help = did_you_mean(target, robot.targets.iter().map(String::as_str));
                 context.problems.add(
-                    *place,
+                    *span,
                     format!("the model of {} has no target `{target}`", robot.name),
                     help,
                 );
             }
-            for (joint, place) in &point.by {
+            for (joint, span) in &point.by {
                 if let Some(robot) = robot {
-                    context.joint(robot, joint, *place);
+                    context.joint(robot, joint, *span);
                 }
                 if let Some(named) = self.targets.iter().find(|target| target.joint == *joint) {
                     let help = "either the point says where it goes, or a number";
@@ -287,12 +287,12 @@ impl Action for MoveStep {
         let robot = context.robot(&self.robot)?;
         let goals = self.goals(context);
         let by = self.targets.iter().filter(|_| self.relative).filter_map(|target| {
-            // A way is known where no place is.
+            // A way is known where no position is.
             let way = target.unit.to_internal(context.known(&target.value)?).abs();
-            robot.place(&target.joint).is_none().then(|| way / robot.full_speed(&target.joint))
+            robot.position(&target.joint).is_none().then(|| way / robot.full_speed(&target.joint))
         });
-        let places = goals.iter().map(|(joint, goal)| (joint.as_str(), *goal));
-        let known = places.filter(|(joint, _)| !self.relative || robot.place(joint).is_some());
+        let positions = goals.iter().map(|(joint, goal)| (joint.as_str(), *goal));
+        let known = positions.filter(|(joint, _)| !self.relative || robot.position(joint).is_some());
         Some(robot.command_s() + by.fold(robot.way_s(known), f64::max) / self.speed)
     }
 
@@ -327,11 +327,11 @@ impl Action for MoveStep {
             beyond,
         };
         let hand = self.hand.iter().map(|hand| {
-            let how = format!("'s hand to {}", place_in_words(&hand.at, context.time));
+            let how = format!("'s hand to {}", position_in_words(&hand.at, context.time));
             together(how, self.hand_beyond(hand, context))
         });
         let point = self.point.iter().map(|point| {
-            let how = format!("'s tip to {}", place_in_words(&point.xyz, context.time));
+            let how = format!("'s tip to {}", position_in_words(&point.xyz, context.time));
             together(how, self.point_beyond(point, context))
         });
         self.targets.iter().map(motion).chain(hand).chain(point).collect()
@@ -431,10 +431,10 @@ impl Engine {
                 || step.targets.iter().any(|target| target.joint == joint.name)
         };
         let values: Vec<NamedValue> = joints.iter().filter(|joint| moved(joint)).cloned().collect();
-        let places = values
+        let positions = values
             .iter()
             .map(|value| format!("{} at {} {}", value.name, with_decimals(value.value, 3), value.unit));
-        let message = places.collect::<Vec<_>>().join(", ");
+        let message = positions.collect::<Vec<_>>().join(", ");
         Ok(Done { result: json!({"joints": joints_value(&joints)}), values, message })
     }
 
@@ -454,7 +454,7 @@ impl Engine {
         }
         if let Some(hand) = &step.hand {
             let attitude = self.attitude([&hand.tilt, &hand.azimuth, &hand.turn], at)?;
-            let requested = flange_at(self.place(&hand.at, at)?, attitude, Vector3::from(hand.aim_mm));
+            let requested = flange_at(self.position(&hand.at, at)?, attitude, Vector3::from(hand.aim_mm));
             target = self.arm(&step.robot)?.joints_for(&requested, start).map_err(StepError::error)?;
         }
         if let Some(point) = &step.point {

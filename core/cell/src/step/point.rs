@@ -9,7 +9,7 @@ use crate::engine::flange::attitude_of;
 use crate::expression::Expression;
 use crate::read_context::ReadContext;
 
-pub(super) fn read_place(node: &Node, what: &str, context: &ReadContext<'_>) -> Option<[Expression; 3]> {
+pub(super) fn read_position(node: &Node, what: &str, context: &ReadContext<'_>) -> Option<[Expression; 3]> {
     let items = node.list(what, context.problems)?;
     let [x, y, z] = items else {
         context.problems.add(node.span, format!("{what} has {} numbers", items.len()), "write `[x, y, z]`");
@@ -19,7 +19,7 @@ pub(super) fn read_place(node: &Node, what: &str, context: &ReadContext<'_>) -> 
 }
 
 /// The point, mm, where it is known before the run.
-pub(super) fn known_place([x, y, z]: &[Expression; 3], context: &TimeContext<'_>) -> Option<Vector3<f64>> {
+pub(super) fn known_position([x, y, z]: &[Expression; 3], context: &TimeContext<'_>) -> Option<Vector3<f64>> {
     Some(Vector3::new(context.known(x)?, context.known(y)?, context.known(z)?))
 }
 
@@ -37,7 +37,7 @@ pub(super) fn known_attitude(
 }
 
 /// The point in words, as far as it is known before the run.
-pub(super) fn place_in_words(point: &[Expression; 3], context: &TimeContext<'_>) -> String {
+pub(super) fn position_in_words(point: &[Expression; 3], context: &TimeContext<'_>) -> String {
     let coordinate = |expression: &Expression| match context.known(expression) {
         Some(number) => rounded(number).to_string(),
         None => format!("`{}`", expression.text()),

@@ -76,12 +76,12 @@ fn read(node: &Node, context: &ReadContext<'_>) -> Option<PromptStep> {
     let photo = map.optional("photo");
     let jog_to = map.optional("jog_to");
     let simulated = map.optional("simulated").and_then(|node| read_simulated(node, context));
-    let place = map.span();
+    let span = map.span();
     map.finish();
     let given = [acknowledge, choice, number, write, level, photo, jog_to].iter().flatten().count();
     if given > 1 {
         context.problems.add(
-            place,
+            span,
             "a prompt asks for one thing",
             "keep one of `acknowledge`, `choice`, `number`, `write`, `level`, `photo`, `jog_to`",
         );
@@ -134,8 +134,8 @@ impl Action for PromptStep {
         for (_, value) in self.simulated.iter().flat_map(|simulated| &simulated.numbers) {
             context.check_expression(value);
         }
-        if let Some((robot, place)) = &self.draw {
-            context.robot(robot, *place);
+        if let Some((robot, span)) = &self.draw {
+            context.robot(robot, *span);
         }
         self.question.check(context);
     }

@@ -174,7 +174,7 @@ impl Goal {
         self.check_limits(robot, context);
     }
 
-    /// The limits that every place between the bounds lies beyond, in words, where the bounds are known before the run.
+    /// The limits that every position between the bounds lies beyond, in words, where the bounds are known before the run.
     pub(super) fn beyond(&self, robot: &str, context: &MotionContext<'_>) -> Option<String> {
         let bounds = context.time.known(&self.minimum).zip(context.time.known(&self.maximum))?;
         let internal = (self.unit.to_internal(bounds.0), self.unit.to_internal(bounds.1));
@@ -184,7 +184,7 @@ impl Goal {
         Some(format!("{joint} has to come between {least} and {most} {unit}, beyond its limits: {limits}"))
     }
 
-    /// Checks bounds that are written as numbers: that a place is between them, and one that the joint may take by the cell's limits and the robot's own.
+    /// Checks bounds that are written as numbers: that a position is between them, and one that the joint may take by the cell's limits and the robot's own.
     fn check_limits(&self, robot: Option<&RobotNames>, context: &CheckContext<'_>) {
         let written = |bound: &Expression| bound.text().trim().parse::<f64>().ok();
         let Some((least, most)) = written(&self.minimum).zip(written(&self.maximum)) else { return };
@@ -202,7 +202,7 @@ impl Goal {
             .into_iter()
             .chain(own.map(OwnLimits::with_zero_shift));
         let out = { ranges }.find_map(|range| outside(range, bounds));
-        if let Some(help) = out.and_then(|place| kept_from(robot, &self.joint, place, self.unit)) {
+        if let Some(help) = out.and_then(|coordinate| kept_from(robot, &self.joint, coordinate, self.unit)) {
             let message = format!("{} cannot come between {least} and {most} {unit}", self.joint);
             context.problems.add(self.span, message, help);
         }

@@ -134,7 +134,7 @@ impl Action for RowStep {
             joint.check(robot, context);
         }
         let Some(robot) = robot else { return };
-        for (column, word, place) in &self.words {
+        for (column, word, span) in &self.words {
             let (what, known) = match column.as_str() {
                 "on" | "distance_to" => ("surface", &robot.surfaces),
                 "level" => ("level", &robot.levels),
@@ -144,7 +144,7 @@ impl Action for RowStep {
             if !known.contains(word) {
                 let help = did_you_mean(word, known.iter().map(String::as_str));
                 context.problems.add(
-                    *place,
+                    *span,
                     format!("the model of {} has no {what} `{word}`", robot.name),
                     help,
                 );

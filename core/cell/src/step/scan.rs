@@ -1,4 +1,4 @@
-//! `scan`: a light stripe sensor is carried along a line, and at each place a stripe is taken.
+//! `scan`: a light stripe sensor is carried along a line, and at each position a stripe is taken.
 
 use nalgebra::{IsometryMatrix3, Rotation3, Vector3};
 use plumb_document::{MapReader, Node, Span};
@@ -7,7 +7,7 @@ use super::declaration::{Action, MovedJoints, numbers_shape};
 use super::kind::{Kind, StepKind};
 use super::known_robot::{KnownRobot, TYPICAL_TURN};
 use super::motions::{MotionContext, PlannedMotion};
-use super::point::{known_attitude, known_place, place_in_words, read_place};
+use super::point::{known_attitude, known_position, position_in_words, read_position};
 use super::read::check_name;
 use super::time::{EXCHANGE_S, Foreseen, TimeContext};
 use crate::cell_names::CellNames;
@@ -53,7 +53,7 @@ pub(crate) struct ScanStep {
     pub(crate) to: [Expression; 3],
     /// From stripe to stripe, mm.
     pub(crate) step: Expression,
-    /// The point of the flange's frame that is brought to each of these places, mm.
+    /// The point of the flange's frame that is brought to each of these positions, mm.
     pub(crate) aim_mm: [f64; 3],
     /// How far the flange's axis is tilted from straight down, deg.
     pub(crate) tilt: Option<Expression>,
@@ -91,8 +91,8 @@ fn read(node: &Node, context: &ReadContext<'_>) -> Option<ScanStep> {
     let text =
         |node: &Node, what: &str| node.text(what, context.problems).map(|text| (text.to_owned(), node.span));
     let trigger = map.optional("trigger").and_then(|node| text(node, "`trigger`"));
-    let from = map.required("from_mm").and_then(|node| read_place(node, "`from_mm`", context));
-    let to = map.required("to_mm").and_then(|node| read_place(node, "`to_mm`", context));
+    let from = map.required("from_mm").and_then(|node| read_position(node, "`from_mm`", context));
+    let to = map.required("to_mm").and_then(|node| read_position(node, "`to_mm`", context));
     let step = map.required("step_mm").and_then(|node| context.expression(node, "`step_mm`"));
     let aim_mm = map.required("aim_mm").and_then(|node| node.numbers("`aim_mm`", context.problems));
     let mut angle =
@@ -107,8 +107,8 @@ fn read(node: &Node, context: &ReadContext<'_>) -> Option<ScanStep> {
             [Fitted::Plane, Fitted::Pyramid, Fitted::Sphere].get(word).copied().unwrap_or(Fitted::Plane)
         });
     let save = map.optional("save").and_then(|node| {
-        let (name, place) = text(node, "`save`")?;
-        check_name(&name, place, "the name of a cloud", context);
+        let (name, span) = text(node, "`save`")?;
+        check_name(&name, span, "the name of a cloud", context);
         Some(name)
     });
     let on = map.optional("on").and_then(|node| text(node, "`on`")).map(|(name, _)| name);
@@ -140,8 +140,8 @@ impl Action for ScanStep {
     fn check(&self, context: &CheckContext<'_>) {
         let _ = context.robot(&self.robot, self.robot_span);
         context.sensor(&self.sensor, self.sensor_span);
-        if let Some((trigger, place)) = &self.trigger {
-            context.sensor(trigger, *place);
+        if let Some((trigger, span)) = &self.trigger {
+            context.sensor(trigger, *span);
         }
         let expressions = self.from.iter().chain(&self.to).chain([&self.step]);
         let angles = self.tilt.iter().chain(&self.azimuth).chain(&self.turn).chain(&self.fly);
@@ -203,7 +203,7 @@ impl Action for ScanStep {
     }
 
     fn planned_motions(&self, context: &MotionContext<'_>) -> Vec<PlannedMotion> {
-        let words = |point| place_in_words(point, context.time);
+        let words = |point| position_in_words(point, context.time);
         vec![PlannedMotion {
             robot: self.robot.clone(),
             joint: None,
@@ -250,8 +250,8 @@ impl Line {
 
 impl ScanStep {
     fn line(&self, context: &TimeContext<'_>) -> Option<Line> {
-        let from = known_place(&self.from, context)?;
-        let way = known_place(&self.to, context)? - from;
+        let from = known_position(&self.from, context)?;
+        let way = known_position(&self.to, context)? - from;
         let attitude = known_attitude([&self.tilt, &self.azimuth, &self.turn], context)?;
         let direction = way.try_normalize(1e-9).unwrap_or_default();
         Some(Line { from, direction, length_mm: way.norm(), attitude, aim: Vector3::from(self.aim_mm) })

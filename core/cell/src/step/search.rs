@@ -138,8 +138,8 @@ fn read_until(node: &Node, context: &ReadContext<'_>) -> Option<(String, Span, b
     let is =
         map.required("is").and_then(|node| node.word("state of a sensor", &["on", "off"], context.problems));
     map.finish();
-    let (sensor, place) = sensor?;
-    Some((sensor, place, is? == 0))
+    let (sensor, span) = sensor?;
+    Some((sensor, span, is? == 0))
 }
 
 fn read_finds(node: &Node, context: &ReadContext<'_>) -> Option<Finds> {
@@ -236,7 +236,7 @@ impl Action for SearchStep {
     }
 
     fn foreseen(&self, context: &TimeContext<'_>) -> Foreseen {
-        let here = context.robot(&self.robot).and_then(|robot| robot.place(&self.joint));
+        let here = context.robot(&self.robot).and_then(|robot| robot.position(&self.joint));
         let there = here.map(|here| here + self.foreseen_way(context));
         Foreseen { result: None, joints: vec![(self.robot.clone(), self.joint.clone(), there)] }
     }

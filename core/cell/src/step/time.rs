@@ -37,6 +37,6 @@ impl<'a> TimeContext<'a> {
 pub(crate) struct Foreseen {
     /// Its result, where it is known.
     pub(crate) result: Option<Value>,
-    /// Robots and joints that would be elsewhere: where, rad or mm, or None for a place that is not known.
+    /// Robots and joints that would be elsewhere: where, rad or mm, or None for a position that is not known.
     pub(crate) joints: Vec<(String, String, Option<f64>)>,
 }

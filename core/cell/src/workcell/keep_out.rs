@@ -57,7 +57,7 @@ pub enum Trespass {
     },
 }
 
-/// One joint of the model, as far as its place goes: a mm, alpha rad, d mm, theta rad, sign.
+/// One joint of the model, as far as its position goes: a mm, alpha rad, d mm, theta rad, sign.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Row {
     name: String,

@@ -110,25 +110,25 @@ impl Loader<'_> {
     }
 
     /// The path of a file named here; its absence is reported.
-    fn existing(&self, (name, place): &(String, Span)) -> Option<PathBuf> {
+    fn existing(&self, (name, span): &(String, Span)) -> Option<PathBuf> {
         let path = self.folder.join(name);
         // What is there and no file is reported by who reads it.
         if path.exists() {
             return Some(path);
         }
         let message = format!("there is no file {}", path.display());
-        self.context.problems.add(*place, message, "the name is relative to this file");
+        self.context.problems.add(*span, message, "the name is relative to this file");
         None
     }
 
     /// The path of a directory named here; its absence is reported.
-    fn existing_directory(&self, (name, place): &(String, Span)) -> Option<PathBuf> {
+    fn existing_directory(&self, (name, span): &(String, Span)) -> Option<PathBuf> {
         let path = self.folder.join(name);
         if path.is_dir() {
             return Some(path);
         }
         let message = format!("there is no directory {}", path.display());
-        self.context.problems.add(*place, message, "the name is relative to this file");
+        self.context.problems.add(*span, message, "the name is relative to this file");
         None
     }
 
@@ -193,11 +193,11 @@ impl Loader<'_> {
         }
         let typed_joints = raw.joints.as_deref().unwrap_or_default();
         let joints: Vec<String> = typed_joints.iter().map(|(joint, _)| joint.name.clone()).collect();
-        let known = |joint: &str, place: Span| {
+        let known = |joint: &str, span: Span| {
             let found = raw.joints.is_none() || joints.iter().any(|known| known == joint);
             if !found {
                 let help = did_you_mean(joint, joints.iter().map(String::as_str));
-                problems.add(place, format!("`joints` names no `{joint}`"), help);
+                problems.add(span, format!("`joints` names no `{joint}`"), help);
             }
             found
         };
@@ -214,10 +214,10 @@ impl Loader<'_> {
         });
         let limits = limits.collect();
         let mut initialize: Vec<String> = Vec::new();
-        for (joint, place) in &raw.initialize {
+        for (joint, span) in &raw.initialize {
             if initialize.contains(joint) {
-                problems.add(*place, format!("`initialize` names `{joint}` twice"), "name each joint once");
-            } else if known(joint, *place) {
+                problems.add(*span, format!("`initialize` names `{joint}` twice"), "name each joint once");
+            } else if known(joint, *span) {
                 initialize.push(joint.clone());
             }
         }
@@ -281,16 +281,16 @@ impl Loader<'_> {
     /// `robots` are those of the cell with whether a model is named, where they are known.
     fn keep_out(&self, raw: RawKeepOut, robots: Option<&[(String, bool)]>) -> Option<KeepOutPlane> {
         let problems = self.context.problems;
-        let (robot, place) = &raw.robot;
+        let (robot, span) = &raw.robot;
         match robots.map(|robots| (robots, robots.iter().find(|(known, _)| known == robot))) {
             None => {}
             Some((robots, None)) => {
                 let help = did_you_mean(robot, robots.iter().map(|(robot, _)| robot.as_str()));
-                problems.add(*place, format!("there is no robot `{robot}` in the cell"), help);
+                problems.add(*span, format!("there is no robot `{robot}` in the cell"), help);
             }
             Some((_, Some((_, false)))) => {
                 problems.add(
-                    *place,
+                    *span,
                     format!("robot `{robot}` has no model"),
                     "give it one: where its parts are cannot be known without",
                 );
@@ -310,8 +310,8 @@ impl Loader<'_> {
         // A mistake here may be why a name in a procedure leads nowhere: first things first.
         let names_are_right = self.context.problems.is_empty() && self.wrong.is_empty();
         let mut procedures: Vec<Arc<Procedure>> = Vec::new();
-        for (name, place) in named {
-            let Some(path) = self.existing(&(name.clone(), *place)) else { continue };
+        for (name, span) in named {
+            let Some(path) = self.existing(&(name.clone(), *span)) else { continue };
             let loaded = load(&path, self.context.calculator, &mut LoadedFiles::default());
             self.add_wrong(loaded.wrong);
             let Some(procedure) = loaded.procedure else { continue };
@@ -320,7 +320,7 @@ impl Loader<'_> {
             }
             if procedures.iter().any(|known| known.name == procedure.name) {
                 let message = format!("two procedures are called `{}`", procedure.name);
-                self.context.problems.add(*place, message, "give each a name of its own");
+                self.context.problems.add(*span, message, "give each a name of its own");
             }
             procedures.push(Arc::new(procedure));
         }

@@ -1,6 +1,6 @@
 //! Workcell files: which devices there are, how they are wired, what they may do, and which procedures they run.
 //!
-//! A file is read in two stages: [`raw`](self) holds what was typed, with its places; [`Workcell`] holds what is true: every name in it leads
+//! A file is read in two stages: [`raw`](self) holds what was typed, with its positions; [`Workcell`] holds what is true: every name in it leads
 //! somewhere, every file it names was read and fits.
 
 mod instruments;

@@ -30,7 +30,7 @@ pub struct ModelFile {
     pub quantities: Map<String, Value>,
     /// Names of the surfaces that trigger poses and stripes lie on.
     pub surfaces: Vec<String>,
-    /// Names of the places a spirit level lies at.
+    /// Names of the locations a spirit level lies at.
     pub levels: Vec<String>,
     /// The model's joints from the drive's: coefficients, one row a model joint, one column a joint of the cell's list, then the constant
     /// (rad, or mm for a model joint that slides).
@@ -289,7 +289,7 @@ mod tests {
     }
 
     #[test]
-    fn a_joint_that_the_urdf_file_does_not_have_is_refused_with_its_place() {
+    fn a_joint_that_the_urdf_file_does_not_have_is_refused_with_its_position() {
         let problems = read("joints: [{name: rich}]\n").unwrap_err().problems;
         assert_eq!(problems.len(), 1, "{problems:?}");
         assert!(

@@ -11,8 +11,8 @@ use super::folder;
 use crate::support::running::{cell_with_steps, request};
 
 fn planned(steps: &str, unattended: bool) -> DryRun {
-    let place = folder();
-    let mut run = request(&cell_with_steps(&place, steps), &place);
+    let folder = folder();
+    let mut run = request(&cell_with_steps(&folder, steps), &folder);
     run.unattended = unattended;
     dry_run(&run).expect("a plan")
 }

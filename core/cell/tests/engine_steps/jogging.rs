@@ -13,7 +13,7 @@ use super::folder;
 use crate::support::World;
 use crate::support::running::{cell_with_steps, message_of, request, start, start_commanded, watch};
 
-const PLACE: &str = "
+const JOG_STEPS: &str = "
 steps:
   - {id: place, do: {prompt: {text: There, jog_to: {robot: arm}}}}
 ";
@@ -28,10 +28,10 @@ fn answer(prompt: PromptId, answer: Answer) -> Command {
 
 #[test]
 fn a_hundred_jogs_at_once_move_the_arm_by_at_most_two_steps_and_enter_is_not_queued_behind() {
-    let place = folder();
-    let cell = cell_with_steps(&place, PLACE);
+    let folder = folder();
+    let cell = cell_with_steps(&folder, JOG_STEPS);
     let world = World::new([0.0; 3]);
-    let mut run = request(&cell, &place);
+    let mut run = request(&cell, &folder);
     run.unattended = false;
     let asked: Arc<Mutex<Option<PromptId>>> = Arc::default();
     let known = Arc::clone(&asked);
@@ -66,10 +66,10 @@ fn a_hundred_jogs_at_once_move_the_arm_by_at_most_two_steps_and_enter_is_not_que
 
 #[test]
 fn a_stop_in_mid_jog_withdraws_the_prompt_drops_the_jogs_and_asks_anew_after_the_resume() {
-    let place = folder();
-    let cell = cell_with_steps(&place, PLACE);
+    let folder = folder();
+    let cell = cell_with_steps(&folder, JOG_STEPS);
     let world = World::new([0.0; 3]);
-    let mut run = request(&cell, &place);
+    let mut run = request(&cell, &folder);
     run.unattended = false;
     let asked: Arc<Mutex<Option<PromptId>>> = Arc::default();
     let known = Arc::clone(&asked);
@@ -104,10 +104,10 @@ fn a_stop_in_mid_jog_withdraws_the_prompt_drops_the_jogs_and_asks_anew_after_the
 fn jog_through_the_table(
     mut choose: impl FnMut(usize) -> &'static str,
 ) -> (Vec<String>, Vec<Event>, RunOutcome, Arc<World>) {
-    let place = folder();
-    let cell = cell_with_steps(&place, PLACE);
+    let folder = folder();
+    let cell = cell_with_steps(&folder, JOG_STEPS);
     let world = World::new([0.0; 3]);
-    let mut run = request(&cell, &place);
+    let mut run = request(&cell, &folder);
     run.unattended = false;
     let mut asked = Vec::new();
     let mut lowest = 0;
@@ -172,7 +172,7 @@ fn once_confirmed_the_jog_goes_on_and_the_height_says_that_it_is_beyond_the_tabl
 #[test]
 fn a_pose_in_the_answers_that_leads_through_the_table_needs_an_operator() {
     let folder = folder();
-    let cell = cell_with_steps(&folder, PLACE);
+    let cell = cell_with_steps(&folder, JOG_STEPS);
     let world = World::new([0.0; 3]);
     let answers = folder.path().join("answers.yaml");
     std::fs::write(&answers, "answers:\n  place: {pose_deg: {shoulder: 10}}\n").expect("written");

@@ -28,11 +28,11 @@ fn a_move_that_ended_elsewhere_or_not_at_all_is_an_error_and_no_row() {
         (|state| state.time_ns = 0, &["before one it reported earlier"]),
     ];
     for (lie, words) in lies {
-        let place = folder();
-        let cell = cell_with_steps(&place, MOVE_AND_ROW);
+        let folder = folder();
+        let cell = cell_with_steps(&folder, MOVE_AND_ROW);
         let world = World::new(ZERO_ERROR_DEG);
         *world.lie_after_move.lock().expect("the lie") = Some(lie);
-        let (outcome, events) = watch(start(request(&cell, &place), &world), |_, _| {});
+        let (outcome, events) = watch(start(request(&cell, &folder), &world), |_, _| {});
         let message = message_of(&events);
         assert_eq!(outcome, RunOutcome::Error, "{message}");
         for word in words {
@@ -47,11 +47,11 @@ fn a_move_that_ended_elsewhere_or_not_at_all_is_an_error_and_no_row() {
 
 #[test]
 fn a_robot_that_describes_a_speed_below_zero_is_not_used() {
-    let place = folder();
-    let cell = cell_with_steps(&place, MOVE_AND_ROW);
+    let folder = folder();
+    let cell = cell_with_steps(&folder, MOVE_AND_ROW);
     let world = World::new(ZERO_ERROR_DEG);
     *world.waist_speed.lock().expect("the speed") = -1.0;
-    let (outcome, events) = watch(start(request(&cell, &place), &world), |_, _| {});
+    let (outcome, events) = watch(start(request(&cell, &folder), &world), |_, _| {});
     assert_eq!(outcome, RunOutcome::Error);
     assert!(
         message_of(&events).contains("its waist has a greatest speed of -1 rad/s"),
@@ -63,11 +63,11 @@ fn a_robot_that_describes_a_speed_below_zero_is_not_used() {
 
 #[test]
 fn a_robot_beyond_its_own_limits_is_not_measured_with() {
-    let place = folder();
-    let cell = cell_with_steps(&place, MOVE_AND_ROW);
+    let folder = folder();
+    let cell = cell_with_steps(&folder, MOVE_AND_ROW);
     let world = World::new(ZERO_ERROR_DEG);
     world.push_deg(2, -200.0);
-    let (outcome, events) = watch(start(request(&cell, &place), &world), |_, _| {});
+    let (outcome, events) = watch(start(request(&cell, &folder), &world), |_, _| {});
     assert_eq!(outcome, RunOutcome::Error);
     let message = message_of(&events);
     assert!(
@@ -108,13 +108,13 @@ steps:
   - {id: out, do: {move: {robot: arm, by_deg: {waist: 1}}}, on_error: retry, retries: 3}
 ";
     for unattended in [false, true] {
-        let place = folder();
-        let cell = cell_with_steps(&place, steps);
+        let folder = folder();
+        let cell = cell_with_steps(&folder, steps);
         let world = World::new([0.0; 3]);
         world.lose_arm_at_move.store(1, Ordering::SeqCst);
         // Arm and eye, as the run begins.
         world.connects_at_most.store(2, Ordering::SeqCst);
-        let request = RunRequest { unattended, ..request(&cell, &place) };
+        let request = RunRequest { unattended, ..request(&cell, &folder) };
         let (outcome, events) = watch(start(request, &world), |_, _| {});
         assert_eq!(outcome, RunOutcome::Error, "{}", message_of(&events));
         assert_eq!(world.connections.load(Ordering::SeqCst), 3, "one more was tried");

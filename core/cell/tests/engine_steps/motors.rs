@@ -19,12 +19,12 @@ fn run(
     motors: Option<MotorState>,
     steps: &str,
 ) -> (RunOutcome, String, Vec<(String, f64)>, tempfile::TempDir) {
-    let place = folder();
-    let cell = cell_with_steps(&place, steps);
+    let folder = folder();
+    let cell = cell_with_steps(&folder, steps);
     let world = World::new([0.0; 3]);
     *world.motors.lock().expect("no test panicked") = motors;
-    let (outcome, events) = watch(start(request(&cell, &place), &world), |_: &Event, _| {});
-    (outcome, message_of(&events).to_owned(), readings(&place), place)
+    let (outcome, events) = watch(start(request(&cell, &folder), &world), |_: &Event, _| {});
+    (outcome, message_of(&events).to_owned(), readings(&folder), folder)
 }
 
 #[test]

@@ -22,10 +22,10 @@ steps:
 ";
 
 /// An arm whose zeros were found, where that run left it.
-fn initialized(place: &TempDir) -> Arc<World> {
+fn initialized(folder: &TempDir) -> Arc<World> {
     let world = World::new(ZERO_ERROR_DEG);
     world.is_new.store(false, Ordering::SeqCst);
-    let (outcome, events) = watch(start(request(&workcell("cell.yaml"), place), &world), |_, _| {});
+    let (outcome, events) = watch(start(request(&workcell("cell.yaml"), folder), &world), |_, _| {});
     assert_eq!(outcome, RunOutcome::Passed, "{}", message_of(&events));
     world
 }

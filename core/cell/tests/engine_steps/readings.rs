@@ -85,14 +85,14 @@ impl DeviceLinks for WithGauge {
 
 /// Runs the steps: how it ended, what it said, the readings of the record and what the gauge was asked.
 fn run(steps: &str) -> (RunOutcome, String, Vec<(String, f64)>, Vec<String>) {
-    let place = folder();
-    let cell = cell_with_steps(&place, steps);
+    let folder = folder();
+    let cell = cell_with_steps(&folder, steps);
     let asked = Asked::default();
     let devices = WithGauge(Devices(World::new(ZERO_ERROR_DEG)), Arc::clone(&asked));
-    let running = start_run(request(&cell, &place), |_| Ok(Box::new(devices))).expect("it starts");
+    let running = start_run(request(&cell, &folder), |_| Ok(Box::new(devices))).expect("it starts");
     let (outcome, events) = watch(running, |_: &Event, _| {});
     let asked = asked.lock().expect("no test panicked").clone();
-    (outcome, message_of(&events).to_owned(), readings(&place), asked)
+    (outcome, message_of(&events).to_owned(), readings(&folder), asked)
 }
 
 #[test]

@@ -13,16 +13,16 @@ use crate::support::running::{cell_with_steps, message_of, request, start, watch
 
 /// Runs the steps until the arm is lost in that move, and resumes the run; the events of the resumed run and its outcome.
 fn lost_and_resumed(steps: &str, lost_at: usize) -> (TempDir, RunOutcome, Vec<Event>, Arc<World>) {
-    let place = folder();
-    let cell = cell_with_steps(&place, steps);
+    let folder = folder();
+    let cell = cell_with_steps(&folder, steps);
     let world = World::new([0.0; 3]);
     world.lose_arm_at_move.store(lost_at, Ordering::SeqCst);
-    let (outcome, events) = watch(start(request(&cell, &place), &world), |_, _| {});
+    let (outcome, events) = watch(start(request(&cell, &folder), &world), |_, _| {});
     assert_eq!(outcome, RunOutcome::Error, "{}", message_of(&events));
-    let mut again = request(&cell, &place);
+    let mut again = request(&cell, &folder);
     again.resume = Some(RunId(1));
     let (outcome, events) = watch(start(again, &world), |_, _| {});
-    (place, outcome, events, world)
+    (folder, outcome, events, world)
 }
 
 const TURNS: &str = "
@@ -48,7 +48,7 @@ fn named(pairs: &[(&str, f64)]) -> Vec<(String, f64)> {
 #[test]
 fn a_repetition_goes_on_in_the_turn_in_which_it_was_cut_off() {
     for (lost_at, moves, open) in [(1, 4, "again[1].out"), (2, 4, "again[2].out"), (3, 4, "last")] {
-        let (place, outcome, events, world) = lost_and_resumed(TURNS, lost_at);
+        let (folder, outcome, events, world) = lost_and_resumed(TURNS, lost_at);
         let at = events.iter().find_map(|event| match event {
             Event::RunStarted { resumed_at, .. } => Some(resumed_at.as_ref().map(|step| step.0.clone())),
             _ => None,
@@ -61,7 +61,7 @@ fn a_repetition_goes_on_in_the_turn_in_which_it_was_cut_off() {
             "lost at move {lost_at}: only that is done again"
         );
         let all = [("n", 1.0), ("m", 1.0), ("n", 2.0), ("turns", 4.0), ("counted", 2.0)];
-        assert_eq!(readings(&place), named(&all), "lost at move {lost_at}");
+        assert_eq!(readings(&folder), named(&all), "lost at move {lost_at}");
         // What is done already is shown again as it ended, in order, and every step of the plan once.
         let shown: Vec<_> = outcomes(&events).into_iter().map(|(step, _)| step).collect();
         let expected = [
@@ -91,9 +91,9 @@ steps:
   - {id: out, do: {move: {robot: arm, by_deg: {waist: 1}}}}
   - {id: after, do: {compute: {values: {b: 2}}}}
 ";
-    let (place, outcome, events, _) = lost_and_resumed(steps, 1);
+    let (folder, outcome, events, _) = lost_and_resumed(steps, 1);
     assert_eq!((outcome, message_of(&events)), (RunOutcome::Failed, "one is not more than two"));
-    assert_eq!(readings(&place), named(&[("b", 2.0)]));
+    assert_eq!(readings(&folder), named(&[("b", 2.0)]));
     let reported: Vec<_> = outcomes(&events);
     let of = |id: &str| reported.iter().find(|(step, _)| step == id).map(|(_, outcome)| *outcome);
     assert_eq!(of("first"), Some(StepOutcome::Skipped));

@@ -19,15 +19,15 @@ use crate::support::{Devices, World};
 
 /// Applies a zero of the waist, and then moves it to where the numbers say `to`.
 fn shifted_then_sent(zero: f64, to: f64) -> (RunOutcome, String, Arc<World>) {
-    let place = folder();
+    let folder = folder();
     let steps = format!("
 steps:
   - {{id: shift, do: {{apply: {{robot: arm, ask: false, joint_zero: {{waist: {{shift_deg: {zero}, uncertainty_deg: 0.1}}}}}}}}}}
   - {{id: out, do: {{move: {{robot: arm, to_deg: {{waist: {to} + 0}}}}}}}}
 ");
-    let cell = with_limits(&place, &steps);
+    let cell = with_limits(&folder, &steps);
     let world = World::new([0.0; 3]);
-    let (outcome, events) = watch(start(request(&cell, &place), &world), |_, _| {});
+    let (outcome, events) = watch(start(request(&cell, &folder), &world), |_, _| {});
     (outcome, message_of(&events).to_owned(), world)
 }
 
@@ -92,8 +92,8 @@ fn an_unattended_resume_sees_an_arm_that_was_moved_by_a_hundredth_of_a_degree() 
     for (moved, ended) in
         [(0.01, RunOutcome::NeedsOperator), (5.0, RunOutcome::NeedsOperator), (0.0, RunOutcome::Passed)]
     {
-        let place = folder();
-        let (_cell, world, again) = lost_at_its_second_move(&place);
+        let folder = folder();
+        let (_cell, world, again) = lost_at_its_second_move(&folder);
         world.push_deg(1, moved);
         let (outcome, events) = watch(start(again, &world), |_, _| {});
         assert_eq!(outcome, ended, "moved by {moved} deg: {}", message_of(&events));
@@ -132,11 +132,11 @@ steps:
   - {id: after, do: {move: {robot: arm, by_deg: {waist: 1}}}}
 ";
     for command in [Command::Finish, Command::Keep, Command::Abort] {
-        let place = folder();
-        let cell = cell_with_steps(&place, steps);
+        let folder = folder();
+        let cell = cell_with_steps(&folder, steps);
         let world = World::new([0.0; 3]);
         let sent = command.clone();
-        let mut run = request(&cell, &place);
+        let mut run = request(&cell, &folder);
         run.unattended = false;
         let running = start_commanded(run, &world, move |number, handle| {
             if number == 3 {
@@ -162,10 +162,10 @@ fn a_move_may_take_three_times_its_time_and_ten_seconds_or_what_is_left_of_its_s
         )
     };
     let limit = |more: &str| {
-        let place = folder();
-        let cell = cell_with_steps(&place, &steps(more));
+        let folder = folder();
+        let cell = cell_with_steps(&folder, &steps(more));
         let world = World::new([0.0; 3]);
-        let (outcome, events) = watch(start(request(&cell, &place), &world), |_, _| {});
+        let (outcome, events) = watch(start(request(&cell, &folder), &world), |_, _| {});
         assert_eq!(outcome, RunOutcome::Passed, "{}", message_of(&events));
         let limits = world.limits.lock().expect("the limits").clone();
         assert_eq!(limits.len(), 1);

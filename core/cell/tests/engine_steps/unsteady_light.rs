@@ -14,12 +14,12 @@ steps:
 
 /// Lowers the hand in light that makes the sensor fire at these heights, one after the other.
 fn lowered(heights: &[f64]) -> (RunOutcome, String, Vec<(String, f64)>, f64) {
-    let place = folder();
-    let cell = cell_with_steps(&place, LOWER);
+    let folder = folder();
+    let cell = cell_with_steps(&folder, LOWER);
     let world = World::new(ZERO_ERROR_DEG);
     *world.fires_at.lock().expect("no test panicked") = heights.to_vec();
-    let (outcome, events) = watch(start(request(&cell, &place), &world), |_: &Event, _| {});
-    (outcome, message_of(&events).to_owned(), readings(&place), world.height())
+    let (outcome, events) = watch(start(request(&cell, &folder), &world), |_: &Event, _| {});
+    (outcome, message_of(&events).to_owned(), readings(&folder), world.height())
 }
 
 #[test]
@@ -53,9 +53,9 @@ steps:
   - {id: down, do: {search: {robot: arm, joint: shoulder, travel_deg: -40, until: {sensor: eye, is: on}, nothing_found: go_on}}}
   - {id: expected, do: {check: {that: 'up.found == false && down.found && up.joints.shoulder_deg > 43', otherwise: never}}}
 ";
-    let place = folder();
-    let cell = cell_with_steps(&place, steps);
+    let folder = folder();
+    let cell = cell_with_steps(&folder, steps);
     let (outcome, events) =
-        watch(start(request(&cell, &place), &World::new(ZERO_ERROR_DEG)), |_: &Event, _| {});
+        watch(start(request(&cell, &folder), &World::new(ZERO_ERROR_DEG)), |_: &Event, _| {});
     assert_eq!((outcome, message_of(&events)), (RunOutcome::Passed, "all steps passed"));
 }

@@ -75,8 +75,8 @@ fn run(
     operator: Vec<Reply>,
 ) -> (RunOutcome, Vec<Event>, Vec<Prompt>, tempfile::TempDir, Arc<World>) {
     let mut asked = Vec::new();
-    let (outcome, events, place, world) = run_attended(steps, replies(operator, &mut asked));
-    (outcome, events, asked, place, world)
+    let (outcome, events, folder, world) = run_attended(steps, replies(operator, &mut asked));
+    (outcome, events, asked, folder, world)
 }
 
 fn labels(prompt: &Prompt) -> Vec<(Decision, &str)> {
@@ -198,17 +198,17 @@ fn an_arm_on_the_wrong_side_goes_back_to_where_it_was_placed_and_what_was_found_
 
 #[test]
 fn a_run_that_went_back_is_resumed_there_and_not_where_it_failed() {
-    let place = folder();
-    let cell = cell_with_steps(&place, PLACED);
+    let folder = folder();
+    let cell = cell_with_steps(&folder, PLACED);
     let world = World::new(ZERO_ERROR_DEG);
-    let mut request_of = request(&cell, &place);
+    let mut request_of = request(&cell, &folder);
     request_of.unattended = false;
     let mut asked = Vec::new();
     let operator = vec![Reply::Jog("waist", -20.0), Reply::Decide(Decision::Back), Reply::Keep];
     let (outcome, _) = watch(start(request_of, &world), replies(operator, &mut asked));
     assert_eq!(outcome, RunOutcome::NeedsOperator);
 
-    let mut resumed = request(&cell, &place);
+    let mut resumed = request(&cell, &folder);
     resumed.unattended = false;
     resumed.resume = Some(RunId(1));
     let mut confirmed = false;
@@ -240,12 +240,12 @@ fn a_run_that_went_back_is_resumed_there_and_not_where_it_failed() {
 
 #[test]
 fn nothing_is_moved_by_hand_while_a_device_is_lost_and_that_answer_is_refused() {
-    let place = folder();
+    let folder = folder();
     let cell =
-        cell_with_steps(&place, "steps:\n  - {id: turn, do: {move: {robot: arm, by_deg: {waist: 1}}}}\n");
+        cell_with_steps(&folder, "steps:\n  - {id: turn, do: {move: {robot: arm, by_deg: {waist: 1}}}}\n");
     let world = World::new(ZERO_ERROR_DEG);
     world.lose_arm_at_move.store(1, std::sync::atomic::Ordering::SeqCst);
-    let mut run = request(&cell, &place);
+    let mut run = request(&cell, &folder);
     run.unattended = false;
     let (mut offered, mut refused) = (Vec::new(), Vec::new());
     let (outcome, _) = watch(start(run, &world), |event, handle| match event {

@@ -98,8 +98,8 @@ impl World {
         let world = Self { zero_error, ..Self::fresh() };
         let truth = [11.0_f64, 41.0, -78.0, -90.0, 0.0];
         let mut joints = [0.0; 6];
-        for (index, place) in joints.iter_mut().enumerate().take(5) {
-            *place = truth[index].to_radians() - zero_error.get(index).copied().unwrap_or(0.0);
+        for (index, joint) in joints.iter_mut().enumerate().take(5) {
+            *joint = truth[index].to_radians() - zero_error.get(index).copied().unwrap_or(0.0);
         }
         *lock(&world.joints) = joints;
         Arc::new(world)
@@ -154,7 +154,7 @@ impl World {
         white && height <= if was { 10.0 } else { fires_at }
     }
 
-    /// Moves along a straight line in joint space up to `fraction` of the way, noting every edge at its exact place.
+    /// Moves along a straight line in joint space up to `fraction` of the way, noting every edge at its exact position.
     fn go(&self, target: &[f64; 6], fraction: f64) {
         let start = *lock(&self.joints);
         let at = |fraction: f64| {

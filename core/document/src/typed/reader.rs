@@ -486,7 +486,7 @@ impl<'de> MapAccess<'de> for Entries<'_> {
     }
 }
 
-/// A key, with its place where that is asked for.
+/// A key, with its position where that is asked for.
 struct KeyReader<'a>(&'a Key);
 
 impl<'de> Deserializer<'de> for KeyReader<'_> {

@@ -18,7 +18,7 @@ pub enum OtherKeys {
     LeftAside,
 }
 
-/// The name under which [`super::Spanned`] asks for its place.
+/// The name under which [`super::Spanned`] asks for its position.
 pub(super) const SPANNED: &str = "plumb_document::Spanned";
 
 /// What is known after the readings so far.

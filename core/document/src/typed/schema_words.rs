@@ -6,8 +6,8 @@ use serde_json::{Value, json};
 /// `joints`. A path that leads nowhere is left out.
 pub fn with_words(mut schema: Value, title: &str, words: &[(&str, &str)]) -> Value {
     for (path, text) in words {
-        if let Some(place) = place(&mut schema, path) {
-            place.insert("description".to_owned(), json!(text));
+        if let Some(schema_of_key) = schema_of_key(&mut schema, path) {
+            schema_of_key.insert("description".to_owned(), json!(text));
         }
     }
     if title.is_empty() {
@@ -21,7 +21,7 @@ pub fn with_words(mut schema: Value, title: &str, words: &[(&str, &str)]) -> Val
 }
 
 /// The schema of a key.
-fn place<'s>(schema: &'s mut Value, path: &str) -> Option<&'s mut serde_json::Map<String, Value>> {
+fn schema_of_key<'s>(schema: &'s mut Value, path: &str) -> Option<&'s mut serde_json::Map<String, Value>> {
     let mut at = schema;
     for key in path.split('.') {
         if at.get("items").is_some() {

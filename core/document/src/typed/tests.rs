@@ -77,7 +77,7 @@ fn read(text: &str) -> (Option<Arm>, Vec<String>) {
 const GOOD: &str = "arm: a\nseed: 18446744073709551615\nlength_mm: 5\n";
 
 #[test]
-fn what_fits_is_read_with_its_place() {
+fn what_fits_is_read_with_its_position() {
     let more = "tip_mm: [1, 2, 3]\noptics: {ideal: {height_mm: 4}}\njoints: [{name: q1, deg: 3}]\nsolid: true\nword: a\n";
     let (arm, problems) = read(&format!("{GOOD}{more}"));
     let arm = arm.expect("an arm");

@@ -15,7 +15,7 @@ pub(super) enum Need {
     Optional,
 }
 
-/// What was found at one place.
+/// What was found at one position.
 pub(super) enum Shape {
     /// A value that holds no others.
     Plain(Value),
@@ -35,12 +35,12 @@ pub(super) struct Trace {
     shapes: RefCell<BTreeMap<String, Shape>>,
     /// The key that this reading leaves out.
     left_out: RefCell<Option<(String, &'static str)>>,
-    /// The last place that takes anything, and the words that such places have asked for.
+    /// The last position that takes anything, and the words that such positions have asked for.
     pub(super) anything: RefCell<String>,
     pub(super) words: RefCell<BTreeMap<String, &'static str>>,
 }
 
-/// Represents a value at one place: gives every type what it asks for, and remembers it.
+/// Represents a value at one position: gives every type what it asks for, and remembers it.
 #[derive(Clone)]
 pub(super) struct Tracer<'a> {
     pub(super) trace: &'a Trace,

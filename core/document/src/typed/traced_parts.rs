@@ -1,4 +1,4 @@
-//! What a traced value holds: items, keys and variants, each traced at its own place.
+//! What a traced value holds: items, keys and variants, each traced at its own position.
 
 use serde::de::value::StrDeserializer;
 use serde::de::{
@@ -96,7 +96,7 @@ impl<'de> MapAccess<'de> for TracedEntry<'_> {
     }
 }
 
-/// A key, with its place for who asks for that.
+/// A key, with its position for who asks for that.
 struct Name(&'static str);
 
 impl<'de> Deserializer<'de> for Name {

@@ -24,7 +24,7 @@ const THRESHOLD: f64 = 0.5;
 struct MisbehavingRobot {
     host: Host,
     fault: String,
-    place: String,
+    faulty_call: String,
     diary: Option<String>,
     joints: JointVector,
     levels: u64,
@@ -33,9 +33,9 @@ struct MisbehavingRobot {
 plumb_plugin::export_robot!(MisbehavingRobot, include_str!("plugin.yaml"));
 
 impl MisbehavingRobot {
-    /// Goes wrong if this is the place.
-    fn misbehave(&self, place: &str) -> Result<(), PluginError> {
-        if self.place != place {
+    /// Goes wrong if this is the faulty call.
+    fn misbehave(&self, call: &str) -> Result<(), PluginError> {
+        if self.faulty_call != call {
             return Ok(());
         }
         match self.fault.as_str() {
@@ -151,7 +151,7 @@ impl Robot for MisbehavingRobot {
         let robot = Self {
             host,
             fault: text("fault").unwrap_or_default(),
-            place: text("in").unwrap_or_default(),
+            faulty_call: text("in").unwrap_or_default(),
             diary: text("diary"),
             joints: JointVector::zeros(2),
             levels: 0,
@@ -180,7 +180,7 @@ impl Robot for MisbehavingRobot {
             };
         }
         RobotDescription {
-            model: match (self.fault.as_str(), self.place.as_str()) {
+            model: match (self.fault.as_str(), self.faulty_call.as_str()) {
                 ("epic", "describe") => "an epic ".repeat(400_000),
                 _ => "misbehaving robot".to_owned(),
             },

@@ -16,7 +16,7 @@ pub(crate) struct Bench {
     pub(crate) domain: Domain,
     /// Dropped after everything above, which still uses the domain.
     _left: Left,
-    _place: tempfile::TempDir,
+    _folder: tempfile::TempDir,
 }
 
 /// What is left of a domain once nobody uses it, removed.
@@ -39,7 +39,7 @@ impl Bench {
         context.add_stream("joints", bus.publisher("arm", &joints()).unwrap());
         let lines = BufReader::new(theirs).lines();
         let left = Left(domain.clone());
-        Self { context, lines, bus, domain, _left: left, _place: folder }
+        Self { context, lines, bus, domain, _left: left, _folder: folder }
     }
 
     pub(crate) fn bus(&self) -> &Bus {

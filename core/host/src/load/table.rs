@@ -88,9 +88,9 @@ unsafe extern "C" fn loan(
 ) -> Status {
     // SAFETY: see above.
     match unsafe { context(pointer).loan(&text(stream), length) } {
-        Ok(place) => {
-            // SAFETY: the contract gives a place for the pointer.
-            unsafe { message.write(place) };
+        Ok(lent) => {
+            // SAFETY: the contract gives a slot for the pointer.
+            unsafe { message.write(lent) };
             Status::OK
         }
         Err(status) => status,
@@ -110,12 +110,12 @@ unsafe extern "C" fn receive(
     length: *mut usize,
 ) -> Status {
     // SAFETY: the contract gives `capacity` bytes at `message`, and a null pointer with none.
-    let place =
+    let buffer =
         if message.is_null() { &mut [] } else { unsafe { slice::from_raw_parts_mut(message, capacity) } };
     // SAFETY: see above.
-    match unsafe { context(pointer).receive(&text(input), place) } {
+    match unsafe { context(pointer).receive(&text(input), buffer) } {
         Ok(received) => {
-            // SAFETY: the contract gives a place for the length.
+            // SAFETY: the contract gives a slot for the length.
             unsafe { length.write(received) };
             Status::OK
         }

@@ -40,8 +40,8 @@ fn a_robot_that_hangs_or_dies_does_not_conform() {
 
 #[test]
 fn a_sensor_conforms() {
-    let place = TestFolder::new();
-    let report = check_sensor(place.bus(), &wired_watcher(&place), command);
+    let folder = TestFolder::new();
+    let report = check_sensor(folder.bus(), &wired_watcher(&folder), command);
     assert!(report.is_good(), "{report}");
 }
 
@@ -75,9 +75,9 @@ fn names(report: &CheckReport) -> Vec<&'static str> {
 
 #[test]
 fn a_robot_that_may_not_move_is_checked_as_far_as_it_stays_at_rest() {
-    let place = TestFolder::new();
-    let arguments = place.arguments("arm", "misbehaving_robot", Value::Null);
-    let report = checked(&place, &plugin("misbehaving_robot"), &arguments, false);
+    let folder = TestFolder::new();
+    let arguments = folder.arguments("arm", "misbehaving_robot", Value::Null);
+    let report = checked(&folder, &plugin("misbehaving_robot"), &arguments, false);
     let (before, of_robots) = report.rows.split_at(OF_ANY_PLUGIN.len());
     assert_eq!(before, OF_ANY_PLUGIN.map(|name| (name, CheckOutcome::Passed)));
     assert!(of_robots.iter().any(|(name, _)| *name == "a move ends at its target"), "{report}");
@@ -90,10 +90,10 @@ fn a_robot_that_may_not_move_is_checked_as_far_as_it_stays_at_rest() {
 
 #[test]
 fn a_plugin_that_makes_no_device_is_not_checked_further() {
-    let place = TestFolder::new();
+    let folder = TestFolder::new();
     let config = serde_json::json!({"fault": "refuse", "in": "create"});
-    let arguments = place.arguments("arm", "misbehaving_robot", config);
-    let report = checked(&place, &plugin("misbehaving_robot"), &arguments, true);
+    let arguments = folder.arguments("arm", "misbehaving_robot", config);
+    let report = checked(&folder, &plugin("misbehaving_robot"), &arguments, true);
     assert_eq!(names(&report), OF_ANY_PLUGIN[..2]);
     let refused = CheckOutcome::Failed("arm: the robot does not want to".to_owned());
     assert_eq!(report.rows[1].1, refused);
@@ -101,8 +101,8 @@ fn a_plugin_that_makes_no_device_is_not_checked_further() {
 
 #[test]
 fn a_sensors_plugin_is_checked_as_one_of_a_sensor() {
-    let place = TestFolder::new();
-    let report = checked(&place, &plugin("line_watcher"), &wired_watcher(&place), false);
+    let folder = TestFolder::new();
+    let report = checked(&folder, &plugin("line_watcher"), &wired_watcher(&folder), false);
     let of_sensors = SENSOR_CHECKS.iter().map(|(name, _)| *name);
     assert_eq!(names(&report), OF_ANY_PLUGIN.into_iter().chain(of_sensors).collect::<Vec<_>>());
     assert!(report.is_good(), "{report}");

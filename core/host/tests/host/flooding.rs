@@ -18,8 +18,8 @@ fn reported(events: &Receiver<HostEvent>) -> Vec<String> {
     events.try_iter().filter_map(text).collect()
 }
 
-fn faulty(fault: &str, place: &str) -> Value {
-    serde_json::json!({"fault": fault, "in": place})
+fn faulty(fault: &str, call: &str) -> Value {
+    serde_json::json!({"fault": fault, "in": call})
 }
 
 fn assert_flood_is_cut(fault: &str, most: usize) {

@@ -25,27 +25,27 @@ fn arguments(folder: &TestFolder, plugin: &Plugin) -> HostArguments {
 
 #[test]
 fn a_file_that_is_no_library_is_refused() {
-    let place = TestFolder::new();
-    let plugin = changed(&place, "libmisbehaving_robot.so", |text| text);
+    let folder = TestFolder::new();
+    let plugin = changed(&folder, "libmisbehaving_robot.so", |text| text);
     fs::write(&plugin.library_path, "this is no library").unwrap();
     let path = plugin.library_path.display();
-    let message = place.refusal(&arguments(&place, &plugin));
+    let message = folder.refusal(&arguments(&folder, &plugin));
     assert!(message.starts_with(&format!("arm: {path}: is not a library that can be loaded: ")), "{message}");
 }
 
 #[test]
 fn a_library_that_is_gone_is_named() {
-    let place = TestFolder::new();
-    let plugin = changed(&place, "libmisbehaving_robot.so", |text| text);
+    let folder = TestFolder::new();
+    let plugin = changed(&folder, "libmisbehaving_robot.so", |text| text);
     fs::remove_file(&plugin.library_path).unwrap();
-    let message = place.refusal(&arguments(&place, &plugin));
+    let message = folder.refusal(&arguments(&folder, &plugin));
     assert!(message.contains("libmisbehaving_robot.so: is not a library that can be loaded"), "{message}");
 }
 
 #[test]
 fn a_library_without_an_entry_is_refused_with_the_symbol_it_lacks() {
-    let place = TestFolder::new();
-    let plugin = changed(&place, "libother.so", |text| text);
+    let folder = TestFolder::new();
+    let plugin = changed(&folder, "libother.so", |text| text);
     let error = verify(&plugin).unwrap_err();
     assert_eq!(
         error,
@@ -58,11 +58,11 @@ fn a_library_without_an_entry_is_refused_with_the_symbol_it_lacks() {
 
 #[test]
 fn a_manifest_of_another_contract_is_refused_with_both_versions() {
-    let place = TestFolder::new();
-    let plugin = changed(&place, "libmisbehaving_robot.so", |text| text);
+    let folder = TestFolder::new();
+    let plugin = changed(&folder, "libmisbehaving_robot.so", |text| text);
     let text = fs::read_to_string(&plugin.manifest_path).unwrap().replace("[1, 0]", "[2, 0]");
     fs::write(&plugin.manifest_path, text).unwrap();
-    let message = place.refusal(&arguments(&place, &plugin));
+    let message = folder.refusal(&arguments(&folder, &plugin));
     let path = plugin.manifest_path.display();
     assert_eq!(
         message,
@@ -76,9 +76,9 @@ fn a_manifest_of_another_contract_is_refused_with_both_versions() {
 
 #[test]
 fn a_library_older_than_its_manifest_is_refused() {
-    let place = TestFolder::new();
+    let folder = TestFolder::new();
     let plugin =
-        changed(&place, "libmisbehaving_robot.so", |text| text.replace("version: 0.1.0", "version: 0.2.0"));
+        changed(&folder, "libmisbehaving_robot.so", |text| text.replace("version: 0.1.0", "version: 0.2.0"));
     let message = verify(&plugin).unwrap_err().to_string();
     assert!(
         message.ends_with(
@@ -90,16 +90,16 @@ fn a_library_older_than_its_manifest_is_refused() {
 
 #[test]
 fn a_library_of_another_minor_contract_than_its_manifest_is_refused_with_the_contract() {
-    let place = TestFolder::new();
-    let plugin = changed(&place, "libmisbehaving_robot.so", |text| text.replace("[1, 0]", "[1, 9]"));
+    let folder = TestFolder::new();
+    let plugin = changed(&folder, "libmisbehaving_robot.so", |text| text.replace("[1, 0]", "[1, 9]"));
     let message = verify(&plugin).unwrap_err().to_string();
     assert!(message.contains("the contract is 1.9 in the file and 1.0 in the library"), "{message}");
 }
 
 #[test]
 fn a_driver_runs_in_the_library_for_drivers_and_in_no_other() {
-    let place = TestFolder::new();
-    let plugin = changed(&place, "libmisbehaving_robot.so", |text| {
+    let folder = TestFolder::new();
+    let plugin = changed(&folder, "libmisbehaving_robot.so", |text| {
         text.replace("library: libmisbehaving_robot.so", "driver: [python3, driver.py]")
     });
     let message = verify(&plugin).unwrap_err().to_string();

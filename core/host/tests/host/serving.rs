@@ -100,7 +100,7 @@ fn a_move_out_of_range_is_refused_by_the_host() {
 }
 
 #[test]
-fn a_move_into_a_kept_out_place_is_refused_by_the_host() {
+fn a_move_into_a_kept_out_region_is_refused_by_the_host() {
     let folder = TestFolder::new();
     let mut arguments = folder.arguments("arm", "misbehaving_robot", Value::Null);
     arguments.guard = serde_json::json!({"keep_below": 10.0});

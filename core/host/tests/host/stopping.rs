@@ -20,9 +20,9 @@ fn wait_until_moving(folder: &TestFolder) -> impl FnMut() + '_ {
 
 #[test]
 fn a_stop_ends_a_move_and_holds_until_the_next_activation() {
-    let place = TestFolder::new();
-    let mut wait_until_moving = wait_until_moving(&place);
-    let host = place.robot(Value::Null);
+    let folder = TestFolder::new();
+    let mut wait_until_moving = wait_until_moving(&folder);
+    let host = folder.robot(Value::Null);
     let (robot, stop) = (host.robot().unwrap(), host.stop_handle().unwrap());
     robot.activate().unwrap();
     thread::scope(|scope| {
@@ -45,9 +45,9 @@ fn a_stop_ends_a_move_and_holds_until_the_next_activation() {
 
 #[test]
 fn a_stop_does_not_queue_behind_requests() {
-    let place = TestFolder::new();
-    let mut wait_until_moving = wait_until_moving(&place);
-    let host = place.robot(Value::Null);
+    let folder = TestFolder::new();
+    let mut wait_until_moving = wait_until_moving(&folder);
+    let host = folder.robot(Value::Null);
     let (first, second) = (host.robot().unwrap(), host.robot().unwrap());
     let stop = host.stop_handle().unwrap();
     first.activate().unwrap();

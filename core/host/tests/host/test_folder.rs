@@ -45,8 +45,8 @@ impl TestFolder {
     }
 
     /// A robot that goes wrong in one of its calls.
-    pub(crate) fn robot_with(&self, fault: &str, place: &str) -> HostProcess {
-        self.robot(serde_json::json!({"fault": fault, "in": place}))
+    pub(crate) fn robot_with(&self, fault: &str, call: &str) -> HostProcess {
+        self.robot(serde_json::json!({"fault": fault, "in": call}))
     }
 
     /// A sensor on the robot's input lines.

@@ -38,7 +38,7 @@ impl<T> Device<T> {
         match caught(|| new(&json(config)?, Host::new(Arc::new(host)))) {
             Ok(device) => {
                 let device = Box::new(Self { device, host, panic: None });
-                // SAFETY: the contract gives a place for the pointer.
+                // SAFETY: the contract gives a slot for the pointer.
                 unsafe { instance.write(Box::into_raw(device).cast()) };
                 Status::OK
             }

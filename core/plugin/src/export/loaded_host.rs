@@ -74,20 +74,20 @@ impl HostInterface for LoadedHost {
         length: usize,
         fill: &mut dyn FnMut(&mut [u8]) -> Result<(), PluginError>,
     ) -> Result<(), PluginError> {
-        let mut place = ptr::null_mut();
-        // SAFETY: see `fail`; the place is written before the call returns.
+        let mut lent = ptr::null_mut();
+        // SAFETY: see `fail`; the pointer is written before the call returns.
         let status = unsafe {
-            (self.functions.loan)(self.functions.context, Bytes::of_text(stream), length, &raw mut place)
+            (self.functions.loan)(self.functions.context, Bytes::of_text(stream), length, &raw mut lent)
         };
         checked(status, || format!("the host lent no {length} bytes for '{stream}'"))?;
-        if place.is_null() {
+        if lent.is_null() {
             return Err(PluginError::Failed(format!("the host lent nothing for '{stream}'")));
         }
         // SAFETY: the host lent `length` initialised bytes until they are published, and nobody else has them.
-        let filled = fill(unsafe { std::slice::from_raw_parts_mut(place, length) });
+        let filled = fill(unsafe { std::slice::from_raw_parts_mut(lent, length) });
         // SAFETY: see `fail`; the pointer is the one lent, and it is not used again.
         let status =
-            unsafe { (self.functions.publish)(self.functions.context, place, u32::from(filled.is_ok())) };
+            unsafe { (self.functions.publish)(self.functions.context, lent, u32::from(filled.is_ok())) };
         filled?;
         checked(status, || format!("the host did not emit the message built for '{stream}'"))
     }

@@ -190,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn a_key_that_nobody_reads_is_named_with_its_place_and_what_comes_near() {
+    fn a_key_that_nobody_reads_is_named_with_its_position_and_what_comes_near() {
         let reported = reported("  type: object\n  propertees:\n    port: {type: string}\n");
         assert!(reported.contains("plugin.yaml:10:3: a schema has no key `propertees`"), "{reported}");
         assert!(reported.contains("did you mean `properties`?"), "{reported}");

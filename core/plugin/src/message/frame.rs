@@ -36,7 +36,7 @@ impl FrameHeader {
         (size_of::<Self>() + self.pixels()).next_multiple_of(8)
     }
 
-    /// Writes the header into the bytes of a message, and hands out the place of the pixels.
+    /// Writes the header into the bytes of a message, and hands out the bytes of the pixels.
     ///
     /// # Errors
     /// [`MessageError`] when the message has not [`FrameHeader::message_bytes`].

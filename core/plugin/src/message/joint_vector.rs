@@ -41,7 +41,7 @@ impl JointVector {
     pub fn from_slice(values: &[f64]) -> Result<Self, TooManyJoints> {
         let mut vector = Self::zeros(values.len());
         match vector.values.get_mut(..values.len()) {
-            Some(place) => place.copy_from_slice(values),
+            Some(entries) => entries.copy_from_slice(values),
             None => return Err(TooManyJoints { given: values.len() }),
         }
         Ok(vector)
@@ -75,8 +75,8 @@ impl JointVector {
 
     /// Writes the number of one joint; a joint past the last is left alone.
     pub fn set(&mut self, joint: usize, value: f64) {
-        if let Some(place) = self.as_mut_slice().get_mut(joint) {
-            *place = value;
+        if let Some(entry) = self.as_mut_slice().get_mut(joint) {
+            *entry = value;
         }
     }
 }

@@ -173,13 +173,13 @@ impl Layout {
         self.tail.is_none().then_some(self.size)
     }
 
-    /// The fields that say something: all but the empty places.
+    /// The fields that say something: all but the empty entries.
     pub fn visible_fields(&self) -> impl Iterator<Item = &Field> {
         self.fields.iter().filter(|field| field.name != RESERVED)
     }
 }
 
-/// The name of an empty place in a layout.
+/// The name of an empty entry in a layout.
 const RESERVED: &str = "reserved";
 
 fn fixed<M: Message>(class: &'static str, fields: Vec<Field>) -> Layout {
@@ -197,7 +197,7 @@ fn prefix() -> Vec<Field> {
     vec![field("time_ns", 0, "ns"), field("sequence", SEQUENCE_OFFSET, "")]
 }
 
-/// The layout of the fields that a manifest declares: behind time and number, in their order, each at the next place that suits its type, as a C compiler
+/// The layout of the fields that a manifest declares: behind time and number, in their order, each at the next offset that suits its type, as a C compiler
 /// lays out a struct.
 fn declared(stream: &StreamDescription) -> Layout {
     let mut fields = prefix();

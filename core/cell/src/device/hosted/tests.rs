@@ -62,17 +62,17 @@ impl HostedDevices {
 }
 
 fn devices_of(text: &str, world: Option<Nowhere>) -> (TempDir, HostedDevices) {
-    let (place, catalogue) = plugins();
-    let cell = cell_in(&place, text);
+    let (directory, catalogue) = plugins();
+    let cell = cell_in(&directory, text);
     let domain = Domain::of_cell(&cell.file).unwrap();
     let world = world.map(|world| Box::new(world) as Box<dyn World>);
-    (place, HostedDevices::new(cell, catalogue, domain, world))
+    (directory, HostedDevices::new(cell, catalogue, domain, world))
 }
 
 pub(in crate::device) fn devices_in_world() -> (TempDir, HostedDevices, Arc<AtomicBool>) {
     let ended = Arc::new(AtomicBool::new(false));
-    let (place, devices) = devices_of(CELL, Some(Nowhere { ended: Arc::clone(&ended), is_new: true }));
-    (place, devices, ended)
+    let (directory, devices) = devices_of(CELL, Some(Nowhere { ended: Arc::clone(&ended), is_new: true }));
+    (directory, devices, ended)
 }
 
 pub(in crate::device) fn devices_without_world() -> (TempDir, HostedDevices) {
@@ -88,8 +88,8 @@ fn given(devices: &mut HostedDevices, emulate: Option<&str>) -> Result<Value, St
 
 #[test]
 fn a_plugin_that_asks_for_them_is_given_the_cells_folder_its_world_and_an_emulated_port() {
-    let (place, mut devices, _) = devices_in_world();
-    let folder = place.path().display().to_string();
+    let (directory, mut devices, _) = devices_in_world();
+    let folder = directory.path().display().to_string();
     assert_eq!(
         given(&mut devices, None),
         Ok(serde_json::json!({"cell_directory": folder, "world": "/run/world.sock"}))
@@ -106,8 +106,8 @@ fn a_plugin_that_asks_for_them_is_given_the_cells_folder_its_world_and_an_emulat
     let schema = devices.catalogue.find(&eye.plugin).unwrap().manifest.config.clone();
     let config = devices.config_of(&eye, &schema).unwrap();
     assert_eq!(config, serde_json::json!({"bit": 1, "address": "/run/eye.net"}));
-    let (place, mut devices) = devices_without_world();
-    let folder = place.path().display().to_string();
+    let (directory, mut devices) = devices_without_world();
+    let folder = directory.path().display().to_string();
     assert_eq!(given(&mut devices, Some("puma")), Ok(serde_json::json!({"cell_directory": folder})));
 }
 
@@ -148,7 +148,7 @@ fn a_host_is_given_its_limits_its_clock_and_the_hash_its_library_had() {
 fn the_world_is_asked_and_ended_unless_it_is_kept() {
     for (keep, is_new) in [(true, false), (false, true)] {
         let ended = Arc::new(AtomicBool::new(false));
-        let (_place, mut devices) = devices_of(CELL, Some(Nowhere { ended: Arc::clone(&ended), is_new }));
+        let (_directory, mut devices) = devices_of(CELL, Some(Nowhere { ended: Arc::clone(&ended), is_new }));
         assert_eq!(devices.simulate(&Act { name: "read_level".into(), ..Act::default() }), Ok(Some(0.25)));
         assert_eq!(devices.simulate(&Act::default()), Err("unknown".to_owned()));
         assert_eq!(devices.is_new_world(), is_new);
@@ -162,7 +162,7 @@ fn the_world_is_asked_and_ended_unless_it_is_kept() {
 
 #[test]
 fn without_a_world_nothing_is_simulated_and_the_clock_is_the_systems() {
-    let (_place, mut devices) = devices_without_world();
+    let (_directory, mut devices) = devices_without_world();
     assert_eq!(devices.simulate(&Act::default()), Ok(None));
     assert!(!devices.is_new_world());
     assert_eq!(devices.world_socket(), None);
@@ -172,7 +172,7 @@ fn without_a_world_nothing_is_simulated_and_the_clock_is_the_systems() {
 
 #[test]
 fn a_device_that_was_not_connected_has_no_link_and_no_stream() {
-    let (_place, mut devices) = devices_without_world();
+    let (_directory, mut devices) = devices_without_world();
     let arm = devices.cell.devices[0].clone();
     let error = devices.link(&arm).err().unwrap().to_string();
     assert!(error.contains("arm") && error.contains("it has no host"), "{error}");
@@ -193,7 +193,7 @@ fn ended(code: Option<i32>, killed_because: Option<&str>) -> ExitReason {
 
 #[test]
 fn only_a_device_that_serves_can_be_lost_and_is_reported_once() {
-    let (_place, mut devices) = devices_without_world();
+    let (_directory, mut devices) = devices_without_world();
     let note = |devices: &HostedDevices, device: &str| {
         locked(&devices.watch).note_end(device, &ended(Some(3), None));
     };
@@ -216,7 +216,7 @@ fn only_a_device_that_serves_can_be_lost_and_is_reported_once() {
 
 #[test]
 fn a_device_that_froze_is_named_before_one_that_failed_because_of_it() {
-    let (_place, mut devices) = devices_without_world();
+    let (_directory, mut devices) = devices_without_world();
     let failed = StartError::Unsuitable("no room".to_owned());
     devices.prepared.insert("arm".into(), (Err(Arc::new(failed)), Value::Null));
     assert!(devices.first_frozen().is_none());

@@ -12,8 +12,8 @@ fn errors(old: &str, new: &str) -> Vec<String> {
 }
 
 fn errors_of(text: &str, lines: &[InputLines]) -> Vec<String> {
-    let (place, catalogue) = plugins();
-    let cell = cell_in(&place, text);
+    let (directory, catalogue) = plugins();
+    let cell = cell_in(&directory, text);
     match check_plugins(&cell, &catalogue, lines) {
         Ok(()) => Vec::new(),
         Err(problems) => sentences(&problems),
@@ -137,21 +137,21 @@ fn settings_are_held_against_the_plugins_schema() {
 
 #[test]
 fn wired_inputs_are_reported_with_the_stream_they_come_from() {
-    let (place, catalogue) = plugins();
-    let cell = cell_in(&place, CELL);
+    let (directory, catalogue) = plugins();
+    let cell = cell_in(&directory, CELL);
     let wired = wired_inputs(&cell, &cell.devices[1], &catalogue).unwrap();
     let [wire] = wired.as_slice() else { panic!("{wired:?}") };
     assert_eq!((wire.input.as_str(), wire.device.as_str()), ("line", "arm"));
     assert_eq!((wire.stream.name.as_str(), wire.stream.message.as_str()), ("inputs", "digital-inputs/1"));
-    let cell = cell_in(&place, &CELL.replace("arm/inputs", "arm/input"));
+    let cell = cell_in(&directory, &CELL.replace("arm/inputs", "arm/input"));
     let error = wired_inputs(&cell, &cell.devices[1], &catalogue).unwrap_err();
     assert!(error.starts_with("device `arm` has no stream `input`: "), "{error}");
 }
 
 #[test]
 fn joints_go_as_far_as_the_manifest_or_the_robot_itself_says() {
-    let (place, catalogue) = plugins();
-    let cell = cell_in(&place, CELL);
+    let (directory, catalogue) = plugins();
+    let cell = cell_in(&directory, CELL);
     let ranges = joint_ranges(&cell, &catalogue, &[]);
     let [waist, lift] = ranges.as_slice() else { panic!("{ranges:?}") };
     assert_eq!((waist.device.as_str(), waist.joint.as_str()), ("arm", "waist"));

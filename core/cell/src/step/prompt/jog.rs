@@ -409,10 +409,10 @@ impl Engine {
 
     fn jog_done(&mut self, robot: &str, here: &JointVector) -> Result<Done, StepError> {
         let joints = self.arm(robot)?.named(here);
-        let places = joints
+        let positions = joints
             .iter()
             .map(|joint| format!("{} {} {}", joint.name, with_decimals(joint.value, 2), joint.unit));
-        let message = format!("at {}", places.collect::<Vec<_>>().join(", "));
+        let message = format!("at {}", positions.collect::<Vec<_>>().join(", "));
         let result: Value = json!({"joints": joints_value(&joints)});
         Ok(Done { result, values: joints, message })
     }

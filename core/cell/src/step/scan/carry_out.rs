@@ -1,4 +1,4 @@
-//! `scan`: a stripe at each place of a line, turned into points by the pose at the moment of its exposure.
+//! `scan`: a stripe at each position of a line, turned into points by the pose at the moment of its exposure.
 
 use std::time::{Duration, Instant};
 
@@ -54,7 +54,7 @@ impl Engine {
         Ok(ScanProgress::default())
     }
 
-    /// A stripe at each place of the line. While the sensor works on a picture the arm is on its way to the next.
+    /// A stripe at each position of the line. While the sensor works on a picture the arm is on its way to the next.
     fn scan_at_rest(
         &mut self,
         step: &ScanStep,
@@ -132,8 +132,8 @@ impl Engine {
     }
 
     fn plan_scan(&mut self, step: &ScanStep, at: &StepContext) -> Result<Scan, StepError> {
-        let from = self.place(&step.from, at)?;
-        let way = self.place(&step.to, at)? - from;
+        let from = self.position(&step.from, at)?;
+        let way = self.position(&step.to, at)? - from;
         let pitch = self.number(at.scope, &step.step)?;
         let stripes = (way.norm() / pitch + 1e-9).floor() + 1.0;
         if !(pitch > 0.0 && stripes <= MOST_STRIPES) {
@@ -255,16 +255,16 @@ impl Engine {
         cloud.times.push(header.time_ns as f64 * 1e-9);
         cloud.approaches.push(capture.approach);
         cloud.speeds.push(capture.speeds);
-        let mut places = Vec::with_capacity(points.len());
+        let mut positions = Vec::with_capacity(points.len());
         for point in points {
             let [x, y, z] = point.flange_mm.map(f64::from);
-            let place = capture.base_from_flange * Point3::new(x, y, z);
-            if place.iter().all(|axis| axis.is_finite()) {
-                cloud.points.push(CloudPoint { position: place, stripe, seen: *point });
-                places.push(place.coords.map(|axis| axis as f32).into());
+            let position = capture.base_from_flange * Point3::new(x, y, z);
+            if position.iter().all(|axis| axis.is_finite()) {
+                cloud.points.push(CloudPoint { position, stripe, seen: *point });
+                positions.push(position.coords.map(|axis| axis as f32).into());
             }
         }
-        self.journal.stripe(&at.path, &step.sensor, stripe, places);
+        self.journal.stripe(&at.path, &step.sensor, stripe, positions);
     }
 
     fn joint_names(&mut self, robot: &str) -> Result<Vec<String>, StepError> {

@@ -146,8 +146,8 @@ impl Engine {
             return Ok(here);
         }
         if !step.back_off_first {
-            let place = search.joint.value(&here)? + search.direction * self.chunk(search, &step.slow);
-            here = self.step_to(search, at, &here, place, step.slow.speed)?;
+            let goal = search.joint.value(&here)? + search.direction * self.chunk(search, &step.slow);
+            here = self.step_to(search, at, &here, goal, step.slow.speed)?;
             if !self.is_there(search)? {
                 return Ok(here);
             }
@@ -161,8 +161,8 @@ impl Engine {
         }
         for _ in 0..50 {
             self.journal.progress(&at.path, None, format!("{} is there already: backing off", step.sensor));
-            let place = search.joint.value(&here)? - search.direction * search.back_off;
-            here = self.step_to(search, at, &here, place, step.fast.speed)?;
+            let goal = search.joint.value(&here)? - search.direction * search.back_off;
+            here = self.step_to(search, at, &here, goal, step.fast.speed)?;
             if !self.is_there(search)? {
                 return Ok(here);
             }
@@ -217,11 +217,11 @@ impl Engine {
             if left <= resolution / 2.0 + 1e-9 {
                 return Ok(None);
             }
-            let place = if left <= chunk { end } else { now + search.direction * chunk };
-            here = self.step_to(search, at, &here, place, approach.speed)?;
+            let goal = if left <= chunk { end } else { now + search.direction * chunk };
+            here = self.step_to(search, at, &here, goal, approach.speed)?;
             let reading = self.look(search)?;
             let pace = if fine { "slowly" } else { "fast" };
-            let fraction = ((place - from) / (end - from)).clamp(0.0, 1.0);
+            let fraction = ((goal - from) / (end - from)).clamp(0.0, 1.0);
             let arm = self.arm(&search.step.robot)?;
             let shown = arm.named_value(search.joint, search.joint.value(&here)? + arm.zero(search.joint));
             let text = format!("{pace}: {} at {:.2} {}", shown.name, shown.value, shown.unit);
@@ -279,8 +279,8 @@ impl Engine {
         let mut here = self.read_pose(&step.robot)?.joints;
         let trigger = search.joint.value(&edge.joints)?;
         for times in 1..=5 {
-            let place = trigger - search.direction * search.back_off * f64::from(times);
-            here = self.step_to(search, at, &here, place, step.fast.speed)?;
+            let goal = trigger - search.direction * search.back_off * f64::from(times);
+            here = self.step_to(search, at, &here, goal, step.fast.speed)?;
             if !self.is_there(search)? {
                 return Ok(here);
             }
@@ -313,7 +313,7 @@ impl Engine {
             here = self.step_to(search, at, &here, before, step.fast.speed)?;
         }
         let resolution = self.arm(&step.robot)?.resolution(search.joint);
-        // The middle of a half-step is no place to be at, and which way a driver rounds it is its own affair: the far end is where the sensor
+        // The middle of a half-step is no position to be at, and which way a driver rounds it is its own affair: the far end is where the sensor
         // was seen to have changed.
         let half_width = search.joint.value(&edge.joints_half_width)?;
         let seen = trigger + search.direction * half_width.min(resolution / 2.0);
