@@ -11,11 +11,11 @@ use crate::run::output;
 /// Writes `plumb_VERSION_ARCHITECTURE.deb` from the tree.
 pub(crate) fn package(
     tree: &Path,
-    place: &Path,
+    output_folder: &Path,
     version: &str,
     glibc: &str,
 ) -> Result<PathBuf, PackageError> {
-    let root = place.join("debian");
+    let root = output_folder.join("debian");
     if root.exists() {
         fs::remove_dir_all(&root).map_err(PackageError::io(&root))?;
     }
@@ -33,7 +33,7 @@ pub(crate) fn package(
     let architecture = architecture();
     write(&root.join("DEBIAN/md5sums"), checksums(&root)?.as_bytes())?;
     write(&root.join("DEBIAN/control"), control(version, architecture, glibc, bytes).as_bytes())?;
-    let package = place.join(format!("plumb_{version}_{architecture}.deb"));
+    let package = output_folder.join(format!("plumb_{version}_{architecture}.deb"));
     output(Command::new("dpkg-deb").args(["--root-owner-group", "--build"]).arg(&root).arg(&package))?;
     fs::remove_dir_all(&root).map_err(PackageError::io(&root))?;
     Ok(package)

@@ -94,9 +94,9 @@ mod tests {
 
     #[test]
     fn libraries_that_are_only_tested_with_are_left_out_and_the_same_text_is_given_once() {
-        let place = tempfile::tempdir().unwrap();
+        let directory = tempfile::tempdir().unwrap();
         let package = |name: &str| {
-            let folder = place.path().join(name);
+            let folder = directory.path().join(name);
             fs::create_dir(&folder).unwrap();
             fs::write(folder.join("LICENSE-MIT"), "the same words\n").unwrap();
             json!({"id": name, "name": name, "version": "1", "license": "MIT", "source": "registry", "manifest_path": folder.join("Cargo.toml")})

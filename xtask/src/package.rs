@@ -40,10 +40,10 @@ pub fn package(options: &Options) -> Result<Vec<PathBuf>, PackageError> {
             target.join("release")
         }
     };
-    let place = options.output.clone().unwrap_or_else(|| target.join("package"));
+    let output_folder = options.output.clone().unwrap_or_else(|| target.join("package"));
     let version = env!("CARGO_PKG_VERSION");
     let name = format!("plumb-{version}-{}-linux", env::consts::ARCH);
-    let tree = place.join(&name);
+    let tree = output_folder.join(&name);
     if tree.exists() {
         fs::remove_dir_all(&tree).map_err(PackageError::io(&tree))?;
     }
@@ -51,9 +51,9 @@ pub fn package(options: &Options) -> Result<Vec<PathBuf>, PackageError> {
     let tree = fs::canonicalize(&tree).map_err(PackageError::io(&tree))?;
     let glibc = stage(&Built { root: &root, folder: &built }, &tree, &licences::third_party(&metadata))?;
 
-    let mut written = vec![archive(&root, &place, &name)?];
+    let mut written = vec![archive(&root, &output_folder, &name)?];
     if !options.archive_only {
-        written.push(debian::package(&tree, &place, version, &glibc)?);
+        written.push(debian::package(&tree, &output_folder, version, &glibc)?);
     }
     fs::remove_dir_all(&tree).map_err(PackageError::io(&tree))?;
     Ok(written)

@@ -114,8 +114,8 @@ fn plugins(built: &Built<'_>, tree: &Path) -> Result<Vec<PathBuf>, PackageError>
 
 /// A library where cargo built it last: `cargo test` brings only those in `deps` up to date.
 fn newest(built: &Built<'_>, library: &str) -> Result<PathBuf, PackageError> {
-    let places = [built.folder.join("deps").join(library), built.folder.join(library)];
-    let newest = places.into_iter().filter(|path| path.is_file()).max_by_key(|path| modified(path));
+    let candidates = [built.folder.join("deps").join(library), built.folder.join(library)];
+    let newest = candidates.into_iter().filter(|path| path.is_file()).max_by_key(|path| modified(path));
     newest.ok_or_else(|| PackageError::NotBuilt(built.folder.join(library)))
 }
 
@@ -142,12 +142,12 @@ fn copy_pages(from: &Path, to: &Path) -> Result<(), PackageError> {
 }
 
 /// Everybody may read; programs and libraries may be run; nobody but their owner may change them, or plumb would refuse to load them.
-fn rights(place: &Path, binaries: &[PathBuf]) -> Result<(), PackageError> {
-    let is_program = binaries.iter().any(|binary| binary == place);
-    let mode = if place.is_dir() || is_program { 0o755 } else { 0o644 };
-    fs::set_permissions(place, fs::Permissions::from_mode(mode)).map_err(PackageError::io(place))?;
-    if place.is_dir() {
-        for path in sorted(place)? {
+fn rights(path: &Path, binaries: &[PathBuf]) -> Result<(), PackageError> {
+    let is_program = binaries.iter().any(|binary| binary == path);
+    let mode = if path.is_dir() || is_program { 0o755 } else { 0o644 };
+    fs::set_permissions(path, fs::Permissions::from_mode(mode)).map_err(PackageError::io(path))?;
+    if path.is_dir() {
+        for path in sorted(path)? {
             rights(&path, binaries)?;
         }
     }

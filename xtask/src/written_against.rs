@@ -7,20 +7,20 @@ use std::path::Path;
 use crate::error::PackageError;
 use crate::files::{copy, copy_tree, write};
 
-/// Their folders, in the source and under [`PLACE`] alike.
+/// Their folders, in the source and under [`SOURCE_FOLDER`] alike.
 const CRATES: [&str; 3] = ["core/abi", "core/document", "core/plugin"];
 
 /// What of each is installed, where it is there.
 const PARTS: [&str; 3] = ["src", "include", "examples"];
 
 /// Where they lie in the tree.
-const PLACE: &str = "share/plumb/source";
+const SOURCE_FOLDER: &str = "share/plumb/source";
 
 /// Copies them.
 pub(crate) fn crates(root: &Path, tree: &Path) -> Result<(), PackageError> {
-    let place = tree.join(PLACE);
+    let destination = tree.join(SOURCE_FOLDER);
     for folder in CRATES {
-        let (from, to) = (root.join(folder), place.join(folder));
+        let (from, to) = (root.join(folder), destination.join(folder));
         for part in PARTS.iter().filter(|part| from.join(part).is_dir()) {
             copy_tree(&from.join(part), &to.join(part))?;
         }
@@ -28,14 +28,14 @@ pub(crate) fn crates(root: &Path, tree: &Path) -> Result<(), PackageError> {
             copy(&from.join(file), &to.join(file))?;
         }
     }
-    copy(&root.join("Cargo.lock"), &place.join("Cargo.lock"))?;
+    copy(&root.join("Cargo.lock"), &destination.join("Cargo.lock"))?;
     let manifest = root.join("Cargo.toml");
     let text = fs::read_to_string(&manifest).map_err(PackageError::io(&manifest))?;
     let own = workspace_of(&text).ok_or_else(|| PackageError::Unexpected {
         path: manifest,
         what: "it has no section [workspace.package] behind its members".to_owned(),
     })?;
-    write(&place.join("Cargo.toml"), own.as_bytes())
+    write(&destination.join("Cargo.toml"), own.as_bytes())
 }
 
 /// The workspace's manifest with these crates as its members: versions, lints and editions stay as they are.

@@ -58,9 +58,9 @@ const GROUPS: [Group; 7] = [
     },
 ];
 
-/// The joint of an alarm, by its place in its group.
+/// The joint of an alarm, by its index in its group.
 fn joint_of(code: u8) -> Option<&'static str> {
-    let name = |place: u8| JOINTS.get(usize::from(place)).map(|(name, _)| *name);
+    let name = |index: u8| JOINTS.get(usize::from(index)).map(|(name, _)| *name);
     match code {
         0x30..=0x33 => name(code - 0x30),
         // Both ends of one joint come after each other.

@@ -117,7 +117,7 @@ fn floats(numbers: &[f64]) -> Vec<u8> {
     numbers.iter().flat_map(|number| (*number as f32).to_le_bytes()).collect()
 }
 
-/// The float at a place, counted in floats; what is not there is not a number.
+/// The float at an index, counted in floats; what is not there is not a number.
 fn float(bytes: &[u8], index: usize) -> f64 {
     let four = bytes.get(index * FLOAT..).and_then(<[u8]>::first_chunk::<FLOAT>);
     four.map_or(f64::NAN, |four| f64::from(f32::from_le_bytes(*four)))

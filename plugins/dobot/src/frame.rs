@@ -43,7 +43,7 @@ pub fn command(id: u8, control: Control, parameters: &[u8]) -> Vec<u8> {
 pub fn take(heard: &mut Vec<u8>, damaged: &mut u32) -> Option<Frame> {
     loop {
         match heard.windows(2).position(|pair| pair == HEADER) {
-            Some(place) => drop(heard.drain(..place)),
+            Some(start) => drop(heard.drain(..start)),
             None => {
                 // The last byte may be the first of a header.
                 let keep = usize::from(heard.last() == Some(&HEADER[0]));

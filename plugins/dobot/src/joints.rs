@@ -16,7 +16,7 @@ pub(crate) const JOINTS: [(&str, [f64; 2]); AXES] = [
     ("forearm", [-10.0, 95.0]),
     ("hand", [-90.0, 90.0]),
 ];
-/// The joint that begins at the shoulder and the one that hangs in the parallelogram, by their places.
+/// The joint that begins at the shoulder and the one that hangs in the parallelogram, by their indices.
 const REAR_ARM: usize = 1;
 const FOREARM: usize = 2;
 /// A step of the stepper motors: 1.8 deg, 16 microsteps, gears of 10.

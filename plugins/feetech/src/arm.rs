@@ -254,11 +254,11 @@ impl FeetechArm {
     }
 
     fn in_words(&self, states: &[ServoState]) -> String {
-        let place = |(joint, state): (&Joint, &ServoState)| {
+        let position = |(joint, state): (&Joint, &ServoState)| {
             format!("{} {:.1}", joint.setting.name, joint.direction.degrees(state.position))
         };
-        let places: Vec<String> = self.servos.joints.iter().zip(states).map(place).collect();
-        format!("{} degrees", places.join(", "))
+        let positions: Vec<String> = self.servos.joints.iter().zip(states).map(position).collect();
+        format!("{} degrees", positions.join(", "))
     }
 
     /// The declared angles, deg.

@@ -42,7 +42,7 @@ pub fn take_answer(heard: &mut Vec<u8>, damaged: &mut u32) -> Option<Answer> {
     loop {
         let begins = heard.windows(2).position(|pair| pair == HEADER);
         match begins {
-            Some(place) => drop(heard.drain(..place)),
+            Some(start) => drop(heard.drain(..start)),
             None => {
                 // The last byte may be the first of a header.
                 let keep = usize::from(heard.last() == Some(&HEADER[0]));

@@ -1,6 +1,6 @@
 //! The registers of an STS servo that this driver uses: address and length. Two bytes go low byte first.
 
-/// A place in a servo's table.
+/// An address in a servo's table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Register {
     /// Its first byte.
@@ -17,7 +17,7 @@ const fn word(address: u8) -> Register {
     Register { address, length: 2 }
 }
 
-/// The servo's model; its place is two bytes, of which STS3215 has 777.
+/// The servo's model; its entry is two bytes, of which STS3215 has 777.
 pub(crate) const MODEL: Register = word(3);
 /// The lowest goal it takes.
 pub(crate) const LOWEST_GOAL: Register = word(9);

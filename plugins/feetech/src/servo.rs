@@ -96,7 +96,7 @@ fn uncertainty_of_step(step: f64) -> f64 {
     step / 12.0_f64.sqrt()
 }
 
-/// Some firmware goes on counting beyond a turn, or below 0, where the homing offset carries it there: the same place within half a turn of the middle.
+/// Some firmware goes on counting beyond a turn, or below 0, where the homing offset carries it there: the same position within half a turn of the middle.
 pub(crate) fn nearest_to_middle(position: i32) -> i32 {
     position.rem_euclid(STEPS_A_TURN)
 }
@@ -106,9 +106,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_place_is_reported_within_half_a_turn_of_the_middle() {
-        for (reported, place) in [(2048, 2048), (0, 0), (4095, 4095), (4096, 0), (-1, 4095), (8191, 4095)] {
-            assert_eq!(nearest_to_middle(reported), place, "{reported}");
+    fn a_position_is_reported_within_half_a_turn_of_the_middle() {
+        for (reported, expected) in [(2048, 2048), (0, 0), (4095, 4095), (4096, 0), (-1, 4095), (8191, 4095)]
+        {
+            assert_eq!(nearest_to_middle(reported), expected, "{reported}");
         }
     }
 

@@ -185,11 +185,13 @@ impl Servos {
     }
 
     /// Has servos hold where they are now. One that does not say where it is holds where it was `seen` last. Waits until they are at rest.
-    pub(crate) fn hold(&mut self, places: &[usize], seen: &[ServoState]) -> Result<(), PluginError> {
+    pub(crate) fn hold(&mut self, joints: &[usize], seen: &[ServoState]) -> Result<(), PluginError> {
         let mut requested = Vec::new();
         let mut silent = None;
-        for place in places {
-            let Some(servo) = self.joints.get(*place).map(|joint| joint.setting.servo) else { continue };
+        for joint_index in joints {
+            let Some(servo) = self.joints.get(*joint_index).map(|joint| joint.setting.servo) else {
+                continue;
+            };
             let read = self.bus.read_block(servo, STATE.address, STATE_LENGTH);
             let now = match read {
                 Ok(answer) => ServoState::of_block(answer.status, &answer.data),
@@ -198,7 +200,7 @@ impl Servos {
                     None
                 }
             };
-            if let Some(state) = now.or_else(|| seen.get(*place).copied()) {
+            if let Some(state) = now.or_else(|| seen.get(*joint_index).copied()) {
                 requested.push((servo, state.position.clamp(0, STEPS_A_TURN - 1)));
             }
         }
@@ -275,7 +277,7 @@ impl Servos {
         Ok(())
     }
 
-    /// Has a joint's servo call the place where it is `step` from now on.
+    /// Has a joint's servo call the position where it is `step` from now on.
     pub(crate) fn take_for(&mut self, index: usize, step: i32) -> Result<(), PluginError> {
         let Some(servo) = self.joints.get(index).map(|joint| joint.setting.servo) else { return Ok(()) };
         let taken = take_for(&mut self.bus, servo, step).map_err(|error| self.plugin_error(error))?;

@@ -55,7 +55,7 @@ impl Settings {
     }
 }
 
-/// Has the servo call the place where it is `step` from now on. Its torque is off for these few milliseconds, so that it does not run to where its
+/// Has the servo call the position where it is `step` from now on. Its torque is off for these few milliseconds, so that it does not run to where its
 /// old goal would lie by the new count.
 pub(crate) fn take_for(bus: &mut Bus, servo: u8, step: i32) -> Result<Option<i32>, BusError> {
     let held = bus.read(servo, TORQUE)? == 1;
@@ -74,7 +74,7 @@ pub(crate) fn take_for(bus: &mut Bus, servo: u8, step: i32) -> Result<Option<i32
     written.map(|()| Some(offset))
 }
 
-/// An offset and one that is a whole turn more are the same place.
+/// An offset and one that is a whole turn more are the same position.
 fn within_half_a_turn(offset: i32) -> i32 {
     (offset + STEPS_A_TURN / 2).rem_euclid(STEPS_A_TURN) - STEPS_A_TURN / 2
 }

@@ -58,8 +58,8 @@ impl Travel<'_> {
         if matches!(made, Ok(End::Arrived)) {
             return made;
         }
-        let places: Vec<usize> = self.targets.iter().map(|(place, _)| *place).collect();
-        let held = self.servos.hold(&places, &seen);
+        let joints: Vec<usize> = self.targets.iter().map(|(index, _)| *index).collect();
+        let held = self.servos.hold(&joints, &seen);
         match (made, held) {
             (Ok(end), held) => held.map(|()| end),
             (Err(error), Ok(())) => Err(error),
@@ -79,8 +79,8 @@ impl Travel<'_> {
                 return Ok(End::Stopped);
             }
             let mut is_there = true;
-            for ((place, target), beyond) in self.targets.iter().zip(&mut beyond) {
-                let short = target - seen.get(*place).map_or(*target, |state| state.position);
+            for ((index, target), beyond) in self.targets.iter().zip(&mut beyond) {
+                let short = target - seen.get(*index).map_or(*target, |state| state.position);
                 is_there &= short.abs() <= self.pace.settles_within;
                 *beyond += short;
             }
@@ -96,10 +96,10 @@ impl Travel<'_> {
 
     /// Sends the goals, and gives the time that the longest way takes.
     fn set_out(&mut self, seen: &[ServoState], beyond: &[i32]) -> Result<Duration, PluginError> {
-        let ways = self.targets.iter().zip(beyond).filter_map(|((place, target), beyond)| {
+        let ways = self.targets.iter().zip(beyond).filter_map(|((index, target), beyond)| {
             let goal = (target + beyond).clamp(0, STEPS_A_TURN - 1);
-            let servo = self.servos.joints.get(*place)?.setting.servo;
-            Some((servo, goal, goal - seen.get(*place)?.position))
+            let servo = self.servos.joints.get(*index)?.setting.servo;
+            Some((servo, goal, goal - seen.get(*index)?.position))
         });
         let ways: Vec<(u8, i32, i32)> = ways.collect();
         let longest = ways.iter().map(|(.., way)| way.abs()).max().unwrap_or_default();
@@ -152,16 +152,16 @@ impl Travel<'_> {
     }
 
     fn is_near(&self, seen: &[ServoState]) -> bool {
-        let near = |(place, target): &(usize, i32)| {
-            seen.get(*place).is_some_and(|state| (state.position - target).abs() <= self.pace.settles_within)
+        let near = |(index, target): &(usize, i32)| {
+            seen.get(*index).is_some_and(|state| (state.position - target).abs() <= self.pace.settles_within)
         };
         self.targets.iter().all(near)
     }
 
     /// The joint that is furthest from its target, in words.
     fn worst(&self, seen: &[ServoState]) -> String {
-        let off = |(place, target): &(usize, i32)| {
-            let (joint, state) = (self.servos.joints.get(*place)?, seen.get(*place)?);
+        let off = |(index, target): &(usize, i32)| {
+            let (joint, state) = (self.servos.joints.get(*index)?, seen.get(*index)?);
             Some(((state.position - target).abs(), joint, state, *target))
         };
         let worst = self.targets.iter().filter_map(off).max_by_key(|(off, ..)| *off);

@@ -17,7 +17,7 @@ const STEP: f64 = 360.0 / 4096.0;
 
 fn joints() -> Value {
     let names = ["shoulder_pan", "shoulder_lift", "elbow_flex", "wrist_flex", "wrist_roll", "gripper"];
-    let joint = |(place, name)| json!({"name": name, "servo": place + 1, "from_deg": -100, "to_deg": 100});
+    let joint = |(index, name)| json!({"name": name, "servo": index + 1, "from_deg": -100, "to_deg": 100});
     names.iter().enumerate().map(joint).collect()
 }
 

@@ -62,7 +62,7 @@ impl Way {
             return self.states.front().map_or(Pose::NotYet, |first| Pose::Before(first.time_ns - time_ns));
         };
         match self.states.get(after) {
-            Some(next) if !before.is_moving() && before.time_ns < time_ns && !is_same_place(before, next) => {
+            Some(next) if !before.is_moving() && before.time_ns < time_ns && !is_same_pose(before, next) => {
                 Pose::Untold
             }
             Some(next) => between(before, next, time_ns),
@@ -74,11 +74,11 @@ impl Way {
 }
 
 /// A drive at rest reports its joints alike to within its last digit; less than this moves no point of an arm by more than 0.01 mm, rad or mm.
-const SAME_PLACE: f64 = 1e-5;
+const SAME_POSE: f64 = 1e-5;
 
-fn is_same_place(before: &JointState, next: &JointState) -> bool {
+fn is_same_pose(before: &JointState, next: &JointState) -> bool {
     let mut ways = before.joints.as_slice().iter().zip(next.joints.as_slice()).map(|(from, to)| to - from);
-    ways.all(|way| way.abs() <= SAME_PLACE)
+    ways.all(|way| way.abs() <= SAME_POSE)
 }
 
 fn between(before: &JointState, next: &JointState, time_ns: u64) -> Pose {

@@ -388,7 +388,7 @@ fn fault_of(error: &NoStripe) -> StripeFault {
     }
 }
 
-/// A row's point with its place, where the rig is known and the pixel means one.
+/// A row's point with its position, where the rig is known and the pixel means one.
 fn stripe_point(point: &RowPoint, geometry: Option<&Geometry>) -> StripePoint {
     let mut reported = StripePoint {
         u_px: point.centre,

@@ -1,4 +1,4 @@
-//! Agin's collineation, from his matrices and from the plane, against points whose place is known.
+//! Agin's collineation, from his matrices and from the plane, against points whose position is known.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
@@ -36,14 +36,14 @@ proptest! {
     #[test]
     fn both_forms_give_the_point_whose_picture_was_taken(
         turn in vector(2.0),
-        place in vector(500.0),
+        position in vector(500.0),
         tilt in vector(0.05),
         aside in vector(5.0),
         scale in (0.5..2.0, 0.5..2.0),
         on_sheet in (-80.0..80.0, 200.0..450.0),
     ) {
         let (f, (mx, my)) = (25.0, scale);
-        let camera = pose(turn, place);
+        let camera = pose(turn, position);
         let toward = -(100.0_f64 / 300.0).atan();
         let projector = camera
             * pose(Vector3::y() * toward, Vector3::new(100.0, aside.y, aside.z))

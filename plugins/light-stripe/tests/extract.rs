@@ -72,12 +72,12 @@ fn accuracy(sigma: f64, amplitude: f64, noise: f64, level: u8, centre: Centre) -
     let (mut errors, mut message, mut count) = (0.0, 0.0, 0.0);
     for seed in 0..12 {
         let mut scene = Scene::dark(64, 256, 10.0, noise, seed);
-        let place = move |row: usize| 30.0 + 0.0371 * row as f64 - 4.0;
-        scene.stripe(0..256, sigma, amplitude, place);
+        let stripe_column = move |row: usize| 30.0 + 0.0371 * row as f64 - 4.0;
+        scene.stripe(0..256, sigma, amplitude, stripe_column);
         let settings =
             Settings { centre, noise: Noise { dark: noise as f32, ..Noise::default() }, ..fixed(level) };
         for point in scene.found(&settings).unwrap() {
-            errors += (f64::from(point.centre) - place(point.row as usize)).powi(2);
+            errors += (f64::from(point.centre) - stripe_column(point.row as usize)).powi(2);
             message += f64::from(point.sigma).powi(2);
             count += 1.0;
         }
@@ -131,11 +131,11 @@ fn agins_mode_gives_the_middle_and_width_of_the_lit_pixels() {
 #[test]
 fn saturation_is_flagged_and_costs_little() {
     let mut scene = Scene::dark(64, 256, 10.0, 2.0, 5);
-    let place = |row: usize| 30.0 + 0.01 * row as f64;
-    scene.stripe(0..256, 1.6, 480.0, place);
+    let stripe_column = |row: usize| 30.0 + 0.01 * row as f64;
+    scene.stripe(0..256, 1.6, 480.0, stripe_column);
     let found = scene.found(&fixed(40)).unwrap();
     assert!(found.iter().all(|point| point.is(RowPoint::SATURATED)));
-    let square = |point: &RowPoint| (f64::from(point.centre) - place(point.row as usize)).powi(2);
+    let square = |point: &RowPoint| (f64::from(point.centre) - stripe_column(point.row as usize)).powi(2);
     let rms = (found.iter().map(square).sum::<f64>() / found.len() as f64).sqrt();
     assert!(rms < 0.04, "{rms} px");
 }
@@ -147,13 +147,13 @@ fn of_cluttered_frames_not_one_row_is_wrong() {
         let mut scene = Scene::dark(width, height, 8.0, 3.0, seed);
         let phase = scene.chance.uniform() * 6.0;
         let end = height * 9 / 10;
-        let place = move |row: usize| {
+        let stripe_column = move |row: usize| {
             120.0 + 25.0 * (row as f64 / 256.0 - 0.5) + 8.0 * (row as f64 / 31.0 + phase).sin()
         };
-        scene.stripe(0..end, 1.6, 180.0, place);
+        scene.stripe(0..end, 1.6, 180.0, stripe_column);
         for _ in 0..12 {
             let (row, column) = (scene.chance.between(0, height - 8), scene.chance.between(0, width - 12));
-            if (column as f64 + 4.0 - place(row)).abs() >= 20.0 {
+            if (column as f64 + 4.0 - stripe_column(row)).abs() >= 20.0 {
                 let (tall, wide) = (scene.chance.between(2, 6), scene.chance.between(3, 10));
                 scene.block(row..row + tall, column..column + wide, 150.0);
             }
@@ -165,7 +165,7 @@ fn of_cluttered_frames_not_one_row_is_wrong() {
         let found = scene.found(&fixed(60)).unwrap();
         assert!(found.len() > end - 10, "{} rows of {end}", found.len());
         for point in found {
-            let away = f64::from(point.centre) - place(point.row as usize);
+            let away = f64::from(point.centre) - stripe_column(point.row as usize);
             assert!(away.abs() < 2.0, "frame {seed}, row {}: {away} px", point.row);
         }
     }
@@ -174,8 +174,8 @@ fn of_cluttered_frames_not_one_row_is_wrong() {
 #[test]
 fn a_spur_joined_to_the_stripe_is_cut_whether_it_branches_or_lies_in_a_row() {
     let mut scene = Scene::dark(128, 128, 5.0, 1.0, 3);
-    let place = |_: usize| 60.3;
-    scene.stripe(0..128, 1.5, 180.0, place);
+    let stripe_column = |_: usize| 60.3;
+    scene.stripe(0..128, 1.5, 180.0, stripe_column);
     scene.block(50..52, 62..90, 170.0);
     scene.block(80..95, 64..66, 170.0);
     scene.block(78..82, 60..66, 170.0);

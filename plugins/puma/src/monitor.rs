@@ -208,7 +208,7 @@ impl Monitor {
         self.motion("DO READY", within, should_stop)
     }
 
-    /// Has the controller find its joints' places after power came on; each joint moves a little.
+    /// Has the controller find its joints' positions after power came on; each joint moves a little.
     pub(crate) fn calibrate(
         &mut self,
         within: Duration,

@@ -345,8 +345,8 @@ impl Puma {
     fn target(&self, motion: &Motion) -> Result<[f64; AXES], PluginError> {
         let given = six(&motion.target)?;
         let mut target = self.last;
-        for (place, ((target, given), joint)) in target.iter_mut().zip(given).zip(&JOINTS).enumerate() {
-            if !motion.moves(place) {
+        for (index, ((target, given), joint)) in target.iter_mut().zip(given).zip(&JOINTS).enumerate() {
+            if !motion.moves(index) {
                 continue;
             }
             if !given.is_finite() {
@@ -412,8 +412,9 @@ impl Puma {
     }
 
     fn in_words(&self) -> String {
-        let places = JOINTS.iter().zip(&self.last).map(|(joint, value)| format!("{} {value:.2}", joint.name));
-        format!("{} deg", places.collect::<Vec<_>>().join(", "))
+        let positions =
+            JOINTS.iter().zip(&self.last).map(|(joint, value)| format!("{} {value:.2}", joint.name));
+        format!("{} deg", positions.collect::<Vec<_>>().join(", "))
     }
 }
 

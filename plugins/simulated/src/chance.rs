@@ -1,9 +1,9 @@
-//! Chance that can be repeated: numbers drawn from the world's seed and a place in a sequence, so that what happens at one
+//! Chance that can be repeated: numbers drawn from the world's seed and an index in a sequence, so that what happens at one
 //! moment does not depend on how often anybody looked before.
 
 use std::f64::consts::TAU;
 
-/// Mixes seed and place into 64 bits that look random: the finaliser of SplitMix64 (Steele, Lea and Flood, 2014).
+/// Mixes seed and index into 64 bits that look random: the finaliser of SplitMix64 (Steele, Lea and Flood, 2014).
 fn bits(seed: u64, index: u64) -> u64 {
     let mut mixed = seed ^ index.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     for (shift, factor) in [(30, 0xbf58_476d_1ce4_e5b9), (27, 0x94d0_49bb_1331_11eb)] {

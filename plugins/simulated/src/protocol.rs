@@ -211,7 +211,7 @@ pub enum WorldCommand {
     Measure {
         /// With what.
         with: Instrument,
-        /// Where the instrument is put; left out where there is one place only.
+        /// Where the instrument is put; left out where there is one location only.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         at: Option<String>,
         /// Whether it is turned end for end.
@@ -301,7 +301,7 @@ pub enum Instrument {
     Level,
     /// A ruler, from the table up to the sensor's face; of a PUMA, to the middle of the wrist flange or to the tip of the cage, mm.
     Ruler,
-    /// A laser tracker, one coordinate of a reflector at a place on the arm, in a frame that is upright on the arm's foot, mm.
+    /// A laser tracker, one coordinate of a reflector at a location on the arm, in a frame that is upright on the arm's foot, mm.
     Tracker,
     /// A camera on the hand, one coordinate of where it sees a board, mm; x takes a new picture, the rest is read from the last.
     Board,
@@ -503,13 +503,13 @@ pub struct TruthReport {
 
 impl From<Truth> for TruthReport {
     fn from(truth: Truth) -> TruthReport {
-        let place = |point: crate::physics::rigid::Vector| [point.x, point.y, point.z];
+        let coordinates = |point: crate::physics::rigid::Vector| [point.x, point.y, point.z];
         TruthReport {
             time_ns: truth.time_ns,
             counted: truth.counted.0.into(),
             attitudes: truth.attitudes.0.into(),
-            wrist_mm: place(truth.pose.wrist),
-            sensor_mm: place(truth.pose.tool),
+            wrist_mm: coordinates(truth.pose.wrist),
+            sensor_mm: coordinates(truth.pose.tool),
             signal: truth.seen.signal,
             fired: truth.fired,
             touching: truth.touching,

@@ -36,8 +36,8 @@ fn each_bad_world_file_is_refused_with_its_message() {
 fn all_mistakes_of_a_world_file_are_shown_at_once() {
     let directory = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/bad_worlds");
     let message = std::fs::read_to_string(directory.join("many_mistakes.txt")).unwrap();
-    let places = message.lines().filter(|line| line.starts_with("world.yaml:")).count();
-    assert_eq!(places, 6, "{message}");
+    let mistakes = message.lines().filter(|line| line.starts_with("world.yaml:")).count();
+    assert_eq!(mistakes, 6, "{message}");
 }
 
 #[test]

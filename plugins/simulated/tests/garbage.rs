@@ -26,9 +26,9 @@ fn mangled() -> impl Strategy<Value = String> {
         Just("{".to_owned()),
         "[0-9.e-]{1,5}",
     ];
-    (0..whole.len(), 0..12_usize, pieces).prop_map(move |(place, length, piece)| {
+    (0..whole.len(), 0..12_usize, pieces).prop_map(move |(offset, length, piece)| {
         let mut text = whole.clone();
-        text.replace_range(place..(place + length).min(text.len()), &piece);
+        text.replace_range(offset..(offset + length).min(text.len()), &piece);
         text
     })
 }
@@ -37,7 +37,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(400))]
 
     #[test]
-    fn a_mangled_world_file_is_read_or_refused_with_its_place(text in mangled()) {
+    fn a_mangled_world_file_is_read_or_refused_with_its_position(text in mangled()) {
         match parse("world.yaml", &text) {
             Ok(description) => {
                 let truth = World::new(description).truth();

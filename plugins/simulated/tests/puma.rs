@@ -40,7 +40,7 @@ fn ruler(world: &mut ArmWorld) -> f64 {
         .0
 }
 
-/// Where the flange is and how it is turned: its place, x and z, mm.
+/// Where the flange is and how it is turned: its position, x and z, mm.
 fn hand(world: &ArmWorld) -> [[f64; 3]; 3] {
     let flange = world.arm_state().unwrap().link_frames.world_from_flange;
     [flange.translation.into(), flange.rotation.x.into(), flange.rotation.z.into()]
@@ -50,35 +50,35 @@ fn hand(world: &ArmWorld) -> [[f64; 3]; 3] {
 fn at_agins_poses_for_joint_2_the_hand_has_one_attitude_and_one_height() {
     let mut world = world_of(IDEAL);
     go(&mut world, LEFTY);
-    let [place, x, z] = hand(&world);
+    let [position, x, z] = hand(&world);
     let wrist_z = world.truth().unwrap().wrist_mm[2];
     assert!((wrist_z + 433.07).abs() < 1e-9, "{wrist_z}");
-    assert!((place[1] - 452.12).abs() < 1e-9 && (z[2] + 1.0).abs() < 1e-12);
+    assert!((position[1] - 452.12).abs() < 1e-9 && (z[2] + 1.0).abs() < 1e-12);
     let high = ruler(&mut world);
     assert!((high - (671.8 - 489.32)).abs() < 1e-9, "{high}");
     go(&mut world, RIGHTY);
-    let [righty_place, righty_x, righty_z] = hand(&world);
+    let [righty_position, righty_x, righty_z] = hand(&world);
     for (lefty, righty) in x.iter().chain(&z).zip(righty_x.iter().chain(&righty_z)) {
         assert!((lefty - righty).abs() < 1e-9, "{x:?} {righty_x:?}");
     }
     assert!((ruler(&mut world) - high).abs() < 1e-9);
-    // As near to the same place as the offset of 0.8 inches lets it.
-    let apart = (place[0] - righty_place[0]).hypot(place[1] - righty_place[1]);
+    // As near to the same position as the offset of 0.8 inches lets it.
+    let apart = (position[0] - righty_position[0]).hypot(position[1] - righty_position[1]);
     assert!((apart - 38.43).abs() < 0.01, "{apart}");
 }
 
 #[test]
 fn the_ready_position_points_straight_up() {
     let world = world_of(IDEAL);
-    let [place, x, z] = hand(&world);
+    let [position, x, z] = hand(&world);
     assert!((z[2] - 1.0).abs() < 1e-12 && (x[0] - 1.0).abs() < 1e-12);
-    assert!((place[2] - (431.8 + 433.07 + 56.25)).abs() < 1e-9, "{place:?}");
+    assert!((position[2] - (431.8 + 433.07 + 56.25)).abs() < 1e-9, "{position:?}");
 }
 
 #[test]
 fn every_surface_is_level_where_agin_has_it_level() {
     let mut world = world_of(IDEAL);
-    for (pose, places) in [
+    for (pose, surfaces) in [
         (STRETCHED, &["forearm", "forearm_across"][..]),
         ([90.0, -180.0, 90.0, -90.0, 0.0, 45.0], &["forearm", "forearm_across"]),
         (HANGING, &["cage_back", "cage_back_across"]),
@@ -86,8 +86,8 @@ fn every_surface_is_level_where_agin_has_it_level() {
         ([90.0, 0.0, 180.0, -90.0, 90.0, 45.0], &["cage_top"]),
     ] {
         go(&mut world, pose);
-        for place in places {
-            assert!(level(&mut world, place, false).abs() < 1e-9, "{place} at {pose:?}");
+        for surface in surfaces {
+            assert!(level(&mut world, surface, false).abs() < 1e-9, "{surface} at {pose:?}");
         }
     }
 }

@@ -78,17 +78,17 @@ fn play(file: &Path) {
         serde_yaml::from_str(&text).unwrap_or_else(|error| panic!("{}: {error}", file.display()));
     let mut emulator = bare(LineOptions::default());
     let mut host = Host::on(&emulator);
-    for (place, turn) in conversation.line.iter().enumerate() {
-        let place = format!("{}, turn {} ({})", file.display(), place + 1, conversation.title);
+    for (index, turn) in conversation.line.iter().enumerate() {
+        let context = format!("{}, turn {} ({})", file.display(), index + 1, conversation.title);
         match turn {
             Turn::Send(text) => host.send(text),
-            Turn::Hear(text) if text.is_empty() => assert_eq!(host.hear(1, SILENCE), "", "{place}"),
+            Turn::Hear(text) if text.is_empty() => assert_eq!(host.hear(1, SILENCE), "", "{context}"),
             Turn::Hear(text) => {
                 let heard = host.hear(text.len(), PATIENCE);
-                assert_eq!(heard, text.as_bytes().escape_ascii().to_string(), "{place}");
+                assert_eq!(heard, text.as_bytes().escape_ascii().to_string(), "{context}");
             }
             Turn::Happen(event) => {
-                let event: Event = event.parse().unwrap_or_else(|error| panic!("{place}: {error}"));
+                let event: Event = event.parse().unwrap_or_else(|error| panic!("{context}: {error}"));
                 emulator.inject(event);
             }
         }
@@ -178,7 +178,7 @@ fn the_plug_can_be_pulled_and_put_back() {
 }
 
 #[test]
-fn a_file_in_the_links_place_is_left_alone() {
+fn a_file_where_the_link_would_be_is_left_alone() {
     let folder = tempfile::tempdir().unwrap();
     let link = folder.path().join("arm");
     std::fs::write(&link, "precious").unwrap();

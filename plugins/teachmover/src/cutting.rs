@@ -127,8 +127,8 @@ impl Slowness {
             return;
         }
         let ratio = measured.saturating_sub(REPLY_LATENCY).as_secs_f64() / expected.as_secs_f64();
-        if let Some(place) = self.ratios.get_mut(self.next) {
-            *place = ratio;
+        if let Some(entry) = self.ratios.get_mut(self.next) {
+            *entry = ratio;
         }
         self.next = (self.next + 1) % self.ratios.len();
     }

@@ -42,7 +42,7 @@ impl Joint {
     pub const ALL: [Self; MOTORS] =
         [Self::Waist, Self::Shoulder, Self::Elbow, Self::WristPitch, Self::WristRoll, Self::Gripper];
 
-    /// Its place in a joint vector.
+    /// Its index in a joint vector.
     pub fn index(self) -> usize {
         self as usize
     }

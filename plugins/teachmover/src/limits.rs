@@ -108,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn a_move_beyond_a_range_is_refused_with_joint_place_and_range() {
+    fn a_move_beyond_a_range_is_refused_with_joint_position_and_range() {
         assert_eq!(
             refusal(pose([95.0, 20.0, -90.0, -90.0, 0.0], 10.0)),
             "waist would go to 95.0 deg; it goes from -90 to 90 deg"

@@ -191,8 +191,8 @@ fn target(motion: &Motion, here: &[f64; AXES]) -> Result<[f64; AXES], PluginErro
         ))
     })?;
     let mut target = *here;
-    for (place, (target, given)) in target.iter_mut().zip(given).enumerate() {
-        if motion.moves(place) {
+    for (index, (target, given)) in target.iter_mut().zip(given).enumerate() {
+        if motion.moves(index) {
             *target = if motion.relative != 0 { *target + given } else { *given };
         }
     }

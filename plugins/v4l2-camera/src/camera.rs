@@ -123,8 +123,8 @@ impl V4l2Camera {
             ..FrameHeader::default()
         };
         self.host.emit_in_place(FRAMES, header.message_bytes(), |message| {
-            let place = header.write(message).map_err(|error| PluginError::Failed(error.to_string()))?;
-            place.copy_from_slice(&picture.pixels);
+            let pixels = header.write(message).map_err(|error| PluginError::Failed(error.to_string()))?;
+            pixels.copy_from_slice(&picture.pixels);
             Ok(())
         })
     }

@@ -73,7 +73,7 @@ pub(super) fn gaussian_derivative(
         let last = pixels.len() as i64 - 1;
         pixels.get(index.clamp(0, last) as usize).map_or(0.0, |pixel| f32::from(*pixel))
     };
-    // Slope, curvature, and the slope's variance at a place.
+    // Slope, curvature, and the slope's variance at a position.
     let derivatives = |centre: f32| {
         let middle = centre.round() as i64;
         let (mut slope, mut curvature, mut variance) = (0.0_f32, 0.0_f32, 0.0_f32);

@@ -117,19 +117,19 @@ impl Eight {
     #[inline(always)]
     fn points(&self, row: u32, picture_width: usize, noise: &Noise) -> [RowPoint; 8] {
         let (mut centres, mut sigmas, mut flags) = ([0.0; 8], [0.0; 8], [0; 8]);
-        for place in 0..8 {
-            let (from_start, sigma) = self.centroid(place, noise);
-            centres[place] = self.starts[place] as f32 + from_start;
-            sigmas[place] = sigma;
-            flags[place] = self.flags(place, picture_width as i32);
+        for lane in 0..8 {
+            let (from_start, sigma) = self.centroid(lane, noise);
+            centres[lane] = self.starts[lane] as f32 + from_start;
+            sigmas[lane] = sigma;
+            flags[lane] = self.flags(lane, picture_width as i32);
         }
-        std::array::from_fn(|place| RowPoint {
-            row: row + place as u32,
-            flags: flags[place],
-            centre: centres[place],
-            sigma: sigmas[place],
-            width: (self.ends[place] - self.starts[place]) as f32,
-            peak: self.peaks[place] as f32,
+        std::array::from_fn(|lane| RowPoint {
+            row: row + lane as u32,
+            flags: flags[lane],
+            centre: centres[lane],
+            sigma: sigmas[lane],
+            width: (self.ends[lane] - self.starts[lane]) as f32,
+            peak: self.peaks[lane] as f32,
         })
     }
 
@@ -139,16 +139,16 @@ impl Eight {
         let (levels, first, second) = (self.levels[index], self.firsts[index], self.seconds[index]);
         let floor = f64::from(self.thresholds[index]);
         let count = f64::from(self.ends[index] - self.starts[index]);
-        let places = count * (count - 1.0) / 2.0;
-        let squares = places * (2.0 * count - 1.0) / 3.0;
+        let position_sum = count * (count - 1.0) / 2.0;
+        let squares = position_sum * (2.0 * count - 1.0) / 3.0;
         // Every pixel of a run is above the threshold, so that nothing here is below zero.
         let inverse = 1.0 / (levels - floor * count).max(1.0);
-        let from_start = (first - floor * places) * inverse;
+        let from_start = (first - floor * position_sum) * inverse;
         // A pixel's noise moves the centroid by its distance from it. Saturated pixels have no noise that could be seen, but hide as much.
         let spread = |zeroth: f64, first: f64, second: f64| {
             second - 2.0 * from_start * first + from_start * from_start * zeroth
         };
-        let variance = f64::from(noise.variance(0.0)) * spread(count, places, squares)
+        let variance = f64::from(noise.variance(0.0)) * spread(count, position_sum, squares)
             + f64::from(noise.per_level) * spread(levels, first, second);
         let speckle = f64::from(noise.speckle_px);
         // One pixel alone does not say where in it the middle lies.

@@ -14,7 +14,7 @@ pub(super) struct Chain {
     pub(super) median_width: f32,
     /// The greatest of their lengths, pixels.
     pub(super) greatest_width: u16,
-    /// The places of those a spur is joined to, once [`Chain::find_spurs`] looked.
+    /// The indices of those a spur is joined to, once [`Chain::find_spurs`] looked.
     pub(super) spurs: Vec<usize>,
     steps: Vec<Step>,
 }
@@ -32,7 +32,7 @@ struct Step {
     row: u32,
     /// Rows of the longest way that ends here.
     length: u32,
-    /// The step before, in `steps`; its own place at the beginning of a way.
+    /// The step before, in `steps`; its own index at the beginning of a way.
     before: u32,
 }
 
@@ -59,10 +59,10 @@ impl Chain {
         }
         let mut above = None;
         let mut rest = self.runs.as_mut_slice();
-        let mut place = 0;
+        let mut index = 0;
         while let Some((run, later)) = rest.split_first_mut() {
             if is_spurred(run) {
-                self.spurs.push(place);
+                self.spurs.push(index);
                 if cut {
                     let below = later.iter().find(|run| !is_spurred(run)).copied();
                     *run = without_spur(*run, above, below).unwrap_or_default();
@@ -70,25 +70,25 @@ impl Chain {
             } else {
                 above = Some(*run);
             }
-            (rest, place) = (later, place + 1);
+            (rest, index) = (later, index + 1);
         }
     }
 
     /// Of a component with one run a row there is one way down: all of it.
     fn take_all(&mut self, component: &Component, components: &Components, runs: &Runs) {
         let (top, bottom) = (component.top as usize, component.bottom as usize);
-        let places = runs.of_row(top).start..runs.of_row(bottom).end;
-        let among = runs.all().get(places.clone()).unwrap_or_default();
+        let indices = runs.of_row(top).start..runs.of_row(bottom).end;
+        let among = runs.all().get(indices.clone()).unwrap_or_default();
         self.top = top;
         self.runs.clear();
         self.runs.resize(component.runs as usize + 1, Run::default());
         // Every run is written down, and over those of others the next: that is faster than to guess which are.
         let mut count = 0;
-        for (run, place) in among.iter().zip(places) {
+        for (run, index) in among.iter().zip(indices) {
             if let Some(here) = self.runs.get_mut(count) {
                 *here = *run;
             }
-            count += usize::from(components.of_run(place) == component.name);
+            count += usize::from(components.of_run(index) == component.name);
         }
         self.runs.truncate(count);
     }

@@ -71,7 +71,7 @@ impl Components {
         self.earlier_of(part)
     }
 
-    /// Gives a row's runs to the parts of the row above, whose first run has the place `begin`.
+    /// Gives a row's runs to the parts of the row above, whose first run has the index `begin`.
     fn join_row(&mut self, row: u32, mut above: &[Run], mut begin: usize, here: &[Run]) {
         for run in here {
             // What ends before this run begins touches none of those that follow either.
@@ -126,8 +126,8 @@ impl Components {
     }
 
     fn set_earlier(&mut self, part: u32, earlier: u32) {
-        if let Some(place) = self.earlier.get_mut(part as usize) {
-            *place = earlier;
+        if let Some(entry) = self.earlier.get_mut(part as usize) {
+            *entry = earlier;
         }
     }
 

@@ -287,8 +287,8 @@ impl Extractor {
         if self.chain.spurs.is_empty() {
             return;
         }
-        for place in &self.chain.spurs {
-            if let Some(point) = self.profile.points.get_mut(before + place) {
+        for index in &self.chain.spurs {
+            if let Some(point) = self.profile.points.get_mut(before + index) {
                 point.flags |= RowPoint::SPUR;
             }
         }

@@ -70,7 +70,7 @@ impl Runs {
         self.row_begins.len().saturating_sub(1)
     }
 
-    /// The places in [`Runs::all`] of a row's runs.
+    /// The indices in [`Runs::all`] of a row's runs.
     pub(super) fn of_row(&self, row: usize) -> std::ops::Range<usize> {
         let at = |row: usize| self.row_begins.get(row).copied().unwrap_or_default() as usize / 2;
         at(row)..at(row + 1)

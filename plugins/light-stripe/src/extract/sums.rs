@@ -9,9 +9,9 @@ use super::runs::Run;
 pub(super) struct Sums {
     /// Of the grey levels.
     pub(super) levels: f64,
-    /// Of level times place, counted from the run's start.
+    /// Of level times position, counted from the run's start.
     pub(super) first: f64,
-    /// Of level times place squared.
+    /// Of level times position squared.
     pub(super) second: f64,
     /// The brightest level.
     pub(super) peak: f64,
@@ -22,11 +22,11 @@ pub(super) struct Sums {
 pub(super) fn of_any(run: Run, pixels: &[u8]) -> Sums {
     let lit = pixels.get(usize::from(run.start)..usize::from(run.end)).unwrap_or_default();
     let (mut levels, mut first, mut second, mut peak) = (0, 0, 0, 0);
-    for (place, pixel) in (0_u64..).zip(lit) {
+    for (position, pixel) in (0_u64..).zip(lit) {
         let level = u64::from(*pixel);
         levels += level;
-        first += level * place;
-        second += level * place * place;
+        first += level * position;
+        second += level * position * position;
         peak = peak.max(*pixel);
     }
     Sums { levels: levels as f64, first: first as f64, second: second as f64, peak: f64::from(peak) }
@@ -53,12 +53,12 @@ pub(super) fn of_short(run: Run, pixels: &[u8]) -> Sums {
     let Some(window) = window.filter(|_| length <= SHORT) else { return of_any(run, pixels) };
     // SAFETY: the 16 bytes are there.
     let all = unsafe { _mm_loadu_si128(window.as_ptr().cast()) };
-    let places = _mm_setr_epi8(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
-    let lit = _mm_and_si128(all, _mm_cmpgt_epi8(_mm_set1_epi8(length as i8), places));
+    let positions = _mm_setr_epi8(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+    let lit = _mm_and_si128(all, _mm_cmpgt_epi8(_mm_set1_epi8(length as i8), positions));
     let fours = |weights: __m128i| _mm_madd_epi16(_mm_maddubs_epi16(lit, weights), _mm_set1_epi16(1));
-    // Squares up to 225 do not fit a signed byte: those of the distances from place 8 do, and p^2 = (p - 8)^2 + 16 p - 64.
+    // Squares up to 225 do not fit a signed byte: those of the distances from position 8 do, and p^2 = (p - 8)^2 + 16 p - 64.
     let from_8 = _mm_setr_epi8(64, 49, 36, 25, 16, 9, 4, 1, 0, 1, 4, 9, 16, 25, 36, 49);
-    let (levels, first) = (fours(_mm_set1_epi8(1)), fours(places));
+    let (levels, first) = (fours(_mm_set1_epi8(1)), fours(positions));
     let square = _mm_add_epi32(fours(from_8), _mm_slli_epi32::<4>(first));
     let second = _mm_sub_epi32(square, _mm_slli_epi32::<6>(levels));
     // The instruction finds the least of eight, so what is brightest has to be darkest.

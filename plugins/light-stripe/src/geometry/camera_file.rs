@@ -50,7 +50,7 @@ pub fn read_camera(text: &str, origin: &str) -> Result<Camera, FileProblems> {
     camera.ok_or_else(|| FileProblems::whole_file(file, "this is no camera", ""))
 }
 
-/// The text with spaces where OpenCV writes a directive, a head or a tag of its own, so that places stay as they are.
+/// The text with spaces where OpenCV writes a directive, a head or a tag of its own, so that positions stay as they are.
 fn plain_yaml(text: &str) -> String {
     const TAG: &str = "!!opencv-matrix";
     let plain = |line: &str| match line.starts_with("%YAML") || line.trim() == "---" {

@@ -141,8 +141,8 @@ impl Collineation {
         let k = self.matrix.map(|element| element as f32);
         let row = |row: usize| [k[(row, 0)], k[(row, 1)], k[(row, 2)]];
         let (kx, ky, kz, kw) = (row(0), row(1), row(2), row(3));
-        let places = u.iter().zip(v).zip(x).zip(y).zip(z);
-        for ((((u, v), x), y), z) in places {
+        let pixels_and_points = u.iter().zip(v).zip(x).zip(y).zip(z);
+        for ((((u, v), x), y), z) in pixels_and_points {
             let times = |k: [f32; 3]| k[0] * u + k[1] * v + k[2];
             let w = times(kw);
             let inverse = if w > 0.0 { 1.0 / w } else { f32::NAN };

@@ -15,7 +15,7 @@ pub struct Rig {
     pub flange_from_camera: Isometry3<f64>,
     /// Where the light is.
     pub plane: StripePlane,
-    /// How the sheet bends out of its plane: n.x + d = bow s^2, with s the place along it down the camera's view, mm from the flange's axis; 1/mm.
+    /// How the sheet bends out of its plane: n.x + d = bow s^2, with s the position along it down the camera's view, mm from the flange's axis; 1/mm.
     pub bow_per_mm: f64,
     /// The corrections of the record that these numbers contain already; none in the maker's file.
     pub contains: RigCorrections,
@@ -46,8 +46,8 @@ impl Rig {
         let height = normal.dot(&lens.coords) + self.plane.d_mm;
         let mut fraction = 1.0;
         for _ in 0..BENDING_ROUNDS {
-            let place = (lens + ray * fraction).coords.dot(&along);
-            fraction = 1.0 - self.bow_per_mm * place * place / height;
+            let along_sheet = (lens + ray * fraction).coords.dot(&along);
+            fraction = 1.0 - self.bow_per_mm * along_sheet * along_sheet / height;
         }
         lens + ray * fraction
     }

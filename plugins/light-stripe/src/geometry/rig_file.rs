@@ -210,14 +210,14 @@ fn test(rig: &Rig, expected: &RawSelfTest, span: Span, problems: &Problems) {
             "camera, hand_eye and stripe_plane do not belong together, or the test's point is of an older calibration"
         }
     };
-    let place = |point: Point3<f64>| format!("[{:.3}, {:.3}, {:.3}]", point.x, point.y, point.z);
+    let coordinates = |point: Point3<f64>| format!("[{:.3}, {:.3}, {:.3}]", point.x, point.y, point.z);
     let message = match found {
         Ok(found) => format!(
             "pixel [{}, {}] comes out at {} mm, not at {}, {:.3} mm away",
             pixel.x,
             pixel.y,
-            place(found),
-            place(expected_point),
+            coordinates(found),
+            coordinates(expected_point),
             (found - expected_point).norm()
         ),
         Err(why) => format!("pixel [{}, {}]: {why}", pixel.x, pixel.y),
@@ -228,7 +228,7 @@ fn test(rig: &Rig, expected: &RawSelfTest, span: Span, problems: &Problems) {
 /// The text of a rig file. Its self-test lies off the picture's middle, where a shift along the principal ray would not be seen.
 ///
 /// # Errors
-/// When that place of the picture means no point: what is wrong.
+/// When that position in the picture means no point: what is wrong.
 pub fn write_rig(rig: &Rig) -> Result<String, String> {
     let aside = [f64::from(rig.camera.width_px) * 0.4, f64::from(rig.camera.height_px) * 0.7];
     let point = rig.point_of(Vector2::from(aside))?;
@@ -358,10 +358,10 @@ self_test: {pixel: [27.5, 227.5], point_mm: [-64.285714, 64.285714, 445.714286]}
         let text = GOOD.replace("fx_px: 600", "fx_px: wide").replace("[0.8, 0, 0.6]", "[0, 0, 0]");
         let text = text.replace("n.x + d = 0", "n.x = d").replace("rpy_deg", "rpy_rad");
         let message = parse(&text, Path::new("rig.yaml")).unwrap_err().to_string();
-        for place in
+        for expected in
             ["rig.yaml:2:48: `fx_px` is a number", "3:32: unknown key `rpy_rad`", "4:24: the normal", "4:59"]
         {
-            assert!(message.contains(place), "{place}: {message}");
+            assert!(message.contains(expected), "{expected}: {message}");
         }
         assert_eq!(message.matches("rig.yaml:").count(), 4, "{message}");
     }

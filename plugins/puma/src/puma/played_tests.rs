@@ -184,16 +184,16 @@ fn an_error_of_the_controller_is_reported_at_once_and_not_asked_about_again() {
 }
 
 #[test]
-fn an_arm_that_is_never_read_twice_at_one_place_is_not_moved() {
-    let places: Vec<String> = (0..5)
+fn an_arm_that_is_never_read_twice_at_one_position_is_not_moved() {
+    let replies: Vec<String> = (0..5)
         .map(|step| {
-            let mut place = READY;
-            place[0] = f64::from(step);
-            where_reply(&place)
+            let mut pose = READY;
+            pose[0] = f64::from(step);
+            where_reply(&pose)
         })
         .collect();
-    let places: Vec<&str> = places.iter().map(String::as_str).collect();
-    let (read, asked) = reading(&places);
+    let replies: Vec<&str> = replies.iter().map(String::as_str).collect();
+    let (read, asked) = reading(&replies);
     let error = read.unwrap_err();
     assert!(error.text().starts_with("5 readings of the joints and no two alike"), "{error}");
     assert_eq!(asked, 5);

@@ -10,7 +10,7 @@ use crate::protocol::Axis;
 /// The board's pose in one picture, camera's frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Picture {
-    place: Vector,
+    position: Vector,
     turn: Vector,
 }
 
@@ -18,7 +18,7 @@ pub(super) struct Picture {
 const ASIDE: f64 = 0.7;
 
 impl ArmWorld {
-    /// One coordinate of where the board is, mm, or one number of how it is turned (a rotation vector), rad. A new picture is taken when x of the place is
+    /// One coordinate of where the board is, mm, or one number of how it is turned (a rotation vector), rad. A new picture is taken when x of the position is
     /// asked for; the rest is read from the same picture.
     ///
     /// # Errors
@@ -29,7 +29,7 @@ impl ArmWorld {
             Some(picture) if turned || axis != Axis::X => picture,
             _ => self.take_picture()?,
         };
-        let vector = if turned { picture.turn } else { picture.place };
+        let vector = if turned { picture.turn } else { picture.position };
         Ok(match axis {
             Axis::X => vector.x,
             Axis::Y => vector.y,
@@ -41,8 +41,8 @@ impl ArmWorld {
         let camera = self.description.board_camera.ok_or(MeasuringError::NoCamera)?;
         let flange = self.arm_state()?.link_frames.world_from_flange;
         let seen = (flange * camera.flange_from_camera).inverse() * camera.world_from_board;
-        let place = seen.translation;
-        if place.z < ASIDE.cos() * place.norm() {
+        let position = seen.translation;
+        if position.z < ASIDE.cos() * position.norm() {
             return Err(MeasuringError::OutOfView);
         }
         self.readings_taken += 1;
@@ -55,9 +55,9 @@ impl ArmWorld {
             };
             Vector::new(one(), one(), one())
         };
-        let place = place + three(camera.error);
+        let position = position + three(camera.error);
         let turn = rotation_vector(&(seen.rotation * Rotation::by(three(camera.turn_error))));
-        let picture = Picture { place, turn };
+        let picture = Picture { position, turn };
         self.picture = Some(picture);
         Ok(picture)
     }

@@ -21,7 +21,7 @@ pub struct Tool {
     pub centre: Vector,
     /// How its back lies on the flange, rad about the flange's x, y and z: ideally not turned at all.
     pub lean: [f64; 3],
-    /// The point whose place is asked for in the end, mm in the flange's frame.
+    /// The point whose position is asked for in the end, mm in the flange's frame.
     pub tip: Vector,
 }
 

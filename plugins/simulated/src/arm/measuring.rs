@@ -1,4 +1,4 @@
-//! What the operator measures: tilts with a spirit level, heights with a ruler, places with a laser tracker.
+//! What the operator measures: tilts with a spirit level, heights with a ruler, positions with a laser tracker.
 
 use super::ArmWorld;
 use super::description::{LevelDirection, LevelSurface};
@@ -11,13 +11,13 @@ use crate::protocol::Axis;
 /// Why nothing can be measured.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum MeasuringError {
-    /// There is no such place.
-    #[error("a spirit level does not lie at `{given}`; {places}")]
-    NoPlace {
+    /// There is no such location.
+    #[error("a spirit level does not lie at `{given}`; {locations}")]
+    NoLocation {
         /// What was named.
         given: String,
         /// Where it can lie.
-        places: String,
+        locations: String,
     },
     /// The ruler does not go there.
     #[error("the ruler goes under the `flange` or the `tip`, not at `{0}`")]
@@ -88,12 +88,12 @@ pub enum MeasuringError {
     #[error("the surface leans by {0:.1} deg: the bubble is at its end; bring it nearer to level first")]
     Steep(f64),
     /// The joint does not move the bubble.
-    #[error("turning `{joint}` does not move the bubble of a level that lies at `{place}`")]
+    #[error("turning `{joint}` does not move the bubble of a level that lies at `{location}`")]
     NoEffect {
         /// The joint.
         joint: String,
         /// Where the level lies.
-        place: String,
+        location: String,
     },
     /// The arm is not at rest.
     #[error(transparent)]
@@ -132,13 +132,13 @@ impl ArmWorld {
     pub fn read_tracker(&mut self, at: Option<&str>, axis: Option<Axis>) -> Result<f64, MeasuringError> {
         let at = at.unwrap_or("tip");
         let point = self.point(at)?.ok_or_else(|| MeasuringError::NoReflector(at.to_owned()))?;
-        let place = match axis {
+        let coordinate = match axis {
             Some(Axis::X) => point.x,
             Some(Axis::Y) => point.y,
             Some(Axis::Z) => point.z,
             None => return Err(MeasuringError::NoAxis),
         };
-        Ok(self.take(self.description.tracker, place))
+        Ok(self.take(self.description.tracker, coordinate))
     }
 
     /// A point of the arm that can be measured, world, mm.
@@ -188,7 +188,7 @@ impl ArmWorld {
         let along = self.level_direction(&arm_state, &surface, turned);
         let no_effect = || MeasuringError::NoEffect {
             joint: self.description.paper.shape.joint_name(joint).to_owned(),
-            place: at.to_owned(),
+            location: at.to_owned(),
         };
         let turns = joint <= surface.carried_by && self.turns(joint);
         let axis = arm_state.link_frames.axes.get(joint).filter(|_| turns).ok_or_else(no_effect)?;
@@ -238,11 +238,11 @@ impl ArmWorld {
         let surfaces = &self.description.paper.level_surfaces;
         surfaces.iter().find(|surface| surface.name == name).cloned().ok_or_else(|| {
             let names: Vec<&str> = surfaces.iter().map(|surface| surface.name.as_ref()).collect();
-            let places = match names.is_empty() {
+            let locations = match names.is_empty() {
                 true => "this arm has no surface for one".to_owned(),
                 false => format!("its places are {}", names.join(", ")),
             };
-            MeasuringError::NoPlace { given: name.to_owned(), places }
+            MeasuringError::NoLocation { given: name.to_owned(), locations }
         })
     }
 }

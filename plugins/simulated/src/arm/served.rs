@@ -212,8 +212,8 @@ impl Operator for ArmWorld {
     fn measure(&mut self, used: &Use<'_>) -> Result<(f64, &'static str), String> {
         let measured = match used.with {
             Instrument::Ruler => self.read_ruler(used.at).map(|height| (height, "mm")),
-            Instrument::Tracker => self.read_tracker(used.at, used.axis).map(|place| (place, "mm")),
-            Instrument::Board => self.read_board(false, used.axis).map(|place| (place, "mm")),
+            Instrument::Tracker => self.read_tracker(used.at, used.axis).map(|coordinate| (coordinate, "mm")),
+            Instrument::Board => self.read_board(false, used.axis).map(|coordinate| (coordinate, "mm")),
             Instrument::Probe => self.read_probe(used.at.unwrap_or_default()).map(|off| (off, "mm")),
             Instrument::BoardTurn => self.read_board(true, used.axis).map(|turn| (turn, "rad")),
             Instrument::Level => {

@@ -19,7 +19,7 @@ pub(super) struct Travel {
 }
 
 impl Travel {
-    /// From one place to another (rad or mm) at a fraction of full speed.
+    /// From one position to another (rad or mm) at a fraction of full speed.
     pub(super) fn plan(drive: &Drive, from: Vec<f64>, to: Vec<f64>, speed: f64, now_ns: u64) -> Self {
         let ways = from.iter().zip(&to).map(|(from, to)| (to - from).abs());
         let durations = drive.joints.iter().zip(ways).map(|(joint, way)| way / (joint.top_speed * speed));

@@ -228,7 +228,7 @@ fn all_within<const N: usize>(
     values.value
 }
 
-fn place(raw: &RawPose, problems: &Problems) -> Rigid {
+fn rigid_of(raw: &RawPose, problems: &Problems) -> Rigid {
     let xyz = all_within("xyz_mm", &raw.xyz_mm, -2000.0, 2000.0, problems);
     let rpy = all_within("rpy_deg", &raw.rpy_deg, -360.0, 360.0, problems);
     pose(xyz, rpy.map(f64::to_radians))
@@ -283,7 +283,7 @@ impl RawCamera {
         let dark_noise = within("dark", &self.noise.dark, 0.0, 100.0, problems);
         let noise_per_level = within("per_level", &self.noise.per_level, 0.0, 10.0, problems);
         let black = within("black", &self.black, 0.0, 255.0, problems);
-        let flange_from_camera = place(&self.in_flange, problems);
+        let flange_from_camera = rigid_of(&self.in_flange, problems);
         if !fits(width) || !fits(height) {
             let message = format!("`size_px` is [{width}, {height}]");
             problems.add(self.size_px.span, message, "each side is 16 to 4096");
@@ -311,7 +311,7 @@ impl RawProjector {
         let number =
             |key: &str, value: &Spanned<f64>, low: f64, high: f64| within(key, value, low, high, problems);
         Projector {
-            flange_from_projector: place(&self.in_flange, problems),
+            flange_from_projector: rigid_of(&self.in_flange, problems),
             width_at_300: number("width_mm", &self.width_mm, 0.01, 50.0),
             half_fan: number("half_fan_deg", &self.half_fan_deg, 0.5, 80.0).to_radians(),
             bow: number("bow", &self.bow, -1.0, 1.0),

@@ -213,7 +213,7 @@ fn lay_row(
         return;
     };
     for (column, pixel) in (first..).zip(pixels) {
-        // Three places in the pixel with Simpson's weights represent all of it.
+        // Three positions in the pixel with Simpson's weights represent all of it.
         let bell = |part: f64| (-0.5 * ((column as f64 + part - middle) / sigma).powi(2)).exp();
         let falls = (bell(-0.5) + 4.0 * bell(0.0) + bell(0.5)) / 6.0;
         *pixel += (peak * falls * speckle(light.projector.speckle, random)) as f32;

@@ -20,13 +20,13 @@ pub struct Projector {
 }
 
 impl Projector {
-    /// The direction of a ray of the sheet, in the projector's frame, of length one; `tangent` is its place in the fan.
+    /// The direction of a ray of the sheet, in the projector's frame, of length one; `tangent` is its position in the fan.
     pub(super) fn direction(&self, tangent: f64) -> Vector {
         let ray = Vector::new(self.bow * tangent * tangent, tangent, 1.0);
         ray * (1.0 / ray.norm())
     }
 
-    /// How bright the fan is at a place in it, 1 in the middle: even, with soft ends.
+    /// How bright the fan is at a position in it, 1 in the middle: even, with soft ends.
     pub(super) fn brightness(&self, tangent: f64) -> f64 {
         let fraction = (tangent.atan() / self.half_fan).abs();
         if fraction >= 1.0 { 0.0 } else { 1.0 - fraction.powi(8) }

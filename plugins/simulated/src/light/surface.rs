@@ -225,7 +225,7 @@ pub fn is_clear(surfaces: &[Surface], from: Vector, to: Vector) -> bool {
     })
 }
 
-/// A pose from a place and fixed-axis roll, pitch and yaw, mm and rad.
+/// A pose from a position and fixed-axis roll, pitch and yaw, mm and rad.
 pub fn pose(position: [f64; 3], turn: [f64; 3]) -> Rigid {
     Rigid {
         rotation: crate::physics::rigid::Rotation::from_roll_pitch_yaw(turn),

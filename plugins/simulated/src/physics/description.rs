@@ -85,7 +85,7 @@ pub struct ArmDescription {
     pub joints: Vec<Joint>,
     /// What weighs.
     pub weights: Vec<Weight>,
-    /// Place of the base in the world, mm.
+    /// Position of the base in the world, mm.
     pub base_position: Vector,
     /// Fixed-axis roll, pitch, yaw of the base, rad.
     pub base_orientation: [f64; 3],

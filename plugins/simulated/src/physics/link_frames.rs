@@ -17,7 +17,7 @@ pub struct LinkFrames {
     pub target: Vector,
 }
 
-/// What hangs beyond some place of the arm: its mass, and its mass times its centre.
+/// What hangs beyond some point of the arm: its mass, and its mass times its centre.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Load {
     /// kg.

@@ -72,7 +72,7 @@ pub struct Arm {
 }
 
 impl Row {
-    /// Moves the place where the joint reads zero by so much (rad, or mm of a slide), in the sense of its reading.
+    /// Moves the position where the joint reads zero by so much (rad, or mm of a slide), in the sense of its reading.
     pub fn shift_zero(&mut self, by: f64) {
         match self.motion {
             Motion::Turns => self.rest_angle += self.sign * by,

@@ -54,7 +54,7 @@ impl Joint {
         Joint::ALL.into_iter().find(|joint| joint.name() == name)
     }
 
-    /// The joint's place in a list of joint values.
+    /// The joint's index in a list of joint values.
     pub const fn index(self) -> usize {
         self as usize
     }

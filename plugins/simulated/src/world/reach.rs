@@ -21,7 +21,7 @@ impl World {
         self.readings_taken += 1;
         let eye = self.description.instruments.eye.error;
         let seed = self.description.seed ^ 0x0e7e_0e7e;
-        let slip = |place: u64| eye * normal(seed, self.readings_taken.wrapping_mul(2).wrapping_add(place));
+        let slip = |index: u64| eye * normal(seed, self.readings_taken.wrapping_mul(2).wrapping_add(index));
         let goal = Vector { x: point.x + slip(0), y: point.y + slip(1), z: point.z };
         self.reach([Joint::Waist, Joint::Shoulder, Joint::Elbow], |tool| {
             [goal.x - tool.x, goal.y - tool.y, goal.z - tool.z]

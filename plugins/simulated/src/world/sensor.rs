@@ -91,7 +91,7 @@ const IDEAL_RELEASE: f64 = -1e-11;
 /// A hand tilted further than this from the vertical does not look at the table, rad.
 const STEEPEST_LOOK: f64 = 45.0 / 360.0 * TAU;
 
-/// Places in the spot at which reflectance is taken.
+/// Points in the spot at which reflectance is taken.
 const SPOT_SAMPLES: u32 = 160;
 
 impl Scene {
@@ -168,8 +168,8 @@ impl Scene {
         if nearest_edge > spot.diameter / 2.0 + grain {
             return self.reflectance(centre, grain);
         }
-        let place = |(x, y)| Vector { x: centre.x + x, y: centre.y + y, z: 0.0 };
-        let seen: f64 = spot.samples().map(|offset| self.reflectance(place(offset), grain)).sum();
+        let point_at = |(x, y)| Vector { x: centre.x + x, y: centre.y + y, z: 0.0 };
+        let seen: f64 = spot.samples().map(|offset| self.reflectance(point_at(offset), grain)).sum();
         seen / f64::from(SPOT_SAMPLES)
     }
 
@@ -238,7 +238,7 @@ impl Spot {
         self.response(distance) * reflectance(centre)
     }
 
-    /// Places spread evenly over the spot, from its centre (mm): a sunflower's seeds.
+    /// Points spread evenly over the spot, from its centre (mm): a sunflower's seeds.
     fn samples(&self) -> impl Iterator<Item = (f64, f64)> {
         const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
         let radius = self.diameter / 2.0;

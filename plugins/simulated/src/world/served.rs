@@ -142,8 +142,8 @@ impl Operator for World {
     }
 
     fn measure(&mut self, used: &Use<'_>) -> Result<(f64, &'static str), String> {
-        if let Some(place) = used.at.filter(|place| *place != "hand") {
-            return Err(format!("on this arm one measures at the `hand`, not at `{place}`"));
+        if let Some(location) = used.at.filter(|location| *location != "hand") {
+            return Err(format!("on this arm one measures at the `hand`, not at `{location}`"));
         }
         Ok(match used.with {
             Instrument::Level => (self.read_level().to_degrees(), "deg"),

@@ -6,7 +6,7 @@
 
 use crate::physics::rigid::Vector;
 
-/// The target's shape, colours and place.
+/// The target's shape, colours and position.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TTarget {
     /// Waist angle of line A in the world, rad.

@@ -42,16 +42,16 @@ pub enum Fault {
         found: usize,
     },
     /// Something that is no number.
-    #[error("number {place} is no whole number")]
+    #[error("number {position} is no whole number")]
     NotANumber {
         /// Which, from 1.
-        place: usize,
+        position: usize,
     },
     /// A number too large for what it means.
-    #[error("number {place} is out of range")]
+    #[error("number {position} is out of range")]
     OutOfRange {
         /// Which, from 1.
-        place: usize,
+        position: usize,
     },
 }
 
@@ -79,10 +79,10 @@ pub fn parse_state(line: &[u8]) -> Result<ControllerState, Fault> {
     };
     let mut registers = [0; 6];
     for (index, number) in [base, shoulder, elbow, right, left, gripper].into_iter().enumerate() {
-        let register = i32::try_from(number).map_err(|_| Fault::OutOfRange { place: index + 1 })?;
-        *registers.get_mut(index).ok_or(Fault::OutOfRange { place: index + 1 })? = register;
+        let register = i32::try_from(number).map_err(|_| Fault::OutOfRange { position: index + 1 })?;
+        *registers.get_mut(index).ok_or(Fault::OutOfRange { position: index + 1 })? = register;
     }
-    let last = u16::try_from(last).map_err(|_| Fault::OutOfRange { place: 7 })?;
+    let last = u16::try_from(last).map_err(|_| Fault::OutOfRange { position: 7 })?;
     let [inputs, key] = last.to_le_bytes();
     Ok(ControllerState { registers: HalfSteps(registers), inputs, key: PendantKey(key) })
 }
@@ -98,11 +98,13 @@ pub fn parse_program(text: &[u8]) -> Result<Vec<ProgramLine>, Fault> {
         let &words: &[i64; 8] =
             words.try_into().map_err(|_| Fault::Count { expected: 8 * (index + 1), found: numbers.len() })?;
         let mut line = [0; 8];
-        for (place, (word, number)) in line.iter_mut().zip(words).enumerate() {
+        for (within_line, (word, number)) in line.iter_mut().zip(words).enumerate() {
             // A controller of sixteen bits may well print a word with its high bit set as a negative number.
             let unsigned = u16::try_from(number).ok();
             let signed = || i16::try_from(number).ok().map(|number| number as u16);
-            *word = unsigned.or_else(signed).ok_or(Fault::OutOfRange { place: 8 * index + place + 1 })?;
+            *word = unsigned
+                .or_else(signed)
+                .ok_or(Fault::OutOfRange { position: 8 * index + within_line + 1 })?;
         }
         lines.push(ProgramLine(line));
     }
@@ -120,11 +122,11 @@ fn parse_numbers(text: &[u8]) -> Result<Vec<i64>, Fault> {
     for part in text.split(|byte| *byte == b',') {
         let mut words = part.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty()).peekable();
         if words.peek().is_none() {
-            return Err(Fault::NotANumber { place: numbers.len() + 1 });
+            return Err(Fault::NotANumber { position: numbers.len() + 1 });
         }
         for word in words {
             let number = std::str::from_utf8(word).ok().and_then(|word| word.parse::<i64>().ok());
-            numbers.push(number.ok_or(Fault::NotANumber { place: numbers.len() + 1 })?);
+            numbers.push(number.ok_or(Fault::NotANumber { position: numbers.len() + 1 })?);
         }
     }
     Ok(numbers)
@@ -170,11 +172,11 @@ mod tests {
     #[test]
     fn a_wrong_number_is_named() {
         assert_eq!(parse_state(b"1,2,3"), Err(Fault::Count { expected: 7, found: 3 }));
-        assert_eq!(parse_state(b"1,2,x,4,5,6,7"), Err(Fault::NotANumber { place: 3 }));
-        assert_eq!(parse_state(b"1,,3,4,5,6,7"), Err(Fault::NotANumber { place: 2 }));
-        assert_eq!(parse_state(b"1,2,3,4,5,99999999999,7"), Err(Fault::OutOfRange { place: 6 }));
-        assert_eq!(parse_state(b"1,2,3,4,5,6,-7"), Err(Fault::OutOfRange { place: 7 }));
-        assert_eq!(parse_state(b"1,2,3,4,5,6,65536"), Err(Fault::OutOfRange { place: 7 }));
+        assert_eq!(parse_state(b"1,2,x,4,5,6,7"), Err(Fault::NotANumber { position: 3 }));
+        assert_eq!(parse_state(b"1,,3,4,5,6,7"), Err(Fault::NotANumber { position: 2 }));
+        assert_eq!(parse_state(b"1,2,3,4,5,99999999999,7"), Err(Fault::OutOfRange { position: 6 }));
+        assert_eq!(parse_state(b"1,2,3,4,5,6,-7"), Err(Fault::OutOfRange { position: 7 }));
+        assert_eq!(parse_state(b"1,2,3,4,5,6,65536"), Err(Fault::OutOfRange { position: 7 }));
     }
 
     #[test]
@@ -192,7 +194,7 @@ mod tests {
         assert_eq!(parse_program(b"0,1,2,3,4,5,6,7\r1 0 0 0 0 0 0 -1\r"), Ok(expected));
         assert_eq!(parse_program(b""), Ok(Vec::new()));
         assert_eq!(parse_program(b"1,2,3"), Err(Fault::Count { expected: 8, found: 3 }));
-        assert_eq!(parse_program(b"0,1,2,3,4,5,6,70000"), Err(Fault::OutOfRange { place: 8 }));
+        assert_eq!(parse_program(b"0,1,2,3,4,5,6,70000"), Err(Fault::OutOfRange { position: 8 }));
     }
 
     #[test]

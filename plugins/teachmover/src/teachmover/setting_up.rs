@@ -46,7 +46,7 @@ impl TeachMover {
     }
 
     /// Makes sure that a controller is there, and one that does not know `@READ`. It is asked that first all the same: a firmware that takes the numbers of
-    /// `@STEP` for places answers it in its own way, and would go somewhere by a move of no half-steps.
+    /// `@STEP` for positions answers it in its own way, and would go somewhere by a move of no half-steps.
     fn require_somebody_without_read(&mut self) -> Result<(), PluginError> {
         match self.controller.can_read_registers() {
             Ok(true) => Err(PluginError::Refused(

@@ -120,9 +120,9 @@ pub(crate) fn play(file: &Path) {
     let peer = Peer::start(terminal, conversation.controller.clone(), recording.clone());
     let mut cell = Cell { arm: None, config: config.into(), recording: recording.clone() };
     for (index, step) in conversation.operator.iter().enumerate() {
-        let place = format!("{}, step {} ({})", file.display(), index + 1, conversation.title);
+        let context = format!("{}, step {} ({})", file.display(), index + 1, conversation.title);
         let outcome = cell.act(&step.act);
-        step.check(outcome, &place, &port);
+        step.check(outcome, &context, &port);
     }
     if let Err(error) = peer.finish() {
         panic!("{} ({}): {error}", file.display(), conversation.title);
@@ -206,22 +206,22 @@ fn pose(values: [f64; 6]) -> JointVector {
 }
 
 impl Step {
-    fn check(&self, outcome: Result<Outcome, PluginError>, place: &str, port: &str) {
+    fn check(&self, outcome: Result<Outcome, PluginError>, context: &str, port: &str) {
         let outcome = match (outcome, &self.error) {
             (Ok(outcome), None) => outcome,
-            (Ok(_), Some(error)) => panic!("{place}: should have failed with: {error}"),
-            (Err(error), None) => panic!("{place}: {error}"),
+            (Ok(_), Some(error)) => panic!("{context}: should have failed with: {error}"),
+            (Err(error), None) => panic!("{context}: {error}"),
             (Err(error), Some(expected)) => {
                 let expected = expected.replace("PORT", port);
                 let message = error.to_string();
                 assert!(
                     alike(&message, &expected),
-                    "{place}:\n  it said:     {message}\n  it should:   {expected}"
+                    "{context}:\n  it said:     {message}\n  it should:   {expected}"
                 );
                 if let Some(kind) = &self.kind {
                     assert!(
                         format!("{error:?}").starts_with(kind.as_str()),
-                        "{place}: {error:?} is no {kind}"
+                        "{context}: {error:?} is no {kind}"
                     );
                 }
                 return;
@@ -229,22 +229,22 @@ impl Step {
         };
         if let Some(registers) = self.registers {
             let expected = RegisterZero::at([0.0; 6]).joints(HalfSteps(registers));
-            let joints = outcome.joints.unwrap_or_else(|| panic!("{place}: tells no joints"));
+            let joints = outcome.joints.unwrap_or_else(|| panic!("{context}: tells no joints"));
             for (joint, (expected, found)) in
                 Joint::ALL.into_iter().zip(expected.iter().zip(joints.as_slice()))
             {
                 assert!(
                     (expected - found).abs() < 1e-9,
-                    "{place}: {}: {found}, not {expected}",
+                    "{context}: {}: {found}, not {expected}",
                     joint.name()
                 );
             }
         }
         if self.levels.is_some() {
-            assert_eq!(outcome.levels, self.levels, "{place}");
+            assert_eq!(outcome.levels, self.levels, "{context}");
         }
         if self.finished.is_some() {
-            assert_eq!(outcome.finished, self.finished, "{place}");
+            assert_eq!(outcome.finished, self.finished, "{context}");
         }
     }
 }
@@ -255,7 +255,7 @@ fn alike(message: &str, expected: &str) -> bool {
         None => message == expected,
         Some((beginning, rest)) => message
             .strip_prefix(beginning)
-            .is_some_and(|message| message.char_indices().any(|(place, _)| alike(&message[place..], rest))),
+            .is_some_and(|message| message.char_indices().any(|(offset, _)| alike(&message[offset..], rest))),
     }
 }
 

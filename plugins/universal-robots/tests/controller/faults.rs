@@ -143,7 +143,7 @@ fn states_that_stop_coming_repeat_or_come_late_end_a_move_and_are_no_reading() {
 }
 
 #[test]
-fn a_place_beyond_the_arms_stops_ends_in_the_controllers_own_words() {
+fn a_position_beyond_the_arms_stops_ends_in_the_controllers_own_words() {
     let mut cell = Cell::start();
     cell.arm.activate().unwrap();
     let error = cell.go([0.0, 30.0, 0.0, -90.0, 0.0, 0.0]).unwrap_err();

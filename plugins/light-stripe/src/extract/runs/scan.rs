@@ -257,7 +257,7 @@ fn row_avx2(pixels: &[u8], threshold: u8, room: &mut [u16]) -> usize {
     let level = _mm256_set1_epi8(threshold as i8);
     // SAFETY: the 64 bytes are there.
     let load = |block: &[u8; BLOCK]| -> [__m256i; 2] {
-        unsafe { [0, 32].map(|place| _mm256_loadu_si256(block.as_ptr().add(place).cast())) }
+        unsafe { [0, 32].map(|offset| _mm256_loadu_si256(block.as_ptr().add(offset).cast())) }
     };
     let above = |half: __m256i| _mm256_subs_epu8(half, level);
     let dark = |half: __m256i| {
@@ -286,7 +286,7 @@ fn row_avx2(pixels: &[u8], threshold: u8, room: &mut [u16]) -> usize {
 }
 
 fn row_portable(pixels: &[u8], threshold: u8, room: &mut [u16]) -> usize {
-    let bit = |(place, pixel): (usize, &u8)| u64::from(*pixel > threshold) << place;
+    let bit = |(index, pixel): (usize, &u8)| u64::from(*pixel > threshold) << index;
     let lit = |block: &[u8; BLOCK]| block.iter().enumerate().map(bit).sum();
     let mut edges = Edges::new(room);
     let mut at = 0;

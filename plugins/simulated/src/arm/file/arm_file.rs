@@ -337,10 +337,10 @@ impl Reader<'_> {
             (Some(speed), _) | (None, Some(speed)) => speed,
             (None, None) => {
                 let key = if slides { "speed_mm_per_s" } else { "speed_deg_per_s" };
-                let place = raw.map_or(arm.span, |raw| raw.name.span);
+                let span = raw.map_or(arm.span, |raw| raw.name.span);
                 if self.keys_known && speeds.iter().all(Option::is_none) {
                     let problem = format!("joint `{}` needs `{key}`, its greatest speed", joint.name);
-                    self.typed.wrong(place, &problem);
+                    self.typed.wrong(span, &problem);
                 }
                 f64::NAN
             }
@@ -395,7 +395,7 @@ impl Reader<'_> {
         None
     }
 
-    /// A place for a spirit level; none after a error.
+    /// A location for a spirit level; none after a error.
     fn level_surface(&self, raw: &RawLevel, shape: &ArmDescription) -> Option<LevelSurface> {
         let Some(carried_by) = shape.joint_index(&raw.on.value) else {
             self.typed.unknown("joint", &raw.on, shape.joints.iter().map(|joint| joint.name.as_str()));

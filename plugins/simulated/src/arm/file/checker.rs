@@ -6,7 +6,7 @@ use crate::arm::description::ArmOnPaper;
 use crate::physics::description::Motion;
 use crate::world::file::typed::Typed;
 
-/// A number with its place in the file.
+/// A number with its position in the file.
 pub(super) type Number = Spanned<f64>;
 
 /// Checks one file.

@@ -47,8 +47,8 @@ impl JointNumbers {
         let mut values = vec![0.0; joints.len()];
         for (key, number) in &self.0 {
             let found = keys.iter().position(|known| *known == key.value);
-            let place = found.and_then(|index| Some((joints.get(index)?, values.get_mut(index)?)));
-            match place {
+            let entry = found.and_then(|index| Some((joints.get(index)?, values.get_mut(index)?)));
+            match entry {
                 Some((joint, value)) => {
                     *value = joint.read(typed.number(&key.value, number, range.clone(), joint.unit()));
                 }

@@ -23,7 +23,7 @@ const SPACE: u8 = 247;
 const TO_ANGLES: u8 = 4;
 /// What fits into the queue.
 const QUEUE: usize = 32;
-/// Alarms: a reset; a command that it does not know; a place it cannot plan a way to; the first of the joints' ends; the arms against each other.
+/// Alarms: a reset; a command that it does not know; a target it cannot plan a way to; the first of the joints' ends; the arms against each other.
 const RESET: u8 = 0x00;
 const UNKNOWN: u8 = 0x01;
 const NO_WAY_THERE: u8 = 0x12;
@@ -232,8 +232,8 @@ impl Controller {
         let [rear, fore, cup] = LENGTHS;
         let out = rear * rear_arm.sin() + fore * forearm.cos() + cup;
         let up = rear * rear_arm.cos() - fore * forearm.sin();
-        let place = [out * base.cos(), out * base.sin(), up, (base + hand).to_degrees()];
-        Ok(place.into_iter().chain(angles).flat_map(|number| (number as f32).to_le_bytes()).collect())
+        let pose = [out * base.cos(), out * base.sin(), up, (base + hand).to_degrees()];
+        Ok(pose.into_iter().chain(angles).flat_map(|number| (number as f32).to_le_bytes()).collect())
     }
 }
 

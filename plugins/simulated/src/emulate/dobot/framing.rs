@@ -24,7 +24,7 @@ impl Command {
 
 /// Where in a frame the controller is.
 #[derive(Debug, Default, Clone, Copy, PartialEq, Eq)]
-enum Place {
+enum FrameState {
     #[default]
     Outside,
     Header,
@@ -35,29 +35,29 @@ enum Place {
 /// What has come of a frame. The controller does not look back: a byte that does not fit ends the frame.
 #[derive(Debug, Default)]
 pub(super) struct Incoming {
-    place: Place,
+    state: FrameState,
     bytes: Vec<u8>,
 }
 
 impl Incoming {
     /// One more byte; the command that it completes. A frame whose bytes and checksum do not add up to 0 is dropped without a word.
     pub(super) fn push(&mut self, byte: u8) -> Option<Command> {
-        self.place = match (self.place, byte) {
-            (Place::Outside, 0xaa) => Place::Header,
-            (Place::Header, 0xaa) => Place::Length,
-            (Place::Length, length @ 2..=LONGEST) => {
+        self.state = match (self.state, byte) {
+            (FrameState::Outside, 0xaa) => FrameState::Header,
+            (FrameState::Header, 0xaa) => FrameState::Length,
+            (FrameState::Length, length @ 2..=LONGEST) => {
                 self.bytes.clear();
-                Place::Inside(length)
+                FrameState::Inside(length)
             }
-            (Place::Inside(length), _) => {
+            (FrameState::Inside(length), _) => {
                 self.bytes.push(byte);
                 if self.bytes.len() <= usize::from(length) {
                     return None;
                 }
-                self.place = Place::Outside;
+                self.state = FrameState::Outside;
                 return self.whole();
             }
-            _ => Place::Outside,
+            _ => FrameState::Outside,
         };
         None
     }

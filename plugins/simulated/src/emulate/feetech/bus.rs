@@ -34,8 +34,8 @@ impl ServoBus {
 
     /// What the encoders show, and which shafts move.
     pub(super) fn look(&mut self, now_ns: u64) -> Result<Vec<(i32, bool)>, ShaftError> {
-        let places = self.shafts.read(now_ns)?;
-        let seen = self.servos.iter().zip(places);
+        let positions = self.shafts.read(now_ns)?;
+        let seen = self.servos.iter().zip(positions);
         Ok(seen.map(|(servo, (counts, moves))| (mirrored(servo, counts).round() as i32, moves)).collect())
     }
 
@@ -154,7 +154,7 @@ impl ServoBus {
     }
 }
 
-/// What an encoder shows, or the shaft's place for what it is to show, of a horn that may sit the other way round.
+/// What an encoder shows, or the shaft's position for what it is to show, of a horn that may sit the other way round.
 fn mirrored(servo: &Servo, counts: f64) -> f64 {
     if servo.reversed { 4096.0 - counts } else { counts }
 }

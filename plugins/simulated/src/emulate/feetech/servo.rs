@@ -72,8 +72,8 @@ impl Servo {
     pub(super) fn new(id: u8, reversed: bool) -> Servo {
         let mut table = [0; TABLE];
         for (address, bytes) in FACTORY {
-            for (place, byte) in table.iter_mut().skip(address).zip(bytes) {
-                *place = *byte;
+            for (entry, byte) in table.iter_mut().skip(address).zip(bytes) {
+                *entry = *byte;
             }
         }
         table[5] = id;
@@ -121,7 +121,7 @@ impl Servo {
         if raw & 0x800 == 0 { size } else { -size }
     }
 
-    /// The place of the encoder to which its goal leads, load included; a goal beyond its own limits is cut.
+    /// The position of the encoder to which its goal leads, load included; a goal beyond its own limits is cut.
     pub(super) fn aim(&self) -> i32 {
         let goal = self.word(GOAL).clamp(self.word(MIN_LIMIT), self.word(MAX_LIMIT));
         i32::from(goal) + self.offset() - self.sag

@@ -27,7 +27,7 @@ impl From<MotionError> for ShaftError {
 /// Where a shaft is to go.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Aim {
-    /// The place of the encoder.
+    /// The position of the encoder.
     pub(super) counts: f64,
     /// Counts a second.
     pub(super) speed: f64,
@@ -87,15 +87,15 @@ impl Shafts {
 
     /// Where each shaft is, counts of an encoder that looks the joint's own way, and whether it moves.
     pub(super) fn read(&mut self, now_ns: u64) -> Result<Vec<(f64, bool)>, ShaftError> {
-        let mut places = Vec::new();
+        let mut positions = Vec::new();
         if let Some(arm) = &mut self.world {
             let (joints, moves) = arm.motion.read()?;
-            places.extend(joints.iter().map(|angle| (AT_ZERO + angle * COUNTS_PER_RAD, moves)));
+            positions.extend(joints.iter().map(|angle| (AT_ZERO + angle * COUNTS_PER_RAD, moves)));
         }
         let bare =
             self.bench.iter().map(|shaft| (shaft.at(now_ns), now_ns < shaft.began_ns + shaft.lasts_ns));
-        places.extend(bare);
-        Ok(places)
+        positions.extend(bare);
+        Ok(positions)
     }
 
     /// Has each shaft go where it is aimed at from now on; one without an aim stays where it is. The shafts that would run against a stop of
@@ -149,10 +149,10 @@ impl WorldArm {
     /// The joints that would be driven beyond their travel and some degrees more.
     fn against_stops(&self, joints: &[Option<f64>]) -> Option<Vec<usize>> {
         const TO_THE_STOP: f64 = 2.0 * TAU / 360.0;
-        let outside = |(place, (angle, facts)): (usize, (&Option<f64>, &JointFacts))| {
+        let outside = |(index, (angle, facts)): (usize, (&Option<f64>, &JointFacts))| {
             let angle = (*angle)?;
             let free = (facts.lower - TO_THE_STOP..=facts.upper + TO_THE_STOP).contains(&angle);
-            (!free).then_some(place)
+            (!free).then_some(index)
         };
         let beyond: Vec<usize> =
             joints.iter().zip(self.motion.joints()).enumerate().filter_map(outside).collect();

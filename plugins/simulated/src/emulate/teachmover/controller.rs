@@ -190,8 +190,8 @@ impl Controller {
             return Ok(());
         }
         let mut all = [0; 6];
-        if let Some(place) = all.get_mut(motor) {
-            *place = half_steps;
+        if let Some(entry) = all.get_mut(motor) {
+            *entry = half_steps;
         }
         self.turn(all, HAND_SPEED, now)
     }

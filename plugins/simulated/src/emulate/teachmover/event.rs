@@ -22,7 +22,7 @@ impl Key {
 
     fn named(text: &str) -> Option<Key> {
         let by_name = Key::PRINTED.iter().position(|name| *name == text.to_ascii_lowercase());
-        let number = by_name.map_or_else(|| text.parse().ok(), |place| Some(place + 1))?;
+        let number = by_name.map_or_else(|| text.parse().ok(), |index| Some(index + 1))?;
         u8::try_from(number).ok().filter(|number| (1..=14).contains(number)).map(Key)
     }
 }

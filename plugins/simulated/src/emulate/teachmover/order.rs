@@ -58,9 +58,9 @@ pub(super) fn read(line: &[u8]) -> Option<Order> {
 fn turn(numbers: &[i64]) -> Option<Order> {
     let (&speed, rest) = numbers.split_first()?;
     let mut half_steps = [0; MOTORS];
-    for (place, number) in half_steps.iter_mut().zip(rest.get(..MOTORS)?) {
+    for (entry, number) in half_steps.iter_mut().zip(rest.get(..MOTORS)?) {
         // A register has sixteen bits.
-        *place = i32::from(i16::try_from(*number).ok()?);
+        *entry = i32::from(i16::try_from(*number).ok()?);
     }
     let outputs = rest.get(MOTORS).map(|number| (*number & 0x1f) as u8);
     let speed = u8::try_from(speed.clamp(0, GREATEST_SPEED)).ok()?;
@@ -69,8 +69,8 @@ fn turn(numbers: &[i64]) -> Option<Order> {
 
 fn keep(numbers: &[i64]) -> Option<Order> {
     let mut words = [0; 8];
-    for (place, number) in words.iter_mut().zip(numbers.get(..8)?) {
-        *place = u16::try_from(*number).ok()?;
+    for (entry, number) in words.iter_mut().zip(numbers.get(..8)?) {
+        *entry = u16::try_from(*number).ok()?;
     }
     Some(Order::Keep(words))
 }

@@ -21,7 +21,7 @@ pub(super) struct Program {
 }
 
 impl Program {
-    /// Keeps a line in the place its first word names.
+    /// Keeps a line in the entry its first word names.
     pub(super) fn keep(&mut self, words: [u16; 8]) {
         let [number, ..] = words;
         self.lines.insert((number & 0xff) as u8, words);
@@ -68,7 +68,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_written_again_takes_the_place_of_the_first() {
+    fn a_line_written_again_replaces_the_first() {
         let mut program = Program::default();
         program.keep([2, 1, 0, 0, 0, 0, 0, 0]);
         program.keep([1, 9, 0, 0, 0, 0, 0, 0]);

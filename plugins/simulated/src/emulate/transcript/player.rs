@@ -112,19 +112,19 @@ impl Player {
         };
         let whole = candidates.iter().find(|candidate| self.bytes_of(**candidate) == self.coming).copied();
         match whole {
-            Some(Candidate::Next(place)) => self.take(place),
+            Some(Candidate::Next(index)) => self.take(index),
             // A longer turn that begins like this one is still possible: it is waited for.
             Some(_) if matches!(first, Candidate::Next(_)) => Vec::new(),
-            Some(Candidate::Again(place)) => {
+            Some(Candidate::Again(index)) => {
                 self.progress.repeated += 1;
                 self.coming.clear();
-                self.answered_then(place)
+                self.answered_then(index)
             }
-            Some(Candidate::Beyond(place)) => {
-                let between = self.entries.get(self.next..place).unwrap_or_default();
+            Some(Candidate::Beyond(index)) => {
+                let between = self.entries.get(self.next..index).unwrap_or_default();
                 self.progress.left_out +=
                     between.iter().filter(|entry| entry.sender == Sender::Program).count();
-                self.take(place)
+                self.take(index)
             }
             None => Vec::new(),
         }
@@ -139,11 +139,11 @@ impl Player {
         if let (Some(former), Some(next)) = (self.former, next)
             && self.same(former, next)
         {
-            let mut place = next;
-            while let Some(later) = self.turn_from(place + 1) {
-                place = later;
-                if !self.same(former, place) {
-                    candidates.push(Candidate::Beyond(place));
+            let mut index = next;
+            while let Some(later) = self.turn_from(index + 1) {
+                index = later;
+                if !self.same(former, index) {
+                    candidates.push(Candidate::Beyond(index));
                     break;
                 }
             }
@@ -153,7 +153,7 @@ impl Player {
 
     fn turn_from(&self, from: usize) -> Option<usize> {
         (from..self.entries.len())
-            .find(|place| self.entries.get(*place).is_some_and(|entry| entry.sender == Sender::Program))
+            .find(|index| self.entries.get(*index).is_some_and(|entry| entry.sender == Sender::Program))
     }
 
     fn same(&self, one: usize, other: usize) -> bool {

@@ -50,20 +50,20 @@ impl LedArm {
 
     /// Where the joints are, rad, and whether they move.
     pub(super) fn read(&mut self) -> Result<([f64; AXES], bool), ArmError> {
-        place(&self.client.read(WorldCommand::Read {}).map_err(gone)?)
+        joints_of(&self.client.read(WorldCommand::Read {}).map_err(gone)?)
     }
 
     /// Leads the joints (rad) for a cycle, s.
     pub(super) fn lead(&mut self, joints: [f64; AXES], seconds: f64) -> Result<Led, ArmError> {
         match self.client.read(WorldCommand::Follow { joints: joints.into(), ms: seconds * 1e3 }) {
-            Ok(reading) => place(&reading).map(|(joints, moving)| Led::At(joints, moving)),
+            Ok(reading) => joints_of(&reading).map(|(joints, moving)| Led::At(joints, moving)),
             Err(ClientError::Refused(why)) => Ok(Led::Refused(why)),
             Err(error) => Err(gone(error)),
         }
     }
 }
 
-fn place(reading: &Reading) -> Result<([f64; AXES], bool), ArmError> {
+fn joints_of(reading: &Reading) -> Result<([f64; AXES], bool), ArmError> {
     let joints = reading.joints.fixed();
     let joints =
         joints.ok_or_else(|| ArmError(format!("it has {} joints, not six", reading.joints.len())))?;

@@ -327,12 +327,12 @@ impl Controller {
     /// Leads the joints on.
     fn lead(&mut self) -> Result<(), ArmError> {
         let Some(way) = &mut self.way else { return self.rest() };
-        let place = way.advance(CYCLE_S);
-        match self.arm.lead(place.joints, CYCLE_S)? {
+        let motion_state = way.advance(CYCLE_S);
+        match self.arm.lead(motion_state.joints, CYCLE_S)? {
             Led::At(joints, _) => {
                 self.actual = joints;
-                self.target = place.joints;
-                (self.actual_speed, self.target_speed) = (place.speeds, place.speeds);
+                self.target = motion_state.joints;
+                (self.actual_speed, self.target_speed) = (motion_state.speeds, motion_state.speeds);
             }
             Led::Refused(why) => {
                 self.way = None;
@@ -341,7 +341,7 @@ impl Controller {
                 return Ok(());
             }
         }
-        if place.ended {
+        if motion_state.ended {
             self.way = None;
             self.settling = true;
         }

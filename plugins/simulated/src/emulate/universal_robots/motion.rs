@@ -70,16 +70,16 @@ impl Way {
         let (gone, speed) = self.gone();
         let fraction = if self.length > NO_WAY { (gone / self.length).min(1.0) } else { 1.0 };
         let rate = if self.length > NO_WAY { speed / self.length } else { 0.0 };
-        let mut place = MotionState { joints: self.to, speeds: [0.0; AXES], ended: speed <= 0.0 };
+        let mut state = MotionState { joints: self.to, speeds: [0.0; AXES], ended: speed <= 0.0 };
         if fraction < 1.0 {
-            for (joint, (from, to)) in place.joints.iter_mut().zip(self.from.iter().zip(&self.to)) {
+            for (joint, (from, to)) in state.joints.iter_mut().zip(self.from.iter().zip(&self.to)) {
                 *joint = from + fraction * (to - from);
             }
         }
-        for (joint, (from, to)) in place.speeds.iter_mut().zip(self.from.iter().zip(&self.to)) {
+        for (joint, (from, to)) in state.speeds.iter_mut().zip(self.from.iter().zip(&self.to)) {
             *joint = rate * (to - from);
         }
-        place
+        state
     }
 
     /// How far the joint that goes furthest has come, rad, and its speed, rad/s; no speed at the end.
@@ -114,7 +114,7 @@ mod tests {
 
     const CYCLE: f64 = 0.008;
 
-    /// Every place of a way, and how long it took, s.
+    /// Every state of a way, and how long it took, s.
     fn gone(mut way: Way) -> (Vec<MotionState>, f64) {
         let mut states = Vec::new();
         while states.last().is_none_or(|state: &MotionState| !state.ended) && states.len() < 10_000 {
@@ -130,7 +130,7 @@ mod tests {
         let (states, seconds) = gone(Way::new([0.0; AXES], to, 0.8, 2.0));
         // 1 rad at 0.8 rad/s, and once the ramp: 1.25 + 0.4 s.
         assert!((seconds - 1.65).abs() < 2.0 * CYCLE, "{seconds}");
-        assert_eq!(states.last().map(|place| place.joints), Some(to));
+        assert_eq!(states.last().map(|state| state.joints), Some(to));
         for pair in states.windows(2) {
             let [before, after] = pair else { continue };
             assert!((after.joints[0] - before.joints[0]) / CYCLE < 0.8 + 1e-9);
@@ -143,7 +143,7 @@ mod tests {
     fn a_short_way_never_reaches_the_speed() {
         let (states, seconds) = gone(Way::new([0.0; AXES], [0.01, 0.0, 0.0, 0.0, 0.0, 0.0], 3.0, 1.0));
         assert!((seconds - 0.2).abs() < 2.0 * CYCLE, "{seconds}");
-        assert!(states.iter().all(|place| place.speeds[0] <= 0.1 + 1e-9));
+        assert!(states.iter().all(|state| state.speeds[0] <= 0.1 + 1e-9));
     }
 
     #[test]
@@ -156,13 +156,13 @@ mod tests {
         way.stop(2.0);
         let (states, seconds) = gone(way);
         assert!((seconds - 0.5).abs() < 2.0 * CYCLE, "{seconds}");
-        let end = states.last().map_or(0.0, |place| place.joints[0]);
+        let end = states.last().map_or(0.0, |state| state.joints[0]);
         assert!((end - before - 0.25).abs() < 1e-6, "{}", end - before);
     }
 
     #[test]
     fn no_way_is_over_at_once() {
-        let place = Way::new([0.3; AXES], [0.3; AXES], 1.0, 1.0).advance(CYCLE);
-        assert!(place.ended && place.joints == [0.3; AXES]);
+        let state = Way::new([0.3; AXES], [0.3; AXES], 1.0, 1.0).advance(CYCLE);
+        assert!(state.ended && state.joints == [0.3; AXES]);
     }
 }

@@ -28,7 +28,7 @@ enum Output {
     NotSimulated(usize),
 }
 
-/// Every joint holds its place or moves: `JOINT_MODE_RUNNING`.
+/// Every joint holds its position or moves: `JOINT_MODE_RUNNING`.
 const JOINT_RUNNING: i32 = 253;
 
 impl Output {

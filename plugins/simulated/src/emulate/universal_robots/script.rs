@@ -151,13 +151,13 @@ impl<'a> Arguments<'a> {
     /// Split at the commas that are in no list.
     fn of(inner: &'a str) -> Self {
         let (mut all, mut depth, mut begin) = (Vec::new(), 0_i32, 0);
-        for (place, character) in inner.char_indices() {
+        for (offset, character) in inner.char_indices() {
             match character {
                 '[' => depth += 1,
                 ']' => depth -= 1,
                 ',' if depth == 0 => {
-                    all.push(inner.get(begin..place).unwrap_or_default().trim());
-                    begin = place + 1;
+                    all.push(inner.get(begin..offset).unwrap_or_default().trim());
+                    begin = offset + 1;
                 }
                 _ => {}
             }
@@ -166,7 +166,7 @@ impl<'a> Arguments<'a> {
         Self { all }
     }
 
-    /// A number by its name or, without one, its place.
+    /// A number by its name or, without one, its index.
     fn number(&self, name: &str, index: usize, usual: f64) -> Result<f64, String> {
         let named = self.all.iter().find_map(|argument| {
             let (key, value) = argument.split_once('=')?;

@@ -44,11 +44,11 @@ pub(super) fn columns(dialect: Dialect, values: &[f64; 6]) -> String {
 
 /// Position and orientation as VAL writes them: mm, and O, A, T in degrees.
 pub(super) fn transformation(base_from_flange: &Rigid) -> [f64; 6] {
-    let (place, turn) = (base_from_flange.translation, base_from_flange.rotation);
+    let (position, turn) = (base_from_flange.translation, base_from_flange.rotation);
     let altitude = (-turn.z.z).clamp(-1.0, 1.0).asin();
     let orientation = turn.z.x.atan2(-turn.z.y);
     let tool = turn.x.z.atan2(-turn.y.z);
-    [place.x, place.y, place.z, orientation.to_degrees(), altitude.to_degrees(), tool.to_degrees()]
+    [position.x, position.y, position.z, orientation.to_degrees(), altitude.to_degrees(), tool.to_degrees()]
 }
 
 fn folded(degrees: f64) -> f64 {

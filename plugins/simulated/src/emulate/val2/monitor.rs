@@ -445,9 +445,9 @@ impl Monitor {
 
     fn show_where(&mut self) -> Result<(), ArmError> {
         let (degrees, _) = self.arm.read()?;
-        let place = transformation(&self.arm.base_from_flange(&degrees));
+        let pose = transformation(&self.arm.base_from_flange(&degrees));
         self.say_line(where_heading(self.dialect));
-        let (first, second) = (columns(self.dialect, &place), joints(self.dialect, &degrees));
+        let (first, second) = (columns(self.dialect, &pose), joints(self.dialect, &degrees));
         self.say_line(&first);
         self.say_line(&second);
         Ok(())

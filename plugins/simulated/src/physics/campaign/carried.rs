@@ -35,8 +35,8 @@ pub fn displacements(
     hidden: &Imperfection,
 ) -> Result<Vec<Vec<Vector>>, NoEquilibrium> {
     let both: Vec<Imperfection> = known.iter().chain([hidden]).cloned().collect();
-    let without = places(arm, points, rows, known)?;
-    let with = places(arm, points, rows, &both)?;
+    let without = positions(arm, points, rows, known)?;
+    let with = positions(arm, points, rows, &both)?;
     let difference = |(with, without): (Vec<Vector>, Vec<Vector>)| {
         with.into_iter().zip(without).map(|(with, without)| with - without).collect()
     };
@@ -44,7 +44,7 @@ pub fn displacements(
 }
 
 /// Where the points are in every row.
-fn places(
+fn positions(
     arm: &ArmDescription,
     points: &[Vector],
     rows: &[MeasuredRow],
@@ -52,7 +52,7 @@ fn places(
 ) -> Result<Vec<Vec<Vector>>, NoEquilibrium> {
     let mut machine = Machine::new(arm, imperfections);
     machine.go(&vec![0.0; arm.joints.len()], 0.0);
-    let place = |row: &MeasuredRow| {
+    let position_at = |row: &MeasuredRow| {
         let visit = Visit { sides: row.sides.clone(), ..Visit::at(row.commanded.clone()) };
         if row.sides.iter().any(|side| *side != 0.0) {
             machine.go(&visit.beyond(), row.time_s);
@@ -63,7 +63,7 @@ fn places(
         let link_frames = machine.equilibrium(&conditions)?.link_frames;
         Ok(points.iter().map(|point| link_frames.world_from_flange.apply(*point)).collect())
     };
-    rows.iter().map(place).collect()
+    rows.iter().map(position_at).collect()
 }
 
 #[cfg(test)]
@@ -85,7 +85,7 @@ mod tests {
         let known = [Imperfection { mechanism: Mechanism::LinkLength { joint: 1 }, size: 0.5 }];
         let hidden = Imperfection { mechanism: Mechanism::JointZero { joint: 0 }, size: 1e-3 };
         let moved = displacements(&arm, &points, &rows, &known, &hidden).unwrap();
-        let at = places(&arm, &points, &rows, &known).unwrap();
+        let at = positions(&arm, &points, &rows, &known).unwrap();
         for (moved, at) in moved[0].iter().zip(&at[0]) {
             let radius = at.x.hypot(at.y);
             assert!((moved.norm() - 1e-3 * radius).abs() < 1e-3, "{moved:?} at {radius}");

@@ -131,7 +131,7 @@ fn row_yaml(joint: &Joint) -> String {
     text
 }
 
-/// What a model file says of what is read, where that is not the target's place.
+/// What a model file says of what is read, where that is not the target's position.
 fn reading_yaml(arm: &ArmDescription, reading: Reading) -> String {
     match reading {
         Reading::Position | Reading::Pose | Reading::Touch => String::new(),

@@ -17,12 +17,12 @@ pub const REFLECTORS_MM: f64 = 100.0;
 
 /// How a body is turned whose reflectors were read: the target, then the ends of its x and of its y, mm. A rotation vector, rad.
 pub fn turn_of(reflectors: &[f64]) -> Option<Vector> {
-    let place = |number: usize| match reflectors.get(3 * number..3 * number + 3) {
+    let reflector = |number: usize| match reflectors.get(3 * number..3 * number + 3) {
         Some([x, y, z]) => Some(Vector::new(*x, *y, *z)),
         _ => None,
     };
-    let x = (place(1)? - place(2)?).unit()?;
-    let y = (place(3)? - place(4)?).across(x).unit()?;
+    let x = (reflector(1)? - reflector(2)?).unit()?;
+    let y = (reflector(3)? - reflector(4)?).across(x).unit()?;
     Some(rotation_vector(&Rotation { x, y, z: x.cross(y) }))
 }
 
@@ -73,7 +73,7 @@ impl Instrument {
                 [link_frames.target]
                     .iter()
                     .chain(&ends)
-                    .flat_map(|place| <[f64; 3]>::from(self.sees(*place)))
+                    .flat_map(|point| <[f64; 3]>::from(self.sees(*point)))
                     .collect()
             }
             Reading::Height => vec![seen.z - TABLE_HEIGHT],

@@ -15,7 +15,7 @@ const SOCKETS: usize = 6;
 /// The operator stops jogging when the ball is this near to where it belongs, mm.
 const SEATED: f64 = 2e-3;
 
-/// Where the sockets are: places that the arm on paper reaches, mm in the world.
+/// Where the sockets are: positions that the arm on paper reaches, mm in the world.
 pub(super) fn sockets(specification: &Specification, seed: u64) -> Vec<Vector> {
     let windows = windows(specification, &mut Random::new(seed, "poses"));
     let mut random = Random::new(seed, "sockets");
@@ -27,7 +27,7 @@ pub(super) fn sockets(specification: &Specification, seed: u64) -> Vec<Vector> {
 pub(super) fn poses(specification: &Specification, seed: u64, random: &mut Random) -> Vec<(usize, Vec<f64>)> {
     let windows = windows(specification, &mut Random::new(seed, "poses"));
     let arm = Shape::nominal(&specification.arm).arm();
-    let places = sockets(specification, seed);
+    let positions = sockets(specification, seed);
     let inside =
         |pose: &[f64]| pose.iter().zip(&windows).all(|(angle, [low, high])| (*low..=*high).contains(angle));
     let mut find = |socket: usize, goal: Vector| {
@@ -39,7 +39,7 @@ pub(super) fn poses(specification: &Specification, seed: u64, random: &mut Rando
     };
     let requested = (0..specification.poses).filter_map(|index| {
         let socket = index % SOCKETS;
-        find(socket, *places.get(socket)?)
+        find(socket, *positions.get(socket)?)
     });
     requested.collect()
 }
@@ -53,13 +53,13 @@ pub(super) fn seat(
     imperfections: &[Imperfection],
     off: &[Vec<f64>],
 ) -> Result<(), NoEquilibrium> {
-    let places = sockets(specification, seed);
+    let positions = sockets(specification, seed);
     let mut machine = Machine::new(&specification.arm, imperfections);
     machine.go(&vec![0.0; specification.arm.joints.len()], 0.0);
     for (visit, off) in visits.iter_mut().zip(off) {
-        let Some(place) = visit.touch.and_then(|socket| places.get(socket)) else { continue };
+        let Some(position) = visit.touch.and_then(|socket| positions.get(socket)) else { continue };
         let shift = |axis: usize| off.get(axis).copied().unwrap_or(0.0);
-        let goal = *place + Vector::new(shift(0), shift(1), shift(2));
+        let goal = *position + Vector::new(shift(0), shift(1), shift(2));
         for _ in 0..12 {
             let link_frames = equilibrium(&mut machine, visit)?;
             let missing = goal - link_frames.target;

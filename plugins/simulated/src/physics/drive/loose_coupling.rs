@@ -1,4 +1,4 @@
-//! A coupling with a loose screw: after each move it sits in one of two places, for no reason anyone recorded.
+//! A coupling with a loose screw: after each move it sits in one of two positions, for no reason anyone recorded.
 
 use crate::physics::random::Random;
 

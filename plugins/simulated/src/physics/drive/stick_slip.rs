@@ -18,10 +18,10 @@ impl Detents {
     pub fn new(joint: usize, depth: f64, spacing: f64, travel: [f64; 2], pattern: u64) -> Self {
         let mut chance = Random::new(pattern, "detents");
         let mut spots = vec![travel[0] - 2.0 * spacing];
-        let mut place = travel[0] - spacing;
-        while place < travel[1] + 2.0 * spacing {
-            spots.push(place);
-            place += spacing * chance.between(0.5, 1.5);
+        let mut spot = travel[0] - spacing;
+        while spot < travel[1] + 2.0 * spacing {
+            spots.push(spot);
+            spot += spacing * chance.between(0.5, 1.5);
         }
         Self { joint, depth, spots, last: None, side: 1.0 }
     }

@@ -158,11 +158,11 @@ impl Checker<'_> {
         }
         let black = self.typed.or("black", &raw.reflectance.black, 0.05, 0.0..=1.0, "");
         let white = self.typed.or("white", &raw.reflectance.white, 0.9, 0.0..=1.0, "");
-        if let Some(place) = raw.reflectance.white.as_ref().or(raw.reflectance.black.as_ref())
+        if let Some(given) = raw.reflectance.white.as_ref().or(raw.reflectance.black.as_ref())
             && white <= black
         {
             let problem = format!("`white` ({white}) must reflect more than `black` ({black})");
-            self.typed.wrong(place.span, &problem);
+            self.typed.wrong(given.span, &problem);
         }
         let body_radius =
             self.typed.or("radius_mm", &raw.body.radius_mm, line_b_distance + 70.0, 20.0..=2000.0, "mm");

@@ -1,4 +1,4 @@
-//! World files: YAML a person writes, read in two stages. What was typed (`raw`) keeps its places in the file; what is true
+//! World files: YAML a person writes, read in two stages. What was typed (`raw`) keeps its positions in the file; what is true
 //! ([`super::WorldDescription`]) has been checked and is in the world's own units.
 //!
 //! Every key carries its unit. Unknown and missing keys, values out of range and things that contradict each other are

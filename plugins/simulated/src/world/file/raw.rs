@@ -3,7 +3,7 @@
 use plumb_document::Spanned;
 use serde::Deserialize;
 
-/// A number as typed, with its place.
+/// A number as typed, with its position.
 pub(super) type Number = Spanned<f64>;
 
 /// The whole file.

@@ -50,5 +50,5 @@ pub(crate) fn open(file: &str, sealed: &str) -> Result<String, WorldFileError> {
 
 /// The same operation veils and unveils.
 fn veiled(bytes: &[u8]) -> Vec<u8> {
-    bytes.iter().zip(0..).map(|(byte, place)| byte ^ (chance::uniform(0x5ea1, place) * 256.0) as u8).collect()
+    bytes.iter().zip(0..).map(|(byte, index)| byte ^ (chance::uniform(0x5ea1, index) * 256.0) as u8).collect()
 }

@@ -1,4 +1,4 @@
-//! A world file, or an arm file, as it was typed: numbers each within what they can be, mistakes kept with their place.
+//! A world file, or an arm file, as it was typed: numbers each within what they can be, mistakes kept with their position.
 
 use std::ops::RangeInclusive;
 use std::path::Path;
@@ -36,7 +36,7 @@ impl Typed<'_> {
         value.between(&format!("`{key}`"), range, unit, self.problems)
     }
 
-    /// A mistake at a place of the file. What follows the last `; ` says what would be right.
+    /// A mistake at a position in the file. What follows the last `; ` says what would be right.
     pub(crate) fn wrong(self, span: Span, problem: &str) {
         let (message, help) = problem.rsplit_once("; ").unwrap_or((problem, ""));
         self.problems.add(span, message, help);
