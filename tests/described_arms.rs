@@ -150,14 +150,14 @@ fn what_the_shipped_gantry_hides_in_its_slides_is_named_and_its_tip_comes_where_
     let grown = cells.printed(&["model", "grow", model, "--data", "table.csv", "--json"]);
     let grown: serde_json::Value = serde_json::from_str(&grown).unwrap();
     // The world hides it: 0.03 deg out of square, 0.12 mm of play, and a wave of 0.04 mm.
-    for (effect, place, truth) in
+    for (effect, site, truth) in
         [("link_twist", "x", 0.03), ("joint_backlash", "y", 0.12), ("screw_wave", "x", 0.04)]
     {
         let steps = grown["steps"].as_array().unwrap().iter().map(|step| &step["added"]);
-        let found = steps.into_iter().find(|one| one["effect"] == effect && one["where"] == place);
-        let found = found.unwrap_or_else(|| panic!("{effect}({place}): {}", grown["steps"]));
+        let found = steps.into_iter().find(|one| one["effect"] == effect && one["where"] == site);
+        let found = found.unwrap_or_else(|| panic!("{effect}({site}): {}", grown["steps"]));
         let (size, se) = (found["size"].as_f64().unwrap(), found["se"].as_f64().unwrap());
-        assert!((size - truth).abs() < 3.0 * se, "{effect}({place}): {size} +- {se}, true {truth}");
+        assert!((size - truth).abs() < 3.0 * se, "{effect}({site}): {size} +- {se}, true {truth}");
     }
     assert_eq!(grown["steps"].as_array().unwrap().len(), 3, "{}", grown["steps"]);
     assert_eq!(grown["verdict"], "at_floor", "{}", grown["sentence"]);
@@ -169,7 +169,7 @@ fn what_the_shipped_gantry_hides_in_its_slides_is_named_and_its_tip_comes_where_
 /// Guideways that are bowed or twisted, and a screw out of true, hidden in the gantry's cell under seal.
 #[test]
 fn what_only_slides_have_is_named_with_its_size_where_a_trial_hides_it_in_the_gantry() {
-    for (fault, effect, place) in [
+    for (fault, effect, site) in [
         ("yaw(y)", "axis_yaw", "y"),
         ("roll(x)", "axis_roll", "x"),
         ("pitch(x)", "axis_pitch", "x"),
@@ -192,7 +192,7 @@ fn what_only_slides_have_is_named_with_its_size_where_a_trial_hides_it_in_the_ga
         let named = &output["named"];
         assert_eq!(
             (&named["effect"], &named["where"]),
-            (&effect.into(), &place.into()),
+            (&effect.into(), &site.into()),
             "{fault}: {}",
             output["sentence"]
         );
@@ -327,7 +327,7 @@ fn an_arm_of_five_axes_made_of_files_only_is_measured_and_what_it_hides_is_named
 }
 
 #[test]
-fn the_worlds_reader_of_urdf_files_and_the_labs_put_the_tip_at_the_same_places() {
+fn the_worlds_reader_of_urdf_files_and_the_labs_put_the_tip_at_the_same_positions() {
     let cells = palletizer(0.0, "");
     let model = fs::read_to_string(cells.path("palletizer/palletizer.model.yaml")).unwrap();
     let fixed = model.replace("free: true", "free: false").replace("[joint_zero(*)]", "[]");

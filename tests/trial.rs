@@ -214,7 +214,7 @@ fn two_joints_that_yield_are_found_both_and_not_the_link_between_them() {
 #[test]
 fn what_the_library_has_no_name_for_is_located_by_its_direction_and_not_padded_with_names() {
     let home = tempfile::tempdir().unwrap();
-    for (seed, arm, effect, place) in [
+    for (seed, arm, effect, site) in [
         ("13403652896558072272", "ur10", "worn_gear=3x", "wrist3"),
         ("14973018471622387101", "ur5", "cable_wind_up=3x", "elbow"),
         ("5239455094129380578", "teachmover", "cable_wind_up=3x", "shoulder"),
@@ -223,8 +223,8 @@ fn what_the_library_has_no_name_for_is_located_by_its_direction_and_not_padded_w
     ] {
         let printed = diagnosed(home.path(), seed, &["--seed", seed, "--arm", arm, "--effect", effect]);
         assert_eq!(printed["verdict"], "located", "{arm} {effect}: {}", printed["sentence"]);
-        assert_eq!(printed["located"]["where"], place, "{arm} {effect}: {}", printed["sentence"]);
-        assert_eq!(printed["remaining"]["where"][0], place, "{arm} {effect}: {}", printed["sentence"]);
+        assert_eq!(printed["located"]["where"], site, "{arm} {effect}: {}", printed["sentence"]);
+        assert_eq!(printed["remaining"]["where"][0], site, "{arm} {effect}: {}", printed["sentence"]);
     }
 }
 
@@ -387,8 +387,8 @@ fn a_jump_of_the_first_joint_is_dated_and_tied_with_a_base_that_was_turned() {
     let diagnosis = diagnosed(home.path(), "waist", &options);
     assert_eq!(diagnosis["verdict"], "tied", "{}", diagnosis["sentence"]);
     let tied = diagnosis["tied"].as_array().unwrap();
-    for (effect, place) in [("joint_step", "axis1"), ("base_reset", "base")] {
-        let is_there = tied.iter().any(|one| one["effect"] == effect && one["where"] == place);
+    for (effect, site) in [("joint_step", "axis1"), ("base_reset", "base")] {
+        let is_there = tied.iter().any(|one| one["effect"] == effect && one["where"] == site);
         assert!(is_there, "{effect} is not in {tied:?}");
     }
     assert!(diagnosis["sentence"].as_str().unwrap().contains("jumped between rows"));
@@ -461,7 +461,7 @@ fn an_effect_is_hidden_in_a_users_own_measurements_and_the_size_that_would_be_fo
 fn an_effect_hidden_in_measurements_turns_their_orientations_too() {
     let home = tempfile::tempdir().unwrap();
     let write = |name: &str, text: &str| fs::write(home.path().join(name), text).unwrap();
-    // One joint that turns about z: the body's orientation is the joint's angle, its place is on a circle.
+    // One joint that turns about z: the body's orientation is the joint's angle, its position is on a circle.
     write(
         "one.yaml",
         "arm: one\nconvention: distal\njoints: [{name: j, limits_deg: [-170, 170]}]\nbase: {xyz_mm: [0, 0, 0], free: false}\ntargets: {p1: {xyz_mm: [300, 0, 0], free: false}}\nfree: []\nnoise: {p1_mm: 0.05, p1_deg: 0.005}\n",
@@ -495,7 +495,7 @@ fn an_effect_hidden_in_measurements_turns_their_orientations_too() {
     let hidden = plumb(&inject, home.path());
     assert_eq!(hidden.status.code(), Some(0), "{}", complained(&hidden));
     assert!(printed(&hidden).contains("of 0.2000 deg is hidden"), "{}", printed(&hidden));
-    // Every orientation has turned by as much as its place has moved on the circle.
+    // Every orientation has turned by as much as its position has moved on the circle.
     let read = |name: &str| {
         let text = fs::read_to_string(home.path().join(name)).unwrap();
         let mut lines = text
@@ -599,7 +599,7 @@ fn a_trial_whose_table_has_orientations_is_diagnosed_and_scored() {
     }
     // Without the orientations it does not show: the target is on the axis.
     let text = fs::read_to_string(home.path().join("t/table.csv")).unwrap();
-    let places: String = text
+    let positions: String = text
         .lines()
         .map(|line| {
             format!(
@@ -615,7 +615,7 @@ fn a_trial_whose_table_has_orientations_is_diagnosed_and_scored() {
             )
         })
         .collect();
-    fs::write(home.path().join("places.csv"), places).unwrap();
+    fs::write(home.path().join("places.csv"), positions).unwrap();
     let without = plumb(&["model", "diagnose", "t/model.yaml", "--data", "places.csv"], home.path());
     assert!(!printed(&without).contains("NAMED"), "{}", printed(&without));
 }

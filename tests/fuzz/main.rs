@@ -216,7 +216,7 @@ target!(record, [corpus::record()], |bytes: &[u8]| {
         let _damage = record.damage();
         let _runs = record.number_of_runs();
         let _found = record.find_runs(&plumb_record::RunFilter::default());
-        let _places = record.corrected_places();
+        let _sites = record.corrected_sites();
     }
 });
 

@@ -7,7 +7,7 @@ use super::hidden::{Drawn, FLOOR_MM, Story, run_short_story};
 /// The tip is at the floor where no more is left than this many times the floor.
 const AT_FLOOR: f64 = 1.3;
 
-/// A place at which an effect is hidden, the size it is given there, least and most.
+/// A site at which an effect is hidden, the size it is given there, least and most.
 struct HiddenEffect {
     effect: &'static str,
     words: &'static str,
@@ -40,7 +40,7 @@ const SOFT: &str = "rad_per_nm: SIZE";
 const WHEEL: &str = "per_turn: 1, amplitude_deg: SIZE, phase_deg: PHASE";
 const WHEEL_TWICE: &str = "per_turn: 2, amplitude_deg: SIZE, phase_deg: PHASE";
 
-/// Every effect the world's file knows, at the places where it can be seen. Left out is the drift of a warming arm: a table of several runs has no time,
+/// Every effect the world's file knows, at the sites where it can be seen. Left out is the drift of a warming arm: a table of several runs has no time,
 /// and the procedure's second pass says of it what is to be said.
 const EFFECTS: [HiddenEffect; 36] = [
     hide("joint_backlash", "play", "waist", [0.12, 0.28], "deg", PLAY),
@@ -116,7 +116,7 @@ const EFFECTS: [HiddenEffect; 36] = [
     hide("joint_harmonic", "wheel out of true", "wrist_roll", [0.3, 0.6], "deg", WHEEL),
 ];
 
-/// Places that no measurement of this arm can distinguish: the axes of shoulder and elbow are parallel, so a shift along the one is a shift along the other.
+/// Sites that no measurement of this arm can distinguish: the axes of shoulder and elbow are parallel, so a shift along the one is a shift along the other.
 const SAME: [(&str, &str, &str); 1] = [("link_offset", "shoulder", "elbow")];
 
 /// What world `number` of those from `first` hides, and its seed.
@@ -133,7 +133,7 @@ fn draw(number: u64, first: u64) -> (Drawn, u64) {
     let entry = index.entry.replace("SIZE", &size).replace("PHASE", &phase.to_string());
     let drawn = Drawn {
         effect: index.effect,
-        place: index.joint.to_owned(),
+        site: index.joint.to_owned(),
         size: format!("{size} {}", index.unit),
         words: index.words,
         imperfection: format!("{{{}: {{joint: {}, {entry}}}}}", index.effect, index.joint),
@@ -155,19 +155,19 @@ enum Verdict {
 }
 
 fn verdict(story: &Story) -> Verdict {
-    let Drawn { effect, place, .. } = &story.drawn;
+    let Drawn { effect, site, .. } = &story.drawn;
     let is_truth = |named: &str, at: &str| {
         let same = |(kind, one, other): &(&str, &str, &str)| {
-            kind == effect && (one == place && *other == at || other == place && *one == at)
+            kind == effect && (one == site && *other == at || other == site && *one == at)
         };
-        named == *effect && (at == place || SAME.iter().any(same))
+        named == *effect && (at == site || SAME.iter().any(same))
     };
     let found = &story.with_tracker;
     match found.added.as_slice() {
         [(named, at, _)] if is_truth(named, at) => Verdict::Named,
         added => {
             let last = found.verdicts.last().map(String::as_str).unwrap_or_default();
-            let truth = format!("{effect}({place}");
+            let truth = format!("{effect}({site}");
             if (last.starts_with("tied") || last.starts_with("located")) && last.contains(&truth) {
                 Verdict::Tied
             } else if added.is_empty() {

@@ -49,7 +49,7 @@ pub(crate) struct Findings {
     pub(crate) verdicts: Vec<String>,
     /// Poses measured beyond the calibration.
     pub(crate) poses: usize,
-    /// What was named and added: effect, place, size.
+    /// What was named and added: effect, site, size.
     pub(crate) added: Vec<(String, String, f64)>,
     /// What was added of several that these poses cannot distinguish.
     pub(crate) either: Option<String>,
@@ -75,7 +75,7 @@ pub(crate) struct Drawn {
     /// The effect as the lab calls it.
     pub(crate) effect: &'static str,
     /// The joint it sits at.
-    pub(crate) place: String,
+    pub(crate) site: String,
     /// How much of it there is, with its unit.
     pub(crate) size: String,
     /// As people call it.
@@ -89,8 +89,8 @@ impl Hidden {
 
     /// What the world of this seed hides.
     pub(crate) fn of_seed(self, seed: u64) -> Drawn {
-        let (place, size, imperfection) = self.drawn(seed);
-        Drawn { effect: self.effect(), place, size, words: self.in_words(), imperfection }
+        let (site, size, imperfection) = self.drawn(seed);
+        Drawn { effect: self.effect(), site, size, words: self.in_words(), imperfection }
     }
 
     /// The effect as the lab calls it.
@@ -151,7 +151,7 @@ impl Hidden {
 impl Findings {
     /// Whether the truth, and nothing else, was named.
     pub(crate) fn names(&self, hidden: &Drawn) -> bool {
-        matches!(self.added.as_slice(), [(effect, joint, _)] if effect == hidden.effect && *joint == hidden.place)
+        matches!(self.added.as_slice(), [(effect, joint, _)] if effect == hidden.effect && *joint == hidden.site)
     }
 }
 
@@ -253,7 +253,7 @@ impl Lab<'_> {
         output
     }
 
-    /// What is left of the tip where nothing but the place of the arm's foot is fitted: the arm as its controller believes it.
+    /// What is left of the tip where nothing but the position of the arm's foot is fitted: the arm as its controller believes it.
     fn tip_of(&self, run: i64) -> Tip {
         self.table(&[run]);
         tip(&self.residuals(Some(Vec::new()), Holdout::None))
@@ -336,8 +336,8 @@ impl Lab<'_> {
 fn in_words(diagnosis: &Value) -> String {
     let effect = |of: &Value| {
         let text = |key: &str| of[key].as_str().map(str::to_owned);
-        let places: Vec<String> = [text("where"), text("with")].into_iter().flatten().collect();
-        format!("{}({})", text("effect").unwrap_or_default(), places.join(", "))
+        let sites: Vec<String> = [text("where"), text("with")].into_iter().flatten().collect();
+        format!("{}({})", text("effect").unwrap_or_default(), sites.join(", "))
     };
     let named = Some(&diagnosis["named"]).filter(|named| named.is_object());
     let tied = diagnosis["tied"].as_array().map(Vec::as_slice).unwrap_or_default();
@@ -421,9 +421,9 @@ impl fmt::Display for Story {
             format!("{output} | {} | {}", findings.poses, findings.left)
         };
         let Self { seed, before, after, .. } = self;
-        let Drawn { place, size, words, .. } = &self.drawn;
+        let Drawn { site, size, words, .. } = &self.drawn;
         let with_tracker = found(&self.with_tracker);
-        write!(formatter, "| {seed}: {words}, {place}, {size} | {before} | {after} | {with_tracker} |")?;
+        write!(formatter, "| {seed}: {words}, {site}, {size} | {before} | {after} | {with_tracker} |")?;
         match &self.by_hand {
             Some(by_hand) => write!(formatter, " {} |", found(by_hand)),
             None => Ok(()),

@@ -53,7 +53,7 @@ fn joints_rig_and_scan_in_one_run_and_the_direction_error_falls_at_each_step() {
     for (joint, truth) in
         [("shoulder", 0.35), ("elbow", -0.45), ("wrist_roll", 0.4), ("wrist_bend", -0.5), ("flange", 0.6)]
     {
-        let found = zeros.iter().find(|one| one.key.place == joint).unwrap();
+        let found = zeros.iter().find(|one| one.key.site == joint).unwrap();
         assert!((found.value - truth).abs() < 0.06, "{joint}: {} for {truth}", found.value);
     }
     assert_eq!(record.corrections_in_force("agin", "stripe").unwrap().len(), 8);

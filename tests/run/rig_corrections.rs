@@ -15,8 +15,8 @@ fn corrections(lab: &Lab, run: i64) -> Vec<StoredCorrection> {
     record.corrections_of_run(plumb_record::RunId(run)).unwrap()
 }
 
-fn found<'c>(corrections: &'c [StoredCorrection], place: &str) -> Vec<&'c StoredCorrection> {
-    corrections.iter().filter(|one| one.key.place == place).collect()
+fn found<'c>(corrections: &'c [StoredCorrection], site: &str) -> Vec<&'c StoredCorrection> {
+    corrections.iter().filter(|one| one.key.site == site).collect()
 }
 
 #[test]
@@ -27,9 +27,9 @@ fn four_stages_in_a_sequence_correct_a_rig_that_was_never_calibrated() {
     let output = lab.plumb(&["run", "new-rig.yaml", "calibrate-rig", "--headless", "--record", "record"]);
     assert_eq!(output.code(), 0, "{}", output.all());
     let all = corrections(&lab, 2);
-    let places: Vec<&str> = all.iter().map(|one| one.key.place.as_str()).collect();
+    let sites: Vec<&str> = all.iter().map(|one| one.key.site.as_str()).collect();
     assert_eq!(
-        places,
+        sites,
         [
             "flange",
             "camera_aim_x",
@@ -56,7 +56,7 @@ fn four_stages_in_a_sequence_correct_a_rig_that_was_never_calibrated() {
     for (first, again) in all.iter().zip(corrections(&lab, 4)) {
         assert!((again.old - first.new).abs() < 1e-12, "{again:?} goes on from {first:?}");
         let change = (again.new - again.old).abs();
-        assert!(change < 2.0 * first.uncertainty.unwrap(), "{} changes by {change}", first.key.place);
+        assert!(change < 2.0 * first.uncertainty.unwrap(), "{} changes by {change}", first.key.site);
     }
 }
 
@@ -207,8 +207,8 @@ fn killed_between_two_stages_a_run_keeps_what_was_accepted_and_does_not_find_it_
         assert_eq!(resumed.code(), 0, "killed in {step}: {}", resumed.all());
         let after = corrections(&lab, run);
         for one in &before {
-            let now = found(&after, &one.key.place);
-            assert_eq!(now.len(), 1, "{} is found once", one.key.place);
+            let now = found(&after, &one.key.site);
+            assert_eq!(now.len(), 1, "{} is found once", one.key.site);
             assert_eq!(now.first().map(|now| (now.new, now.revision)), Some((one.new, one.revision)));
         }
         assert_eq!(after.len(), 9, "{after:?}");

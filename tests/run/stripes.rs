@@ -55,9 +55,9 @@ fn named(report: &Value) -> String {
     let named = &report["named"];
     let with = named["with"].as_str().map(|with| format!(", {with}"));
     let order = named["n"].as_f64().map(|order| format!(", {order}"));
-    let place = named["where"].as_str().unwrap_or_default();
+    let site = named["where"].as_str().unwrap_or_default();
     let (with, order) = (with.unwrap_or_default(), order.unwrap_or_default());
-    format!("{}({place}{with}{order})", named["effect"].as_str().unwrap_or_default())
+    format!("{}({site}{with}{order})", named["effect"].as_str().unwrap_or_default())
 }
 
 /// The size that was named lies within three standard errors of the truth, and they are no larger than a tenth of it.

@@ -11,7 +11,7 @@ use crate::prompt::{Answer, Prompt, PromptId};
 pub use crate::named_value::{NamedValue, PlaneClearance};
 pub use crate::step_path::StepPath;
 
-/// An event with its place in the run's sequence. As JSON it is one flat object: `{"sequence": 3, "time": "...", "event": "step_started", ...}`.
+/// An event with its position in the run's sequence. As JSON it is one flat object: `{"sequence": 3, "time": "...", "event": "step_started", ...}`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct StampedEvent {
     /// Counts from 1 within one sitting (one start or resume of a run), without gaps.
@@ -253,7 +253,7 @@ pub enum Event {
 /// One row of the plan.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PlannedStep {
-    /// Its place; the same in every later event.
+    /// Its path; the same in every later event.
     pub step: StepPath,
     /// For people.
     pub title: String,
@@ -277,7 +277,8 @@ pub struct Correction {
     /// What changes: `joint_zero`.
     pub quantity: String,
     /// Where: the joint's name.
-    pub place: String,
+    #[serde(rename = "place")]
+    pub site: String,
     /// Value in force before.
     pub old: f64,
     /// Value proposed.

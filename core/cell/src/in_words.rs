@@ -98,12 +98,12 @@ pub fn left_open(budget: &Budget, unit: &str) -> Option<String> {
 /// assert_eq!(corrected_quantity("joint_zero", "arm", "waist"), "joint zero of arm waist");
 /// assert_eq!(corrected_quantity("sensor_parameter", "stripe", "camera_aim_x"), "camera aim x of stripe");
 /// ```
-pub fn corrected_quantity(quantity: &str, device: &str, place: &str) -> String {
+pub fn corrected_quantity(quantity: &str, device: &str, site: &str) -> String {
     // A parameter's name says what it is.
     if quantity == SENSOR_PARAMETER {
-        return format!("{} of {device}", place.replace('_', " "));
+        return format!("{} of {device}", site.replace('_', " "));
     }
-    format!("{} of {device} {place}", quantity.replace('_', " "))
+    format!("{} of {device} {site}", quantity.replace('_', " "))
 }
 
 /// A change as people read it: `0.0000 -> 0.4031 deg`; a plain number has no unit behind it.

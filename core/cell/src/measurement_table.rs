@@ -256,7 +256,7 @@ impl Maker<'_> {
     fn in_force(&self, joint: &str) -> impl DoubleEndedIterator<Item = &StoredCorrection> {
         let joint = joint.to_owned();
         self.recorded.corrections.iter().filter(move |known| {
-            known.key.device == self.robot.device && known.key.place == joint && known.revision.is_some()
+            known.key.device == self.robot.device && known.key.site == joint && known.revision.is_some()
         })
     }
 

@@ -22,7 +22,7 @@ use tempfile::TempDir;
 fn zeros_in_force(record: &TempDir, cell: &str) -> BTreeMap<String, f64> {
     let record = Record::open(record.path()).expect("the record");
     let corrections = record.corrections_in_force(cell, "arm").expect("the corrections");
-    corrections.into_iter().map(|one| (one.key.place, one.value)).collect()
+    corrections.into_iter().map(|one| (one.key.site, one.value)).collect()
 }
 
 fn assert_zeros_found(record: &TempDir) {
@@ -100,7 +100,7 @@ fn a_start_outside_the_tolerance_is_refused_with_the_reason_before_anything_is_s
     let key = plumb_record::CorrectionKey {
         device: "arm".into(),
         quantity: "joint_zero".into(),
-        place: "elbow".into(),
+        site: "elbow".into(),
     };
     let zero = plumb_record::NewCorrection {
         key,
@@ -193,7 +193,7 @@ fn an_unattended_run_that_loses_its_robot_ends_with_an_error_and_can_be_resumed(
     assert_eq!((outcome, message_of(&events)), (RunOutcome::Passed, "all steps passed"));
     assert_zeros_found(&record);
     // What the steps that were done had found is shown again, once each.
-    let waist = |event: &&Event| matches!(event, Event::CorrectionApplied { correction, .. } if correction.place == "waist");
+    let waist = |event: &&Event| matches!(event, Event::CorrectionApplied { correction, .. } if correction.site == "waist");
     assert_eq!(events.iter().filter(waist).count(), 1);
     let shown =
         |event: &&Event| matches!(event, Event::TriggerFound { step, .. } if step.0.starts_with("waist."));

@@ -198,14 +198,14 @@ impl Central {
         .during("cannot list what there is")
     }
 
-    /// All corrections of a quantity at a place (`arm.waist`: device and place), over all cells or those with one arm, the oldest first.
+    /// All corrections of a quantity at a site (`arm.waist`: device and site), over all cells or those with one arm, the oldest first.
     ///
     /// # Errors
     /// The database does not answer.
     pub async fn corrections(
         &mut self,
         device: &str,
-        place: &str,
+        site: &str,
         arm: Option<&str>,
     ) -> Result<Vec<CorrectionPoint>, CentralError> {
         sqlx::query_as(concat!(
@@ -216,21 +216,21 @@ impl Central {
              ORDER BY proposed, record, id"
         ))
         .bind(device)
-        .bind(place)
+        .bind(site)
         .bind(arm)
         .fetch_all(&mut self.connection)
         .await
         .during("cannot list corrections")
     }
 
-    /// All numbers of an effect at a place, over all cells or those with one arm, the oldest first.
+    /// All numbers of an effect at a site, over all cells or those with one arm, the oldest first.
     ///
     /// # Errors
     /// The database does not answer.
     pub async fn effects(
         &mut self,
         effect: &str,
-        place: &str,
+        site: &str,
         arm: Option<&str>,
     ) -> Result<Vec<EffectPoint>, CentralError> {
         sqlx::query_as(concat!(
@@ -241,7 +241,7 @@ impl Central {
              ORDER BY made, record, sequence, parameter"
         ))
         .bind(effect)
-        .bind(place)
+        .bind(site)
         .bind(arm)
         .fetch_all(&mut self.connection)
         .await

@@ -8,8 +8,8 @@ use serde_json::{Map, Value};
 pub(crate) struct EffectValue {
     /// Kind of effect: `joint_compliance`.
     pub effect: String,
-    /// Where it acts: joint, link or target, with whatever else distinguishes it (`shoulder, 20`). Empty where it has no place.
-    pub place: String,
+    /// Where it acts: joint, link or target, with whatever else distinguishes it (`shoulder, 20`). Empty where it has no site.
+    pub site: String,
     /// Which of its numbers.
     pub parameter: String,
     /// The number, in the unit that the model file gives it.
@@ -25,8 +25,8 @@ struct ModelFile {
     effects: Vec<Map<String, Value>>,
 }
 
-/// Keys of an effect that are no part of its place.
-const NO_PLACE: [&str; 5] = ["effect", "values", "claim", "may_be", "free"];
+/// Keys of an effect that are no part of its site.
+const NO_SITE: [&str; 5] = ["effect", "values", "claim", "may_be", "free"];
 
 /// The effects in the text of a model file. A text that is no model file has none: an older program may have written it, and
 /// the row itself is kept in any case.
@@ -39,7 +39,7 @@ fn values_of(effect: &Map<String, Value>) -> Vec<EffectValue> {
     let Some(name) = effect.get("effect").and_then(Value::as_str) else { return Vec::new() };
     let folder: Vec<String> = effect
         .iter()
-        .filter(|(key, _)| !NO_PLACE.contains(&key.as_str()))
+        .filter(|(key, _)| !NO_SITE.contains(&key.as_str()))
         .map(|(_, value)| plain(value))
         .collect();
     let claim = effect.get("claim").and_then(Value::as_str).unwrap_or("mechanism");
@@ -48,7 +48,7 @@ fn values_of(effect: &Map<String, Value>) -> Vec<EffectValue> {
     numbers
         .map(|(parameter, value)| EffectValue {
             effect: name.to_owned(),
-            place: folder.join(", "),
+            site: folder.join(", "),
             parameter: parameter.clone(),
             value,
             claim: claim.to_owned(),
@@ -66,13 +66,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_number_of_every_effect_is_listed_with_its_place_and_claim() {
+    fn every_number_of_every_effect_is_listed_with_its_site_and_claim() {
         let text = "arm: ur5\neffects:\n  - {effect: joint_compliance, where: lift, values: {compliance: 7.0e-6}}\n  \
                     - {effect: joint_harmonic, where: pan, n: 12, values: {sine: 1.0e-4, cosine: -2.0e-4}, claim: correction}\n";
         let found = effects_of(text);
         let listed: Vec<(&str, &str, &str, f64, &str)> = found
             .iter()
-            .map(|one| (&*one.effect, &*one.place, &*one.parameter, one.value, &*one.claim))
+            .map(|one| (&*one.effect, &*one.site, &*one.parameter, one.value, &*one.claim))
             .collect();
         assert_eq!(
             listed,

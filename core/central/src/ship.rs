@@ -193,7 +193,7 @@ async fn add_effects(
         .bind(text_of("device"))
         .bind(made)
         .bind(&one.effect)
-        .bind(&one.place)
+        .bind(&one.site)
         .bind(&one.parameter)
         .bind(one.value)
         .bind(&one.claim)

@@ -15,7 +15,8 @@ pub struct CorrectionKey {
     /// What changes: `joint_zero`.
     pub quantity: String,
     /// Where: a joint's name.
-    pub place: String,
+    #[serde(rename = "place")]
+    pub site: String,
 }
 
 /// A correction a run proposes.
@@ -144,7 +145,7 @@ impl Record {
         let rows = statement
             .query_map(params![cell, device, revision], |row| {
                 Ok(AppliedCorrection {
-                    key: CorrectionKey { device: row.get(0)?, quantity: row.get(1)?, place: row.get(2)? },
+                    key: CorrectionKey { device: row.get(0)?, quantity: row.get(1)?, site: row.get(2)? },
                     value: row.get(3)?,
                     uncertainty: row.get(4)?,
                     unit: row.get(5)?,
@@ -175,7 +176,7 @@ impl Record {
     ) -> Result<Vec<StoredCorrection>, RecordError> {
         self.corrections_where(
             "cell = ?1 AND device = ?2 AND quantity = ?3 AND place = ?4 AND revision IS NOT NULL ORDER BY revision",
-            params![cell, key.device, key.quantity, key.place],
+            params![cell, key.device, key.quantity, key.site],
         )
     }
 
@@ -192,10 +193,7 @@ impl Record {
             )
             .during("list what was corrected")?;
         let rows = statement.query_map([], |row| {
-            Ok((
-                row.get(0)?,
-                CorrectionKey { device: row.get(1)?, quantity: row.get(2)?, place: row.get(3)? },
-            ))
+            Ok((row.get(0)?, CorrectionKey { device: row.get(1)?, quantity: row.get(2)?, site: row.get(3)? }))
         });
         rows.and_then(Iterator::collect).during("list what was corrected")
     }
@@ -227,7 +225,7 @@ fn proposed_before(
         .query_row(
             "SELECT id FROM corrections WHERE run = ?1 AND step = ?2 AND cell = ?3 AND device = ?4 AND quantity = ?5 AND place = ?6 \
              AND old = ?7 AND new = ?8 AND revision IS NULL",
-            params![run, step, cell, key.device, key.quantity, key.place, correction.old, correction.new],
+            params![run, step, cell, key.device, key.quantity, key.site, correction.old, correction.new],
             |row| row.get(0),
         )
         .optional()
@@ -250,7 +248,7 @@ pub(crate) fn insert(
             cell,
             correction.key.device,
             correction.key.quantity,
-            correction.key.place,
+            correction.key.site,
             correction.old,
             correction.new,
             known(correction.uncertainty),
@@ -267,7 +265,7 @@ fn stored(row: &Row<'_>) -> rusqlite::Result<StoredCorrection> {
         id: row.get(0)?,
         run: row.get::<_, Option<i64>>(1)?.map(RunId),
         step: row.get(2)?,
-        key: CorrectionKey { device: row.get(3)?, quantity: row.get(4)?, place: row.get(5)? },
+        key: CorrectionKey { device: row.get(3)?, quantity: row.get(4)?, site: row.get(5)? },
         old: row.get(6)?,
         new: row.get(7)?,
         uncertainty: row.get(8)?,

@@ -93,14 +93,14 @@ impl Record {
         rows.collect::<Result<_, _>>().during("list the runs")
     }
 
-    /// What runs found for one place of a device over time, the oldest first; of one cell, or of all.
+    /// What runs found for one site of a device over time, the oldest first; of one cell, or of all.
     ///
     /// # Errors
     /// When the record cannot be read.
     pub fn trend(
         &self,
         device: &str,
-        place: &str,
+        site: &str,
         cell: Option<&str>,
     ) -> Result<Vec<TrendPoint>, RecordError> {
         let mut statement = self
@@ -113,7 +113,7 @@ impl Record {
             )
             .during("read a trend")?;
         let rows = statement
-            .query_map(rusqlite::params![device, place, cell], |row| {
+            .query_map(rusqlite::params![device, site, cell], |row| {
                 Ok(TrendPoint {
                     run: row.get::<_, Option<i64>>(0)?.map(RunId),
                     time: row.get(1)?,
@@ -131,11 +131,11 @@ impl Record {
         rows.collect::<Result<_, _>>().during("read a trend")
     }
 
-    /// The places that corrections were found for, as DEVICE.PLACE.
+    /// The sites that corrections were found for, as DEVICE.PLACE.
     ///
     /// # Errors
     /// When the record cannot be read.
-    pub fn corrected_places(&self) -> Result<Vec<String>, RecordError> {
+    pub fn corrected_sites(&self) -> Result<Vec<String>, RecordError> {
         let mut statement = self
             .connection
             .prepare("SELECT DISTINCT device || '.' || place FROM corrections ORDER BY 1")

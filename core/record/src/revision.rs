@@ -231,7 +231,7 @@ impl Record {
     ) -> Result<Option<crate::Budget>, RecordError> {
         let found = self.corrections_where(
             "cell = ?1 AND device = ?2 AND quantity = ?3 AND place = ?4 AND revision = ?5",
-            params![cell, key.device, key.quantity, key.place, revision],
+            params![cell, key.device, key.quantity, key.site, revision],
         )?;
         Ok(found.into_iter().next().and_then(|one| one.budget))
     }
@@ -241,7 +241,7 @@ impl Record {
             .query_row(
                 "SELECT old FROM corrections WHERE cell = ?1 AND device = ?2 AND quantity = ?3 AND place = ?4 \
                  AND revision IS NOT NULL ORDER BY revision LIMIT 1",
-                params![cell, key.device, key.quantity, key.place],
+                params![cell, key.device, key.quantity, key.site],
                 |row| row.get(0),
             )
             .during("read the first value of a correction")
@@ -278,11 +278,7 @@ mod tests {
     /// Proposes zeros of joints, each with the value it replaces; gives their numbers.
     fn proposed(record: &mut Record, run: RunId, step: &str, zeros: &[(&str, f64, f64)]) -> Vec<i64> {
         let zeros = zeros.iter().map(|(joint, old, new)| NewCorrection {
-            key: CorrectionKey {
-                device: "arm".into(),
-                quantity: "joint_zero".into(),
-                place: (*joint).into(),
-            },
+            key: CorrectionKey { device: "arm".into(), quantity: "joint_zero".into(), site: (*joint).into() },
             old: *old,
             new: *new,
             uncertainty: None,
@@ -299,7 +295,7 @@ mod tests {
 
     fn in_force_at(record: &Record, revision: i64) -> Vec<(String, f64)> {
         let found = record.corrections_at(CELL, "arm", revision).expect("read");
-        found.into_iter().map(|one| (one.key.place, one.value)).collect()
+        found.into_iter().map(|one| (one.key.site, one.value)).collect()
     }
 
     #[test]

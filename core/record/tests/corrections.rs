@@ -16,14 +16,14 @@ fn record() -> (tempfile::TempDir, Record, RunId) {
     (directory, record, run)
 }
 
-fn correction(quantity: &str, place: &str, old: f64, new: f64) -> NewCorrection {
-    let key = CorrectionKey { device: "arm".into(), quantity: quantity.into(), place: place.into() };
+fn correction(quantity: &str, site: &str, old: f64, new: f64) -> NewCorrection {
+    let key = CorrectionKey { device: "arm".into(), quantity: quantity.into(), site: site.into() };
     let budget = Some(Budget::of_one("search half-width", "this run", Some(0.01), "deg"));
     NewCorrection { key, old, new, uncertainty: Some(0.01), budget, unit: "deg".into() }
 }
 
-fn zero(place: &str, old: f64, new: f64) -> NewCorrection {
-    correction("joint_zero", place, old, new)
+fn zero(site: &str, old: f64, new: f64) -> NewCorrection {
+    correction("joint_zero", site, old, new)
 }
 
 /// Proposes and applies; gives the revision.
@@ -34,7 +34,7 @@ fn put_in_force(record: &mut Record, run: RunId, step: &str, corrections: &[NewC
 
 fn in_force(record: &Record) -> Vec<(String, f64)> {
     let corrections = record.corrections_in_force(CELL, "arm").expect("corrections");
-    let mut values: Vec<_> = corrections.into_iter().map(|one| (one.key.place, one.value)).collect();
+    let mut values: Vec<_> = corrections.into_iter().map(|one| (one.key.site, one.value)).collect();
     values.sort_by(|a, b| a.0.cmp(&b.0));
     values
 }
@@ -106,7 +106,7 @@ fn a_zero_that_the_controller_keeps_is_not_said_to_be_brought_back() {
     assert!(error.contains("its controller keeps"), "{error}");
     put_in_force(&mut record, run, "third", &[zero("waist", 1.0, 2.0)]);
     let back = record.roll_back(CELL, "arm", first, "").expect("the waist's zero");
-    assert_eq!(back.left.iter().map(|key| key.place.as_str()).collect::<Vec<_>>(), ["elbow"]);
+    assert_eq!(back.left.iter().map(|key| key.site.as_str()).collect::<Vec<_>>(), ["elbow"]);
     assert_eq!(in_force(&record), vec![("elbow".to_owned(), 91.0), ("waist".to_owned(), 1.0)]);
 }
 

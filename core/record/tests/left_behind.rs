@@ -1,4 +1,4 @@
-//! What runs leave behind for later ones: poses, logs, files, losses of zeros, corrected places, a copy.
+//! What runs leave behind for later ones: poses, logs, files, losses of zeros, corrected sites, a copy.
 
 #![expect(clippy::expect_used, reason = "a failed expectation is how a test fails")]
 
@@ -21,8 +21,8 @@ fn run_of(record: &mut Record, cell: &str) -> RunId {
 }
 
 /// Puts a zero of a joint in force, as found by that run; its revision.
-fn apply(record: &mut Record, run: RunId, cell: &str, place: &str, new: f64) -> i64 {
-    let key = CorrectionKey { device: "arm".into(), quantity: "joint_zero".into(), place: place.into() };
+fn apply(record: &mut Record, run: RunId, cell: &str, site: &str, new: f64) -> i64 {
+    let key = CorrectionKey { device: "arm".into(), quantity: "joint_zero".into(), site: site.into() };
     let one = NewCorrection { key, old: 0.0, new, uncertainty: None, budget: None, unit: "deg".into() };
     let numbers = record.propose_corrections(run, "found", cell, &[one]).expect("proposed");
     record.apply_corrections(cell, "arm", &numbers, "test").expect("applied")
@@ -30,7 +30,7 @@ fn apply(record: &mut Record, run: RunId, cell: &str, place: &str, new: f64) -> 
 
 fn waist_in_force(record: &Record) -> AppliedCorrection {
     let mut all = record.corrections_in_force(CELL, "arm").expect("read");
-    all.retain(|one| one.key.place == "waist");
+    all.retain(|one| one.key.site == "waist");
     all.pop().expect("a waist")
 }
 
@@ -204,13 +204,13 @@ fn a_plugin_that_differs_from_the_one_run_last_is_named_with_both_hashes() {
 fn what_was_corrected_and_where_is_listed_once_each() {
     let (_directory, mut record) = record();
     assert!(record.corrected_cells().expect("read").is_empty());
-    assert!(record.corrected_places().expect("read").is_empty());
+    assert!(record.corrected_sites().expect("read").is_empty());
     let run = run_of(&mut record, CELL);
-    for (cell, place) in [(CELL, "waist"), (CELL, "waist"), (CELL, "elbow"), ("attic", "waist")] {
-        apply(&mut record, run, cell, place, 1.0);
+    for (cell, site) in [(CELL, "waist"), (CELL, "waist"), (CELL, "elbow"), ("attic", "waist")] {
+        apply(&mut record, run, cell, site, 1.0);
     }
     assert_eq!(record.corrected_cells().expect("read"), ["attic", CELL]);
-    assert_eq!(record.corrected_places().expect("read"), ["arm.elbow", "arm.waist"]);
+    assert_eq!(record.corrected_sites().expect("read"), ["arm.elbow", "arm.waist"]);
 }
 
 #[test]

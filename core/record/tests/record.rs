@@ -18,14 +18,14 @@ fn new_run(record: &mut Record) -> plumb_record::RunId {
     record.start_run(&run).expect("a run")
 }
 
-fn zero(place: &str, old: f64, new: f64) -> NewCorrection {
-    let key = CorrectionKey { device: "arm".into(), quantity: "joint_zero".into(), place: place.into() };
+fn zero(site: &str, old: f64, new: f64) -> NewCorrection {
+    let key = CorrectionKey { device: "arm".into(), quantity: "joint_zero".into(), site: site.into() };
     NewCorrection { key, old, new, uncertainty: Some(0.01), budget: None, unit: "deg".into() }
 }
 
 fn in_force(record: &Record) -> Vec<(String, f64)> {
     let corrections = record.corrections_in_force("teachmover", "arm").expect("corrections");
-    let mut values: Vec<_> = corrections.into_iter().map(|c| (c.key.place, c.value)).collect();
+    let mut values: Vec<_> = corrections.into_iter().map(|c| (c.key.site, c.value)).collect();
     values.sort_by(|a, b| a.0.cmp(&b.0));
     values
 }
@@ -135,7 +135,7 @@ fn a_proposal_is_not_in_force_and_a_rollback_is_a_new_revision() {
     let third = record.roll_back("teachmover", "arm", first, "worse").expect("a rollback");
     assert!(third.revision > second);
     assert_eq!(in_force(&record), vec![("elbow".to_owned(), 0.0), ("waist".to_owned(), 1.0)]);
-    let key = CorrectionKey { device: "arm".into(), quantity: "joint_zero".into(), place: "waist".into() };
+    let key = CorrectionKey { device: "arm".into(), quantity: "joint_zero".into(), site: "waist".into() };
     let corrected = record.corrected().expect("what was corrected");
     assert_eq!(
         corrected.first(),

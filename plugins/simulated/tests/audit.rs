@@ -40,7 +40,7 @@ fn effects_that_the_base_or_the_target_imitate_cannot_be_seen() {
     let visits = poses::plan(&zeros, 1);
     let audit = Audit::new(&zeros, &visits, &[]).unwrap();
     let alike = audit.look_alikes(&Mechanism::LinkOffset { joint: 1 }, 0.99).unwrap();
-    assert!(alike.iter().any(|one| one.effect == "link_offset" && one.place == "elbow"), "{alike:?}");
+    assert!(alike.iter().any(|one| one.effect == "link_offset" && one.site == "elbow"), "{alike:?}");
 }
 
 #[test]

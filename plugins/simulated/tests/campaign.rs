@@ -185,13 +185,16 @@ fn a_ball_sits_in_its_socket_however_the_arm_comes() {
             payload_kg: visit.payload_kg,
         };
         let target: [f64; 3] = machine.equilibrium(&conditions).unwrap().link_frames.target.into();
-        let place = [target[0] - off[0], target[1] - off[1], target[2] - off[2]];
-        seated[visit.touch.unwrap()].push(place);
+        let position = [target[0] - off[0], target[1] - off[1], target[2] - off[2]];
+        seated[visit.touch.unwrap()].push(position);
     }
-    assert!(seated.iter().all(|places| places.len() >= 5));
-    for places in seated {
+    assert!(seated.iter().all(|positions| positions.len() >= 5));
+    for positions in seated {
         for axis in 0..3 {
-            let spread = places.iter().map(|place| (place[axis] - places[0][axis]).abs()).fold(0.0, f64::max);
+            let spread = positions
+                .iter()
+                .map(|position| (position[axis] - positions[0][axis]).abs())
+                .fold(0.0, f64::max);
             assert!(spread < 0.1, "a ball wanders by {spread} mm: joint angles have thousandths of a degree");
         }
     }
@@ -272,21 +275,21 @@ fn wishes_that_make_no_sense_are_refused_with_what_would_be_right() {
         message(Choice::named("gremlins"))
             .starts_with("there is no effect `gremlins`; known are joint_gain, link_length")
     );
-    let place = |name: &str, place: &str, detail: Option<&str>| Choice {
-        place: Some(place.to_owned()),
+    let choice = |name: &str, site: &str, detail: Option<&str>| Choice {
+        site: Some(site.to_owned()),
         detail: detail.map(str::to_owned),
         ..Choice::named(name)
     };
     assert_eq!(
-        message(place("joint_compliance", "waist", None)),
+        message(choice("joint_compliance", "waist", None)),
         "`joint_compliance` cannot sit at `waist`; on this arm it can at shoulder, elbow, wrist_roll, wrist_bend"
     );
     assert_eq!(
-        message(place("joint_coupling", "waist", Some("waist"))),
+        message(choice("joint_coupling", "waist", Some("waist"))),
         "`joint_coupling`: `waist` is not another joint of this arm"
     );
     assert_eq!(
-        message(place("thermal_growth", "shoulder", None)),
+        message(choice("thermal_growth", "shoulder", None)),
         "`thermal_growth` at `shoulder` does not move the readings in these poses: give its size itself, or another place"
     );
     let none = Specification { poses: 0, repeated_poses: 0, ..usual("puma560") };

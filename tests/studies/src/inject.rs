@@ -215,8 +215,8 @@ fn replicate(arguments: &Arguments) -> Result<ExitCode, StudyError> {
                 let Some(hidden) = drawn(&measured, effect, &mut draw_seed, arguments.times)? else {
                     continue;
                 };
-                let place = hidden.mechanism.place(measured.arm());
-                let name = (hidden.mechanism.name(), place.as_str());
+                let site = hidden.mechanism.site(measured.arm());
+                let name = (hidden.mechanism.name(), site.as_str());
                 let text = table_text(&measured.with(&hidden)?);
                 own.ask((&model, &arguments.options()), &text, name, draw_seed)
                     .map_err(InjectionError::from)?;
@@ -275,7 +275,7 @@ fn rows_drawn(rows: usize, expected: usize) -> usize {
     expected.min(rows * 4 / 5)
 }
 
-/// Effect and place of what was named.
+/// Effect and site of what was named.
 type Name = (String, String);
 
 fn name_of(diagnosis: &Diagnosis) -> Option<Name> {
@@ -283,14 +283,14 @@ fn name_of(diagnosis: &Diagnosis) -> Option<Name> {
     named.map(|one| (one.effect.effect.clone(), one.effect.place.clone()))
 }
 
-/// Effects and places that are likely in rows in which nothing is hidden.
+/// Effects and sites that are likely in rows in which nothing is hidden.
 fn likely_without(probabilities: &[(&str, &str, f64)]) -> Vec<Name> {
     let likely = probabilities.iter().filter(|(_, _, probability)| *probability >= LIKELY_WITHOUT);
-    likely.map(|(effect, place, _)| ((*effect).to_owned(), (*place).to_owned())).collect()
+    likely.map(|(effect, site, _)| ((*effect).to_owned(), (*site).to_owned())).collect()
 }
 
 fn borrowed(name: Option<&Name>) -> Option<(&str, &str)> {
-    name.map(|(effect, place)| (effect.as_str(), place.as_str()))
+    name.map(|(effect, site)| (effect.as_str(), site.as_str()))
 }
 
 /// So many rows of a table, drawn at random, in their order.
@@ -309,7 +309,7 @@ fn thinned(table: &Table, most: usize, seed: u64) -> Result<Table, LaboratoryErr
     Ok(Table::parse(&table.source, &kept)?)
 }
 
-/// Hides an effect so many times, each time in other rows, at places drawn at random. `before` was named in some rows without anything hidden.
+/// Hides an effect so many times, each time in other rows, at sites drawn at random. `before` was named in some rows without anything hidden.
 fn injections(
     arguments: &Arguments,
     set: &Set,
@@ -327,8 +327,8 @@ fn injections(
             continue;
         };
         let diagnosis = own.diagnose(Some(&hidden), &progress)?;
-        let place = hidden.mechanism.place(own.arm());
-        let name = (hidden.mechanism.name(), place.as_str());
+        let site = hidden.mechanism.site(own.arm());
+        let name = (hidden.mechanism.name(), site.as_str());
         let mut before = before.cloned();
         let is_doubtful = Found::of(&diagnosis, name, borrowed(before.as_ref())) == Found::NamedWrong;
         let mut of_the_machine = Vec::new();
@@ -349,14 +349,14 @@ fn injections(
         };
         forecasts.extend(candidates(&diagnosis, &asked, &is_hidden));
         if arguments.each {
-            print_line(&describe(hidden.mechanism.name(), &place, found, &diagnosis))?;
+            print_line(&describe(hidden.mechanism.name(), &site, found, &diagnosis))?;
         }
         *counts.found.entry(found).or_default() += 1;
     }
     Ok(counts)
 }
 
-/// An effect at a place drawn at random, of the size that is to be seen; nothing where none of [`DRAWS`] draws shows. `draw_seed` moves on past the draws.
+/// An effect at a site drawn at random, of the size that is to be seen; nothing where none of [`DRAWS`] draws shows. `draw_seed` moves on past the draws.
 fn drawn(
     own: &Measurements,
     effect: &str,
@@ -390,8 +390,8 @@ fn first_draw(seed: u64, effect: &str) -> u64 {
 }
 
 /// One injection in lines: what was hidden, the sentence, and why the first candidates are not the name.
-fn describe(effect: &str, place: &str, found: Found, diagnosis: &Diagnosis) -> String {
-    let mut text = format!("  {effect}({place}): {found:?}. {}\n", diagnosis_sentence(diagnosis));
+fn describe(effect: &str, site: &str, found: Found, diagnosis: &Diagnosis) -> String {
+    let mut text = format!("  {effect}({site}): {found:?}. {}\n", diagnosis_sentence(diagnosis));
     if !diagnosis.besides.is_empty() {
         // Writing to a text cannot fail.
         let _ = writeln!(text, "    also at work: {}", diagnosis.besides.join(", "));
@@ -438,7 +438,7 @@ mod tests {
     fn what_is_likely_before_anything_is_hidden_is_of_the_machine() {
         let diagnosed =
             [("joint_gain", "pan", 0.9), ("joint_gain", "lift", 0.049), ("link_sag", "pan", 0.05)];
-        let name = |effect: &str, place: &str| (effect.to_owned(), place.to_owned());
+        let name = |effect: &str, site: &str| (effect.to_owned(), site.to_owned());
         assert_eq!(likely_without(&diagnosed), [name("joint_gain", "pan"), name("link_sag", "pan")]);
         assert_eq!(borrowed(likely_without(&diagnosed).first()), Some(("joint_gain", "pan")));
     }

@@ -96,8 +96,8 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
         return Ok(ExitCode::SUCCESS);
     }
     let record = Record::open(&directory)?;
-    if let Some(place) = &arguments.trend {
-        return trend::print(&record, place, arguments);
+    if let Some(site) = &arguments.trend {
+        return trend::print(&record, site, arguments);
     }
     let filter = RunFilter {
         cell: arguments.cell.clone(),

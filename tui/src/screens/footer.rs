@@ -43,7 +43,7 @@ pub(crate) fn stop_bar(state: &State, frame: &mut Frame, area: Rect) {
     frame.render_widget(line, area);
 }
 
-/// The command of the hint at a place of the screen, for the mouse.
+/// The command of the hint at a position of the screen, for the mouse.
 pub(crate) fn command_at(state: &State, area: Rect, position: Position) -> Option<Command> {
     placed(state, area).into_iter().find(|hint| hint.area.contains(position)).map(|hint| hint.binding.command)
 }
@@ -59,7 +59,7 @@ fn placed(state: &State, area: Rect) -> Vec<Hint> {
     if area.is_empty() {
         return Vec::new();
     }
-    let shown: Vec<&'static Binding> = bindings_for(&state.places())
+    let shown: Vec<&'static Binding> = bindings_for(&state.contexts())
         .into_iter()
         .filter(|binding| !binding.footer.is_empty() && applies(state, binding.command))
         .collect();

@@ -28,13 +28,13 @@ pub(crate) fn view(state: &State, frame: &mut Frame, area: Rect, scrolled: u16) 
     let area = area.centered(Constraint::Max(84), Constraint::Percentage(100));
     frame.render_widget(Clear, area);
     let inner = pane::open(frame, area, &state.theme, "Help \u{b7} Enter closes, Up and Down scroll", true);
-    let here = state.places_of_page();
+    let here = state.contexts_of_page();
     let screens = state.screens();
     let (mut first, mut then): (Vec<&Binding>, Vec<&Binding>) = BINDINGS
         .iter()
         .filter(|binding| page_of(binding).is_none_or(|page| screens.contains(&page)))
         .partition(|binding| here.contains(&binding.context) && binding.context != Context::Everywhere);
-    first.sort_by_key(|binding| here.iter().position(|place| *place == binding.context));
+    first.sort_by_key(|binding| here.iter().position(|context| *context == binding.context));
     then.sort_by_key(|binding| !is_everywhere(binding.context));
     let width = usize::from(inner.width);
     let stop = if state.only_watches() { WATCHING } else { STOP };
@@ -42,10 +42,10 @@ pub(crate) fn view(state: &State, frame: &mut Frame, area: Rect, scrolled: u16) 
         wrapped(stop, width).into_iter().map(|line| Line::styled(line, state.theme.bad)).collect();
     rows(&mut text, "On this page", first, width, &state.theme);
     let mut left = then;
-    while let Some(place) = left.first().map(|binding| binding.context) {
+    while let Some(context) = left.first().map(|binding| binding.context) {
         let (here, others): (Vec<&Binding>, Vec<&Binding>) =
-            left.into_iter().partition(|binding| binding.context == place);
-        rows(&mut text, place.name(), here, width, &state.theme);
+            left.into_iter().partition(|binding| binding.context == context);
+        rows(&mut text, context.name(), here, width, &state.theme);
         left = others;
     }
     let scrolled = scrolled.min(u16::try_from(text.len()).unwrap_or(u16::MAX).saturating_sub(inner.height));
@@ -84,12 +84,12 @@ fn page_of(binding: &Binding) -> Option<Screen> {
     }
 }
 
-/// Whether keys of this place hold on about every page.
-fn is_everywhere(place: Context) -> bool {
-    matches!(place, Context::Everywhere | Context::NotWriting | Context::NotTyping)
+/// Whether keys of this context hold on about every page.
+fn is_everywhere(context: Context) -> bool {
+    matches!(context, Context::Everywhere | Context::NotWriting | Context::NotTyping)
 }
 
-/// Adds the rows of one place under its heading; the sentences are broken within their own column.
+/// Adds the rows of one context under its heading; the sentences are broken within their own column.
 fn rows(
     text: &mut Vec<Line<'static>>,
     heading: &'static str,

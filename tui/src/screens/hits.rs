@@ -7,7 +7,7 @@ use ratatui::layout::{Position, Rect};
 /// Something that can be clicked, other than the keys of the footer and the tabs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Hit {
-    /// The option or joint at this place of the prompt.
+    /// The option or joint at this index of the prompt.
     Option(usize),
     /// The prompt's button.
     Answer,
@@ -16,11 +16,11 @@ pub(crate) enum Hit {
         /// Lines out of sight.
         hidden: usize,
     },
-    /// The candidate at this place.
+    /// The candidate at this index.
     Card(usize),
     /// A point of a plot: the row of the table it is of.
     Row(usize),
-    /// The run at this place of those shown.
+    /// The run at this index of those shown.
     Run(usize),
     /// The view of a cloud.
     Cloud,
@@ -28,7 +28,7 @@ pub(crate) enum Hit {
     Views,
 }
 
-/// Everything that can be clicked in the frame drawn last. Drawing only looks at the state, and notes its places through
+/// Everything that can be clicked in the frame drawn last. Drawing only looks at the state, and notes its areas through
 /// this one cell.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Hits(RefCell<Vec<(Rect, Hit)>>);
@@ -57,7 +57,7 @@ impl Hits {
         })
     }
 
-    /// What was drawn last at a place.
+    /// What was drawn last at a position.
     pub(crate) fn at(&self, position: Position) -> Option<Hit> {
         self.0.borrow().iter().rev().find(|(area, _)| area.contains(position)).map(|(_, hit)| *hit)
     }

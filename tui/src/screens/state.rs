@@ -165,8 +165,8 @@ impl State {
         Screen::ALL.into_iter().filter(shown).collect()
     }
 
-    /// Where the keys of this moment are looked up, the narrowest place first.
-    pub(crate) fn places(&self) -> Vec<Context> {
+    /// Where the keys of this moment are looked up, the narrowest context first.
+    pub(crate) fn contexts(&self) -> Vec<Context> {
         match self.overlay {
             Some(Overlay::Help { .. } | Overlay::Candidate) => {
                 vec![Context::Overlay, Context::NotWriting, Context::Everywhere]
@@ -177,12 +177,12 @@ impl State {
                 vec![Context::AddingRejected, Context::NotWriting, Context::Everywhere]
             }
             Some(Overlay::BringBack) => vec![Context::BringingBack, Context::NotWriting, Context::Everywhere],
-            None => self.places_of_page(),
+            None => self.contexts_of_page(),
         }
     }
 
     /// Where keys are looked up on the page itself, whatever lies over it.
-    pub(crate) fn places_of_page(&self) -> Vec<Context> {
+    pub(crate) fn contexts_of_page(&self) -> Vec<Context> {
         if self.is_naming() {
             return vec![Context::Naming, Context::Everywhere];
         }
@@ -192,9 +192,9 @@ impl State {
         if self.is_writing_an_answer() {
             return vec![Context::Prompt, Context::Everywhere];
         }
-        let mut places = match (self.screen, &self.run) {
+        let mut contexts = match (self.screen, &self.run) {
             (Screen::Cell, _) => vec![Context::Cell],
-            (Screen::Run, Some(run)) => run.places(),
+            (Screen::Run, Some(run)) => run.contexts(),
             (Screen::Run, None) => Vec::new(),
             (Screen::Model, _) => vec![Context::Model],
             (Screen::History, _) if self.has_opened_run() => vec![Context::OpenedRun],
@@ -202,12 +202,12 @@ impl State {
             (Screen::Log, _) => vec![Context::Log],
             (Screen::Scan, _) => vec![Context::Scan],
         };
-        places.extend(self.has_run_keys().then_some(Context::Run));
+        contexts.extend(self.has_run_keys().then_some(Context::Run));
         if !self.is_typing() {
-            places.push(Context::NotTyping);
+            contexts.push(Context::NotTyping);
         }
-        places.extend([Context::NotWriting, Context::Everywhere]);
-        places
+        contexts.extend([Context::NotWriting, Context::Everywhere]);
+        contexts
     }
 
     /// Whether the keys that steer a run hold. They do on every page, so that none of them means something else while an arm may move.

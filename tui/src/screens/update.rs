@@ -69,7 +69,7 @@ pub(crate) fn update(state: &mut State, message: Message) -> Vec<Action> {
 }
 
 fn key(state: &mut State, event: &KeyEvent) -> Vec<Action> {
-    if let Some(command) = command_for(&state.places(), event) {
+    if let Some(command) = command_for(&state.contexts(), event) {
         return obey(state, command);
     }
     if state.is_naming() {
@@ -88,12 +88,12 @@ fn click(state: &mut State, column: u16, row: u16) -> Vec<Action> {
     }
     // What lies over the page takes no clicks but those on its keys.
     match state.hits.at(Position::new(column, row)).filter(|_| state.overlay.is_none()) {
-        Some(Hit::Option(place)) => run::choose_at(state, place),
+        Some(Hit::Option(index)) => run::choose_at(state, index),
         Some(Hit::Answer) => return obey(state, Command::Answer),
         Some(Hit::Text { .. }) => run::scroll(state, PAGE),
-        Some(Hit::Card(place)) => return model::choose_at(state, place),
+        Some(Hit::Card(index)) => return model::choose_at(state, index),
         Some(Hit::Row(row)) => return model::point_at(state, row),
-        Some(Hit::Run(place)) => history::choose(state, place),
+        Some(Hit::Run(index)) => history::choose(state, index),
         Some(Hit::Cloud) => return scan::click(state, column, row),
         Some(Hit::Views) | None => {}
     }

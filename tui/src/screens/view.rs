@@ -96,18 +96,18 @@ fn leaving(state: &State) -> String {
 const ABORT: &str = "The run ends here. What was found so far stays in the record; corrections that are not in force \
                      yet are dropped.\n\n  y  abort the run\n  n  go back; nothing moves by going back";
 
-/// What a click at a place of the terminal asks for.
+/// What a click at a position of the terminal asks for.
 pub(crate) fn command_at(state: &State, column: u16, row: u16) -> Option<Command> {
     let area = Rect::new(0, 0, state.size.0, state.size.1);
     if area.width < SMALLEST.0 || area.height < SMALLEST.1 {
         return None;
     }
-    let (rows, place) = (rows(state, area), Position::new(column, row));
-    if rows.stop.contains(place) {
+    let (rows, position) = (rows(state, area), Position::new(column, row));
+    if rows.stop.contains(position) {
         return Some(Command::Stop);
     }
-    let tab = || tabs(state, rows.header).into_iter().find(|(_, area)| area.contains(place));
-    footer::command_at(state, rows.hints, place).or_else(|| tab().map(|(screen, _)| Command::Show(screen)))
+    let tab = || tabs(state, rows.header).into_iter().find(|(_, area)| area.contains(position));
+    footer::command_at(state, rows.hints, position).or_else(|| tab().map(|(screen, _)| Command::Show(screen)))
 }
 
 /// The name of the cell or model, the tabs, and the state of the run.
@@ -115,15 +115,15 @@ fn header(state: &State, frame: &mut Frame, area: Rect) {
     frame.render_widget(Line::styled(title(state, area), state.theme.heading), area);
     for (screen, area) in tabs(state, area) {
         let style = if screen == state.screen { state.theme.chosen } else { state.theme.text };
-        let number = Screen::ALL.iter().position(|other| *other == screen).map_or(0, |place| place + 1);
+        let number = Screen::ALL.iter().position(|other| *other == screen).map_or(0, |index| index + 1);
         frame.render_widget(Line::styled(format!(" {number} {} ", screen.name()), style), area);
     }
     let (word, style) = run_status(state);
     let width = u16::try_from(Span::raw(word.as_str()).width()).unwrap_or(0).saturating_add(1);
     let tabs_end = tabs(state, area).last().map_or(0, |(_, tab)| tab.right());
     if area.width > tabs_end.saturating_add(width) {
-        let place = Rect::new(area.right().saturating_sub(width), area.y, width, 1);
-        frame.render_widget(Line::styled(word, style), place);
+        let status_area = Rect::new(area.right().saturating_sub(width), area.y, width, 1);
+        frame.render_widget(Line::styled(word, style), status_area);
     }
 }
 

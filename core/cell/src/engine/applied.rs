@@ -102,7 +102,7 @@ pub(crate) fn is_kept(correction: &StoredCorrection) -> bool {
 /// What is corrected, for people.
 pub(crate) fn in_words(correction: &StoredCorrection) -> String {
     let key = &correction.key;
-    corrected_quantity(&key.quantity, &key.device, &key.place)
+    corrected_quantity(&key.quantity, &key.device, &key.site)
 }
 
 /// Those of a run's corrections that a step has put in force; none where they are only proposals.
@@ -136,7 +136,7 @@ mod tests {
             id: 1,
             run: Some(RunId(1)),
             step: step.to_owned(),
-            key: CorrectionKey { device: "arm".into(), quantity: "joint_zero".into(), place: joint.into() },
+            key: CorrectionKey { device: "arm".into(), quantity: "joint_zero".into(), site: joint.into() },
             old: 1.0,
             new: 2.0,
             uncertainty: Some(0.1),
@@ -157,7 +157,7 @@ mod tests {
         ];
         let applied = applied_by(of_run, "second").expect("it applied two");
         assert_eq!(applied.revision, 4);
-        let joints: Vec<&str> = applied.corrections.iter().map(|one| one.key.place.as_str()).collect();
+        let joints: Vec<&str> = applied.corrections.iter().map(|one| one.key.site.as_str()).collect();
         assert_eq!(joints, ["waist", "elbow"]);
         assert_eq!((applied.corrections[0].old, applied.corrections[0].new), (1.0, 2.0));
     }

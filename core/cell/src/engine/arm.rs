@@ -217,7 +217,7 @@ impl Arm {
         Ok(target)
     }
 
-    /// The way in which each joint of the drive will have arrived (1: it grew) once it has gone from one place to another.
+    /// The way in which each joint of the drive will have arrived (1: it grew) once it has gone from one position to another.
     pub(crate) fn sides_at(&self, from: &JointVector, target: &JointVector) -> Vec<i8> {
         let side = |(joint, before): (JointIndex, &i8)| match (joint.value(from), joint.value(target)) {
             (Ok(from), Ok(target)) => {
@@ -576,7 +576,7 @@ pub(crate) fn believed_trespass_in_words(trespass: &Trespass) -> String {
 
 /// The zero of a joint in force, in the unit people write.
 pub(crate) fn zero_in_force(corrections: &[AppliedCorrection], joint: &str) -> Option<f64> {
-    let found = corrections.iter().find(|known| known.key.quantity == JOINT_ZERO && known.key.place == joint);
+    let found = corrections.iter().find(|known| known.key.quantity == JOINT_ZERO && known.key.site == joint);
     found.map(|known| known.value)
 }
 

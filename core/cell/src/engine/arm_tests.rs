@@ -23,7 +23,7 @@ fn guarded() -> Arm {
 
 fn zero(joint: &str, value: f64) -> AppliedCorrection {
     AppliedCorrection {
-        key: CorrectionKey { device: "arm".into(), quantity: JOINT_ZERO.into(), place: joint.into() },
+        key: CorrectionKey { device: "arm".into(), quantity: JOINT_ZERO.into(), site: joint.into() },
         value,
         uncertainty: None,
         unit: "deg".into(),

@@ -46,7 +46,7 @@ fn correction_events(one: &StoredCorrection) -> Vec<Event> {
     let correction = Correction {
         device: one.key.device.clone(),
         quantity: one.key.quantity.clone(),
-        place: one.key.place.clone(),
+        site: one.key.site.clone(),
         old: one.old,
         new: one.new,
         uncertainty: one.uncertainty,

@@ -282,7 +282,7 @@ fn shown_correction(correction: &NewCorrection) -> Correction {
     Correction {
         device: correction.key.device.clone(),
         quantity: correction.key.quantity.clone(),
-        place: correction.key.place.clone(),
+        site: correction.key.site.clone(),
         old: correction.old,
         new: correction.new,
         uncertainty: correction.uncertainty,
@@ -308,8 +308,7 @@ mod tests {
     }
 
     fn zero() -> NewCorrection {
-        let key =
-            CorrectionKey { device: "arm".into(), quantity: "joint_zero".into(), place: "waist".into() };
+        let key = CorrectionKey { device: "arm".into(), quantity: "joint_zero".into(), site: "waist".into() };
         NewCorrection { key, old: 0.0, new: 1.0, uncertainty: Some(0.1), budget: None, unit: "deg".into() }
     }
 

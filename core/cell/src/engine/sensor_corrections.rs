@@ -41,7 +41,7 @@ impl Engine {
     ) -> Result<Map<String, Value>, StepError> {
         let in_force = self.journal.record.corrections_in_force(&self.cell.name, sensor)?;
         let mut requested = sensor_corrections(&in_force);
-        requested.extend(more.iter().map(|one| (key_of(&one.key.place, &one.unit), json!(one.new))));
+        requested.extend(more.iter().map(|one| (key_of(&one.key.site, &one.unit), json!(one.new))));
         Ok(requested)
     }
 }
@@ -49,5 +49,5 @@ impl Engine {
 /// Those of the corrections in force that are a sensor's, by the names its configuration has for them.
 pub fn sensor_corrections(in_force: &[AppliedCorrection]) -> Map<String, Value> {
     let mine = in_force.iter().filter(|known| known.key.quantity == SENSOR_PARAMETER);
-    mine.map(|known| (key_of(&known.key.place, &known.unit), json!(known.value))).collect()
+    mine.map(|known| (key_of(&known.key.site, &known.unit), json!(known.value))).collect()
 }

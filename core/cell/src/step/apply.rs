@@ -108,7 +108,7 @@ fn read_uncertainty(
     context: &ReadContext<'_>,
 ) -> Option<ShiftUncertainty> {
     let errors = error_terms::read(map, context);
-    let (stated, place) = (map.optional(key), map.span());
+    let (stated, span) = (map.optional(key), map.span());
     match (stated, errors.is_empty()) {
         (None, false) => Some(ShiftUncertainty::Errors(errors)),
         (Some(node), true) => context.expression(node, "the uncertainty").map(ShiftUncertainty::Stated),
@@ -116,7 +116,7 @@ fn read_uncertainty(
             let help = format!(
                 "give either `errors:`, what the shift depends on and is not known exactly, or `{key}:`"
             );
-            context.problems.add(place, "how uncertain is this shift?", help);
+            context.problems.add(span, "how uncertain is this shift?", help);
             None
         }
     }
@@ -247,7 +247,7 @@ impl Engine {
             let key = CorrectionKey {
                 device: step.robot.clone(),
                 quantity: JOINT_ZERO.to_owned(),
-                place: zero.joint.clone(),
+                site: zero.joint.clone(),
             };
             corrections.push(NewCorrection {
                 key,
@@ -291,9 +291,9 @@ impl Engine {
     ) -> Result<bool, StepError> {
         let mut lines = Vec::new();
         for one in corrections {
-            let (place, unit) = (&one.key.place, &one.unit);
+            let (site, unit) = (&one.key.site, &one.unit);
             let around = give_or_take(one.uncertainty, unit);
-            lines.push(format!("zero of {place}: {:.4} -> {:.4} {unit} ({around})", one.old, one.new));
+            lines.push(format!("zero of {site}: {:.4} -> {:.4} {unit} ({around})", one.old, one.new));
             lines.extend(one.budget.as_ref().and_then(|budget| left_open(budget, unit)));
         }
         for warning in self.unusual(step, corrections)? {
@@ -334,13 +334,13 @@ fn check_plausible(joint: &str, shift: f64, plausible: f64, unit: &str) -> Resul
 
 fn done(corrections: &[NewCorrection], revision: i64) -> Done {
     let values = corrections.iter().map(|one| NamedValue {
-        name: format!("zero of {}", one.key.place),
+        name: format!("zero of {}", one.key.site),
         value: one.new,
         unit: one.unit.clone(),
         uncertainty: one.uncertainty,
     });
     let shifts =
-        corrections.iter().map(|one| format!("{} by {:+.4} {}", one.key.place, one.new - one.old, one.unit));
+        corrections.iter().map(|one| format!("{} by {:+.4} {}", one.key.site, one.new - one.old, one.unit));
     Done {
         values: values.collect(),
         result: json!({"applied": true, "revision": revision}),

@@ -72,13 +72,13 @@ fn read(node: &Node, context: &ReadContext<'_>) -> Option<CorrectStep> {
     let parameters =
         map.required("parameters").and_then(|node| node.entries("`parameters`", context.problems));
     let ask = map.optional("ask").and_then(|node| node.boolean("`ask`", context.problems)).unwrap_or(true);
-    let place = map.span();
+    let span = map.span();
     map.finish();
     let (sensor, sensor_span) = sensor?;
     let parameters = parameters?;
     if parameters.is_empty() {
         let help = "name what changes, as in `parameters: {camera_roll_deg: {shift: found.roll_deg, uncertainty: 0.02, plausible: 5}}`";
-        context.problems.add(place, "this corrects nothing", help);
+        context.problems.add(span, "this corrects nothing", help);
     }
     let parameters: Vec<ParameterCorrection> =
         parameters.iter().filter_map(|(key, node)| read_parameter(key, node, context)).collect();
@@ -217,7 +217,7 @@ impl Engine {
             let key = CorrectionKey {
                 device: step.sensor.clone(),
                 quantity: SENSOR_PARAMETER.to_owned(),
-                place: name.to_owned(),
+                site: name.to_owned(),
             };
             let known = in_force.iter().find(|known| known.key == key);
             let old = known.map_or(parameter.change.uncorrected(), |known| known.value);
@@ -273,7 +273,7 @@ impl Engine {
         at: &StepContext,
     ) -> Result<bool, StepError> {
         let lines = corrections.iter().map(|one| {
-            let (name, unit) = (one.key.place.replace('_', " "), &one.unit);
+            let (name, unit) = (one.key.site.replace('_', " "), &one.unit);
             let change = change_in_words(one.old, one.new, unit);
             format!("{name}: {change} ({})", give_or_take(one.uncertainty, unit))
         });
@@ -301,13 +301,13 @@ impl Engine {
 
 fn done(corrections: &[NewCorrection], revision: i64) -> Done {
     let values = corrections.iter().map(|one| NamedValue {
-        name: one.key.place.clone(),
+        name: one.key.site.clone(),
         value: one.new,
         unit: one.unit.clone(),
         uncertainty: one.uncertainty,
     });
     let changes = corrections.iter().map(|one| {
-        format!("{} {}", one.key.place.replace('_', " "), change_in_words(one.old, one.new, &one.unit))
+        format!("{} {}", one.key.site.replace('_', " "), change_in_words(one.old, one.new, &one.unit))
     });
     Done {
         values: values.collect(),

@@ -46,11 +46,11 @@ fn read(node: &Node, context: &ReadContext<'_>) -> Option<DeclareStep> {
     let uncertainties = read_pair(&mut map, "uncertainty_deg", "uncertainty_mm", context);
     let plausible = context.number_or(&mut map, "plausible", (1e-6, 1e4), 10.0);
     let ask = map.optional("ask").and_then(|node| node.boolean("`ask`", context.problems)).unwrap_or(true);
-    let place = map.span();
+    let span = map.span();
     map.finish();
     if joints.is_empty() {
         let help = "give what the joints shall read, as in `as_deg: {shoulder: -90, elbow: 90}`";
-        context.problems.add(place, "this declares no joint", help);
+        context.problems.add(span, "this declares no joint", help);
         return None;
     }
     let (robot, robot_span) = robot?;
@@ -139,7 +139,7 @@ impl Engine {
         let joints = self.arm(&step.robot)?.named(&now);
         let shifts = corrections
             .iter()
-            .map(|one| format!("{} {:.3} -> {:.3} {}", one.key.place, one.old, one.new, one.unit));
+            .map(|one| format!("{} {:.3} -> {:.3} {}", one.key.site, one.old, one.new, one.unit));
         let message = format!("reads from now on: {}", shifts.collect::<Vec<_>>().join(", "));
         Ok(Done {
             result: json!({"declared": true, "joints": joints_value(&joints)}),
@@ -177,7 +177,7 @@ impl Engine {
             let key = CorrectionKey {
                 device: step.robot.clone(),
                 quantity: CONTROLLER_ZERO.to_owned(),
-                place: joint.joint.clone(),
+                site: joint.joint.clone(),
             };
             let uncertainty = budget.as_ref().and_then(Budget::standard);
             corrections.push(NewCorrection {
@@ -211,9 +211,9 @@ impl Engine {
         at: &StepContext,
     ) -> Result<bool, StepError> {
         let lines = corrections.iter().map(|one| {
-            let (place, unit) = (&one.key.place, &one.unit);
+            let (site, unit) = (&one.key.site, &one.unit);
             let around = give_or_take(one.uncertainty, unit);
-            format!("{place}: reads {:.3}, shall read {:.3} {unit} ({around})", one.old, one.new)
+            format!("{site}: reads {:.3}, shall read {:.3} {unit} ({around})", one.old, one.new)
         });
         let option = |key: &str, label: &str| ChoiceOption { key: key.to_owned(), label: label.to_owned() };
         let question = Question {
@@ -266,7 +266,7 @@ impl Engine {
 
 fn shown(correction: &NewCorrection) -> NamedValue {
     NamedValue {
-        name: format!("{} shifted", correction.key.place),
+        name: format!("{} shifted", correction.key.site),
         value: correction.new - correction.old,
         unit: correction.unit.clone(),
         uncertainty: correction.uncertainty,

@@ -31,9 +31,9 @@ struct Corrected {
 }
 
 /// Runs the steps where every question is answered by this key.
-fn run_in(place: &TempDir, world: &Arc<World>, steps: &str, key: &str) -> Corrected {
-    let cell = cell_with_steps(place, steps);
-    let mut run = request(&cell, place);
+fn run_in(folder: &TempDir, world: &Arc<World>, steps: &str, key: &str) -> Corrected {
+    let cell = cell_with_steps(folder, steps);
+    let mut run = request(&cell, folder);
     run.unattended = false;
     let mut texts = Vec::new();
     let (outcome, events) = watch(start(run, world), |event, handle| {
@@ -49,8 +49,7 @@ fn run_in(place: &TempDir, world: &Arc<World>, steps: &str, key: &str) -> Correc
 fn in_force(folder: &TempDir, cell: &str) -> Vec<(String, f64, String)> {
     let record = Record::open(folder.path()).expect("the record");
     let corrections = record.corrections_in_force(cell, "eye").expect("read");
-    let mut values: Vec<_> =
-        corrections.into_iter().map(|one| (one.key.place, one.value, one.unit)).collect();
+    let mut values: Vec<_> = corrections.into_iter().map(|one| (one.key.site, one.value, one.unit)).collect();
     values.sort_by(|a, b| a.0.cmp(&b.0));
     values
 }
@@ -65,14 +64,14 @@ fn message_of_step(events: &[Event], id: &str) -> String {
 
 #[test]
 fn an_accepted_correction_is_taken_by_the_sensor_and_a_second_one_builds_on_it() {
-    let (place, world) = (folder(), World::new([0.0; 3]));
+    let (folder, world) = (folder(), World::new([0.0; 3]));
     let steps = correcting(&format!("{SHIFT}, {FACTOR}"), "");
-    let first = run_in(&place, &world, &steps, "accept");
+    let first = run_in(&folder, &world, &steps, "accept");
     assert_eq!((first.outcome, message_of(&first.events)), (RunOutcome::Passed, "all steps passed"));
     let [text] = first.texts.as_slice() else { panic!("{:?}", first.texts) };
     assert!(text.starts_with("Apply these corrections?\ntilt: ") && text.contains("\nscale: "), "{text}");
     assert_eq!(
-        in_force(&place, "teachmover"),
+        in_force(&folder, "teachmover"),
         [("scale".to_owned(), 1.25, String::new()), ("tilt".to_owned(), 0.5, "deg".to_owned()),]
     );
     let taken = json!({"corrections": {"tilt_deg": 0.5, "scale": 1.25}});
@@ -81,7 +80,7 @@ fn an_accepted_correction_is_taken_by_the_sensor_and_a_second_one_builds_on_it()
     assert!(message.starts_with("applied: tilt ") && message.contains("(revision 1)"), "{message}");
 
     // A sensor that is started again is given what is in force, and the next change is of that.
-    let second = run_in(&place, &world, &steps, "accept");
+    let second = run_in(&folder, &world, &steps, "accept");
     assert_eq!(second.outcome, RunOutcome::Passed);
     let again = json!({"corrections": {"tilt_deg": 1.0, "scale": 1.5625}});
     assert_eq!(*world.configured.lock().expect("not poisoned"), [taken.clone(), taken, again]);
@@ -105,10 +104,10 @@ fn a_discarded_correction_changes_nothing_and_the_run_goes_on() {
 
 #[test]
 fn a_correction_that_need_not_be_asked_about_is_applied_at_once() {
-    let (place, world) = (folder(), World::new([0.0; 3]));
+    let (folder, world) = (folder(), World::new([0.0; 3]));
     let steps = correcting(SHIFT, ", ask: false")
         + "  - {id: expected, do: {check: {that: 'set.applied && set.revision == 1', otherwise: never}}}\n";
-    let run = run_in(&place, &world, &steps, "reject");
+    let run = run_in(&folder, &world, &steps, "reject");
     assert_eq!((run.outcome, run.texts.len()), (RunOutcome::Passed, 0), "{}", message_of(&run.events));
     assert_eq!(world.configured.lock().expect("not poisoned").len(), 1);
 }
@@ -126,20 +125,20 @@ fn a_greater_change_than_plausible_is_refused_with_both_numbers_and_nothing_is_c
         (FACTOR.replace("1.25", "0.74"), "scale would change by -26.0 %"),
         (not_a_number.to_owned(), ""),
     ] {
-        let (place, world) = (folder(), World::new([0.0; 3]));
-        let run = run_in(&place, &world, &correcting(&parameters, ""), "accept");
+        let (folder, world) = (folder(), World::new([0.0; 3]));
+        let run = run_in(&folder, &world, &correcting(&parameters, ""), "accept");
         assert_eq!(run.outcome, RunOutcome::Error, "{parameters}");
         assert!(message_of(&run.events).contains(words), "{}", message_of(&run.events));
-        assert!(run.texts.is_empty() && in_force(&place, "teachmover").is_empty());
+        assert!(run.texts.is_empty() && in_force(&folder, "teachmover").is_empty());
     }
 }
 
 #[test]
 fn what_the_sensor_refuses_does_not_come_into_force() {
-    let (place, world) = (folder(), World::new([0.0; 3]));
+    let (folder, world) = (folder(), World::new([0.0; 3]));
     world.refuses_changes.store(true, Ordering::SeqCst);
-    let run = run_in(&place, &world, &correcting(SHIFT, ""), "accept");
+    let run = run_in(&folder, &world, &correcting(SHIFT, ""), "accept");
     assert_eq!(run.outcome, RunOutcome::Error);
     assert!(message_of(&run.events).contains("too far"), "{}", message_of(&run.events));
-    assert!(in_force(&place, "teachmover").is_empty());
+    assert!(in_force(&folder, "teachmover").is_empty());
 }

@@ -24,8 +24,8 @@ struct Searched {
     ways: Vec<f64>,
 }
 
-fn searched_in(place: &TempDir, steps: &str) -> Searched {
-    let cell = cell_with_steps(place, steps);
+fn searched_in(folder: &TempDir, steps: &str) -> Searched {
+    let cell = cell_with_steps(folder, steps);
     let world = World::new([0.0; 3]);
     let ways = Arc::new(Mutex::new(Vec::new()));
     let (seen, there) = (Arc::clone(&ways), Arc::downgrade(&world));
@@ -34,7 +34,7 @@ fn searched_in(place: &TempDir, steps: &str) -> Searched {
             seen.lock().expect("the ways").push(world.truth_deg()[1]);
         }
     }));
-    let (outcome, events) = watch(start(request(&cell, place), &world), |_, _| {});
+    let (outcome, events) = watch(start(request(&cell, folder), &world), |_, _| {});
     let mut ways = ways.lock().expect("the ways").clone();
     ways.push(world.truth_deg()[1]);
     Searched { outcome, message: message_of(&events).to_owned(), ways }
@@ -98,12 +98,12 @@ fn a_search_that_is_there_already_backs_off_by_its_own_way_or_tries_one_slow_pie
     );
 }
 
-/// A place where the zero of the shoulder is 1.5 deg.
+/// A folder where the zero of the shoulder is 1.5 deg.
 fn folder_with_zero() -> TempDir {
     let folder = folder();
     let mut record = Record::open(folder.path()).expect("the record");
     let run = record.start_run(&NewRun { cell: "teachmover".into(), ..NewRun::default() }).expect("a run");
-    let key = CorrectionKey { device: "arm".into(), quantity: "joint_zero".into(), place: "shoulder".into() };
+    let key = CorrectionKey { device: "arm".into(), quantity: "joint_zero".into(), site: "shoulder".into() };
     let zero = NewCorrection { key, old: 0.0, new: 1.5, uncertainty: None, budget: None, unit: "deg".into() };
     let numbers = record.propose_corrections(run, "test", "teachmover", &[zero]).expect("proposed");
     record.apply_corrections("teachmover", "arm", &numbers, "test").expect("applied");
@@ -119,17 +119,17 @@ fn message_of_step(folder: &TempDir, step: &str) -> String {
 
 #[test]
 fn what_a_search_found_and_what_it_did_not_is_reported_in_corrected_numbers() {
-    let place = folder_with_zero();
+    let folder = folder_with_zero();
     let steps = format!(
         "\nsteps:\n  - {{id: up, {}}}\n  - {{id: lower, {}}}\n",
         search("travel_deg: 2, nothing_found: go_on"),
         search("travel_deg: -40")
     );
-    let found = searched_in(&place, &steps);
+    let found = searched_in(&folder, &steps);
     assert_eq!(found.outcome, RunOutcome::Passed, "{}", found.message);
-    assert_eq!(message_of_step(&place, "up"), "eye stayed OFF while shoulder went from 42.50 to 44.50 deg");
+    assert_eq!(message_of_step(&folder, "up"), "eye stayed OFF while shoulder went from 42.50 to 44.50 deg");
     let expected = format!("eye came on with shoulder at {:.4} deg (", edge_deg() + 1.5);
-    let message = message_of_step(&place, "lower");
+    let message = message_of_step(&folder, "lower");
     assert!(message.starts_with(&expected), "{message}, not {expected}");
 }
 
@@ -200,12 +200,12 @@ steps:
 
 #[test]
 fn a_slow_approach_goes_as_far_as_the_fast_one_may_have_overshot_and_no_further() {
-    let place = folder();
+    let folder = folder();
     let steps = format!("\nsteps:\n  - {{id: lower, {}}}\n", search("travel_deg: -40, back_off_deg: 2"));
-    let cell = cell_with_steps(&place, &steps);
+    let cell = cell_with_steps(&folder, &steps);
     let world = World::new([0.0; 3]);
     *world.fires_at.lock().expect("no test panicked") = vec![8.0, -500.0];
-    let (outcome, events) = watch(start(request(&cell, &place), &world), |_, _| {});
+    let (outcome, events) = watch(start(request(&cell, &folder), &world), |_, _| {});
     assert_eq!(outcome, RunOutcome::Error);
     assert!(
         message_of(&events).contains("eye came on on shoulder's slow approach, but stays off"),
@@ -219,13 +219,13 @@ fn a_slow_approach_goes_as_far_as_the_fast_one_may_have_overshot_and_no_further(
 
 #[test]
 fn how_far_a_search_has_come_is_reported_as_a_share_of_its_way_with_where_the_joint_is() {
-    let place = folder_with_zero();
+    let folder = folder_with_zero();
     let steps = format!(
         "\nsteps:\n  - {{id: lower, {}}}\n",
         search("travel_deg: -40, fast: {chunk_deg: 4, speed: 1}")
     );
-    let cell = cell_with_steps(&place, &steps);
-    let (_, events) = watch(start(request(&cell, &place), &World::new([0.0; 3])), |_, _| {});
+    let cell = cell_with_steps(&folder, &steps);
+    let (_, events) = watch(start(request(&cell, &folder), &World::new([0.0; 3])), |_, _| {});
     let reported: Vec<_> = events
         .iter()
         .filter_map(|event| match event {

@@ -51,7 +51,7 @@ fn errors_go_through_the_equations_into_a_budget_that_is_kept() {
     assert_eq!(outcome, RunOutcome::Passed, "{events:?}");
     let record = Record::open(folder.path()).expect("the record");
     let kept = record.corrections_of_run(RunId(1)).expect("corrections");
-    let of = |joint: &str| kept.iter().find(|one| one.key.place == joint).expect("corrected");
+    let of = |joint: &str| kept.iter().find(|one| one.key.site == joint).expect("corrected");
     let by_hand = ((100.0_f64.recip().to_degrees() / 3.0_f64.sqrt()).powi(2) + 0.25_f64.powi(2)).sqrt();
     for (joint, sign) in [("shoulder", 1.0), ("elbow", -1.0)] {
         let budget = of(joint).budget.as_ref().expect("a budget");
@@ -85,7 +85,7 @@ fn what_the_cell_file_does_not_say_is_not_determined_and_the_prompt_names_it() {
     assert!(asked.contains(open), "{asked}");
     let record = Record::open(folder.path()).expect("the record");
     let in_force = record.corrections_in_force("teachmover", "arm").expect("corrections");
-    let of = |joint: &str| in_force.iter().find(|one| one.key.place == joint).expect("corrected").uncertainty;
+    let of = |joint: &str| in_force.iter().find(|one| one.key.site == joint).expect("corrected").uncertainty;
     assert_eq!(of("shoulder"), None);
     assert!(of("waist").is_some(), "the waist does not depend on it");
 }
@@ -133,8 +133,7 @@ fn an_unusual_correction_is_pointed_out_before_it_is_accepted() {
     for value in [0.10, 0.12, 0.11] {
         let run = NewRun { cell: "teachmover".into(), ..NewRun::default() };
         let run = record.start_run(&run).expect("a run");
-        let key =
-            CorrectionKey { device: "arm".into(), quantity: "joint_zero".into(), place: "waist".into() };
+        let key = CorrectionKey { device: "arm".into(), quantity: "joint_zero".into(), site: "waist".into() };
         let zero = NewCorrection {
             key,
             old: 0.0,

@@ -41,23 +41,23 @@ pub enum GenerateError {
     Balance(#[from] NoEquilibrium),
     /// The effect would not move the readings at all, so no size makes it so many times the noise.
     #[error(
-        "`{name}` at `{place}` does not move the readings in these poses: give its size itself, or another place"
+        "`{name}` at `{site}` does not move the readings in these poses: give its size itself, or another place"
     )]
     DoesNotShow {
         /// The mechanism.
         name: &'static str,
         /// Where it was to sit.
-        place: String,
+        site: String,
     },
     /// Its size would have to be beyond belief.
     #[error(
-        "`{name}` at `{place}` would need a size of {size} {unit} to show so much: give a smaller one, or another place"
+        "`{name}` at `{site}` would need a size of {size} {unit} to show so much: give a smaller one, or another place"
     )]
     Unbelievable {
         /// The mechanism.
         name: &'static str,
         /// Where it was to sit.
-        place: String,
+        site: String,
         /// The size.
         size: String,
         /// Its unit.
@@ -65,21 +65,21 @@ pub enum GenerateError {
     },
     /// The model's free parameters would explain it away.
     #[error(
-        "wherever `{name}` was tried (last at `{place}`) the free parameters swallow it: free less, or name the place to have it all the same"
+        "wherever `{name}` was tried (last at `{site}`) the free parameters swallow it: free less, or name the place to have it all the same"
     )]
     Swallowed {
         /// The mechanism.
         name: &'static str,
         /// Where it was to sit.
-        place: String,
+        site: String,
     },
-    /// The same effect at the same place twice.
-    #[error("`{name}` at `{place}` is hidden already: twice the same is one effect")]
+    /// The same effect at the same site twice.
+    #[error("`{name}` at `{site}` is hidden already: twice the same is one effect")]
     Twice {
         /// The mechanism.
         name: &'static str,
         /// Where it was to sit.
-        place: String,
+        site: String,
     },
     /// Chosen poses do not say which socket they touch.
     #[error("further poses cannot be chosen where the arm touches sockets: take more poses from the start")]

@@ -28,7 +28,7 @@ impl Warming {
     }
 }
 
-/// How an arm deviates from the one on paper. Numbers beside the place are secondary: what matters is the size beside the mechanism.
+/// How an arm deviates from the one on paper. Numbers beside the site are secondary: what matters is the size beside the mechanism.
 #[derive(Debug, Clone, PartialEq)]
 #[allow(missing_docs, reason = "each mechanism's line tells what its numbers are")]
 pub enum Mechanism {
@@ -96,7 +96,7 @@ pub enum Mechanism {
     CableWindUp { joint: usize, slack: f64 },
     /// Outside the library: the base rocks on uneven feet about a horizontal direction (rad from x), over within `softness` N m; rad each way.
     RockingBase { direction: f64, softness: f64 },
-    /// Not repeatable: a loose coupling sits in one of two places for no recorded reason; rad.
+    /// Not repeatable: a loose coupling sits in one of two positions for no recorded reason; rad.
     LooseCoupling { joint: usize, pattern: u64 },
 }
 
@@ -234,8 +234,8 @@ impl Mechanism {
         }
     }
 
-    /// The place as the lab's files name it: a joint's name, `base`, `p1`, an axis.
-    pub fn place(&self, arm: &ArmDescription) -> String {
+    /// The site as the lab's files name it: a joint's name, `base`, `p1`, an axis.
+    pub fn site(&self, arm: &ArmDescription) -> String {
         match *self {
             Self::ToolOffset { .. } => "p1".to_owned(),
             Self::InstrumentScale { axis } => ["x", "y", "z"].get(axis).copied().unwrap_or("z").to_owned(),

@@ -25,7 +25,7 @@ pub(super) fn diagnose(evidence: &Evidence) -> Diagnosis {
         .collect();
     ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
     let candidates: Vec<Candidate> =
-        ranked.iter().map(|(_, _, regressor)| Candidate::at(regressor.effect, &regressor.place)).collect();
+        ranked.iter().map(|(_, _, regressor)| Candidate::at(regressor.effect, &regressor.site)).collect();
     let chance = ranked
         .first()
         .map_or(1.0, |(fraction, rank, _)| chi_square_tail(fraction * residual.len() as f64, *rank));

@@ -6,13 +6,13 @@
 use plumb_simulated::physics::campaign::audit::{Audit, Basis, candidates};
 use plumb_simulated::physics::campaign::{Case, GenerateError};
 
-/// One effect at one place, as columns.
+/// One effect at one site, as columns.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Regressor {
     /// Effect.
     pub(super) effect: &'static str,
-    /// Place.
-    pub(super) place: String,
+    /// Site.
+    pub(super) site: String,
     /// Its parameters' columns, mm over the readings.
     pub(super) columns: Vec<Vec<f64>>,
 }
@@ -51,7 +51,7 @@ impl Evidence {
         let regressors = candidates(&case.specification, &case.visits).into_iter().map(|candidate| {
             let columns =
                 candidate.directions.iter().map(|one| audit.signature(one)).collect::<Result<Vec<_>, _>>()?;
-            Ok(Regressor { effect: candidate.effect, place: candidate.place, columns })
+            Ok(Regressor { effect: candidate.effect, site: candidate.site, columns })
         });
         Ok(Self {
             readings_a_row: case.readings.first().map_or(1, Vec::len),

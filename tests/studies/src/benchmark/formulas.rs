@@ -20,11 +20,12 @@ pub(super) struct Row {
     #[serde(skip)]
     title: &'static str,
     offered: Proportion,
-    /// The right place and `RIGHT_SHARE` of the squares.
+    /// The right site and `RIGHT_SHARE` of the squares.
     right: Proportion,
-    /// The right place, whatever it takes away.
-    place: Proportion,
-    /// Another place, or nothing was hidden.
+    /// The right site, whatever it takes away.
+    #[serde(rename = "place")]
+    site: Proportion,
+    /// Another site, or nothing was hidden.
     wrong: Proportion,
     trials: Vec<Trial>,
 }
@@ -36,7 +37,8 @@ struct Trial {
     arm: String,
     hidden: Vec<String>,
     formula: Option<Hypothesis>,
-    right_place: bool,
+    #[serde(rename = "right_place")]
+    right_site: bool,
 }
 
 /// Asks for a formula in every trial of a cell.
@@ -44,12 +46,12 @@ pub(super) fn offered(work: &Work, seed: u64, count: usize) -> Result<Row, Bench
     let trials = over_cases(work, seed, count, |case| {
         let refused = |source| BenchmarkError::Lab { seed: case.truth.seed, source: Box::new(source) };
         let formula = lab::formula(case).map_err(refused)?;
-        let place = formula.as_ref().map(|formula| formula.place.clone());
+        let site = formula.as_ref().map(|formula| formula.place.clone());
         Ok(Trial {
             seed: case.truth.seed,
             arm: case.specification.arm.name.clone(),
             hidden: case.truth.hidden.iter().map(describe).collect(),
-            right_place: case.truth.hidden.iter().any(|hidden| Some(&hidden.place) == place.as_ref()),
+            right_site: case.truth.hidden.iter().any(|hidden| Some(&hidden.site) == site.as_ref()),
             formula,
         })
     })?;
@@ -62,9 +64,9 @@ pub(super) fn offered(work: &Work, seed: u64, count: usize) -> Result<Row, Bench
         cell: work.name(),
         title: work.title(),
         offered: fraction(&|_, _| true),
-        right: fraction(&|one, formula| one.right_place && formula.explains >= RIGHT_SHARE),
-        place: fraction(&|one, _| one.right_place),
-        wrong: fraction(&|one, _| !one.right_place),
+        right: fraction(&|one, formula| one.right_site && formula.explains >= RIGHT_SHARE),
+        site: fraction(&|one, _| one.right_site),
+        wrong: fraction(&|one, _| !one.right_site),
         trials,
     })
 }
@@ -85,7 +87,7 @@ pub(super) fn line(row: &Row) -> String {
         format!("{} ({})", row.title, row.offered.trials),
         percent(&row.offered),
         percent(&row.right),
-        percent(&row.place),
+        percent(&row.site),
         percent(&row.wrong)
     )
 }

@@ -33,7 +33,7 @@ pub(super) fn diagnose(evidence: &Evidence) -> Diagnosis {
     let candidates: Vec<Candidate> = strengths
         .iter()
         .filter_map(|(term, _)| problem.regressors.get(*term))
-        .map(|regressor| Candidate::at(regressor.effect, &regressor.place))
+        .map(|regressor| Candidate::at(regressor.effect, &regressor.site))
         .collect();
     Diagnosis {
         verdict: if candidates.is_empty() { Verdict::AtFloor } else { Verdict::Named },

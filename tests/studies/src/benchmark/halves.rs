@@ -44,11 +44,11 @@ impl Cut {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 enum Agreement {
-    /// The same name, or the same place.
+    /// The same name, or the same site.
     Same,
     /// One names or locates something, and the other neither names nor locates anything.
     OneAlone,
-    /// Each names or locates something, at different places.
+    /// Each names or locates something, at different sites.
     Contrary,
     /// Neither names or locates anything.
     Neither,
@@ -56,7 +56,7 @@ enum Agreement {
 
 impl Agreement {
     fn of(one: &Diagnosis, other: &Diagnosis) -> Self {
-        match (place(one), place(other)) {
+        match (site(one), site(other)) {
             (Some(one), Some(other)) if one == other => Self::Same,
             (Some(_), Some(_)) => Self::Contrary,
             (None, None) => Self::Neither,
@@ -65,8 +65,8 @@ impl Agreement {
     }
 }
 
-/// The place that a diagnosis names or locates.
-fn place(diagnosis: &Diagnosis) -> Option<&str> {
+/// The site that a diagnosis names or locates.
+fn site(diagnosis: &Diagnosis) -> Option<&str> {
     match diagnosis.verdict {
         Verdict::Named => diagnosis.named.as_ref().map(|named| named.effect.place.as_str()),
         Verdict::Located => diagnosis.located.as_ref().map(|located| located.place.as_str()),
@@ -131,7 +131,7 @@ pub(crate) fn halves(table: &str, cut: Cut, seed: u64) -> [String; 2] {
             Random::seeded(seed).shuffle(&mut order);
             let in_first = |row: &&str| {
                 let known = poses.binary_search(&pose(row));
-                known.is_ok_and(|at| order.get(at).is_some_and(|place| 2 * place < poses.len()))
+                known.is_ok_and(|at| order.get(at).is_some_and(|rank| 2 * rank < poses.len()))
             };
             rows.iter().map(in_first).collect()
         }

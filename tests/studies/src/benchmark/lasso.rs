@@ -26,7 +26,7 @@ pub(super) fn diagnose(evidence: &Evidence) -> Diagnosis {
     }
     found.sort_by(|a, b| b.1.total_cmp(&a.1));
     let name =
-        |owner: &usize| evidence.regressors.get(*owner).map(|one| Candidate::at(one.effect, &one.place));
+        |owner: &usize| evidence.regressors.get(*owner).map(|one| Candidate::at(one.effect, &one.site));
     let candidates: Vec<Candidate> = found.iter().filter_map(|(owner, _)| name(owner)).collect();
     Diagnosis {
         verdict: if candidates.is_empty() { Verdict::AtFloor } else { Verdict::Named },
@@ -137,8 +137,9 @@ fn held_out(
     keep: &[bool],
 ) -> f64 {
     let mut left = whole.residual.clone();
-    for ((weight, scale), (owner, place)) in weights.iter().zip(&problem.scales).zip(&problem.origins) {
-        let column = whole.regressors.get(*owner).and_then(|regressor| regressor.columns.get(*place));
+    for ((weight, scale), (owner, column_index)) in weights.iter().zip(&problem.scales).zip(&problem.origins)
+    {
+        let column = whole.regressors.get(*owner).and_then(|regressor| regressor.columns.get(*column_index));
         if let (Some(column), true) = (column, *weight != 0.0) {
             left.iter_mut().zip(column).for_each(|(entry, part)| *entry -= weight / scale * part);
         }

@@ -12,7 +12,7 @@ use crate::reliability::Forecast;
 /// What was said in some trials.
 #[derive(Debug, Default, serde::Serialize)]
 pub(super) struct Forecasts {
-    /// Of each candidate that was given a probability: that it is hidden. Effects of one name at one place are one candidate.
+    /// Of each candidate that was given a probability: that it is hidden. Effects of one name at one site are one candidate.
     pub(super) candidates: Vec<Forecast>,
     /// Of what is named, located or tied: that what is hidden is among it.
     pub(super) verdicts: Vec<Forecast>,
@@ -26,8 +26,8 @@ impl Forecasts {
     }
 
     fn of(diagnosis: &Diagnosis, truth: &Truth) -> Self {
-        let hides = |effect: &str, place: &str| {
-            truth.hidden.iter().any(|hidden| hidden.effect == effect && hidden.place == place)
+        let hides = |effect: &str, site: &str| {
+            truth.hidden.iter().any(|hidden| hidden.effect == effect && hidden.site == site)
         };
         Self {
             candidates: candidates(diagnosis, &|_| true, &hides),
@@ -40,17 +40,17 @@ impl Forecasts {
     }
 }
 
-/// Effect, place and probability of those candidates that were given one. Effects of one name at one place are one candidate, with the sum of their probabilities.
+/// Effect, site and probability of those candidates that were given one. Effects of one name at one site are one candidate, with the sum of their probabilities.
 pub(crate) fn probabilities(diagnosis: &Diagnosis) -> Vec<(&str, &str, f64)> {
-    let mut by_place: Vec<(&str, &str, f64)> = Vec::new();
+    let mut by_site: Vec<(&str, &str, f64)> = Vec::new();
     for candidate in &diagnosis.candidates {
         let (Some(probability), effect) = (candidate.probability, &candidate.effect) else { continue };
-        match by_place.iter_mut().find(|(name, place, _)| *name == effect.effect && *place == effect.place) {
+        match by_site.iter_mut().find(|(name, site, _)| *name == effect.effect && *site == effect.place) {
             Some((_, _, sum)) => *sum = (*sum + probability).min(1.0),
-            None => by_place.push((&effect.effect, &effect.place, probability)),
+            None => by_site.push((&effect.effect, &effect.place, probability)),
         }
     }
-    by_place
+    by_site
 }
 
 /// Forecasts of those candidates that were given a probability and are asked about; one is true if it is hidden.
@@ -59,12 +59,10 @@ pub(crate) fn candidates(
     asked: &impl Fn((&str, &str)) -> bool,
     hides: &impl Fn(&str, &str) -> bool,
 ) -> Vec<Forecast> {
-    let forecast = |(name, place, probability): (&str, &str, f64)| Forecast {
-        probability,
-        came_true: hides(name, place),
-    };
+    let forecast =
+        |(name, site, probability): (&str, &str, f64)| Forecast { probability, came_true: hides(name, site) };
     let all = probabilities(diagnosis).into_iter();
-    all.filter(|(name, place, _)| asked((*name, *place))).map(forecast).collect()
+    all.filter(|(name, site, _)| asked((*name, *site))).map(forecast).collect()
 }
 
 /// Whether what is hidden is named, tied, or in the family that is located.

@@ -47,7 +47,7 @@ pub(super) fn summary(cell: &'static str, analyst: Analyst, trials: Vec<Trial>) 
         add_fraction("truth_in_set", &|trial| trial.score.truth_in_set);
     }
     if trials.iter().any(|trial| !trial.hidden.is_empty()) {
-        add_fraction("place_right", &|trial| trial.score.place_right);
+        add_fraction("place_right", &|trial| trial.score.site_right);
     }
     if trials.iter().any(|trial| trial.grown.is_some()) {
         fractions.insert("grown_exactly", Proportion::of(trials.iter().filter_map(|trial| trial.grown)));
@@ -97,7 +97,7 @@ pub(super) fn describe(hidden: &Hidden) -> String {
     let details: String = hidden.details.iter().map(|(key, value)| format!(", {key} {value}")).collect();
     format!(
         "{}({}{details}) {:.2e} {}, {:.1}x noise, {:.1} standard errors",
-        hidden.effect, hidden.place, hidden.size, hidden.unit, hidden.over_noise, hidden.standard_errors
+        hidden.effect, hidden.site, hidden.size, hidden.unit, hidden.over_noise, hidden.standard_errors
     )
 }
 

@@ -162,10 +162,10 @@ fn judge(case: &Case, analysts: &[Analyst]) -> Result<Vec<Trial>, BenchmarkError
 
 /// What a diagnosis says, in short.
 pub(super) fn diagnosed(diagnosis: &Diagnosis) -> Vec<String> {
-    let label = |one: &Candidate| format!("{}({})", one.effect, one.place);
+    let label = |one: &Candidate| format!("{}({})", one.effect, one.site);
     let diagnosed = match &diagnosis.located {
         Some(located) if diagnosis.named.is_none() => {
-            vec![format!("{}: {}", located.place, located.family.join(", "))]
+            vec![format!("{}: {}", located.site, located.family.join(", "))]
         }
         _ => diagnosis.named.iter().chain(&diagnosis.tied).take(3).map(label).collect(),
     };

@@ -60,9 +60,9 @@ pub(super) fn take(
     let mut there = [None; 6];
     for (index, joint) in joints.iter().enumerate().take(6) {
         if let Some(angle) = pose.get(joint) {
-            let place = angle.to_radians() - zeros.get(index).copied().unwrap_or(0.0);
-            there[index] = Some(place);
-            outside[index] = Some(place + FROM_OUTSIDE);
+            let position = angle.to_radians() - zeros.get(index).copied().unwrap_or(0.0);
+            there[index] = Some(position);
+            outside[index] = Some(position + FROM_OUTSIDE);
         }
     }
     for joints in [outside, there] {
@@ -81,11 +81,11 @@ pub(super) fn take(
 }
 
 fn stated(corrections: &[AppliedCorrection], joint: &str) -> Option<f64> {
-    corrections.iter().find(|one| one.key.quantity == "joint_zero" && one.key.place == joint)?.uncertainty
+    corrections.iter().find(|one| one.key.quantity == "joint_zero" && one.key.site == joint)?.uncertainty
 }
 
 fn zero_of(corrections: &[AppliedCorrection], joint: &str) -> f64 {
-    let found = corrections.iter().find(|one| one.key.quantity == "joint_zero" && one.key.place == joint);
+    let found = corrections.iter().find(|one| one.key.quantity == "joint_zero" && one.key.site == joint);
     found.map_or(0.0, |one| if one.unit == "deg" { one.value.to_radians() } else { one.value })
 }
 

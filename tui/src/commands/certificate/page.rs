@@ -67,7 +67,7 @@ fn simulated(files: &[LoadedFile]) -> String {
     )
 }
 
-/// Of what a step found for a place again and again, as after an interruption, the last: and what came into force before what did not.
+/// Of what a step found for a site again and again, as after an interruption, the last: and what came into force before what did not.
 fn newest(corrections: &[StoredCorrection]) -> Vec<StoredCorrection> {
     let mut newest: Vec<StoredCorrection> = Vec::new();
     for one in corrections {
@@ -105,8 +105,7 @@ fn facts(run: &RunSummary) -> String {
 
 fn corrections(corrections: &[StoredCorrection]) -> String {
     let row = |one: &StoredCorrection| {
-        let (name, left) =
-            (corrected_quantity(&one.key.quantity, &one.key.device, &one.key.place), left(one));
+        let (name, left) = (corrected_quantity(&one.key.quantity, &one.key.device, &one.key.site), left(one));
         format!(
             "<tr><td>{}</td><td class=\"n\">{:.4}</td><td class=\"n\">{:.4}</td><td class=\"n\">{:+.4}</td><td class=\"n\">{}</td>\
              <td class=\"n\">{}</td><td>{}</td><td>{left}</td></tr>",
@@ -165,7 +164,7 @@ fn budget(one: &StoredCorrection, budget: &Budget) -> String {
     let open = left_open(budget, &one.unit).map(|open| format!("<p><b>{}.</b></p>", escaped(&open)));
     format!(
         "<h3>{}</h3><table>{head}{rows}<tr><th>Combined</th><td></td><td></td><td></td><td class=\"n\">{}</td></tr></table>{}",
-        escaped(&corrected_quantity(&one.key.quantity, &one.key.device, &one.key.place)),
+        escaped(&corrected_quantity(&one.key.quantity, &one.key.device, &one.key.site)),
         uncertainty_digits(one.uncertainty),
         open.unwrap_or_default()
     )
@@ -293,11 +292,11 @@ fn escaped(text: &str) -> String {
 mod tests {
     use super::*;
 
-    fn correction(step: &str, place: &str, revision: Option<i64>) -> StoredCorrection {
+    fn correction(step: &str, site: &str, revision: Option<i64>) -> StoredCorrection {
         let key = plumb_record::CorrectionKey {
             device: "arm".into(),
             quantity: "joint_zero".into(),
-            place: place.into(),
+            site: site.into(),
         };
         StoredCorrection {
             id: 1,

@@ -7,9 +7,9 @@ use serde::Serialize;
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Asked {
     /// The correction of a joint of a device.
-    Correction { device: String, place: String },
-    /// The numbers of an effect at a place.
-    Effect { effect: String, place: String },
+    Correction { device: String, site: String },
+    /// The numbers of an effect at a site.
+    Effect { effect: String, site: String },
 }
 
 /// What cannot be asked.
@@ -24,21 +24,21 @@ pub(super) enum AskedError {
 impl Asked {
     pub(super) fn correction(text: &str) -> Result<Self, AskedError> {
         let parts = text.split_once('.').ok_or_else(|| AskedError::NoCorrection(text.to_owned()))?;
-        Ok(Self::Correction { device: parts.0.to_owned(), place: parts.1.to_owned() })
+        Ok(Self::Correction { device: parts.0.to_owned(), site: parts.1.to_owned() })
     }
 
     pub(super) fn effect(text: &str) -> Result<Self, AskedError> {
-        let parts = effect_and_place(text).ok_or_else(|| AskedError::NoEffect(text.to_owned()))?;
-        Ok(Self::Effect { effect: parts.0.to_owned(), place: parts.1.to_owned() })
+        let parts = effect_and_site(text).ok_or_else(|| AskedError::NoEffect(text.to_owned()))?;
+        Ok(Self::Effect { effect: parts.0.to_owned(), site: parts.1.to_owned() })
     }
 }
 
-/// `kind(place)` taken apart; a kind without a place has an empty one.
-fn effect_and_place(text: &str) -> Option<(&str, &str)> {
+/// `kind(site)` taken apart; a kind without a site has an empty one.
+fn effect_and_site(text: &str) -> Option<(&str, &str)> {
     let Some((kind, rest)) = text.split_once('(') else {
         return (!text.is_empty() && !text.contains(')')).then_some((text, ""));
     };
-    rest.strip_suffix(')').map(|place| (kind, place))
+    rest.strip_suffix(')').map(|site| (kind, site))
 }
 
 /// One value of a series over cells.
@@ -91,11 +91,11 @@ pub(super) async fn points(
     arm: Option<&str>,
 ) -> Result<Vec<SeriesPoint>, CentralError> {
     let mut points: Vec<SeriesPoint> = match asked {
-        Asked::Correction { device, place } => {
-            central.corrections(device, place, arm).await?.iter().map(SeriesPoint::of_correction).collect()
+        Asked::Correction { device, site } => {
+            central.corrections(device, site, arm).await?.iter().map(SeriesPoint::of_correction).collect()
         }
-        Asked::Effect { effect, place } => {
-            central.effects(effect, place, arm).await?.iter().map(SeriesPoint::of_effect).collect()
+        Asked::Effect { effect, site } => {
+            central.effects(effect, site, arm).await?.iter().map(SeriesPoint::of_effect).collect()
         }
     };
     // The order of time stays within a key: the sort is stable.
@@ -109,10 +109,10 @@ mod tests {
 
     #[test]
     fn an_effect_is_taken_apart_at_its_brackets() {
-        assert_eq!(effect_and_place("joint_compliance(shoulder)"), Some(("joint_compliance", "shoulder")));
-        assert_eq!(effect_and_place("joint_harmonic(pan, 12)"), Some(("joint_harmonic", "pan, 12")));
-        assert_eq!(effect_and_place("drift"), Some(("drift", "")));
-        assert_eq!(effect_and_place("joint_gain(elbow"), None);
-        assert_eq!(effect_and_place("elbow)"), None);
+        assert_eq!(effect_and_site("joint_compliance(shoulder)"), Some(("joint_compliance", "shoulder")));
+        assert_eq!(effect_and_site("joint_harmonic(pan, 12)"), Some(("joint_harmonic", "pan, 12")));
+        assert_eq!(effect_and_site("drift"), Some(("drift", "")));
+        assert_eq!(effect_and_site("joint_gain(elbow"), None);
+        assert_eq!(effect_and_site("elbow)"), None);
     }
 }

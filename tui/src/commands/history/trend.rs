@@ -1,4 +1,4 @@
-//! `plumb history --trend arm.waist`: what runs found for one place over time.
+//! `plumb history --trend arm.waist`: what runs found for one site over time.
 
 use std::io;
 use std::process::ExitCode;
@@ -13,29 +13,29 @@ use crate::print_line::print_line;
 /// Columns of the little plot.
 const WIDTH: usize = 31;
 
-/// A place no run has found anything for.
+/// A site no run has found anything for.
 #[derive(Debug, thiserror::Error)]
 enum TrendError {
     #[error("`{0}` is no place: write the device and the joint, as in arm.waist")]
     Form(String),
-    #[error("no run found anything for {place}; {there}")]
-    Nothing { place: String, there: String },
+    #[error("no run found anything for {site}; {there}")]
+    Nothing { site: String, there: String },
 }
 
 /// Prints it.
-pub(super) fn print(record: &Record, place: &str, arguments: &Arguments) -> CommandResult {
-    let (device, joint) = place.split_once('.').ok_or_else(|| TrendError::Form(place.to_owned()))?;
+pub(super) fn print(record: &Record, site: &str, arguments: &Arguments) -> CommandResult {
+    let (device, joint) = site.split_once('.').ok_or_else(|| TrendError::Form(site.to_owned()))?;
     let mut points = record.trend(device, joint, arguments.cell.as_deref())?;
     let day = |point: &TrendPoint| point.time.get(..10).unwrap_or_default().to_owned();
     points.retain(|point| arguments.since.as_ref().is_none_or(|since| day(point) >= *since));
     points.retain(|point| arguments.until.as_ref().is_none_or(|until| day(point) <= *until));
     if points.is_empty() {
-        let places = record.corrected_places()?;
-        let there = match places.is_empty() {
+        let sites = record.corrected_sites()?;
+        let there = match sites.is_empty() {
             true => "no run has found any correction yet".to_owned(),
-            false => format!("there is {}", places.join(", ")),
+            false => format!("there is {}", sites.join(", ")),
         };
-        return Err(TrendError::Nothing { place: place.to_owned(), there }.into());
+        return Err(TrendError::Nothing { site: site.to_owned(), there }.into());
     }
     points.drain(..points.len().saturating_sub(arguments.number as usize));
     if arguments.json {
@@ -57,12 +57,12 @@ pub(super) fn print(record: &Record, place: &str, arguments: &Arguments) -> Comm
         }
         return Ok(ExitCode::SUCCESS);
     }
-    print_for_people(place, &points)?;
+    print_for_people(site, &points)?;
     Ok(ExitCode::SUCCESS)
 }
 
 /// One table; where cells share the record, one for each: what is found in one says nothing of another, whatever its devices are called.
-fn print_for_people(place: &str, points: &[TrendPoint]) -> io::Result<()> {
+fn print_for_people(site: &str, points: &[TrendPoint]) -> io::Result<()> {
     let mut cells: Vec<(&str, Vec<&TrendPoint>)> = Vec::new();
     for point in points {
         match cells.iter_mut().find(|(cell, _)| *cell == point.cell) {
@@ -76,17 +76,17 @@ fn print_for_people(place: &str, points: &[TrendPoint]) -> io::Result<()> {
             print_line!()?;
         }
         let of_cell = if several { format!(" of cell {cell}") } else { String::new() };
-        print_table(place, &of_cell, found)?;
+        print_table(site, &of_cell, found)?;
     }
     Ok(())
 }
 
-fn print_table(place: &str, of_cell: &str, points: &[&TrendPoint]) -> io::Result<()> {
+fn print_table(site: &str, of_cell: &str, points: &[&TrendPoint]) -> io::Result<()> {
     let Some(newest) = points.last() else { return Ok(()) };
     let unit = &newest.unit;
     let (least, most) = range(points);
     let unit_in_words = if unit.is_empty() { String::new() } else { format!(", {unit}") };
-    print_line!("{}{of_cell}{unit_in_words}; the newest last", title(&newest.quantity, place))?;
+    print_line!("{}{of_cell}{unit_in_words}; the newest last", title(&newest.quantity, site))?;
     print_line!(
         "{:>5}  {:<16}  {:>11}  {:>16}  {:>10}  {:<8}",
         "run",
@@ -119,12 +119,12 @@ fn print_table(place: &str, of_cell: &str, points: &[&TrendPoint]) -> io::Result
 }
 
 /// What the numbers are of: `joint zero of arm.waist`, `camera aim x of stripe`.
-fn title(quantity: &str, place: &str) -> String {
-    match place.split_once('.') {
+fn title(quantity: &str, site: &str) -> String {
+    match site.split_once('.') {
         Some((device, parameter)) if quantity == "sensor_parameter" => {
             corrected_quantity(quantity, device, parameter)
         }
-        _ => format!("{} of {place}", quantity.replace('_', " ")),
+        _ => format!("{} of {site}", quantity.replace('_', " ")),
     }
 }
 

@@ -86,9 +86,9 @@ fn print(revision: &Revision, in_force: &[AppliedCorrection]) -> io::Result<()> 
 fn name(key: &CorrectionKey) -> String {
     // A parameter's name says what it is.
     if key.quantity == "sensor_parameter" {
-        return key.place.replace('_', " ");
+        return key.site.replace('_', " ");
     }
-    format!("{} of {}", key.quantity.replace('_', " "), key.place)
+    format!("{} of {}", key.quantity.replace('_', " "), key.site)
 }
 
 fn in_force_in_words(one: &AppliedCorrection) -> String {

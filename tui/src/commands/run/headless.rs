@@ -88,7 +88,7 @@ impl Printer {
             Event::PromptAnswered { step, by, .. } => format!("        {step}: answered by {by}"),
             Event::CorrectionProposed { correction: c } => format!(
                 "        {}: {} ({})",
-                corrected_quantity(&c.quantity, &c.device, &c.place),
+                corrected_quantity(&c.quantity, &c.device, &c.site),
                 change_in_words(c.old, c.new, &c.unit),
                 give_or_take(c.uncertainty, &c.unit)
             ),
@@ -119,17 +119,17 @@ impl Printer {
         let numbers = step_numbers(&depths(&self.plan));
         let count = numbers.iter().flatten().count();
         // A step that only holds others has no number of its own.
-        let place = match numbers.get(index).copied().flatten() {
+        let label = match numbers.get(index).copied().flatten() {
             Some(number) => format!("[{number:>2}/{count}]"),
             None => "       ".to_owned(),
         };
         Some(match outcome {
-            StepOutcome::Passed => format!("{place} {step}: {}: {message}", planned.title),
-            StepOutcome::NotNeeded => format!("{place} {step}: not needed"),
-            StepOutcome::Skipped => format!("{place} {step}: left out"),
-            StepOutcome::Interrupted => format!("{place} {step}: interrupted: {message}"),
-            StepOutcome::Failed => format!("{place} {step}: FAILED: {message}"),
-            StepOutcome::Error => format!("{place} {step}: ERROR: {message}"),
+            StepOutcome::Passed => format!("{label} {step}: {}: {message}", planned.title),
+            StepOutcome::NotNeeded => format!("{label} {step}: not needed"),
+            StepOutcome::Skipped => format!("{label} {step}: left out"),
+            StepOutcome::Interrupted => format!("{label} {step}: interrupted: {message}"),
+            StepOutcome::Failed => format!("{label} {step}: FAILED: {message}"),
+            StepOutcome::Error => format!("{label} {step}: ERROR: {message}"),
         })
     }
 }

@@ -81,7 +81,8 @@ struct PromptBox {
 struct CorrectionLine {
     device: String,
     quantity: String,
-    place: String,
+    #[serde(rename = "place")]
+    site: String,
     old: f64,
     new: f64,
     uncertainty: Option<f64>,
@@ -137,7 +138,7 @@ fn cell_page(record: &Record, run: &RunSummary) -> Result<CellPage, RecordError>
             .map(|one| CorrectionLine {
                 device: one.key.device,
                 quantity: one.key.quantity,
-                place: one.key.place,
+                site: one.key.site,
                 old: one.old,
                 new: one.new,
                 uncertainty: one.uncertainty,

@@ -41,7 +41,7 @@ pub(super) fn print(record: &Record, run: &RunSummary) -> CommandResult {
         }
     }
     for one in record.corrections_of_run(id)? {
-        let name = format!("{} {} {}", one.key.quantity, one.key.device, one.key.place);
+        let name = format!("{} {} {}", one.key.quantity, one.key.device, one.key.site);
         line(["as_found", &one.step, &name, &one.old.to_string(), &one.unit, ""])?;
         let uncertainty = one.uncertainty.map(|value| value.to_string()).unwrap_or_default();
         line(["as_left", &one.step, &name, &one.new.to_string(), &one.unit, &uncertainty])?;

@@ -214,7 +214,7 @@ pub(super) fn corrections(lines: &mut Vec<String>, corrections: &[StoredCorrecti
         };
         lines.push(format!(
             "  {:<30} {:>10.4} -> {:>10.4} {} ({}; {state})",
-            corrected_quantity(&one.key.quantity, &one.key.device, &one.key.place),
+            corrected_quantity(&one.key.quantity, &one.key.device, &one.key.site),
             one.old,
             one.new,
             one.unit,
@@ -271,7 +271,7 @@ pub(crate) fn correlations(corrections: &[StoredCorrection]) -> Vec<String> {
             };
             reported.push(format!(
                 "{} and {} are correlated by what both depend on: coefficient {correlation:+.2}",
-                one.key.place, other.key.place
+                one.key.site, other.key.site
             ));
         }
     }

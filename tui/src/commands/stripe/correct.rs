@@ -70,7 +70,7 @@ fn line(one: &AppliedCorrection) -> String {
     let by = one.run.map_or_else(|| "rolled back".to_owned(), |run| format!("run {run}"));
     format!(
         "{} {:.4} {} ({}), revision {}, {by}\n",
-        one.key.place.replace('_', " "),
+        one.key.site.replace('_', " "),
         one.value,
         one.unit,
         give_or_take(one.uncertainty, &one.unit),

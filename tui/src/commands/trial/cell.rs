@@ -25,7 +25,7 @@ type MakeWorld = fn(&Fault, u64, &mut Random) -> Result<(String, Truth), TrialEr
 pub(super) struct TrialCell {
     /// As `--cell` names it.
     pub(super) name: &'static str,
-    /// What can be hidden, as `--fault` names it: a bare name draws its place at random.
+    /// What can be hidden, as `--fault` names it: a bare name draws its site at random.
     pub(super) faults: &'static [&'static str],
     /// Its files, but for the world.
     files: fn() -> Vec<(&'static str, String)>,
@@ -50,14 +50,14 @@ pub(super) struct Fault {
     /// Its name.
     pub(super) name: String,
     /// Where, if not at random.
-    pub(super) place: Option<String>,
+    pub(super) site: Option<String>,
 }
 
 impl Fault {
     fn read(text: &str) -> Self {
         let (name, rest) = text.split_once('(').unwrap_or((text, ""));
-        let place = rest.trim_end().trim_end_matches(')').trim();
-        Self { name: name.trim().to_owned(), place: (!place.is_empty()).then(|| place.to_owned()) }
+        let site = rest.trim_end().trim_end_matches(')').trim();
+        Self { name: name.trim().to_owned(), site: (!site.is_empty()).then(|| site.to_owned()) }
     }
 }
 
@@ -79,10 +79,10 @@ pub(super) fn check(cell: &TrialCell, fault: &str) -> Result<Fault, TrialError> 
 }
 
 /// One hidden thing; its sizes over the noise are not known beforehand.
-pub(super) fn hidden(effect: &str, place: &str, size: f64, unit: &str) -> Hidden {
+pub(super) fn hidden(effect: &str, site: &str, size: f64, unit: &str) -> Hidden {
     Hidden {
         effect: effect.to_owned(),
-        place: place.to_owned(),
+        site: site.to_owned(),
         size,
         unit: unit.to_owned(),
         over_noise: 0.0,
@@ -100,7 +100,7 @@ pub(super) fn truth(seed: u64, noise: f64, hidden: Vec<Hidden>) -> Truth {
     };
     Truth {
         seed,
-        effects: hidden.iter().take(1).map(|one| (one.effect.clone(), one.place.clone())).collect(),
+        effects: hidden.iter().take(1).map(|one| (one.effect.clone(), one.site.clone())).collect(),
         hidden,
         accept_verdict,
         grow: false,
@@ -179,20 +179,20 @@ pub(super) fn open(directory: &Path) -> Result<Truth, TrialError> {
     truth.ok_or(TrialError::NoTruth(path))
 }
 
-/// A place among those where something can be: the one that was asked for, else the one that was drawn.
-pub(super) fn place<'p, T>(
+/// A site among those where something can be: the one that was asked for, else the one that was drawn.
+pub(super) fn site_for<'p, T>(
     fault: &Fault,
-    places: &'p [(&'static str, T)],
+    sites: &'p [(&'static str, T)],
     drawn: usize,
 ) -> Result<&'p (&'static str, T), TrialError> {
-    let known = || places.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ");
-    let found = match &fault.place {
-        Some(requested) => places.iter().find(|(name, _)| name == requested),
-        None => places.get(drawn % places.len().max(1)),
+    let known = || sites.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ");
+    let found = match &fault.site {
+        Some(requested) => sites.iter().find(|(name, _)| name == requested),
+        None => sites.get(drawn % sites.len().max(1)),
     };
-    found.ok_or_else(|| TrialError::UnknownPlace {
+    found.ok_or_else(|| TrialError::UnknownSite {
         fault: fault.name.clone(),
-        place: fault.place.clone().unwrap_or_default(),
+        site: fault.site.clone().unwrap_or_default(),
         known: known(),
     })
 }
@@ -261,11 +261,11 @@ mod tests {
     #[test]
     fn a_copy_of_a_folder_is_a_cell_to_hide_something_in() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../workcells/scara");
-        let place = tempfile::tempdir().unwrap();
-        let built = new(&folder.display().to_string(), Some("none"), 1, place.path()).unwrap();
+        let directory = tempfile::tempdir().unwrap();
+        let built = new(&folder.display().to_string(), Some("none"), 1, directory.path()).unwrap();
         assert!(built.message.contains("scara.model.yaml"), "{}", built.message);
-        assert!(open(place.path()).unwrap().hidden.is_empty());
-        assert!(place.path().join("procedures/verify.yaml").exists());
+        assert!(open(directory.path()).unwrap().hidden.is_empty());
+        assert!(directory.path().join("procedures/verify.yaml").exists());
     }
 
     #[test]
@@ -282,7 +282,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fault_is_put_where_it_is_asked_for_or_the_places_there_are_are_named() {
+    fn a_fault_is_put_where_it_is_asked_for_or_the_sites_there_are_are_named() {
         let folder = tempfile::tempdir().unwrap();
         new("teachmover", Some("droop(shoulder)"), 5105, folder.path()).unwrap();
         let truth = open(folder.path()).unwrap();
@@ -301,16 +301,16 @@ mod tests {
 
     #[test]
     fn over_many_seeds_every_joint_gets_its_faults() {
-        let mut places = std::collections::BTreeSet::new();
+        let mut effects = std::collections::BTreeSet::new();
         for seed in 0..60 {
             for name in ["droop", "backlash", "coupling", "length", "lost_steps"] {
-                let fault = Fault { name: name.to_owned(), place: None };
+                let fault = Fault { name: name.to_owned(), site: None };
                 let mut rng = Random::new(seed, "cell trial");
                 let (_, truth) = (teachmover::CELL.world)(&fault, seed, &mut rng).unwrap();
-                places.extend(truth.effects);
+                effects.extend(truth.effects);
             }
         }
-        let count = |effect: &str| places.iter().filter(|(name, _)| name == effect).count();
+        let count = |effect: &str| effects.iter().filter(|(name, _)| name == effect).count();
         assert_eq!([count("joint_compliance"), count("joint_backlash"), count("joint_coupling")], [3, 4, 2]);
         assert_eq!([count("link_length"), count("link_offset"), count("joint_step")], [2, 2, 3]);
     }

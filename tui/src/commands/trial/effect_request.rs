@@ -56,11 +56,11 @@ impl FromStr for EffectRequest {
             .map(str::trim)
             .filter(|part| !part.is_empty())
             .map(str::to_owned);
-        let (place, detail) = (parts.next().filter(|place| place != "*"), parts.next());
+        let (site, detail) = (parts.next().filter(|site| site != "*"), parts.next());
         if !named || parts.next().is_some() {
             return Err(bad());
         }
-        Ok(Self(Some(Requested { choice: Choice { name: name.to_owned(), place, detail }, size })))
+        Ok(Self(Some(Requested { choice: Choice { name: name.to_owned(), site, detail }, size })))
     }
 }
 
@@ -89,11 +89,11 @@ mod tests {
 
     fn read(text: &str) -> (String, Option<String>, Option<String>, Size) {
         let Requested { choice, size } = text.parse::<EffectRequest>().unwrap().0.unwrap();
-        (choice.name, choice.place, choice.detail, size)
+        (choice.name, choice.site, choice.detail, size)
     }
 
     #[test]
-    fn a_request_names_effect_place_detail_and_size() {
+    fn a_request_names_effect_site_detail_and_size() {
         assert_eq!(read("joint_backlash"), ("joint_backlash".into(), None, None, Size::OverNoise(3.0)));
         assert_eq!(
             read("joint_harmonic(waist, 20) = 1.5x"),

@@ -72,13 +72,13 @@ pub enum TrialError {
         /// What there is.
         known: String,
     },
-    /// A place of `--fault` at which it cannot be.
-    #[error("`{fault}` cannot be hidden at `{place}`; it can be at {known}")]
-    UnknownPlace {
+    /// A site of `--fault` at which it cannot be.
+    #[error("`{fault}` cannot be hidden at `{site}`; it can be at {known}")]
+    UnknownSite {
         /// What was to be hidden.
         fault: String,
         /// Where.
-        place: String,
+        site: String,
         /// Where it can be.
         known: String,
     },

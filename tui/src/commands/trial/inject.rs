@@ -102,12 +102,12 @@ fn inject(
     };
     let plain = own.diagnose(None, progress)?;
     let first = tried(&own, hidden, &plain, progress)?;
-    let (effect, place) = (first.hidden.mechanism.name(), first.hidden.mechanism.place(own.arm()));
+    let (effect, site) = (first.hidden.mechanism.name(), first.hidden.mechanism.site(own.arm()));
     let unit = first.hidden.mechanism.unit_on(own.arm());
     let (size, shown, left) = (first.hidden.size, first.visible_mm, own.left_mm());
     let directory = arguments.output.display();
     let mut message = format!(
-        "{effect}({place}) of {} is hidden in {directory}: {shown:.3} mm of it can be seen beside the {left:.3} mm that the model leaves.\n",
+        "{effect}({site}) of {} is hidden in {directory}: {shown:.3} mm of it can be seen beside the {left:.3} mm that the model leaves.\n",
         shown_size(size, unit)
     );
     let mut show = |one: &Tried| {
@@ -138,7 +138,7 @@ fn inject(
         }
     });
     let truth = serde_json::json!({
-        "effect": effect, "where": place, "size": first.hidden.size, "unit": unit,
+        "effect": effect, "where": site, "size": first.hidden.size, "unit": unit,
         "visible_mm": first.visible_mm, "left_mm": own.left_mm(), "named_from": least,
     });
     let injected = own.with(&first.hidden)?;
@@ -152,10 +152,10 @@ fn tried(
     progress: &Progress,
 ) -> Result<Tried, InjectionError> {
     let diagnosis = own.diagnose(Some(&hidden), progress)?;
-    let place = hidden.mechanism.place(own.arm());
+    let site = hidden.mechanism.site(own.arm());
     let before =
         plain.named.as_ref().map(|named| (named.effect.effect.as_str(), named.effect.place.as_str()));
-    let found = Found::of(&diagnosis, (hidden.mechanism.name(), &place), before);
+    let found = Found::of(&diagnosis, (hidden.mechanism.name(), &site), before);
     let sentence = diagnosis_sentence(&diagnosis);
     Ok(Tried { visible_mm: own.visible_mm(&hidden, progress)?, hidden, found, sentence })
 }

@@ -71,24 +71,24 @@ pub enum InjectionError {
     },
     /// The effect does not show.
     #[error(
-        "`{effect}` at `{place}`: of what it does to these rows the free parameters leave nothing to be seen; choose another effect or place, or free less"
+        "`{effect}` at `{site}`: of what it does to these rows the free parameters leave nothing to be seen; choose another effect or place, or free less"
     )]
     DoesNotShow {
         /// The effect.
         effect: &'static str,
         /// Where.
-        place: String,
+        site: String,
     },
     /// Its size would be beyond belief.
     #[error(
-        "`{effect}` at `{place}` would need {} to show so much, more than any working machine has; give a smaller size, or another place",
+        "`{effect}` at `{site}` would need {} to show so much, more than any working machine has; give a smaller size, or another place",
         shown_size(*size, unit)
     )]
     Unbelievable {
         /// The effect.
         effect: &'static str,
         /// Where.
-        place: String,
+        site: String,
         /// The size.
         size: f64,
         /// Its unit.
@@ -147,11 +147,11 @@ impl Found {
         }
     }
 
-    /// What a diagnosis says of something hidden. What the lab named without it (`before`, an effect and its place) is no wrong name. A joint that jumped is also named
+    /// What a diagnosis says of something hidden. What the lab named without it (`before`, an effect and its site) is no wrong name. A joint that jumped is also named
     /// where its zero was found to be re-set several times: the rows may hold jumps of their own.
     pub fn of(diagnosis: &Diagnosis, hidden: (&str, &str), before: Option<(&str, &str)>) -> Self {
-        let is = |effect: &str, place: &str| {
-            (effect, place) == hidden || (effect == "joint_zero_reset" && ("joint_step", place) == hidden)
+        let is = |effect: &str, site: &str| {
+            (effect, site) == hidden || (effect == "joint_zero_reset" && ("joint_step", site) == hidden)
         };
         if let Some(named) = &diagnosis.named {
             let name = (named.effect.effect.as_str(), named.effect.place.as_str());
@@ -250,8 +250,8 @@ impl Measurements {
         let Some(kind) = effect::kind(mechanism.name()) else { return true };
         let summary = DatasetSummary::of(&self.model, &self.table);
         let context = CandidateContext { model: &self.model, summary: &summary };
-        let place = mechanism.place(&self.arm);
-        (kind.candidates)(&context).iter().any(|id| self.model.site_name(id.site) == place)
+        let site = mechanism.site(&self.arm);
+        (kind.candidates)(&context).iter().any(|id| self.model.site_name(id.site) == site)
     }
 
     /// How an imperfection moves every target in every row of the table, mm, frame of the measurements.
@@ -389,19 +389,19 @@ impl Measurements {
         times: f64,
         progress: &Progress,
     ) -> Result<Imperfection, InjectionError> {
-        let (effect, place) = (mechanism.name(), mechanism.place(&self.arm));
+        let (effect, site) = (mechanism.name(), mechanism.site(&self.arm));
         let requested = times * self.left_mm;
         let mut hidden = Imperfection { mechanism: mechanism.clone(), size: mechanism.small_size() };
         let greatest = mechanism.greatest_plausible(&self.arm);
         for _ in 0..ROUNDS {
             let shown = self.visible_mm(&hidden, progress)?;
             if shown <= f64::MIN_POSITIVE {
-                return Err(InjectionError::DoesNotShow { effect, place });
+                return Err(InjectionError::DoesNotShow { effect, site });
             }
             hidden.size *= requested / shown;
             if hidden.size.abs() > greatest {
                 let unit = mechanism.unit_on(&self.arm);
-                return Err(InjectionError::Unbelievable { effect, place, size: hidden.size, unit });
+                return Err(InjectionError::Unbelievable { effect, site, size: hidden.size, unit });
             }
             if (requested / shown - 1.0).abs() < 0.02 {
                 break;
@@ -520,13 +520,13 @@ fn pose(table: &Table, row: usize) -> Pose {
 fn measured_rows(table: &Table, order: &[usize]) -> Vec<MeasuredRow> {
     let time = |row: usize| cell(table.time.as_ref(), row);
     let first = order.first().and_then(|row| time(*row)).unwrap_or(0.0);
-    let row = |(place, row): (usize, &usize)| MeasuredRow {
+    let row = |(index, row): (usize, &usize)| MeasuredRow {
         commanded: table.q_of(*row).to_vec(),
         sides: match table.approach {
             Some(_) => (0..table.joints).map(|joint| f64::from(table.approach_of(*row, joint))).collect(),
             None => Vec::new(),
         },
-        time_s: time(*row).map_or(place as f64 * USUAL_INTERVAL_S, |time| time - first),
+        time_s: time(*row).map_or(index as f64 * USUAL_INTERVAL_S, |time| time - first),
         temperature_c: cell(table.temperature.as_ref(), *row).unwrap_or(USUAL_TEMPERATURE_C),
         payload_kg: cell(table.payload.as_ref(), *row).unwrap_or(0.0),
     };

@@ -26,7 +26,7 @@ use bench::Bench;
 struct Trial {
     fault: String,
     seed: u64,
-    /// What was hidden: effect, place, size with its unit; empty where nobody opened the seal.
+    /// What was hidden: effect, site, size with its unit; empty where nobody opened the seal.
     hidden: String,
     #[serde(flatten)]
     end: End,

@@ -72,7 +72,7 @@ fn describe(truth: &Truth) -> String {
             ),
             false => String::new(),
         };
-        text.push_str(&format!("Hidden: {} at {}{size}{details}{moves}.\n", hidden.effect, hidden.place));
+        text.push_str(&format!("Hidden: {} at {}{size}{details}{moves}.\n", hidden.effect, hidden.site));
     }
     if !truth.outlier_rows.is_empty() {
         let rows: Vec<String> = truth.outlier_rows.iter().map(usize::to_string).collect();
@@ -95,7 +95,7 @@ fn describe_score(score: &Score) -> String {
         ("verdict among the right ones", score.verdict_right),
         ("truth ranked first", score.truth_first),
         ("truth named, tied or in the family", score.truth_in_set),
-        ("place right", score.place_right),
+        ("place right", score.site_right),
         ("something named that is not there", score.false_name),
     ] {
         text.push_str(&format!("  {question}: {}\n", word(answer)));

@@ -20,7 +20,7 @@ pub struct Diagnosis {
     /// All that were weighed, best first.
     #[serde(default)]
     pub candidates: Vec<Candidate>,
-    /// What was found besides, as `effect(place)`.
+    /// What was found besides, as `effect(site)`.
     #[serde(default)]
     pub besides: Vec<String>,
     /// What `grow` added, in order.
@@ -54,7 +54,7 @@ pub struct Candidate {
     pub effect: String,
     /// Where it sits.
     #[serde(rename = "where", default)]
-    pub place: String,
+    pub site: String,
     /// Size.
     #[serde(default)]
     pub size: Option<f64>,
@@ -67,24 +67,24 @@ pub struct Candidate {
 }
 
 impl Candidate {
-    /// An effect at a place, of unknown size.
-    pub fn at(effect: &str, place: &str) -> Self {
-        Self { effect: effect.to_owned(), place: place.to_owned(), size: None, unit: None, se: None }
+    /// An effect at a site, of unknown size.
+    pub fn at(effect: &str, site: &str) -> Self {
+        Self { effect: effect.to_owned(), site: site.to_owned(), size: None, unit: None, se: None }
     }
 }
 
 impl Candidate {
-    fn is(&self, effect: &str, place: &str) -> bool {
-        self.effect == effect && self.place == place
+    fn is(&self, effect: &str, site: &str) -> bool {
+        self.effect == effect && self.site == site
     }
 }
 
-/// A place without a mechanism.
+/// A site without a mechanism.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 pub struct Located {
     /// Where.
     #[serde(rename = "where", default)]
-    pub place: String,
+    pub site: String,
     /// What it could be.
     #[serde(default)]
     pub family: Vec<String>,
@@ -113,7 +113,8 @@ pub struct Score {
     /// What `grow` added is just what is hidden; for a diagnosis, whether nothing is hidden.
     pub grown_exactly: bool,
     /// What is named or located sits where something hidden sits.
-    pub place_right: bool,
+    #[serde(rename = "place_right")]
+    pub site_right: bool,
     /// Something was named that is not hidden.
     pub false_name: bool,
     /// Nothing is named, and what is hidden is reported as what the readings could not show.
@@ -130,41 +131,41 @@ impl Score {
     /// Holds a diagnosis against the truth.
     pub fn of(diagnosis: &Diagnosis, truth: &Truth) -> Self {
         let verdict_right = truth.accept_verdict.contains(&diagnosis.verdict);
-        let hides = |candidate: &Candidate| is_hidden(truth, &candidate.effect, &candidate.place);
+        let hides = |candidate: &Candidate| is_hidden(truth, &candidate.effect, &candidate.site);
         let named: Vec<&Candidate> =
             diagnosis.named.iter().chain(diagnosis.steps.iter().map(|step| &step.added)).collect();
         let located = diagnosis.located.as_ref();
         let in_family =
-            located.is_some_and(|one| one.family.iter().any(|effect| is_hidden(truth, effect, &one.place)));
+            located.is_some_and(|one| one.family.iter().any(|effect| is_hidden(truth, effect, &one.site)));
         let truth_in_set =
             named.iter().any(|one| hides(one)) || diagnosis.tied.iter().any(hides) || in_family;
-        let at_hidden = |place: &str| truth.hidden.iter().any(|hidden| hidden.place == place);
-        let place_right =
-            named.iter().any(|one| at_hidden(&one.place)) || located.is_some_and(|one| at_hidden(&one.place));
+        let at_hidden = |site: &str| truth.hidden.iter().any(|hidden| hidden.site == site);
+        let site_right =
+            named.iter().any(|one| at_hidden(&one.site)) || located.is_some_and(|one| at_hidden(&one.site));
         let false_name = named.iter().any(|one| !hides(one));
-        let all_found = truth.effects.iter().all(|(effect, place)| {
-            let is = |one: &Candidate| one.is(effect, place);
+        let all_found = truth.effects.iter().all(|(effect, site)| {
+            let is = |one: &Candidate| one.is(effect, site);
             let besides = |text: &String| {
-                text.split(['(', ',', ')']).map(str::trim).take(2).eq([effect.as_str(), place.as_str()])
+                text.split(['(', ',', ')']).map(str::trim).take(2).eq([effect.as_str(), site.as_str()])
             };
             named.iter().any(|one| is(one))
                 || diagnosis.tied.iter().any(is)
                 || diagnosis.besides.iter().any(besides)
         });
-        let grown = |one: &Hidden| diagnosis.steps.iter().any(|step| step.added.is(&one.effect, &one.place));
+        let grown = |one: &Hidden| diagnosis.steps.iter().any(|step| step.added.is(&one.effect, &one.site));
         let only_hidden =
-            diagnosis.steps.iter().all(|step| is_hidden(truth, &step.added.effect, &step.added.place));
+            diagnosis.steps.iter().all(|step| is_hidden(truth, &step.added.effect, &step.added.site));
         let grown_exactly = only_hidden && truth.hidden.iter().all(grown);
         let substance = match diagnosis.verdict {
             Verdict::Named => !false_name && !named.is_empty(),
-            Verdict::Located => place_right,
+            Verdict::Located => site_right,
             Verdict::Tied => truth_in_set,
             _ => !false_name,
         };
         let reported_not_shown = diagnosis.verdict == Verdict::AtFloor
             && !truth.hidden.is_empty()
             && truth.hidden.iter().any(|hidden| diagnosis.not_shown.iter().any(|one| covers(one, hidden)));
-        let size = named.iter().find_map(|one| Some((*one, hidden(truth, &one.effect, &one.place)?)));
+        let size = named.iter().find_map(|one| Some((*one, hidden(truth, &one.effect, &one.site)?)));
         Self {
             right: match diagnosis.steps.is_empty() {
                 true => (verdict_right && substance) || reported_not_shown,
@@ -176,26 +177,26 @@ impl Score {
             verdict_right,
             truth_first: diagnosis.candidates.first().or(diagnosis.named.as_ref()).is_some_and(hides),
             truth_in_set,
-            place_right,
+            site_right,
             false_name,
             size_error_over_se: size.and_then(|(found, hidden)| size_error(found, hidden)),
         }
     }
 }
 
-fn hidden<'truth>(truth: &'truth Truth, effect: &str, place: &str) -> Option<&'truth Hidden> {
-    truth.hidden.iter().find(|hidden| hidden.effect == effect && hidden.place == place)
+fn hidden<'truth>(truth: &'truth Truth, effect: &str, site: &str) -> Option<&'truth Hidden> {
+    truth.hidden.iter().find(|hidden| hidden.effect == effect && hidden.site == site)
 }
 
-fn is_hidden(truth: &Truth, effect: &str, place: &str) -> bool {
-    hidden(truth, effect, place).is_some()
+fn is_hidden(truth: &Truth, effect: &str, site: &str) -> bool {
+    hidden(truth, effect, site).is_some()
 }
 
 /// Whether what was said not to show is what is hidden, at a size that could have been missed.
 fn covers(not_shown: &Candidate, hidden: &Hidden) -> bool {
     let could_be_missed =
         |size: f64| hidden.size.abs() <= STILL_MISSED * (size * to_unit_of(hidden, not_shown)).abs();
-    not_shown.is(&hidden.effect, &hidden.place) && not_shown.size.is_none_or(could_be_missed)
+    not_shown.is(&hidden.effect, &hidden.site) && not_shown.size.is_none_or(could_be_missed)
 }
 
 /// By which a size found has to be multiplied to be in the unit of what is hidden.
@@ -231,7 +232,7 @@ mod tests {
     fn truth() -> Truth {
         let hidden = Hidden {
             effect: "joint_backlash".into(),
-            place: "elbow".into(),
+            site: "elbow".into(),
             size: 1e-3,
             unit: "rad".into(),
             over_noise: 3.0,
@@ -259,14 +260,14 @@ mod tests {
         let score = score(
             r#"{"verdict": "named", "named": {"effect": "joint_backlash", "where": "elbow", "size": 0.0582958, "unit": "deg", "se": 0.001}}"#,
         );
-        assert!(score.right && score.place_right && !score.false_name);
+        assert!(score.right && score.site_right && !score.false_name);
         assert!((score.size_error_over_se.unwrap() - 1.0).abs() < 1e-3, "{score:?}");
     }
 
     #[test]
     fn a_wrong_name_at_the_right_joint_is_wrong_but_well_placed() {
         let score = score(r#"{"verdict": "named", "named": {"effect": "joint_settling", "where": "elbow"}}"#);
-        assert!(score.verdict_right && !score.right && score.false_name && score.place_right);
+        assert!(score.verdict_right && !score.right && score.false_name && score.site_right);
     }
 
     #[test]
@@ -281,9 +282,9 @@ mod tests {
     }
 
     #[test]
-    fn a_place_is_right_when_it_is_the_hidden_one() {
-        let located = |place: &str| {
-            score(&format!(r#"{{"verdict": "located", "located": {{"where": "{place}", "family": []}}}}"#))
+    fn a_site_is_right_when_it_is_the_hidden_one() {
+        let located = |site: &str| {
+            score(&format!(r#"{{"verdict": "located", "located": {{"where": "{site}", "family": []}}}}"#))
         };
         assert!(located("elbow").right && !located("waist").right);
     }

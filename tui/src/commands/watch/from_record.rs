@@ -40,7 +40,7 @@ fn shown(one: &StoredCorrection) -> Correction {
     Correction {
         device: one.key.device.clone(),
         quantity: one.key.quantity.clone(),
-        place: one.key.place.clone(),
+        site: one.key.site.clone(),
         old: one.old,
         new: one.new,
         uncertainty: one.uncertainty,

@@ -1,5 +1,5 @@
 //! The arm seen from the side: its links over the table, drawn from the reported joints and the arm's own lengths, with
-//! the places where searches have found what they looked for.
+//! the positions where searches have found what they looked for.
 
 use plumb_cell::event::NamedValue;
 use ratatui::Frame;

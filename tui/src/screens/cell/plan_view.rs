@@ -220,7 +220,7 @@ fn outline(context: &mut Context, corners: &[[f64; 2]], color: Color) {
     }
 }
 
-/// Every second dot of the scene, in a chequer, whose place in the cell is as wanted.
+/// Every second dot of the scene, in a chequer, whose position in the cell is as wanted.
 fn dots(scene: &Scene, requested: impl Fn([f64; 2]) -> bool) -> Vec<(f64, f64)> {
     let count = |range: [f64; 2]| ((range[1] - range[0]) / scene.dot).round().clamp(0.0, 2000.0) as usize;
     let (sin, cos) = scene.up.sin_cos();

@@ -10,7 +10,7 @@ use super::trace::Trace;
 
 /// Changes of signals kept for the list on the screen.
 const KEPT_EDGES: usize = 200;
-/// Places where a trigger was found, kept for the drawing.
+/// Positions where a trigger was found, kept for the drawing.
 const KEPT_TRIGGERS: usize = 40;
 
 /// All devices of the cell and what they last said.

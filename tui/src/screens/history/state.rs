@@ -14,7 +14,7 @@ pub(crate) struct HistoryState {
     pub filter: String,
     /// Letters go into the filter.
     pub filtering: bool,
-    /// Place of the chosen run among those shown.
+    /// Index of the chosen run among those shown.
     pub chosen: usize,
     /// The run that is open over the list.
     pub opened: Option<OpenedRun>,

@@ -54,10 +54,10 @@ pub(crate) struct TrendPoint {
 /// The trend of a quantity from what the record holds of it.
 pub(super) fn of(cell: &str, key: &CorrectionKey, history: &[StoredCorrection]) -> Trend {
     let what = match key.quantity.strip_prefix("joint_") {
-        Some(of_joint) => format!("{} {}", key.place, of_joint.replace('_', " ")),
+        Some(of_joint) => format!("{} {}", key.site, of_joint.replace('_', " ")),
         // A parameter's name says what it is.
-        None if key.quantity == "sensor_parameter" => key.place.replace('_', " "),
-        None => format!("{} {}", key.place, key.quantity.replace('_', " ")),
+        None if key.quantity == "sensor_parameter" => key.site.replace('_', " "),
+        None => format!("{} {}", key.site, key.quantity.replace('_', " ")),
     };
     let point = |one: &StoredCorrection| {
         Some(TrendPoint {

@@ -93,7 +93,7 @@ pub(crate) fn scroll(state: &mut State, by: isize) {
     history.keep_choice_within();
 }
 
-/// Chooses the run at a place of the list.
+/// Chooses the run at an index of the list.
 pub(crate) fn choose(state: &mut State, index: usize) {
     if let Some(history) = &mut state.history {
         history.chosen = index;

@@ -211,8 +211,8 @@ fn trend(history: &HistoryState, theme: &Theme, frame: &mut Frame, area: Rect) {
         return;
     }
     for (value, row) in [(scale.high, plot.top()), (scale.low, plot.bottom().saturating_sub(1))] {
-        let place = Rect { y: row, height: 1, ..left };
-        frame.render_widget(Line::styled(format!("{:>8} ", with_decimals(value, 3)), theme.faint), place);
+        let row_area = Rect { y: row, height: 1, ..left };
+        frame.render_widget(Line::styled(format!("{:>8} ", with_decimals(value, 3)), theme.faint), row_area);
     }
     let chosen = history.run().map(|run| run.run.0);
     draw(trend, &scale, chosen, theme, frame, plot);

@@ -59,7 +59,7 @@ pub(crate) enum Context {
 }
 
 impl Context {
-    /// How the manual and the help name the place.
+    /// How the manual and the help name the context.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Everywhere => "everywhere",
@@ -222,22 +222,22 @@ pub(crate) struct Binding {
     pub help: &'static str,
 }
 
-/// What `event` asks for in the given places, the narrowest place first.
-pub(crate) fn command_for(places: &[Context], event: &KeyEvent) -> Option<Command> {
-    places.iter().find_map(|place| {
+/// What `event` asks for in the given contexts, the narrowest context first.
+pub(crate) fn command_for(contexts: &[Context], event: &KeyEvent) -> Option<Command> {
+    contexts.iter().find_map(|context| {
         BINDINGS
             .iter()
-            .filter(|binding| binding.context == *place)
+            .filter(|binding| binding.context == *context)
             .find(|binding| binding.keys.iter().any(|key| is_key(*key, event)))
             .map(|binding| binding.command)
     })
 }
 
-/// The rows that hold in the given places, the narrowest place first, without those whose keys a narrower place took.
-pub(crate) fn bindings_for(places: &[Context]) -> Vec<&'static Binding> {
+/// The rows that hold in the given contexts, the narrowest context first, without those whose keys a narrower context took.
+pub(crate) fn bindings_for(contexts: &[Context]) -> Vec<&'static Binding> {
     let mut rows: Vec<&'static Binding> = Vec::new();
-    for place in places {
-        for binding in BINDINGS.iter().filter(|binding| binding.context == *place) {
+    for context in contexts {
+        for binding in BINDINGS.iter().filter(|binding| binding.context == *context) {
             let taken = |key: &(KeyModifiers, KeyCode)| rows.iter().any(|row| row.keys.contains(key));
             if !binding.keys.iter().all(taken) {
                 rows.push(binding);

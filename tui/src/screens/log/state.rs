@@ -115,7 +115,7 @@ fn in_words(correction: &Correction) -> String {
     let what = correction.quantity.strip_prefix("joint_").unwrap_or(&correction.quantity).replace('_', " ");
     format!(
         "{what} of {} {:.4} -> {:.4} {} ({})",
-        correction.place,
+        correction.site,
         correction.old,
         correction.new,
         correction.unit,

@@ -60,15 +60,15 @@ pub(crate) fn view(model: &ModelState, theme: &Theme, hits: &Hits, frame: &mut F
 
 /// The lines of a card: two, or all there is to say of the chosen one; its sketch where the pane is `roomy`.
 fn card_lines(
-    (place, card): (usize, &Card),
+    (index, card): (usize, &Card),
     chosen: bool,
     (roomy, unit): (bool, ReadingUnit),
     theme: &Theme,
     width: usize,
 ) -> Vec<Line<'static>> {
     let (sign, word, style) = look(card.status, theme);
-    let head = format!("{:>2} {sign} {}", place + 1, card.effect);
-    let whole = format!("{head} {}", card.place);
+    let head = format!("{:>2} {sign} {}", index + 1, card.effect);
+    let whole = format!("{head} {}", card.site);
     let fits = columns(&whole) <= width;
     let title = if fits { whole } else { fitted(&head, width) };
     let mut lines = vec![Line::styled(title, if chosen { theme.chosen } else { style })];
@@ -78,13 +78,13 @@ fn card_lines(
             .map(move |line| Line::styled(format!("     {line}"), style))
     };
     if !chosen {
-        let place = if fits { "" } else { card.place.as_str() };
-        let text = fitted(&format!("     {}", format!("{place} {}", card.size).trim_start()), width);
+        let site = if fits { "" } else { card.site.as_str() };
+        let text = fitted(&format!("     {}", format!("{site} {}", card.size).trim_start()), width);
         lines.push(Line::styled(text, theme.faint));
         return lines;
     }
     if !fits {
-        lines.extend(indented(format!("at {}", card.place), theme.heading));
+        lines.extend(indented(format!("at {}", card.site), theme.heading));
     }
     if roomy && let Some(kind) = plumb_calibration::effect::kind(&card.effect) {
         lines.extend(kind.sketch.map(|line| Line::styled(format!("     {line}"), theme.machine)));

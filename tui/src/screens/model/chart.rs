@@ -101,9 +101,9 @@ pub(super) fn draw(chart: &Chart, look: Look, theme: &Theme, hits: &Hits, frame:
         (point.0.clamp(x[0], x[1]), point.1.clamp(chart.y[0], chart.y[1]), point.2)
     };
     let rim: Vec<(f64, f64, usize)> = outside.into_iter().map(on_rim).collect();
-    let place = |point: &(f64, f64, usize)| (point.0, point.1);
+    let without_row = |point: &(f64, f64, usize)| (point.0, point.1);
     let (dots, edge): (Vec<_>, Vec<_>) =
-        (seen.iter().map(|point| place(point)).collect(), rim.iter().map(place).collect());
+        (seen.iter().map(|point| without_row(point)).collect(), rim.iter().map(without_row).collect());
     let pointed = seen.iter().copied().chain(&rim).find(|point| Some(point.2) == look.pointed);
     let canvas = Canvas::default().marker(Marker::Braille).x_bounds(x).y_bounds(chart.y).paint(|context| {
         noise(context, chart, look, x);
@@ -243,8 +243,8 @@ fn up(ends: [f64; 2], theme: &Theme, frame: &mut Frame, area: Rect) {
         let down = (fraction * f64::from(area.height - 1)).round() as u16;
         numbers.push(row(area.y + down, "0"));
     }
-    for (place, text) in numbers {
-        frame.render_widget(Span::styled(text, theme.faint), place);
+    for (row_area, text) in numbers {
+        frame.render_widget(Span::styled(text, theme.faint), row_area);
     }
 }
 

@@ -208,8 +208,8 @@ fn draw(plot: Plot, sheet: &Sheet, theme: &Theme, hits: &Hits, frame: &mut Frame
 }
 
 fn own_chart(plot: &EffectPlot, sheet: &Sheet, theme: &Theme, hits: &Hits, frame: &mut Frame, area: Rect) {
-    let places = plot.points.iter().map(|point| point.0).chain(plot.curve.iter().map(|point| point.0));
-    let Some((left, right)) = span(places) else { return };
+    let abscissas = plot.points.iter().map(|point| point.0).chain(plot.curve.iter().map(|point| point.0));
+    let Some((left, right)) = span(abscissas) else { return };
     let highest = plot.curve.iter().map(|point| point.1.abs()).fold(0.0, f64::max);
     let half = sheet.half.max(AIR_OVER_CURVE * highest);
     let added = if plot.added { ", in the model" } else { "" };

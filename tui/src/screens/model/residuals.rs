@@ -27,7 +27,7 @@ impl Residuals {
         sizes.get(sizes.len() / 2).map_or(0.0, |median| median / 1.538)
     }
 
-    /// The rows in which anything is left, by their place in the table, the worst first.
+    /// The rows in which anything is left, by their index in the table, the worst first.
     pub(crate) fn worst(&self) -> Vec<usize> {
         let sizes = self.rows.iter().filter_map(|row| Some((row.size?, row.row)));
         let mut rows: Vec<(f64, usize)> = sizes.filter(|(size, _)| size.is_finite() && *size > 0.0).collect();

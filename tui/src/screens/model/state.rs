@@ -159,7 +159,7 @@ pub(crate) struct Card {
     /// The effect.
     pub effect: String,
     /// Where it acts.
-    pub place: String,
+    pub site: String,
     /// Its size with unit and error.
     pub size: String,
     /// How much less error it leaves where it was not fitted, in the unit of the table's readings.

@@ -42,8 +42,8 @@ fn rows(line: &StripLine, room: usize, height: u16) -> Vec<String> {
 }
 
 fn named_rows(name: &'static str, rows: Vec<String>, theme: &Theme) -> Vec<Line<'static>> {
-    let row = |(place, row): (usize, String)| {
-        let name = if place == 0 { name } else { "" };
+    let row = |(index, row): (usize, String)| {
+        let name = if index == 0 { name } else { "" };
         Line::from(vec![Span::styled(format!(" {name:<12}"), theme.heading), Span::styled(row, theme.text)])
     };
     rows.into_iter().enumerate().map(row).collect()

@@ -263,7 +263,7 @@ fn unlisted(effect: &EffectSite, size: String, status: CardStatus, ties: Vec<Str
     Card {
         key: if arguments.is_empty() { name.clone() } else { format!("{name}({})", arguments.join(", ")) },
         effect: name.clone(),
-        place: place(effect),
+        site: site_in_words(effect),
         size,
         ties,
         status,
@@ -281,7 +281,7 @@ fn added(effect: &EffectValue) -> Card {
     Card {
         key: effect.label.clone(),
         effect: effect.effect.clone(),
-        place: arguments.trim_end_matches(')').to_owned(),
+        site: arguments.trim_end_matches(')').to_owned(),
         size: match effect.held {
             true => "not estimated: these rows cannot determine it".to_owned(),
             false => measured(effect.size, effect.se, &effect.unit),
@@ -298,7 +298,7 @@ fn ties(effect: &EffectSite, diagnosis: &Diagnosis) -> Vec<String> {
         return Vec::new();
     }
     let others = diagnosis.tied.iter().filter(|other| *other != effect);
-    others.map(|other| format!("{} {}", other.effect, place(other))).collect()
+    others.map(|other| format!("{} {}", other.effect, site_in_words(other))).collect()
 }
 
 fn card(candidate: &Candidate, diagnosis: &Diagnosis) -> Card {
@@ -307,7 +307,7 @@ fn card(candidate: &Candidate, diagnosis: &Diagnosis) -> Card {
     Card {
         key: candidate.label.clone(),
         effect: candidate.effect.effect.clone(),
-        place: place(&candidate.effect),
+        site: site_in_words(&candidate.effect),
         size: measured(candidate.size, candidate.se, &candidate.unit),
         gain_mm: candidate.cv_gain,
         leaves_mm: candidate.leaves_mm,
@@ -324,7 +324,7 @@ fn card(candidate: &Candidate, diagnosis: &Diagnosis) -> Card {
 }
 
 /// Where an effect acts, with what distinguishes it from its like.
-fn place(effect: &EffectSite) -> String {
+fn site_in_words(effect: &EffectSite) -> String {
     let mut text = effect.place.clone();
     if let Some(with) = &effect.with {
         text.push_str(&format!(" with {with}"));

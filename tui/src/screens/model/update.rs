@@ -169,7 +169,7 @@ pub(crate) fn choose(state: &mut State, by: isize) -> Vec<Action> {
     choose_at(state, chosen)
 }
 
-/// Chooses the candidate at a place of the list, or the last.
+/// Chooses the candidate at an index of the list, or the last.
 pub(crate) fn choose_at(state: &mut State, index: usize) -> Vec<Action> {
     let Some(model) = &mut state.model else { return Vec::new() };
     let count = model.summary.as_ref().map_or(0, |summary| summary.cards.len());

@@ -111,7 +111,7 @@ fn pointed(summary: &ModelSummary, row: usize) -> Option<String> {
     let worst = summary.residuals.worst();
     let known = summary.residuals.rows.iter().find(|known| known.row == row)?;
     let rank = worst.iter().position(|other| *other == row)?;
-    let place = match rank {
+    let rank_in_words = match rank {
         0 => "the worst".to_owned(),
         _ => format!("number {} from the worst", rank + 1),
     };
@@ -130,7 +130,7 @@ fn pointed(summary: &ModelSummary, row: usize) -> Option<String> {
         [x, y, z] => format!(" (x {x:.3}, y {y:.3}, z {z:.3})"),
     };
     Some(format!(
-        "{} {} ({place} of {}): off by {:.3} {}{along}{turned} at {}.{held_out}{weight}",
+        "{} {} ({rank_in_words} of {}): off by {:.3} {}{along}{turned} at {}.{held_out}{weight}",
         summary.row_name,
         known.line,
         worst.len(),

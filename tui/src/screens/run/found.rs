@@ -157,10 +157,10 @@ fn correction_line(row: &CorrectionRow, wide: bool, theme: &Theme) -> Line<'stat
         Fate::Discarded => ("\u{2717}", " discarded", theme.faint),
         Fate::Undone => ("\u{21b6}", " undone", theme.warning),
     };
-    let place = in_short(&correction.quantity, &correction.place);
+    let label = in_short(&correction.quantity, &correction.site);
     Line::from(vec![
         Span::styled(format!("{sign} "), style),
-        Span::styled(format!("{:<14}", fitted(&place, 14)), theme.text),
+        Span::styled(format!("{:<14}", fitted(&label, 14)), theme.text),
         Span::styled(if wide { format!("{:>9.3}", correction.old) } else { String::new() }, theme.faint),
         Span::styled(format!("{:>10.3}", correction.new), theme.heading),
         Span::styled(format!("{:>9}", narrow(correction.uncertainty)), theme.text),
@@ -181,9 +181,9 @@ fn narrow(uncertainty: Option<f64>) -> String {
 }
 
 /// What is corrected, in as few words as the table has room for.
-fn in_short(quantity: &str, place: &str) -> String {
+fn in_short(quantity: &str, site: &str) -> String {
     if quantity == "sensor_parameter" {
-        return place.replace('_', " ");
+        return site.replace('_', " ");
     }
-    format!("{place} {}", quantity.strip_prefix("joint_").unwrap_or(quantity).replace('_', " "))
+    format!("{site} {}", quantity.strip_prefix("joint_").unwrap_or(quantity).replace('_', " "))
 }

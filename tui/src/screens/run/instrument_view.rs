@@ -26,8 +26,8 @@ fn bubble_in_tube(level: Option<f64>, half: i32, theme: &Theme) -> Line<'static>
     };
     let fraction = (tilt / END_OF_THE_TUBE_DEG).clamp(-1.0, 1.0);
     let bubble = (fraction * f64::from(half)).round() as i32;
-    let sign = |place: i32| match place {
-        place if place == bubble => '\u{25cf}',
+    let sign = |column: i32| match column {
+        column if column == bubble => '\u{25cf}',
         0 => '|',
         _ => '\u{2500}',
     };

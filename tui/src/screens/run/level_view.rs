@@ -14,7 +14,7 @@ const COLUMNS: i32 = 6;
 /// The level, the field, and what would be right.
 pub(super) fn level(prompt: &OpenPrompt, most: f64, theme: &Theme, width: usize) -> Vec<Line<'static>> {
     let read = level_readings(&prompt.field).ok();
-    let bubble = read.map(|(x, y)| (place(x, most, COLUMNS), place(y, most, ROWS)));
+    let bubble = read.map(|(x, y)| (cells_from_middle(x, most, COLUMNS), cells_from_middle(y, most, ROWS)));
     let mut lines: Vec<Line<'static>> =
         (-ROWS - 1..=ROWS + 1).map(|row| Line::styled(drawn(-row, bubble), theme.text)).collect();
     let frame = |sign: &'static str| Span::styled(sign, theme.focus);
@@ -33,8 +33,8 @@ pub(super) fn level(prompt: &OpenPrompt, most: f64, theme: &Theme, width: usize)
     lines
 }
 
-/// Where a reading puts the bubble, in places from the middle: at the rim for the most the level shows.
-fn place(reading: f64, most: f64, rim: i32) -> i32 {
+/// Where a reading puts the bubble, in cells from the middle: at the rim for the most the level shows.
+fn cells_from_middle(reading: f64, most: f64, rim: i32) -> i32 {
     ((reading / most).clamp(-1.0, 1.0) * f64::from(rim)).round() as i32
 }
 
@@ -66,9 +66,12 @@ mod tests {
 
     #[test]
     fn the_bubble_goes_to_the_higher_end_and_not_beyond_the_rim() {
-        assert_eq!((place(10.0, 10.0, COLUMNS), place(-20.0, 10.0, ROWS)), (COLUMNS, -ROWS));
+        assert_eq!(
+            (cells_from_middle(10.0, 10.0, COLUMNS), cells_from_middle(-20.0, 10.0, ROWS)),
+            (COLUMNS, -ROWS)
+        );
         let found = |x: f64, y: f64| {
-            let bubble = Some((place(x, 10.0, COLUMNS), place(y, 10.0, ROWS)));
+            let bubble = Some((cells_from_middle(x, 10.0, COLUMNS), cells_from_middle(y, 10.0, ROWS)));
             (-ROWS..=ROWS).find_map(|row| {
                 let column = drawn(row, bubble).chars().position(|sign| sign == '\u{25cf}')?;
                 Some((row, column))

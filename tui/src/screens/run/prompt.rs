@@ -155,7 +155,7 @@ impl OpenPrompt {
         };
     }
 
-    /// Chooses the option or joint at a place of the list, or the last.
+    /// Chooses the option or joint at an index of the list, or the last.
     pub(crate) fn choose_at(&mut self, index: usize) {
         let count = match &self.prompt.kind {
             PromptKind::Choice { options, .. } => options.len(),

@@ -196,7 +196,7 @@ pub(crate) fn note_hits(
 pub(crate) fn option_rows(prompt: &OpenPrompt, width: usize, labels: Labels) -> Vec<usize> {
     let rows = |labels_shown: Vec<String>| {
         let rows_of =
-            |(place, label): (usize, String)| vec![place; option_lines(&label, width, labels).len()];
+            |(index, label): (usize, String)| vec![index; option_lines(&label, width, labels).len()];
         labels_shown.into_iter().enumerate().flat_map(rows_of).collect()
     };
     match &prompt.prompt.kind {
@@ -316,10 +316,10 @@ fn choices(
     width: usize,
     shown: Labels,
 ) -> Vec<Line<'static>> {
-    let rows = |(place, label): (usize, String)| {
-        let style = if place == chosen { theme.chosen } else { theme.text };
+    let rows = |(index, label): (usize, String)| {
+        let style = if index == chosen { theme.chosen } else { theme.text };
         let line = move |(row, line): (usize, String)| {
-            let sign = if row == 0 && place == chosen { "\u{25b8} " } else { "  " };
+            let sign = if row == 0 && index == chosen { "\u{25b8} " } else { "  " };
             Line::styled(format!("{sign}{line} "), style)
         };
         option_lines(&label, width, shown).into_iter().enumerate().map(line).collect::<Vec<_>>()

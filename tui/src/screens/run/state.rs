@@ -268,7 +268,7 @@ impl RunState {
             let known = &row.correction;
             known.device == correction.device
                 && known.quantity == correction.quantity
-                && known.place == correction.place
+                && known.site == correction.site
         };
         let taken = CorrectionRow { correction: correction.clone(), fate };
         match self.corrections.iter_mut().find(same) {
@@ -286,7 +286,7 @@ impl RunState {
         !matches!(self.phase, Phase::Ended { .. })
     }
 
-    /// The innermost step under way, with its place in the plan.
+    /// The innermost step under way, with its index in the plan.
     pub(crate) fn current(&self) -> Option<(usize, &Step)> {
         self.steps.iter().enumerate().rev().find(|(_, step)| step.status == Status::Running)
     }
@@ -336,20 +336,20 @@ impl RunState {
         lines.iter().skip(lines.len().saturating_sub(MOST_RESULTS)).cloned().collect()
     }
 
-    /// Where keys are looked up on the Run screen, the narrowest place first.
-    pub(crate) fn places(&self) -> Vec<Context> {
-        let mut places = Vec::new();
+    /// Where keys are looked up on the Run screen, the narrowest context first.
+    pub(crate) fn contexts(&self) -> Vec<Context> {
+        let mut contexts = Vec::new();
         match self.prompt.as_ref().map(|open| &open.prompt.kind) {
-            Some(PromptKind::JogTo { .. }) => places.extend([Context::Jog, Context::Prompt]),
-            Some(PromptKind::Decision { .. }) => places.extend([Context::Decision, Context::Prompt]),
-            Some(_) => places.push(Context::Prompt),
+            Some(PromptKind::JogTo { .. }) => contexts.extend([Context::Jog, Context::Prompt]),
+            Some(PromptKind::Decision { .. }) => contexts.extend([Context::Decision, Context::Prompt]),
+            Some(_) => contexts.push(Context::Prompt),
             None => {}
         }
         if self.prompt.as_ref().is_some_and(|open| open.prompt.simulated) {
-            places.push(Context::Simulated);
+            contexts.push(Context::Simulated);
         }
-        places.push(Context::RunPage);
-        places
+        contexts.push(Context::RunPage);
+        contexts
     }
 }
 

@@ -17,7 +17,7 @@ use crate::screens::theme::Theme;
 pub(crate) fn view(state: &State, run: &RunState, frame: &mut Frame, area: Rect) {
     let inner = pane::open(frame, area, &state.theme, "Steps", false);
     let room = usize::from(inner.height);
-    let here = run.current().map(|(place, _)| place).or_else(|| next(run)).unwrap_or(run.steps.len());
+    let here = run.current().map(|(index, _)| index).or_else(|| next(run)).unwrap_or(run.steps.len());
     let first = here.saturating_sub(room / 3).min(run.steps.len().saturating_sub(room));
     let lines: Vec<Line> = run
         .steps

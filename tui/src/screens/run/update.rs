@@ -45,7 +45,7 @@ pub(crate) fn write(state: &mut State, key: KeyCode) {
     }
 }
 
-/// Chooses the option at a place of the list.
+/// Chooses the option at an index of the list.
 pub(crate) fn choose_at(state: &mut State, index: usize) {
     if let Some(prompt) = prompt(state) {
         prompt.choose_at(index);

@@ -82,7 +82,7 @@ impl Band {
         })
     }
 
-    /// How far a place lies from the plane, mm; above is positive.
+    /// How far a point lies from the plane, mm; above is positive.
     pub(crate) fn away(&self, position: &Point3<f64>) -> f64 {
         self.normal.dot(&position.coords) - self.offset
     }
@@ -96,7 +96,7 @@ impl Band {
 /// Of many planes through three points each, the one whose median distance from all points is the least (Rousseeuw 1984): whatever holds less than half of
 /// the points does not draw it away.
 fn through_most(points: &[CloudPoint]) -> Option<(Vector3<f64>, f64)> {
-    let places: Vec<Vector3<f64>> = points
+    let positions: Vec<Vector3<f64>> = points
         .iter()
         .step_by(points.len().div_ceil(LOOKED_AT).max(1))
         .map(|point| point.position.coords)
@@ -104,14 +104,15 @@ fn through_most(points: &[CloudPoint]) -> Option<(Vector3<f64>, f64)> {
     let mut chance = 1_u32;
     let mut any = || {
         chance = chance.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        places.get((chance >> 8) as usize % places.len().max(1)).copied()
+        positions.get((chance >> 8) as usize % positions.len().max(1)).copied()
     };
     let mut best: Option<(f64, Vector3<f64>, f64)> = None;
     for _ in 0..TRIES {
         let (Some(a), Some(b), Some(c)) = (any(), any(), any()) else { break };
         let Some(normal) = (b - a).cross(&(c - a)).try_normalize(1e-6) else { continue };
         let offset = normal.dot(&a);
-        let mut distances: Vec<f64> = places.iter().map(|place| (normal.dot(place) - offset).abs()).collect();
+        let mut distances: Vec<f64> =
+            positions.iter().map(|position| (normal.dot(position) - offset).abs()).collect();
         let middle = distances.len() / 2;
         let median = *distances.select_nth_unstable_by(middle, f64::total_cmp).1;
         if best.is_none_or(|(least, ..)| median < least) {

@@ -5,7 +5,7 @@ use nalgebra::{Point3, Vector3};
 /// From where a cloud is looked at. A view's units: half of its shorter side is 1, the middle 0, x to the right and y up.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Eye {
-    /// The place in the middle of the view, mm.
+    /// The point in the middle of the view, mm.
     pub target: Point3<f64>,
     /// How it is placed.
     pub viewpoint: Viewpoint,
@@ -60,21 +60,21 @@ const SPANS: (f64, f64) = (1e-3, 1e6);
 
 impl Eye {
     /// One that sees all of these points, from before and above.
-    pub(crate) fn around(places: impl Iterator<Item = Point3<f64>>) -> Self {
+    pub(crate) fn around(points: impl Iterator<Item = Point3<f64>>) -> Self {
         let viewpoint =
             Viewpoint::Around { yaw: -30.0_f64.to_radians(), pitch: 30.0_f64.to_radians(), roll: 0.0 };
         let mut eye =
             Self { target: Point3::origin(), viewpoint, opening: 30.0_f64.to_radians(), span: 100.0 };
-        eye.see_all(places);
+        eye.see_all(points);
         eye
     }
 
     /// Moves so that all of these are seen, from the same direction.
-    pub(crate) fn see_all(&mut self, places: impl Iterator<Item = Point3<f64>>) {
+    pub(crate) fn see_all(&mut self, points: impl Iterator<Item = Point3<f64>>) {
         let mut corners: Option<(Point3<f64>, Point3<f64>)> = None;
-        for place in places {
-            let (low, high) = corners.unwrap_or((place, place));
-            corners = Some((low.inf(&place), high.sup(&place)));
+        for point in points {
+            let (low, high) = corners.unwrap_or((point, point));
+            corners = Some((low.inf(&point), high.sup(&point)));
         }
         let Some((low, high)) = corners else { return };
         self.target = nalgebra::center(&low, &high);
@@ -117,7 +117,7 @@ impl Eye {
         if let Viewpoint::EdgeOn { stretch, .. } = self.viewpoint { stretch } else { 1.0 }
     }
 
-    /// Where a place lies in the view; none when it lies behind the eye.
+    /// Where a point lies in the view; none when it lies behind the eye.
     pub(crate) fn see(&self, position: &Point3<f64>) -> Option<Seen> {
         let [right, up, back] = self.axes();
         let away = position - self.target;
@@ -189,7 +189,7 @@ impl Eye {
     pub(crate) fn describe(&self) -> String {
         let degrees = |angle: f64| angle.to_degrees().round() + 0.0;
         let [x, y, z] = self.target.coords.into();
-        let place = format!("at [{x:.1}, {y:.1}, {z:.1}] mm, {:.4} mm high", Short(self.span));
+        let position = format!("at [{x:.1}, {y:.1}, {z:.1}] mm, {:.4} mm high", Short(self.span));
         match &self.viewpoint {
             Viewpoint::Around { yaw, pitch, roll } => {
                 let lens = if self.opening > 0.0 {
@@ -200,9 +200,9 @@ impl Eye {
                 let around = format!("turn {} deg, up {} deg", degrees(*yaw), degrees(*pitch));
                 let roll =
                     if *roll == 0.0 { String::new() } else { format!(", roll {} deg", degrees(*roll)) };
-                format!("{around}{roll}, opening {lens}, {place}")
+                format!("{around}{roll}, opening {lens}, {position}")
             }
-            Viewpoint::EdgeOn { stretch, .. } => format!("edge-on, thickness x {:.0}, {place}", stretch),
+            Viewpoint::EdgeOn { stretch, .. } => format!("edge-on, thickness x {:.0}, {position}", stretch),
         }
     }
 }

@@ -78,18 +78,18 @@ fn draw(scan: &ScanState, raster: &mut Raster, size: PictureSize, left: usize) {
     let on_paper = |seen: Seen| (left as f64 + width / 2.0 + seen.x * unit, height / 2.0 - seen.y * unit);
     let inside = |(x, y): (f64, f64)| x >= left as f64 && x < left as f64 + width && y >= 0.0 && y < height;
     let (low, high) = scan.values();
-    let places: Vec<Option<(Seen, Ink)>> = scan
+    let projected: Vec<Option<(Seen, Ink)>> = scan
         .points
         .iter()
         .map(|point| Some((scan.eye.see(&point.position)?, shade((scan.value(point) - low) / (high - low)))))
         .collect();
     // What is far is drawn first, what is near over it.
-    let mut order: Vec<usize> = (0..places.len()).collect();
-    let depth = |index: &usize| places.get(*index).copied().flatten().map_or(0.0, |(seen, _)| seen.depth);
+    let mut order: Vec<usize> = (0..projected.len()).collect();
+    let depth = |index: &usize| projected.get(*index).copied().flatten().map_or(0.0, |(seen, _)| seen.depth);
     order.sort_by(|one, other| depth(other).total_cmp(&depth(one)));
     let gap = scan.widest_gap();
     for index in order {
-        let Some((seen, ink)) = places.get(index).copied().flatten() else { continue };
+        let Some((seen, ink)) = projected.get(index).copied().flatten() else { continue };
         let here = on_paper(seen);
         if scan.strokes == Strokes::Points {
             if inside(here) {
@@ -97,7 +97,7 @@ fn draw(scan: &ScanState, raster: &mut Raster, size: PictureSize, left: usize) {
             }
             continue;
         }
-        let next = places.get(index + 1).copied().flatten();
+        let next = projected.get(index + 1).copied().flatten();
         if let (Some((next, _)), true) = (next, joined(scan, index, gap)) {
             let there = on_paper(next);
             if inside(here) && inside(there) {

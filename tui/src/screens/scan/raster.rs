@@ -8,7 +8,7 @@ pub(super) type Ink = [u8; 3];
 /// How much larger everything is drawn before it is smoothed.
 const FINE: usize = 2;
 
-/// A picture that is being drawn. Places are pixels of the finished picture, from its upper left corner.
+/// A picture that is being drawn. Positions are pixels of the finished picture, from its upper left corner.
 pub(super) struct Raster {
     width: usize,
     height: usize,
@@ -135,8 +135,8 @@ fn doubled(pixels: &[bool], side: usize) -> Vec<bool> {
             let corner = |one: bool, other: bool| if is_smoothed && one == other { one } else { middle };
             let corners =
                 [corner(above, before), corner(above, after), corner(below, before), corner(below, after)];
-            for (place, corner) in corners.into_iter().enumerate() {
-                let index = (2 * row + place / 2) * 2 * side + 2 * column + place % 2;
+            for (quadrant, corner) in corners.into_iter().enumerate() {
+                let index = (2 * row + quadrant / 2) * 2 * side + 2 * column + quadrant % 2;
                 if let Some(pixel) = large.get_mut(index) {
                     *pixel = corner;
                 }

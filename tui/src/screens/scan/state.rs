@@ -111,10 +111,10 @@ impl ScanState {
     }
 
     /// Adds a stripe that was just taken.
-    pub(crate) fn add_stripe(&mut self, stripe: u32, places: &[[f32; 3]]) {
+    pub(crate) fn add_stripe(&mut self, stripe: u32, positions: &[[f32; 3]]) {
         self.stripes += 1;
-        self.points.extend((0_u16..).zip(places).map(|(row, place)| CloudPoint {
-            position: Point3::from(place.map(f64::from)),
+        self.points.extend((0_u16..).zip(positions).map(|(row, position)| CloudPoint {
+            position: Point3::from(position.map(f64::from)),
             stripe,
             seen: StripePoint { v_px: f32::from(row), ..StripePoint::default() },
         }));
@@ -190,15 +190,15 @@ impl ScanState {
         GAP * *steps.select_nth_unstable_by(middle, f64::total_cmp).1
     }
 
-    /// The point nearest to a place of the view; of several in one place the nearest to the eye.
+    /// The point nearest to a position of the view; of several in one position the nearest to the eye.
     pub(crate) fn nearest(&self, x: f64, y: f64) -> Option<usize> {
-        let seen = self.points.iter().enumerate().filter_map(|(place, point)| {
+        let seen = self.points.iter().enumerate().filter_map(|(index, point)| {
             let seen = self.eye.see(&point.position)?;
-            Some((place, (seen.x - x).hypot(seen.y - y), seen.depth))
+            Some((index, (seen.x - x).hypot(seen.y - y), seen.depth))
         });
         let cost = |away: f64, depth: f64| away + 1e-3 * depth / self.eye.span;
         seen.min_by(|one, other| cost(one.1, one.2).total_cmp(&cost(other.1, other.2)))
-            .map(|(place, ..)| place)
+            .map(|(index, ..)| index)
     }
 
     /// The point under the cursor, and the one that is marked.

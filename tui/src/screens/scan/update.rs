@@ -171,8 +171,8 @@ fn set_aim(scan: &mut ScanState, x: f64, y: f64) {
 
 /// A click into the view sets the cursor.
 pub(crate) fn click(state: &mut State, column: u16, row: u16) -> Vec<Action> {
-    let place = units(state, column, row);
-    if let (Some(scan), Some((x, y))) = (&mut state.scan, place) {
+    let aim = units(state, column, row);
+    if let (Some(scan), Some((x, y))) = (&mut state.scan, aim) {
         set_aim(scan, x, y);
     }
     grab(state, column, row);

@@ -43,7 +43,7 @@ pub(crate) fn view(state: &State, frame: &mut Frame, area: Rect) {
     frame.render_widget(Paragraph::new(lines), inner);
 }
 
-/// Where a place of the terminal lies in the view drawn last, in the view's units.
+/// Where a cell of the terminal lies in the view drawn last, in the view's units.
 pub(super) fn units(state: &State, column: u16, row: u16) -> Option<(f64, f64)> {
     let area = state.hits.area_of(Hit::Cloud)?;
     let (width, height) = dots(area);
@@ -74,9 +74,9 @@ fn cloud(scan: &ScanState, theme: &Theme, frame: &mut Frame, area: Rect) {
     let cell = |units: f64, dots: f64, each: f64| (units * unit + dots / 2.0) / each;
     let (x, y) = (cell(scan.aim.0, width, 2.0), cell(-scan.aim.1, height, 4.0));
     if scan.cursor.is_some() && x >= 0.0 && y >= 0.0 {
-        let place = Position::new(area.x.saturating_add(x as u16), area.y.saturating_add(y as u16));
-        if area.contains(place)
-            && let Some(cell) = frame.buffer_mut().cell_mut(place)
+        let position = Position::new(area.x.saturating_add(x as u16), area.y.saturating_add(y as u16));
+        if area.contains(position)
+            && let Some(cell) = frame.buffer_mut().cell_mut(position)
         {
             cell.set_symbol("+").set_style(theme.focus);
         }
@@ -137,8 +137,8 @@ fn scale(context: &mut Context, scan: &ScanState, theme: &Theme, (width, height)
 /// The point under the cursor, the marked one and the way between them; edge-on the band's edges.
 fn marks(context: &mut Context, scan: &ScanState, theme: &Theme, unit: f64) {
     let (cursor, mark) = scan.chosen();
-    let place = |point: Option<&CloudPoint>| point.and_then(|point| scan.eye.see(&point.position));
-    let (cursor, mark) = (place(cursor), place(mark));
+    let in_view = |point: Option<&CloudPoint>| point.and_then(|point| scan.eye.see(&point.position));
+    let (cursor, mark) = (in_view(cursor), in_view(mark));
     if let (Some(one), Some(other)) = (cursor, mark) {
         let color = colour(theme.focus);
         context.draw(&Line { x1: one.x, y1: one.y, x2: other.x, y2: other.y, color });

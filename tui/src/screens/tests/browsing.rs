@@ -11,7 +11,7 @@ use crate::screens::screen::Screen;
 use crate::screens::state::{Overlay, State};
 use crate::screens::update::update;
 
-/// Clicks on the first place of the page where `text` is, drawn in a terminal of this size.
+/// Clicks on the first position of the page where `text` is, drawn in a terminal of this size.
 pub(super) fn click(state: &mut State, text: &str, size: (u16, u16)) -> Vec<Action> {
     state.size = size;
     let page = page(state, size.0, size.1);

@@ -1,4 +1,4 @@
-//! The pages at three sizes, with colours and without: the same text, and which style each place has.
+//! The pages at three sizes, with colours and without: the same text, and which style each cell has.
 
 use std::fmt::Write as _;
 
@@ -50,7 +50,7 @@ fn pages() -> Vec<(&'static str, State)> {
     ]
 }
 
-/// The styles of a page: a letter for each, and the rows in which each place has the letter of its style.
+/// The styles of a page: a letter for each, and the rows in which each cell has the letter of its style.
 fn styles(page: &Buffer) -> String {
     let letters: Vec<char> = ('a'..='z').chain('A'..='Z').collect();
     let mut known: Vec<String> = Vec::new();

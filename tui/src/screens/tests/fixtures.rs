@@ -320,7 +320,7 @@ pub(super) fn passed() -> State {
         let correction = Correction {
             device: "arm".to_owned(),
             quantity: "joint_zero".to_owned(),
-            place: joint.to_owned(),
+            site: joint.to_owned(),
             old,
             new,
             uncertainty: Some(0.0073),
@@ -345,10 +345,10 @@ pub(super) fn examined() -> State {
 }
 
 fn summary() -> ModelSummary {
-    let card = |key: &str, effect: &str, place: &str, status: CardStatus| Card {
+    let card = |key: &str, effect: &str, site: &str, status: CardStatus| Card {
         key: key.to_owned(),
         effect: effect.to_owned(),
-        place: place.to_owned(),
+        site: site.to_owned(),
         size: "1.90e-4 rad/(N m) \u{b1} 1.0e-6".to_owned(),
         gain_mm: Some(0.241),
         leaves_mm: None,

@@ -24,7 +24,7 @@ fn take(state: &mut State, summary: ModelSummary) {
 
 /// The row and column of a text on the page.
 #[track_caller]
-fn place_of(page: &str, text: &str) -> (usize, usize) {
+fn position_of(page: &str, text: &str) -> (usize, usize) {
     let mut lines = page.lines().enumerate();
     let found = lines.find_map(|(row, line)| {
         let (before, _) = line.trim_matches('"').split_once(text)?;
@@ -37,11 +37,11 @@ fn place_of(page: &str, text: &str) -> (usize, usize) {
 fn the_page_answers_in_order_how_large_how_much_where_which_and_what_adding_did() {
     for (width, height) in SIZES {
         let page = page(&examined(), width, height);
-        let strip = ["Error  ", "Explainable", "Where  "].map(|name| place_of(&page, name).0);
+        let strip = ["Error  ", "Explainable", "Where  "].map(|name| position_of(&page, name).0);
         assert!(strip.is_sorted() && strip[0] == 1, "{page}");
         assert!(page.contains("RMS 0.312, mean 0.204, 95 % 0.410, max 12.728 mm"), "{page}");
         assert!(page.contains(" pose + last move"), "{page}");
-        let panes = ["Which effect", "\u{b1}0.40", "RMS of a point"].map(|name| place_of(&page, name));
+        let panes = ["Which effect", "\u{b1}0.40", "RMS of a point"].map(|name| position_of(&page, name));
         assert!(panes[0].0 > strip[2], "{page}");
         assert!(panes.map(|pane| pane.1).is_sorted(), "{page}");
     }
@@ -53,7 +53,7 @@ fn the_chosen_candidates_own_plot_comes_first_with_both_axes_named() {
         let mut state = examined();
         let page_of = |state: &State| page(state, width, height);
         let shown = page_of(&state);
-        let (own, _) = place_of(&shown, "joint_compliance(shoulder");
+        let (own, _) = position_of(&shown, "joint_compliance(shoulder");
         let first_joint = shown.lines().position(|line| line.contains("error along pan"));
         assert!(first_joint.is_none_or(|row| row > own), "{shown}");
         assert!(
@@ -187,7 +187,7 @@ fn rows_are_pointed_out_from_the_worst_on_and_by_a_click_on_a_point() {
     // The line of the worst row is in the picture of the error in space.
     state.size = (200, 60);
     let shown = page(&state, 200, 60);
-    let space = place_of(&shown, "error in space");
+    let space = position_of(&shown, "error in space");
     let marked = shown.lines().enumerate().skip(space.0).find_map(|(row, line)| {
         let line = line.trim_matches('"');
         let characters: Vec<char> = line.chars().collect();
@@ -207,7 +207,7 @@ fn the_fall_is_solid_for_mechanisms_and_hatched_for_corrections_with_noise_and_b
     for (width, height) in [(120, 40), (200, 60)] {
         let shown = page(&examined(), width, height);
         let bar_below = |label: &str| -> String {
-            let (row, column) = place_of(&shown, label);
+            let (row, column) = position_of(&shown, label);
             shown.lines().nth(row + 1).unwrap_or_default().trim_matches('"').chars().skip(column).collect()
         };
         let (start, correction) = (bar_below("start"), bar_below("joint_harm"));

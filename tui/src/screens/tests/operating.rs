@@ -448,7 +448,7 @@ fn a_click_on_a_hint_a_tab_or_the_stop_bar_does_what_its_key_does() {
     let mut state = searching();
     update(&mut state, Message::Resized { width: 80, height: 24 });
     let text = page(&state, 80, 24);
-    let place = |what: &str| {
+    let click_on = |what: &str| {
         let (row, line) =
             text.lines().enumerate().find(|(_, line)| line.contains(what)).expect("it is on the page");
         let before = line.split(what).next().unwrap_or_default();
@@ -459,12 +459,12 @@ fn a_click_on_a_hint_a_tab_or_the_stop_bar_does_what_its_key_does() {
         }
     };
     assert_eq!(
-        update(&mut state, place("pause")),
+        update(&mut state, click_on("pause")),
         [Action::Send(RunCommand::Pause { when: PauseWhen::BeforeNextStep })]
     );
-    assert_eq!(update(&mut state, place("1 Cell")), []);
+    assert_eq!(update(&mut state, click_on("1 Cell")), []);
     assert_eq!(state.screen, Screen::Cell);
-    assert_eq!(update(&mut state, place("STOPS")), [Action::Stop]);
+    assert_eq!(update(&mut state, click_on("STOPS")), [Action::Stop]);
 }
 
 #[test]
@@ -582,7 +582,7 @@ fn one_gross_error_does_not_squash_the_plots() {
 }
 
 #[test]
-fn every_key_of_the_table_is_found_in_its_place() {
+fn every_key_of_the_table_is_found_in_its_context() {
     for binding in BINDINGS {
         for (modifiers, code) in binding.keys {
             let event = ratatui::crossterm::event::KeyEvent::new(*code, *modifiers);

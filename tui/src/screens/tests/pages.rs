@@ -81,7 +81,7 @@ fn camera_aim() -> Correction {
     Correction {
         device: "stripe".to_owned(),
         quantity: "sensor_parameter".to_owned(),
-        place: "camera_aim_x".to_owned(),
+        site: "camera_aim_x".to_owned(),
         old: 0.0,
         new: 0.4,
         uncertainty: Some(0.04),

@@ -25,7 +25,7 @@ impl Engine {
     ) -> Result<Vec<String>, RecordError> {
         let mut warnings = Vec::new();
         for one in corrections {
-            let shift = step.shifts.iter().find(|shift| shift.joint == one.key.place);
+            let shift = step.shifts.iter().find(|shift| shift.joint == one.key.site);
             warnings.extend(shift.and_then(|shift| large(one, shift.plausible)));
             let before = self.journal.record.correction_history(&self.cell.name, &one.key)?;
             warnings.extend(far_from(one, &before));
@@ -42,7 +42,7 @@ fn large(one: &NewCorrection, plausible: f64) -> Option<String> {
     Some(format!(
         "the zero of {} shifts by {shift:+.3} {unit}, most of the {plausible} {unit} that are plausible. Did the arm strike something, lose \
          steps, or was it switched on in another place?",
-        one.key.place,
+        one.key.site,
         unit = one.unit
     ))
 }
@@ -67,7 +67,7 @@ fn far_from(one: &NewCorrection, before: &[StoredCorrection]) -> Option<String> 
     Some(format!(
         "the zero of {} would be {:.3} {unit}; {} earlier runs found {mean:.3} {unit} with a scatter of {scatter:.3} {unit}. Is the target \
          where it was, and was the arm not moved by hand?",
-        one.key.place,
+        one.key.site,
         one.new,
         found.len()
     ))
@@ -80,8 +80,7 @@ mod tests {
     use super::*;
 
     fn correction(old: f64, new: f64) -> NewCorrection {
-        let key =
-            CorrectionKey { device: "arm".into(), quantity: "joint_zero".into(), place: "waist".into() };
+        let key = CorrectionKey { device: "arm".into(), quantity: "joint_zero".into(), site: "waist".into() };
         NewCorrection { key, old, new, uncertainty: Some(0.02), budget: None, unit: "deg".into() }
     }
 

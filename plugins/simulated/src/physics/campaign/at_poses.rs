@@ -69,7 +69,7 @@ mod tests {
     #[test]
     fn what_is_hidden_shows_as_far_as_it_shall() {
         let arm = arms::by_name("ur5").unwrap().unwrap();
-        let choice = Choice { place: Some("lift".to_owned()), ..Choice::named("joint_compliance") };
+        let choice = Choice { site: Some("lift".to_owned()), ..Choice::named("joint_compliance") };
         let (imperfection, hidden) = hidden(&arm, choice).unwrap();
         assert_eq!(imperfection.mechanism, Mechanism::JointCompliance { joint: 1 });
         assert!(hidden.visible_over_noise > 1.0 && hidden.visible_over_noise <= 8.0 + 1e-6, "{hidden:?}");
@@ -81,7 +81,7 @@ mod tests {
         let mut arm = arms::by_name("scara4").unwrap().unwrap();
         arm.joints[2].motion = Motion::Slides;
         arm.joints[2].limits = [0.0, 200.0];
-        let at_slide = |name: &str| Choice { place: Some("wrist".to_owned()), ..Choice::named(name) };
+        let at_slide = |name: &str| Choice { site: Some("wrist".to_owned()), ..Choice::named(name) };
         let (imperfection, play) = hidden(&arm, at_slide("joint_backlash")).unwrap();
         assert_eq!(play.unit, "mm");
         assert!(imperfection.size > 0.2 && imperfection.size < 5.0, "{imperfection:?}");

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::physics::imperfection::{Imperfection, Mechanism, Warming};
 use crate::physics::machine::NoEquilibrium;
 
-use super::catalogue::{LIBRARY, places};
+use super::catalogue::{LIBRARY, sites};
 use super::drive_through::{rms_difference, run};
 use super::nuisance::{frees_base, frees_target};
 use super::specification::{Free, Specification};
@@ -66,13 +66,13 @@ fn norm(vector: &[f64]) -> f64 {
     dot(vector, vector).sqrt()
 }
 
-/// An effect of the library at one place, as the directions in which its parameters move the arm.
+/// An effect of the library at one site, as the directions in which its parameters move the arm.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Candidate {
     /// Effect.
     pub effect: &'static str,
-    /// Place.
-    pub place: String,
+    /// Site.
+    pub site: String,
     /// One mechanism for each parameter: a sine and a cosine, say.
     pub directions: Vec<Mechanism>,
 }
@@ -82,9 +82,9 @@ pub struct Candidate {
 pub struct LookAlike {
     /// Effect.
     pub effect: String,
-    /// Place.
+    /// Site.
     #[serde(rename = "where")]
-    pub place: String,
+    pub site: String,
     /// Correlation of what the two do to the readings, the free parameters' part taken out.
     pub correlation: f64,
 }
@@ -182,7 +182,7 @@ impl<'campaign> Audit<'campaign> {
         let mut found = Vec::new();
         for candidate in candidates(self.specification, self.visits) {
             let same = candidate.effect == mechanism.name()
-                && candidate.place == mechanism.place(&self.specification.arm);
+                && candidate.site == mechanism.site(&self.specification.arm);
             if same || length == 0.0 {
                 continue;
             }
@@ -192,7 +192,7 @@ impl<'campaign> Audit<'campaign> {
             if correlation > least {
                 found.push(LookAlike {
                     effect: candidate.effect.to_owned(),
-                    place: candidate.place,
+                    site: candidate.site,
                     correlation,
                 });
             }
@@ -229,16 +229,16 @@ fn free_directions(specification: &Specification) -> Vec<Mechanism> {
     all
 }
 
-/// The library on this arm: every effect at every place, with usual values for inner parameters.
+/// The library on this arm: every effect at every site, with usual values for inner parameters.
 pub fn candidates(specification: &Specification, visits: &[Visit]) -> Vec<Candidate> {
     let arm = &specification.arm;
     let duration = visits.last().map_or(1.0, |visit| visit.time_s.max(1.0));
     let quarter = std::f64::consts::FRAC_PI_2;
     let mut all = Vec::new();
     for effect in LIBRARY {
-        for joint in places(effect, arm) {
+        for joint in sites(effect, arm) {
             let mut add = |directions: Vec<Mechanism>| {
-                all.push(Candidate { effect, place: arm.joint_name(joint).to_owned(), directions })
+                all.push(Candidate { effect, site: arm.joint_name(joint).to_owned(), directions })
             };
             match effect {
                 "joint_gain" => add(vec![Mechanism::JointGain { joint }]),

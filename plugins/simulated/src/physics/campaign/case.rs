@@ -13,7 +13,7 @@ use super::specification::Specification;
 pub enum Verdict {
     /// Nothing above the noise.
     AtFloor,
-    /// One effect, one place.
+    /// One effect, one site.
     Named,
     /// The joint is known, the mechanism is not.
     Located,
@@ -36,7 +36,7 @@ pub struct Hidden {
     pub effect: String,
     /// Joint, `base`, `p1` or axis.
     #[serde(rename = "where")]
-    pub place: String,
+    pub site: String,
     /// Size in `unit`.
     pub size: f64,
     /// Unit of the size.
@@ -63,7 +63,7 @@ pub struct Truth {
     pub accept_verdict: Vec<Verdict>,
     /// Whether several effects are to be found one after the other.
     pub grow: bool,
-    /// Effect and place of each thing to be named.
+    /// Effect and site of each thing to be named.
     pub effects: Vec<(String, String)>,
     /// Standard deviation of the noise of each reading, in its unit.
     pub noise: f64,
@@ -97,7 +97,7 @@ impl Truth {
     ) -> Self {
         let nameable = imperfections.iter().filter(|one| one.mechanism.kind() == Kind::Library);
         let effect =
-            |one: &Imperfection| (one.mechanism.name().to_owned(), one.mechanism.place(&specification.arm));
+            |one: &Imperfection| (one.mechanism.name().to_owned(), one.mechanism.site(&specification.arm));
         Self {
             seed: 0,
             hidden,
@@ -170,7 +170,7 @@ pub(super) fn describe(
     }
     Hidden {
         effect: imperfection.mechanism.name().to_owned(),
-        place: imperfection.mechanism.place(arm),
+        site: imperfection.mechanism.site(arm),
         size: imperfection.size,
         unit: imperfection.mechanism.unit_on(arm).to_owned(),
         over_noise: strength.over_noise,

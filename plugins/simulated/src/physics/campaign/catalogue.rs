@@ -1,4 +1,4 @@
-//! Drawing a mechanism: by name and place as far as given, at random for the rest.
+//! Drawing a mechanism: by name and site as far as given, at random for the rest.
 
 use std::f64::consts::{PI, TAU};
 
@@ -52,7 +52,8 @@ pub struct Choice {
     /// Name of the mechanism, or `any`, or `outside`.
     pub name: String,
     /// Joint, `x`, `y`, `z`; at random when empty.
-    pub place: Option<String>,
+    #[serde(rename = "place")]
+    pub site: Option<String>,
     /// A second joint (coupling), turns per turn (harmonic) or `zero`, `length`, `offset` (warm-up); at random when empty.
     pub detail: Option<String>,
 }
@@ -68,13 +69,13 @@ pub enum ChoiceError {
         /// What there is.
         known: String,
     },
-    /// No such place on this arm.
-    #[error("`{name}` cannot sit at `{place}`; on this arm it can at {known}")]
-    UnknownPlace {
+    /// No such site on this arm.
+    #[error("`{name}` cannot sit at `{site}`; on this arm it can at {known}")]
+    UnknownSite {
         /// The mechanism.
         name: String,
         /// What was asked.
-        place: String,
+        site: String,
         /// What there is.
         known: String,
     },
@@ -88,9 +89,9 @@ pub enum ChoiceError {
         /// What would be right.
         right: String,
     },
-    /// This arm has no place for it.
+    /// This arm has no site for it.
     #[error("the arm {arm} has no joint at which `{name}` could show")]
-    NoPlace {
+    NoSite {
         /// The mechanism.
         name: String,
         /// The arm.
@@ -101,7 +102,7 @@ pub enum ChoiceError {
 impl Choice {
     /// A choice by name only.
     pub fn named(name: &str) -> Self {
-        Self { name: name.to_owned(), place: None, detail: None }
+        Self { name: name.to_owned(), site: None, detail: None }
     }
 
     /// Draws what is open. `duration_s` is the length of the campaign.
@@ -243,24 +244,24 @@ impl Choice {
     }
 
     fn joint(&self, name: &str, arm: &ArmDescription, random: &mut Random) -> Result<usize, ChoiceError> {
-        let possible = places(name, arm);
-        let Some(place) = &self.place else {
+        let possible = sites(name, arm);
+        let Some(site) = &self.site else {
             return random
                 .pick(&possible)
                 .copied()
-                .ok_or_else(|| ChoiceError::NoPlace { name: name.to_owned(), arm: arm.name.clone() });
+                .ok_or_else(|| ChoiceError::NoSite { name: name.to_owned(), arm: arm.name.clone() });
         };
-        arm.joint_index(place).filter(|joint| possible.contains(joint)).ok_or_else(|| {
-            ChoiceError::UnknownPlace {
+        arm.joint_index(site).filter(|joint| possible.contains(joint)).ok_or_else(|| {
+            ChoiceError::UnknownSite {
                 name: name.to_owned(),
-                place: place.clone(),
+                site: site.clone(),
                 known: possible.iter().map(|joint| arm.joint_name(*joint)).collect::<Vec<_>>().join(", "),
             }
         })
     }
 
     fn refuse<T>(&self, right: impl Into<String>) -> Result<T, ChoiceError> {
-        let detail = self.detail.clone().or_else(|| self.place.clone()).unwrap_or_default();
+        let detail = self.detail.clone().or_else(|| self.site.clone()).unwrap_or_default();
         Err(ChoiceError::UnknownDetail { name: self.name.clone(), detail, right: right.into() })
     }
 
@@ -284,7 +285,7 @@ impl Choice {
         let joint = self.joint("screw_wave", arm, random)?;
         let pitch = arm.joints.get(joint).and_then(|row| row.screw_pitch);
         let pitch =
-            pitch.ok_or_else(|| ChoiceError::NoPlace { name: self.name.clone(), arm: arm.name.clone() })?;
+            pitch.ok_or_else(|| ChoiceError::NoSite { name: self.name.clone(), arm: arm.name.clone() })?;
         let per_turn = match &self.detail {
             Some(text) => match text.parse::<f64>() {
                 Ok(per_turn) if (0.1..=10.0).contains(&per_turn) => per_turn,
@@ -324,7 +325,7 @@ impl Choice {
     }
 
     fn axis(&self, random: &mut Random) -> Result<usize, ChoiceError> {
-        match self.place.as_deref() {
+        match self.site.as_deref() {
             None => Ok(random.below(3)),
             Some("x") => Ok(0),
             Some("y") => Ok(1),
@@ -342,7 +343,7 @@ pub fn known_names() -> String {
 }
 
 /// The joints at which a mechanism can show.
-pub fn places(name: &str, arm: &ArmDescription) -> Vec<usize> {
+pub fn sites(name: &str, arm: &ArmDescription) -> Vec<usize> {
     let last = arm.joints.len().saturating_sub(1);
     let slides = |joint: usize| arm.joints.get(joint).is_some_and(|row| row.motion == Motion::Slides);
     let can = |joint: &usize| match name {

@@ -12,7 +12,7 @@ const DRAWS: usize = 60;
 /// Least share of what is drawn at random that the free parameters may leave to be seen (of its root mean square).
 const LEAST_VISIBLE: f64 = 0.15;
 
-/// Draws one thing to hide beside `already`. Where a place is drawn at random, it is drawn again until the effect has a believable size there and the free
+/// Draws one thing to hide beside `already`. Where a site is drawn at random, it is drawn again until the effect has a believable size there and the free
 /// parameters do not swallow nearly all of it.
 pub(super) fn hide(
     audit: &Audit<'_>,
@@ -29,29 +29,29 @@ pub(super) fn hide(
             Size::Exact(size) => return Ok(Imperfection { mechanism, size }),
             Size::OverNoise(ratio) => ratio * specification.noise,
         };
-        let (name, place) = (mechanism.name(), mechanism.place(&specification.arm));
+        let (name, site) = (mechanism.name(), mechanism.site(&specification.arm));
         if already
             .iter()
-            .any(|other| other.mechanism.name() == name && other.mechanism.place(&specification.arm) == place)
+            .any(|other| other.mechanism.name() == name && other.mechanism.site(&specification.arm) == site)
         {
-            refused = GenerateError::Twice { name, place };
+            refused = GenerateError::Twice { name, site };
             continue;
         }
         let greatest = mechanism.greatest_plausible(&specification.arm);
         let Some(imperfection) = sized(audit, &mechanism, (sign, greatest), rms)? else {
-            refused = GenerateError::DoesNotShow { name, place };
+            refused = GenerateError::DoesNotShow { name, site };
             continue;
         };
         if imperfection.size.abs() > greatest {
             let (size, unit) =
                 (format!("{:.1e}", imperfection.size.abs()), mechanism.unit_on(&specification.arm));
-            refused = GenerateError::Unbelievable { name, place, size, unit };
+            refused = GenerateError::Unbelievable { name, site, size, unit };
             continue;
         }
-        if requested.choice.place.is_some() || audit.visible_rms(&imperfection)? > LEAST_VISIBLE * rms {
+        if requested.choice.site.is_some() || audit.visible_rms(&imperfection)? > LEAST_VISIBLE * rms {
             return Ok(imperfection);
         }
-        refused = GenerateError::Swallowed { name, place };
+        refused = GenerateError::Swallowed { name, site };
     }
     Err(refused)
 }

@@ -4,7 +4,7 @@ use plumb_simulated::physics::campaign::Hidden;
 use plumb_simulated::physics::random::Random;
 
 use super::super::TrialError;
-use super::{Fault, hidden, place};
+use super::{Fault, hidden, site_for};
 
 /// One fault: its line under `imperfections:`, and its name in the lab.
 pub(super) type Drawn = (String, Hidden);
@@ -37,7 +37,7 @@ struct OneNumber {
     /// The key of its number in the world file.
     key: &'static str,
     unit: &'static str,
-    places: &'static [(&'static str, ())],
+    sites: &'static [(&'static str, ())],
     /// Least and greatest size.
     range: (f64, f64),
     digits: usize,
@@ -50,7 +50,7 @@ const ONE_NUMBER: [OneNumber; 5] = [
         effect: "joint_gain",
         key: "deg_per_deg",
         unit: "1",
-        places: &TURNING,
+        sites: &TURNING,
         range: (0.002, 0.005),
         digits: 6,
     },
@@ -59,7 +59,7 @@ const ONE_NUMBER: [OneNumber; 5] = [
         effect: "link_length",
         key: "mm",
         unit: "mm",
-        places: &LENGTHS,
+        sites: &LENGTHS,
         range: (0.8, 1.6),
         digits: 4,
     },
@@ -68,7 +68,7 @@ const ONE_NUMBER: [OneNumber; 5] = [
         effect: "link_offset",
         key: "mm",
         unit: "mm",
-        places: &OFFSETS,
+        sites: &OFFSETS,
         range: (0.8, 1.6),
         digits: 4,
     },
@@ -77,7 +77,7 @@ const ONE_NUMBER: [OneNumber; 5] = [
         effect: "link_twist",
         key: "deg",
         unit: "deg",
-        places: &LEANING,
+        sites: &LEANING,
         range: (0.1, 0.2),
         digits: 5,
     },
@@ -86,7 +86,7 @@ const ONE_NUMBER: [OneNumber; 5] = [
         effect: "axis_skew",
         key: "deg",
         unit: "deg",
-        places: &LEANING,
+        sites: &LEANING,
         range: (0.1, 0.2),
         digits: 5,
     },
@@ -94,7 +94,7 @@ const ONE_NUMBER: [OneNumber; 5] = [
 
 /// What chance gives for a fault; drawn whole whatever the fault, so that the rest of the world does not depend on it.
 struct Chance {
-    place: usize,
+    drawn: usize,
     fraction: f64,
     sign: f64,
     phase_deg: f64,
@@ -102,10 +102,10 @@ struct Chance {
 
 impl Chance {
     fn draw(rng: &mut Random) -> Self {
-        let place = rng.below(60);
+        let drawn = rng.below(60);
         let fraction = rng.between(0.0, 1.0);
         let sign = if rng.chance(0.5) { 1.0 } else { -1.0 };
-        Self { place, fraction, sign, phase_deg: rng.between(0.0, 360.0) }
+        Self { drawn, fraction, sign, phase_deg: rng.between(0.0, 360.0) }
     }
 
     fn size(&self, (low, high): (f64, f64)) -> f64 {
@@ -123,13 +123,13 @@ pub(super) fn draw(fault: &Fault, rng: &mut Random) -> Result<Option<Drawn>, Tri
         "compliance" => compliance(fault, &chance)?,
         "stiffening" => stiffening(fault, &chance)?,
         "sag" => {
-            let (joint, ()) = place(fault, &[("shoulder", ())], chance.place)?;
+            let (joint, ()) = site_for(fault, &[("shoulder", ())], chance.drawn)?;
             let give = chance.size((1e-4, 3e-4));
             let text = format!("link_sag: {{joint: {joint}, per_nm2: {give:.4e}}}");
             (text, hidden("link_sag", joint, give, "1/(N m2)"))
         }
         "backlash" => {
-            let (joint, ()) = place(fault, &TURNING, chance.place)?;
+            let (joint, ()) = site_for(fault, &TURNING, chance.drawn)?;
             let play = chance.size((0.2, 0.4));
             let text = format!("joint_backlash: {{joint: {joint}, width_deg: {play:.4}}}");
             (text, hidden("joint_backlash", joint, play, "deg"))
@@ -142,30 +142,30 @@ pub(super) fn draw(fault: &Fault, rng: &mut Random) -> Result<Option<Drawn>, Tri
 }
 
 fn one_number(one: &OneNumber, fault: &Fault, chance: &Chance) -> Result<Drawn, TrialError> {
-    let (joint, ()) = place(fault, one.places, chance.place)?;
+    let (joint, ()) = site_for(fault, one.sites, chance.drawn)?;
     let (size, digits) = (chance.sign * chance.size(one.range), one.digits);
     let text = format!("{}: {{joint: {joint}, {}: {size:.digits$}}}", one.effect, one.key);
     Ok((text, hidden(one.effect, joint, size, one.unit)))
 }
 
 fn compliance(fault: &Fault, chance: &Chance) -> Result<Drawn, TrialError> {
-    let (joint, range) = place(fault, &SOFT, chance.place)?;
+    let (joint, range) = site_for(fault, &SOFT, chance.drawn)?;
     let give = chance.size(*range);
     let text = format!("joint_compliance: {{joint: {joint}, rad_per_nm: {give:.4e}}}");
     Ok((text, hidden("joint_compliance", joint, give, "rad/(N m)")))
 }
 
 fn stiffening(fault: &Fault, chance: &Chance) -> Result<Drawn, TrialError> {
-    let (joint, range) = place(fault, &SOFT, chance.place)?;
+    let (joint, range) = site_for(fault, &SOFT, chance.drawn)?;
     let give = 1.5 * chance.size(*range);
     let text = format!("joint_stiffening: {{joint: {joint}, rad_per_nm: {give:.4e}, knee_nm: 12}}");
     Ok((text, hidden("joint_stiffening", joint, give, "rad/(N m)")))
 }
 
 fn harmonic(fault: &Fault, chance: &Chance) -> Result<Drawn, TrialError> {
-    let (joint, ()) = place(fault, &TURNING, chance.place)?;
+    let (joint, ()) = site_for(fault, &TURNING, chance.drawn)?;
     let wave = chance.size((0.1, 0.3));
-    let per_turn = WAVES.get(chance.place % WAVES.len()).copied().unwrap_or(1.0);
+    let per_turn = WAVES.get(chance.drawn % WAVES.len()).copied().unwrap_or(1.0);
     let phase = chance.phase_deg;
     let text = format!(
         "joint_harmonic: {{joint: {joint}, per_turn: {per_turn}, amplitude_deg: {wave:.4}, phase_deg: {phase:.2}}}"
@@ -176,7 +176,7 @@ fn harmonic(fault: &Fault, chance: &Chance) -> Result<Drawn, TrialError> {
 }
 
 fn coupling(fault: &Fault, chance: &Chance) -> Result<Drawn, TrialError> {
-    let (joint, driver) = place(fault, &DRAGGED, chance.place)?;
+    let (joint, driver) = site_for(fault, &DRAGGED, chance.drawn)?;
     let drag = chance.sign * chance.size((0.01, 0.02));
     let text = format!("joint_coupling: {{joint: {joint}, driver: {driver}, deg_per_deg: {drag:.5}}}");
     let mut hidden = hidden("joint_coupling", joint, drag, "1");
@@ -185,7 +185,7 @@ fn coupling(fault: &Fault, chance: &Chance) -> Result<Drawn, TrialError> {
 }
 
 fn warm_up(fault: &Fault, chance: &Chance) -> Result<Drawn, TrialError> {
-    let (joint, ()) = place(fault, &LEANING, chance.place)?;
+    let (joint, ()) = site_for(fault, &LEANING, chance.drawn)?;
     let drift = chance.sign * chance.size((0.1, 0.3));
     let text = format!("warm_up: {{joint: {joint}, zero_deg: {drift:.5}, time_constant_s: 300}}");
     let mut hidden = hidden("warm_up", joint, drift, "deg");

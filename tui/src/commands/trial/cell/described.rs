@@ -148,9 +148,9 @@ pub(super) fn find(name: &str) -> Result<Option<Vec<CellFile>>, TrialError> {
 
 /// The texts of a cell's folder: YAML, tables and URDF.
 fn files_of(folder: &Path, part: &str) -> Result<Vec<CellFile>, TrialError> {
-    let place = folder.join(part);
-    let unread = |source| TrialError::Read { path: place.clone(), source };
-    let entries = match fs::read_dir(&place) {
+    let path = folder.join(part);
+    let unread = |source| TrialError::Read { path: path.clone(), source };
+    let entries = match fs::read_dir(&path) {
         Ok(entries) => entries.collect::<Result<Vec<_>, _>>().map_err(unread)?,
         Err(_) if !part.is_empty() => return Ok(Vec::new()),
         Err(error) => return Err(unread(error)),
@@ -170,9 +170,7 @@ fn files_of(folder: &Path, part: &str) -> Result<Vec<CellFile>, TrialError> {
 pub(super) fn fault(asked: Option<&str>, random: &mut Random) -> Result<Option<Fault>, TrialError> {
     let Some(asked) = asked else {
         // One time in so many there is nothing to be found.
-        return Ok(
-            (random.below(FAULTS.len() + 1) == 0).then(|| Fault { name: NONE.to_owned(), place: None })
-        );
+        return Ok((random.below(FAULTS.len() + 1) == 0).then(|| Fault { name: NONE.to_owned(), site: None }));
     };
     let fault = Fault::read(asked);
     let known = || faults().flat_map(|(name, effect)| [*name, *effect]);
@@ -224,7 +222,7 @@ fn draw(
             Some(fault) => {
                 let effect = faults().find(|(name, _)| *name == fault.name);
                 let name = effect.map_or(fault.name.as_str(), |(_, effect)| effect);
-                Choice { place: fault.place.clone(), ..Choice::named(name) }
+                Choice { site: fault.site.clone(), ..Choice::named(name) }
             }
             None => Choice::named(drawn),
         };
@@ -296,7 +294,7 @@ fn changed(open: &str, seed: u64, imperfection: Option<&str>) -> Option<String> 
     placed.then(|| lines.join("\n") + "\n")
 }
 
-/// What to do in the cell, which is at this place.
+/// What to do in the cell, which is at this path.
 pub(super) fn commands(at: &str, files: &[CellFile]) -> String {
     let model = files.iter().map(|(name, _)| name.as_str()).find(|name| name.ends_with(".model.yaml"));
     let model = model.unwrap_or("MODEL");

@@ -4,7 +4,7 @@ use plumb_simulated::physics::campaign::{Hidden, Truth};
 use plumb_simulated::physics::random::Random;
 
 use super::super::TrialError;
-use super::{Fault, TrialCell, hidden, place, truth};
+use super::{Fault, TrialCell, hidden, site_for, truth};
 
 /// The cell.
 pub(in super::super) const CELL: TrialCell = TrialCell {
@@ -73,7 +73,7 @@ const SOFT: [(&str, (f64, f64)); 3] =
 const DRAGGED: [(&str, &str); 3] =
     [("elbow", "shoulder"), ("wrist_pitch", "shoulder"), ("wrist_pitch", "elbow")];
 
-/// Lengths that can be wrong: key of the world's file, mm on paper, the effect with its place, and what is the same thing in this cell's readings.
+/// Lengths that can be wrong: key of the world's file, mm on paper, the effect with its site, and what is the same thing in this cell's readings.
 type Length = (&'static str, f64, (&'static str, &'static str), Option<(&'static str, &'static str)>);
 const LENGTHS: [(&str, Length); 4] = [
     ("shoulder", ("upper_arm_mm", 177.8, ("link_length", "shoulder"), None)),
@@ -171,26 +171,26 @@ fn change(fault: &Fault, rng: &mut Random) -> Result<Change, TrialError> {
             Change { hysteresis: Some(10.0 + more), hidden, ..Change::default() }
         }
         "backlash" => {
-            let (joint, ()) = place(fault, &GEARS, drawn)?;
+            let (joint, ()) = site_for(fault, &GEARS, drawn)?;
             let play = size((0.3, 0.7));
             of_arm(format!("backlash: {{{joint}_deg: {play}}}"), hidden("joint_backlash", joint, play, "deg"))
         }
         "coupling" => {
-            let (joint, driver) = place(fault, &DRAGGED, drawn)?;
+            let (joint, driver) = site_for(fault, &DRAGGED, drawn)?;
             let drag = sign * size((0.01, 0.02));
             let mut hidden = hidden("joint_coupling", joint, drag, "1");
             hidden.details.insert("with".to_owned(), (*driver).into());
             of_arm(format!("cable_drag: {{{joint}_deg_per_{driver}_deg: {drag}}}"), hidden)
         }
         "droop" => {
-            let (joint, range) = place(fault, &SOFT, drawn)?;
+            let (joint, range) = site_for(fault, &SOFT, drawn)?;
             let give = size(*range);
             let masses = "upper_arm_kg: 0.9, forearm_kg: 0.5, hand_kg: 0.4";
             let text = format!("droop: {{{masses}, {joint}_deg_per_nm: {give}}}");
             of_arm(text, hidden("joint_compliance", joint, give.to_radians(), "rad/(N m)"))
         }
         "lost_steps" => {
-            let (joint, (motor, rated)) = place(fault, &MOTORS, drawn)?;
+            let (joint, (motor, rated)) = site_for(fault, &MOTORS, drawn)?;
             let holds = (rated * size((0.8, 0.9))).round();
             // How far it will be off (0 here: not known) depends on where in its turns the motor falls out of step.
             let text = format!("pull_out_half_steps_per_s: {{{motor}: {holds}}}");
@@ -206,7 +206,7 @@ fn change(fault: &Fault, rng: &mut Random) -> Result<Change, TrialError> {
 
 /// A link that is longer than its drawing, with the effects that are the same in this cell's readings.
 fn longer_link(fault: &Fault, drawn: usize, longer_mm: f64) -> Result<Change, TrialError> {
-    let (_, (key, on_paper, (effect, joint), same)) = place(fault, &LENGTHS, drawn)?;
+    let (_, (key, on_paper, (effect, joint), same)) = site_for(fault, &LENGTHS, drawn)?;
     let plain = format!("{effect}({joint})");
     let mut all = vec![hidden(effect, joint, longer_mm, "mm")];
     all.extend(same.map(|(effect, joint)| {
@@ -224,7 +224,7 @@ mod tests {
     #[test]
     fn the_arm_of_a_seed_is_the_same_whatever_is_hidden_in_it() {
         let zeros = |name: &str| {
-            let fault = Fault { name: name.to_owned(), place: None };
+            let fault = Fault { name: name.to_owned(), site: None };
             let (text, _) = world(&fault, 7, &mut Random::new(7, "cell trial")).unwrap();
             text.lines().find(|line| line.contains("zero_error")).unwrap().to_owned()
         };

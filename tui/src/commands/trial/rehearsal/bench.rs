@@ -42,9 +42,9 @@ impl Bench {
         let (directory, passing) = match &arguments.output {
             Some(folder) => (folder.join(name), None),
             None => {
-                let place =
+                let folder =
                     std::env::temp_dir().join(format!("plumb-rehearsal-{}-{name}", std::process::id()));
-                (place.clone(), Some(Passing(place)))
+                (folder.clone(), Some(Passing(folder)))
             }
         };
         let failed = |source: io::Error| TrialError::Write { path: directory.clone(), source };
@@ -128,16 +128,16 @@ impl Bench {
         })
     }
 
-    /// What is hidden, in words: effect, place, size.
+    /// What is hidden, in words: effect, site, size.
     pub(super) fn hidden(&self) -> Result<String, TrialError> {
         let truth = cell::open(&self.directory.join("cell"))?;
         Ok(truth.hidden.first().map_or_else(
             || "nothing".to_owned(),
             |hidden| match hidden.size != 0.0 {
                 true => {
-                    format!("{}({}) {}", hidden.effect, hidden.place, shown_size(hidden.size, &hidden.unit))
+                    format!("{}({}) {}", hidden.effect, hidden.site, shown_size(hidden.size, &hidden.unit))
                 }
-                false => format!("{}({})", hidden.effect, hidden.place),
+                false => format!("{}({})", hidden.effect, hidden.site),
             },
         ))
     }
