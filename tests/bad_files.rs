@@ -63,8 +63,8 @@ fn mistakes(file: &str, message: &str) -> usize {
     let heads = lines.iter().enumerate().filter(|(_, line)| line.starts_with(file));
     heads
         .map(|(index, head)| {
-            let place = head.strip_prefix(&format!("{file}:")).unwrap_or_default();
-            let mut numbers = place.splitn(3, ':');
+            let position = head.strip_prefix(&format!("{file}:")).unwrap_or_default();
+            let mut numbers = position.splitn(3, ':');
             let mut number = || numbers.next().is_some_and(|number| number.parse::<usize>().is_ok());
             assert!(number() && number(), "no line and column: {head}");
             assert!(lines.get(index + 1).is_some_and(|line| line.contains(" | ")), "no line: {message}");
@@ -96,11 +96,11 @@ fn the_files_the_slips_were_put_into_are_good() {
 
 #[test]
 fn a_file_too_large_is_refused_before_it_is_read() {
-    let place = tempfile::tempdir().unwrap();
+    let directory = tempfile::tempdir().unwrap();
     for kind in KINDS {
         let good = fs::read_to_string(folder().join(kind).join("good.yaml")).unwrap();
-        fs::write(place.path().join("large.yaml"), good + &"# on and on\n".repeat(300_000)).unwrap();
-        let (code, output) = check(place.path(), "large.yaml");
+        fs::write(directory.path().join("large.yaml"), good + &"# on and on\n".repeat(300_000)).unwrap();
+        let (code, output) = check(directory.path(), "large.yaml");
         assert_eq!(code, Some(2), "{output}");
         assert!(output.starts_with("large.yaml: it has 3.") && output.contains("at most 3 MiB"), "{output}");
     }

@@ -41,11 +41,11 @@ fn equilibrium(arm: &ArmDescription, imperfections: &[Imperfection], pose: &[f64
 /// Greatest difference between the two flanges: mm, and of any direction cosine times a metre.
 fn flanges_apart(arm_state: &ArmState, link_frames: &LinkFrames) -> f64 {
     let (world, lab) = (arm_state.link_frames.world_from_flange, link_frames.flange);
-    let place: [f64; 3] = world.translation.into();
+    let position: [f64; 3] = world.translation.into();
     let columns: [[f64; 3]; 3] = [world.rotation.x.into(), world.rotation.y.into(), world.rotation.z.into()];
     let mut apart = 0.0_f64;
     for row in 0..3 {
-        apart = apart.max((place[row] - lab.translation.vector[row]).abs());
+        apart = apart.max((position[row] - lab.translation.vector[row]).abs());
         for (column, axis) in columns.iter().enumerate() {
             apart = apart.max(1e3 * (axis[row] - lab.rotation.matrix()[(row, column)]).abs());
         }

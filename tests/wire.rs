@@ -69,7 +69,7 @@ fn replay(lab: &Lab, more: &[&str]) -> CommandOutput {
 }
 
 #[test]
-fn a_recorded_bus_plays_in_place_of_the_servos_and_shows_where_something_else_is_sent() {
+fn a_recorded_bus_plays_instead_of_the_servos_and_shows_where_something_else_is_sent() {
     let lab = recorded_so101();
     let text = std::fs::read_to_string(lab.path("arm.wire")).unwrap();
     assert!(text.starts_with("# plumb wire 1: /dev/") && text.contains(" > ff ff fe "), "{}", &text[..200]);

@@ -13,7 +13,7 @@ use plumb_plugin::Value;
 /// The program, as built with the measurements.
 pub(crate) const PROGRAM: &str = env!("CARGO_BIN_EXE_plumb");
 
-/// A place on a bus that nobody else is on.
+/// A domain on a bus that nobody else is on.
 pub(crate) struct TestFolder {
     pub(crate) bus: Option<Bus>,
     pub(crate) domain: Domain,

@@ -90,8 +90,8 @@ fn zeros(cells: &Cells, cell: &str) -> Result<Result<[f64; 3], String>, Box<dyn 
     for line in String::from_utf8(output.stdout)?.lines() {
         let event: Value = serde_json::from_str(line)?;
         if event["event"] == "correction_applied" {
-            let place = JOINTS.iter().position(|joint| event["correction"]["place"] == *joint);
-            if let Some(zero) = place.and_then(|place| zeros.get_mut(place)) {
+            let index = JOINTS.iter().position(|joint| event["correction"]["place"] == *joint);
+            if let Some(zero) = index.and_then(|index| zeros.get_mut(index)) {
                 *zero = event["correction"]["new"].as_f64().unwrap_or(f64::NAN);
             }
         }

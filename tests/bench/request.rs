@@ -30,10 +30,10 @@ type Service = ipc_threadsafe::Service;
 type Requests = iceoryx2::service::port_factory::request_response::PortFactory<Service, [u64], (), [u64], ()>;
 
 pub(crate) fn measure(count: usize) -> Measured {
-    let place = TestFolder::new()?;
-    let host = place.host("arm", &steady_robot()?, serde_json::Value::Null, Vec::new())?;
+    let folder = TestFolder::new()?;
+    let host = folder.host("arm", &steady_robot()?, serde_json::Value::Null, Vec::new())?;
     let robot = host.robot()?;
-    let raw = Raw::start(&place)?;
+    let raw = Raw::start(&folder)?;
     let (mut ours, mut theirs) = (Vec::new(), Vec::new());
     while ours.len() < count {
         for _ in 0..IN_A_ROW {

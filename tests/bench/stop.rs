@@ -20,7 +20,7 @@ use crate::statistics::{ms, quantile};
 use crate::stop_key::stops_by_key;
 use crate::{LONG, Measured};
 
-/// The gripper's place among the joints: the one in mm.
+/// The gripper's index among the joints: the one in mm.
 const GRIPPER: usize = 5;
 
 /// The moves that are stopped: what to call them, and by how much each joint goes (degrees, and mm).

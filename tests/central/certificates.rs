@@ -17,7 +17,7 @@ pub(crate) struct Certificate {
 
 /// An authority that nobody else trusts.
 pub(crate) struct Authority {
-    place: TempDir,
+    folder: TempDir,
 }
 
 impl Authority {
@@ -27,25 +27,25 @@ impl Authority {
             eprintln!("skipped: openssl is not installed (Debian: apt-get install openssl)");
             return None;
         }
-        let place = tempfile::tempdir().unwrap();
+        let folder = tempfile::tempdir().unwrap();
         // Each has a name of its own: one is distinguished from another by more than its key.
         let number = NUMBER.fetch_add(1, Ordering::Relaxed);
         let words = format!(
             "req -x509 -newkey ec -pkeyopt ec_paramgen_curve:P-256 -nodes -days 2 -subj /CN=authority-{number}-of-a-test -keyout ca.key -out ca.pem \
              -addext basicConstraints=critical,CA:TRUE -addext keyUsage=critical,keyCertSign"
         );
-        openssl(place.path(), &words);
-        Some(Self { place })
+        openssl(folder.path(), &words);
+        Some(Self { folder })
     }
 
     /// Its own certificate, which who trusts it is given.
     pub(crate) fn certificate(&self) -> PathBuf {
-        self.place.path().join("ca.pem")
+        self.folder.path().join("ca.pem")
     }
 
     /// A certificate for a server of this name.
     pub(crate) fn certify(&self, name: &str) -> Certificate {
-        let folder = self.place.path();
+        let folder = self.folder.path();
         openssl(
             folder,
             &format!(

@@ -147,14 +147,14 @@ fn write_record(folder: &Path, cell: usize) {
 
 /// A database with all records, and the folder of each.
 pub(crate) fn fleet(lab: &Lab, server: &Server) -> Vec<PathBuf> {
-    let places: Vec<PathBuf> = (0..CELLS).map(|cell| lab.path(&format!("record-{cell}"))).collect();
-    for (cell, place) in places.iter().enumerate() {
-        write_record(place, cell);
+    let folders: Vec<PathBuf> = (0..CELLS).map(|cell| lab.path(&format!("record-{cell}"))).collect();
+    for (cell, folder) in folders.iter().enumerate() {
+        write_record(folder, cell);
         let output =
-            lab.plumb(&["ship", "--once", "--to", &server.address(), "--record", place.to_str().unwrap()]);
+            lab.plumb(&["ship", "--once", "--to", &server.address(), "--record", folder.to_str().unwrap()]);
         assert_eq!(output.code(), 0, "{}", output.all());
     }
-    places
+    folders
 }
 
 fn asked(lab: &Lab, server: &Server, arguments: &[&str]) -> CommandOutput {

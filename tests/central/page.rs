@@ -125,9 +125,9 @@ fn a_prompt_is_answered_from_the_page_by_one_holder_at_a_time() {
     let level = page.prompt_of("level");
     assert_eq!(page.ask("POST", "/api/answer", &token, &answer(lease, &level, "0.2")).0, 200);
     // What moves the arm is answered at the arm.
-    let place = page.prompt_of("place");
-    assert!(place["only_at_the_arm"].is_string(), "{place}");
-    let (status, output) = page.ask("POST", "/api/answer", &token, &answer(lease, &place, "waist=20"));
+    let placing = page.prompt_of("place");
+    assert!(placing["only_at_the_arm"].is_string(), "{placing}");
+    let (status, output) = page.ask("POST", "/api/answer", &token, &answer(lease, &placing, "waist=20"));
     assert!(status == 403 && output["error"].as_str().unwrap().contains("where the arm is seen"), "{output}");
 
     let shown = lab.shown("1");

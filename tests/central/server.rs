@@ -15,7 +15,7 @@ const PATIENCE: Duration = Duration::from_secs(60);
 
 /// A server that ends with the test.
 pub(crate) struct Server {
-    place: TempDir,
+    folder: TempDir,
     programs: PathBuf,
     child: Option<Child>,
     /// The port, where it listens on one.
@@ -45,7 +45,7 @@ impl Server {
         let authority = Authority::new()?;
         let mut server = Self::with_certificate(&authority.certify("localhost"), address)?;
         let rule = "hostssl all all 198.18.0.0/15 trust\n";
-        let rules = server.place.path().join("data/pg_hba.conf");
+        let rules = server.folder.path().join("data/pg_hba.conf");
         let all = format!("{rule}{}", fs::read_to_string(&rules).unwrap());
         fs::write(&rules, all).unwrap();
         server.start();
@@ -67,7 +67,7 @@ impl Server {
     fn with_certificate(certificate: &Certificate, address: &str) -> Option<Self> {
         let mut server = Self::made()?;
         server.listen(address);
-        let data = server.place.path().join("data");
+        let data = server.folder.path().join("data");
         for (from, to) in [(&certificate.certificate, "server.crt"), (&certificate.key, "server.key")] {
             fs::copy(from, data.join(to)).unwrap();
             fs::set_permissions(data.join(to), fs::Permissions::from_mode(0o600)).unwrap();
@@ -97,25 +97,25 @@ impl Server {
             eprintln!("skipped: PostgreSQL is not installed (Debian: apt-get install postgresql)");
             return None;
         };
-        let place = tempfile::tempdir().unwrap();
-        let server = Self { place, programs, child: None, port: None, settings: Vec::new() };
+        let folder = tempfile::tempdir().unwrap();
+        let server = Self { folder, programs, child: None, port: None, settings: Vec::new() };
         if is_root() {
             // The server refuses to run as root; Debian's package brings a user for it.
-            let given = Command::new("chown").arg("postgres").arg(server.place.path()).status().unwrap();
+            let given = Command::new("chown").arg("postgres").arg(server.folder.path()).status().unwrap();
             assert!(given.success(), "the folder goes to the user postgres");
         }
         let mut made = server.program("initdb");
         made.args(["--auth=trust", "--username=plumb", "--encoding=UTF8", "--no-sync", "-D"]);
-        let made = made.arg(server.place.path().join("data")).output().unwrap();
+        let made = made.arg(server.folder.path().join("data")).output().unwrap();
         assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
         Some(server)
     }
 
     /// Starts it, on the cluster it has.
     pub(crate) fn start(&mut self) {
-        let log = fs::File::create(self.place.path().join("log")).unwrap();
+        let log = fs::File::create(self.folder.path().join("log")).unwrap();
         let mut command = self.program("postgres");
-        command.arg("-D").arg(self.place.path().join("data")).arg("-k").arg(self.place.path());
+        command.arg("-D").arg(self.folder.path().join("data")).arg("-k").arg(self.folder.path());
         // Nothing of a test has to outlive the machine's power.
         command.args(["-c", "listen_addresses=", "-c", "fsync=off"]);
         // In its own folder, not in /dev/shm, where a server that is killed leaves it behind.
@@ -127,7 +127,7 @@ impl Server {
         self.child = Some(child);
         let begin = Instant::now();
         while self.asked("SELECT 1").is_none_or(|answer| answer != "1") {
-            let printed = || fs::read_to_string(self.place.path().join("log")).unwrap_or_default();
+            let printed = || fs::read_to_string(self.folder.path().join("log")).unwrap_or_default();
             assert!(begin.elapsed() < PATIENCE, "the server does not start: {}", printed());
             std::thread::sleep(Duration::from_millis(50));
         }
@@ -135,7 +135,7 @@ impl Server {
 
     /// Kills it as a power cut would.
     pub(crate) fn kill(&mut self) {
-        let pid = fs::read_to_string(self.place.path().join("data/postmaster.pid")).unwrap();
+        let pid = fs::read_to_string(self.folder.path().join("data/postmaster.pid")).unwrap();
         let pid: u32 = pid.lines().next().unwrap().trim().parse().unwrap();
         let killed = Command::new("kill").args(["-9", &pid.to_string()]).status().unwrap();
         assert!(killed.success());
@@ -156,7 +156,7 @@ impl Server {
     /// Its address for `plumb`.
     pub(crate) fn address(&self) -> String {
         let port = self.port.map(|port| format!("&port={port}")).unwrap_or_default();
-        format!("postgres:///postgres?user=plumb&host={}{port}", self.place.path().display())
+        format!("postgres:///postgres?user=plumb&host={}{port}", self.folder.path().display())
     }
 
     /// What it answers to a question of one value.
@@ -167,7 +167,7 @@ impl Server {
     pub(crate) fn asked(&self, question: &str) -> Option<String> {
         let mut psql = Command::new(self.programs.join("psql"));
         psql.args(["-X", "-A", "-t", "-U", "plumb", "-d", "postgres", "-c", question, "-h"]);
-        psql.arg(self.place.path());
+        psql.arg(self.folder.path());
         if let Some(port) = self.port {
             psql.args(["-p", &port.to_string()]);
         }
@@ -177,7 +177,7 @@ impl Server {
 
     /// A server that was killed and not started again leaves a segment of System V behind: key and number are in the seventh line of the file with its process.
     fn remove_shared_memory(&self) {
-        let left = fs::read_to_string(self.place.path().join("data/postmaster.pid")).unwrap_or_default();
+        let left = fs::read_to_string(self.folder.path().join("data/postmaster.pid")).unwrap_or_default();
         if let Some(number) = left.lines().nth(6).and_then(|line| line.split_whitespace().nth(1)) {
             let _gone = Command::new("ipcrm").args(["-m", number]).stderr(Stdio::null()).status();
         }
@@ -190,7 +190,7 @@ impl Server {
         }
         let mut command = Command::new("setpriv");
         command.args(["--reuid=postgres", "--regid=postgres", "--clear-groups", "--"]).arg(path);
-        command.current_dir(self.place.path());
+        command.current_dir(self.folder.path());
         command
     }
 }
@@ -200,7 +200,7 @@ impl Drop for Server {
         // "immediate": a test that failed need not wait for its connections.
         let mut stop = self.program("pg_ctl");
         let stopped =
-            stop.args(["stop", "-m", "immediate", "-D"]).arg(self.place.path().join("data")).output();
+            stop.args(["stop", "-m", "immediate", "-D"]).arg(self.folder.path().join("data")).output();
         drop(stopped);
         self.wait();
         self.remove_shared_memory();
@@ -214,7 +214,7 @@ fn is_root() -> bool {
 
 /// Where PostgreSQL's programs are: beside each other on the path, or where Debian puts them, the newest first.
 fn programs() -> Option<PathBuf> {
-    let mut places: Vec<PathBuf> = std::env::var_os("PATH")
+    let mut folders: Vec<PathBuf> = std::env::var_os("PATH")
         .map(|path| std::env::split_paths(&path).collect::<Vec<_>>())
         .unwrap_or_default();
     let mut versions: Vec<PathBuf> = fs::read_dir("/usr/lib/postgresql")
@@ -226,10 +226,10 @@ fn programs() -> Option<PathBuf> {
     versions.sort();
     // Debian's own come first: on the path there may be links to some of them.
     for version in versions {
-        places.insert(0, version.join("bin"));
+        folders.insert(0, version.join("bin"));
     }
     let whole = |folder: &Path| {
         ["initdb", "postgres", "pg_ctl", "psql"].iter().all(|name| folder.join(name).is_file())
     };
-    places.into_iter().find(|folder| whole(folder))
+    folders.into_iter().find(|folder| whole(folder))
 }

@@ -100,7 +100,7 @@ fn round(rows: &[&Row]) -> usize {
     thread::scope(|scope| {
         for _ in 0..AT_ONCE {
             scope.spawn(|| {
-                while let Some((place, row)) = take(rows, &next) {
+                while let Some((index, row)) = take(rows, &next) {
                     let begin = Instant::now();
                     let (count, what) = match catch_unwind(AssertUnwindSafe(row.happens)) {
                         Ok(Happened::Kept(what)) => (&kept, what),
@@ -115,7 +115,7 @@ fn round(rows: &[&Row]) -> usize {
                         "| {} | {} | {} | {what} ({seconds:.1} s) |",
                         row.name, row.done, row.promise
                     );
-                    lines.lock().unwrap().push((place, line));
+                    lines.lock().unwrap().push((index, line));
                 }
             });
         }

@@ -37,25 +37,25 @@ fn files_of(folder: &Path, ending: &str) -> Vec<Vec<u8>> {
 
 /// A folder in which changed files are written, one over the other.
 pub(crate) struct Beside {
-    place: TempDir,
+    folder: TempDir,
     inside: PathBuf,
 }
 
 impl Beside {
     /// An empty one.
     pub(crate) fn nothing() -> Self {
-        let place = tempfile::tempdir().unwrap();
-        let inside = place.path().to_owned();
-        Self { place, inside }
+        let folder = tempfile::tempdir().unwrap();
+        let inside = folder.path().to_owned();
+        Self { folder, inside }
     }
 
     /// A copy of a cell's.
     pub(crate) fn cell(name: &str) -> Self {
-        let place = tempfile::tempdir().unwrap();
-        copy(&root().join("workcells").join(name), &place.path().join(name));
-        copy(&root().join("workcells/arms"), &place.path().join("arms"));
-        let inside = place.path().join(name);
-        Self { place, inside }
+        let folder = tempfile::tempdir().unwrap();
+        copy(&root().join("workcells").join(name), &folder.path().join(name));
+        copy(&root().join("workcells/arms"), &folder.path().join("arms"));
+        let inside = folder.path().join(name);
+        Self { folder, inside }
     }
 
     pub(crate) fn write(&self, name: &str, bytes: &[u8]) -> PathBuf {

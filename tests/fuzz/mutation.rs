@@ -29,18 +29,18 @@ pub(crate) struct Changes {
     changes: Vec<Change>,
 }
 
-/// One change. Places are shares of the file's length.
+/// One change. Positions are shares of the file's length.
 #[derive(Debug, Clone, TypeGenerator)]
 enum Change {
-    Set { place: u16, byte: u8 },
-    Flip { place: u16, bit: u8 },
-    Insert { place: u16, bytes: Vec<u8> },
-    Word { place: u16, word: u8 },
-    Remove { place: u16, length: u8 },
-    Double { place: u16, length: u8, times: u8 },
-    RemoveLine { place: u16 },
-    DoubleLine { place: u16 },
-    Cut { place: u16 },
+    Set { share: u16, byte: u8 },
+    Flip { share: u16, bit: u8 },
+    Insert { share: u16, bytes: Vec<u8> },
+    Word { share: u16, word: u8 },
+    Remove { share: u16, length: u8 },
+    Double { share: u16, length: u8, times: u8 },
+    RemoveLine { share: u16 },
+    DoubleLine { share: u16 },
+    Cut { share: u16 },
     Only { bytes: Vec<u8> },
 }
 
@@ -57,50 +57,50 @@ impl Changes {
 
 impl Change {
     fn make(&self, bytes: &mut Vec<u8>) {
-        let at = |place: u16, bytes: &[u8]| usize::from(place) * bytes.len() / (usize::from(u16::MAX) + 1);
-        let line = |place: usize, bytes: &[u8]| {
-            let begin = bytes[..place].iter().rposition(|byte| *byte == b'\n').map_or(0, |end| end + 1);
-            let length = bytes[place..].iter().position(|byte| *byte == b'\n');
-            begin..length.map_or(bytes.len(), |length| place + length + 1)
+        let at = |share: u16, bytes: &[u8]| usize::from(share) * bytes.len() / (usize::from(u16::MAX) + 1);
+        let line = |offset: usize, bytes: &[u8]| {
+            let begin = bytes[..offset].iter().rposition(|byte| *byte == b'\n').map_or(0, |end| end + 1);
+            let length = bytes[offset..].iter().position(|byte| *byte == b'\n');
+            begin..length.map_or(bytes.len(), |length| offset + length + 1)
         };
         match self {
-            Self::Set { place, byte } => {
-                let place = at(*place, bytes);
-                bytes.iter_mut().skip(place).take(1).for_each(|known| *known = *byte);
+            Self::Set { share, byte } => {
+                let offset = at(*share, bytes);
+                bytes.iter_mut().skip(offset).take(1).for_each(|known| *known = *byte);
             }
-            Self::Flip { place, bit } => {
-                let place = at(*place, bytes);
-                bytes.iter_mut().skip(place).take(1).for_each(|known| *known ^= 1 << (bit % 8));
+            Self::Flip { share, bit } => {
+                let offset = at(*share, bytes);
+                bytes.iter_mut().skip(offset).take(1).for_each(|known| *known ^= 1 << (bit % 8));
             }
-            Self::Insert { place, bytes: more } => {
-                let place = at(*place, bytes);
-                bytes.splice(place..place, more.iter().copied());
+            Self::Insert { share, bytes: more } => {
+                let offset = at(*share, bytes);
+                bytes.splice(offset..offset, more.iter().copied());
             }
-            Self::Word { place, word } => {
-                let place = at(*place, bytes);
-                bytes.splice(place..place, WORDS[usize::from(*word) % WORDS.len()].iter().copied());
+            Self::Word { share, word } => {
+                let offset = at(*share, bytes);
+                bytes.splice(offset..offset, WORDS[usize::from(*word) % WORDS.len()].iter().copied());
             }
-            Self::Remove { place, length } => {
-                let place = at(*place, bytes);
-                let end = (place + usize::from(*length)).min(bytes.len());
-                bytes.drain(place..end);
+            Self::Remove { share, length } => {
+                let offset = at(*share, bytes);
+                let end = (offset + usize::from(*length)).min(bytes.len());
+                bytes.drain(offset..end);
             }
-            Self::Double { place, length, times } => {
-                let place = at(*place, bytes);
-                let end = (place + usize::from(*length)).min(bytes.len());
-                let more = bytes[place..end].repeat(usize::from(*times));
-                bytes.splice(place..place, more);
+            Self::Double { share, length, times } => {
+                let offset = at(*share, bytes);
+                let end = (offset + usize::from(*length)).min(bytes.len());
+                let more = bytes[offset..end].repeat(usize::from(*times));
+                bytes.splice(offset..offset, more);
             }
-            Self::RemoveLine { place } => {
-                let range = line(at(*place, bytes), bytes);
+            Self::RemoveLine { share } => {
+                let range = line(at(*share, bytes), bytes);
                 bytes.drain(range);
             }
-            Self::DoubleLine { place } => {
-                let range = line(at(*place, bytes), bytes);
+            Self::DoubleLine { share } => {
+                let range = line(at(*share, bytes), bytes);
                 let more = bytes[range.clone()].to_vec();
                 bytes.splice(range.start..range.start, more);
             }
-            Self::Cut { place } => bytes.truncate(at(*place, bytes)),
+            Self::Cut { share } => bytes.truncate(at(*share, bytes)),
             Self::Only { bytes: other } => bytes.clone_from(other),
         }
     }

@@ -59,11 +59,11 @@ impl Crate {
         let source = Source::read(file);
         for (name, given) in declared(&source.tokens) {
             let beside = file.parent().unwrap_or(file);
-            let places: Vec<PathBuf> = match given {
+            let paths: Vec<PathBuf> = match given {
                 Some(given) => vec![beside.join(given)],
                 None => vec![folder.join(format!("{name}.rs")), folder.join(&name).join("mod.rs")],
             };
-            if let Some(found) = places.into_iter().find(|place| place.is_file()) {
+            if let Some(found) = paths.into_iter().find(|path| path.is_file()) {
                 let below = match found.file_name().is_some_and(|name| name == "mod.rs") {
                     true => found.parent().unwrap_or(folder).to_owned(),
                     false => found.with_extension(""),

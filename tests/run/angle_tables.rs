@@ -31,10 +31,10 @@ free: [joint_zero(shoulder), joint_zero(elbow)]
 
 /// Poses of the arm, deg: waist, shoulder, elbow, well mixed.
 fn poses() -> impl Iterator<Item = [f64; 3]> {
-    let place =
+    let mixed =
         |row: u32, step: u32, low: f64, high: f64| low + (high - low) * f64::from(row * step % 97) / 96.0;
     (1..91).map(move |row| {
-        [place(row, 37, -150.0, 150.0), place(row, 53, -20.0, 60.0), place(row, 29, -60.0, -10.0)]
+        [mixed(row, 37, -150.0, 150.0), mixed(row, 53, -20.0, 60.0), mixed(row, 29, -60.0, -10.0)]
     })
 }
 
@@ -170,8 +170,8 @@ fn of_directions_from_a_theodolite_the_page_and_the_story_are_in_degrees() {
     printed(&lab, "report", &["--output", &page]);
     let page = fs::read_to_string(page).unwrap();
     // Where the model believes the target to be is a length.
-    let of_places = page.replace("<th>at x, mm</th>", "");
-    assert_eq!(lengths_in(&of_places), [""; 0], "{page}");
+    let of_positions = page.replace("<th>at x, mm</th>", "");
+    assert_eq!(lengths_in(&of_positions), [""; 0], "{page}");
     assert!(page.contains("RMS error of one measured point, deg"), "{page}");
 }
 

@@ -79,7 +79,7 @@ fn a_plugin_whose_library_is_gone_is_named() {
 }
 
 #[test]
-fn a_plugin_that_panics_in_create_is_one_line_with_the_place() {
+fn a_plugin_that_panics_in_create_is_one_line_with_the_position() {
     let lab = Lab::new();
     let built = Path::new(env!("CARGO_BIN_EXE_plumb")).with_file_name("examples/libmisbehaving_robot.so");
     if !built.is_file() {

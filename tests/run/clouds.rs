@@ -12,7 +12,7 @@ fn points(lab: &Lab, name: &str) -> Vec<[f32; 3]> {
     let mark = b"end_header\n";
     let begin = bytes.windows(mark.len()).position(|window| window == mark).unwrap() + mark.len();
     let axis =
-        |point: &[u8], place: usize| f32::from_le_bytes(point[4 * place..4 * place + 4].try_into().unwrap());
+        |point: &[u8], index: usize| f32::from_le_bytes(point[4 * index..4 * index + 4].try_into().unwrap());
     bytes[begin..].chunks_exact(35).map(|point| [axis(point, 0), axis(point, 1), axis(point, 2)]).collect()
 }
 

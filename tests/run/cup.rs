@@ -7,49 +7,49 @@ use crate::lab::Lab;
 /// Farther from every surface, mm, a point would be one of none: an average over the jump from one to another.
 const BESIDE_MM: f64 = 0.5;
 
-/// A place in a frame that is at `middle` and is turned about the vertical.
-fn seen_from(place: [f64; 3], middle: [f64; 3], yaw_deg: f64) -> [f64; 3] {
-    let [x, y, z] = [0, 1, 2].map(|axis| place[axis] - middle[axis]);
+/// A point in a frame that is at `middle` and is turned about the vertical.
+fn seen_from(point: [f64; 3], middle: [f64; 3], yaw_deg: f64) -> [f64; 3] {
+    let [x, y, z] = [0, 1, 2].map(|axis| point[axis] - middle[axis]);
     let (sine, cosine) = yaw_deg.to_radians().sin_cos();
     [x * cosine + y * sine, y * cosine - x * sine, z]
 }
 
-/// How far a place is from a block's surface.
-fn from_block(place: [f64; 3], middle: [f64; 3], edges: [f64; 3], yaw_deg: f64) -> f64 {
-    let place = seen_from(place, middle, yaw_deg);
-    let beyond = [0, 1, 2].map(|axis| place[axis].abs() - edges[axis] / 2.0);
+/// How far a point is from a block's surface.
+fn from_block(point: [f64; 3], middle: [f64; 3], edges: [f64; 3], yaw_deg: f64) -> f64 {
+    let point = seen_from(point, middle, yaw_deg);
+    let beyond = [0, 1, 2].map(|axis| point[axis].abs() - edges[axis] / 2.0);
     let outside = beyond.iter().map(|way| way.max(0.0).powi(2)).sum::<f64>().sqrt();
     (outside + beyond.into_iter().fold(f64::NEG_INFINITY, f64::max).min(0.0)).abs()
 }
 
-/// How far a place near an ellipsoid is from its surface, to first order.
-fn from_ellipsoid(place: [f64; 3], middle: [f64; 3], half_axes: [f64; 3], yaw_deg: f64) -> f64 {
-    let place = seen_from(place, middle, yaw_deg);
+/// How far a point near an ellipsoid is from its surface, to first order.
+fn from_ellipsoid(point: [f64; 3], middle: [f64; 3], half_axes: [f64; 3], yaw_deg: f64) -> f64 {
+    let point = seen_from(point, middle, yaw_deg);
     let norm = |power: i32| {
-        [0, 1, 2].iter().map(|axis| (place[*axis] / half_axes[*axis].powi(power)).powi(2)).sum::<f64>().sqrt()
+        [0, 1, 2].iter().map(|axis| (point[*axis] / half_axes[*axis].powi(power)).powi(2)).sum::<f64>().sqrt()
     };
     (norm(1) * (norm(1) - 1.0) / norm(2)).abs()
 }
 
-/// How far a place is from the nearest of the surfaces of `cup.world.yaml`.
+/// How far a point is from the nearest of the surfaces of `cup.world.yaml`.
 fn from_scene([x, y, z]: [f64; 3]) -> f64 {
-    let place = [x, y, z];
+    let point = [x, y, z];
     let wall = (x.hypot(y - 530.0) - 34.0).hypot((-300.0 - z).max(z + 238.0).max(0.0));
     let handle = [[44.0, 530.0, -252.0], [44.0, 530.0, -284.0]]
-        .map(|bar| from_block(place, bar, [22.0, 8.0, 6.0], 0.0));
+        .map(|bar| from_block(point, bar, [22.0, 8.0, 6.0], 0.0));
     let others = [
         (z + 300.0).abs(),
         wall,
-        from_ellipsoid(place, [0.0, 530.0, -297.0], [33.5, 33.5, 3.0], 0.0),
-        from_block(place, [53.0, 530.0, -268.0], [6.0, 8.0, 36.0], 0.0),
-        from_block(place, [12.0, 522.0, -236.5], [96.0, 7.0, 3.0], 12.0),
-        from_ellipsoid(place, [-50.0, 508.8, -235.0], [21.0, 14.0, 5.0], 12.0),
+        from_ellipsoid(point, [0.0, 530.0, -297.0], [33.5, 33.5, 3.0], 0.0),
+        from_block(point, [53.0, 530.0, -268.0], [6.0, 8.0, 36.0], 0.0),
+        from_block(point, [12.0, 522.0, -236.5], [96.0, 7.0, 3.0], 12.0),
+        from_ellipsoid(point, [-50.0, 508.8, -235.0], [21.0, 14.0, 5.0], 12.0),
     ];
     others.into_iter().chain(handle).fold(f64::INFINITY, f64::min)
 }
 
-/// The places of a cloud's points, mm.
-fn places(ply: &[u8]) -> Vec<[f64; 3]> {
+/// The positions of a cloud's points, mm.
+fn points(ply: &[u8]) -> Vec<[f64; 3]> {
     let end = b"end_header\n";
     let head = ply.windows(end.len()).position(|bytes| bytes == end).unwrap() + end.len();
     let properties = String::from_utf8_lossy(&ply[..head]).matches("property float").count();
@@ -66,16 +66,16 @@ fn no_point_of_cup_and_spoon_lies_beside_their_surfaces_not_even_at_their_edges(
     let lab = Lab::of("light-stripe");
     let output = lab.plumb(&["run", "cup.yaml", "scan-cup", "--headless", "--record", "record"]);
     assert_eq!(output.code(), 0, "{}", output.all());
-    let places = places(&fs::read(lab.path("record/run-1/cup.ply")).unwrap());
-    assert!(places.len() > 5000, "{} points", places.len());
-    let beside: Vec<_> = places.iter().filter(|place| from_scene(**place) > BESIDE_MM).collect();
+    let points = points(&fs::read(lab.path("record/run-1/cup.ply")).unwrap());
+    assert!(points.len() > 5000, "{} points", points.len());
+    let beside: Vec<_> = points.iter().filter(|point| from_scene(**point) > BESIDE_MM).collect();
     assert!(beside.is_empty(), "{beside:?}");
-    let on_the_spoon = places.iter().filter(|[_, _, z]| *z > -237.0).count();
+    let on_the_spoon = points.iter().filter(|[_, _, z]| *z > -237.0).count();
     assert!(on_the_spoon > 200, "{on_the_spoon} points of the spoon");
 }
 
 #[test]
-fn stripes_are_taken_on_demand_in_one_run_and_a_place_that_cannot_be_read_is_asked_about() {
+fn stripes_are_taken_on_demand_in_one_run_and_a_position_that_cannot_be_read_is_asked_about() {
     let lab = Lab::of("light-stripe");
     lab.write("demand.yaml", "answers:\n  ask: ['60 530 -280', '-20 500 -250 17 90 25', end]\n");
     let run = |answers: &str| {

@@ -87,7 +87,7 @@ fn a_mistake_ends_a_dry_run_as_it_ends_a_run() {
 }
 
 #[test]
-fn a_place_beyond_the_limits_is_found_before_anything_moves_written_out_or_by_a_parameter() {
+fn a_position_beyond_the_limits_is_found_before_anything_moves_written_out_or_by_a_parameter() {
     let lab = Lab::new();
     lab.edit("cell.yaml", "    initialize:", "    limits_deg: {waist: [-40, 40]}\n    initialize:");
     let plan = lab.plumb(&["run", "cell.yaml", "--dry-run", "--set", "line_a_deg=35"]);
@@ -109,7 +109,7 @@ fn a_place_beyond_the_limits_is_found_before_anything_moves_written_out_or_by_a_
 }
 
 #[test]
-fn a_place_beyond_the_robots_own_limits_is_found_without_starting_it() {
+fn a_position_beyond_the_robots_own_limits_is_found_without_starting_it() {
     // The world's arm; the driver's manifest; the joints in a driver's settings. A zero that is corrected may make up for a little.
     for (folder, cell, procedure, joint, (from, within, beyond), expected) in [
         (
@@ -139,7 +139,7 @@ fn a_place_beyond_the_robots_own_limits_is_found_without_starting_it() {
     ] {
         let lab = Lab::of(folder);
         let file = format!("procedures/{procedure}");
-        let written = |place: &str| format!("{joint}: {place}");
+        let written = |position: &str| format!("{joint}: {position}");
         lab.edit(&file, &written(from), &written(within));
         assert_eq!(lab.plumb(&["check", cell]).code(), 0, "{}", lab.plumb(&["check", cell]).all());
         lab.edit(&file, &written(within), &written(beyond));

@@ -42,7 +42,7 @@ fn the_urdf_puts_the_tip_where_the_calibrated_model_does() {
         "arm: back\nconvention: {urdf: puma.urdf, tip: p1}\ntargets: {p1: {xyz_mm: [0, 0, 0]}}\n",
     );
     let back = Model::read(&lab.path("back.yaml")).unwrap();
-    let (root_from_base, place) = (back.base.pose, back.targets[0].xyz);
+    let (root_from_base, target_xyz) = (back.base.pose, back.targets[0].xyz);
     let back = ForwardModel::new(back).unwrap();
     let model = Model::read(&lab.path("puma.yaml")).unwrap();
     let (joints, target) = (model.chain.len(), model.targets[0].xyz);
@@ -52,7 +52,7 @@ fn the_urdf_puts_the_tip_where_the_calibrated_model_does() {
         let q: Vec<f64> =
             (0..joints).map(|joint| ((pose * 7 + joint * 131) % 311) as f64 / 100.0 - 1.55).collect();
         let tip = calibrated.flange(&q, &[]) * nalgebra::Point3::from(target);
-        let read_back = root_from_base * back.flange(&q, &[]) * nalgebra::Point3::from(place);
+        let read_back = root_from_base * back.flange(&q, &[]) * nalgebra::Point3::from(target_xyz);
         worst = worst.max((read_back - tip).norm());
     }
     assert!(worst < 1e-6, "{worst} mm");

@@ -115,7 +115,7 @@ fn a_reader_in_python_finds_the_tip_of_urdf_and_ur_calibration_where_the_model_h
 }
 
 #[test]
-fn what_lies_behind_the_last_joint_has_no_place_in_a_ur_calibration_and_is_reported() {
+fn what_lies_behind_the_last_joint_has_no_entry_in_a_ur_calibration_and_is_reported() {
     let mut errors = ERRORS;
     errors[5] = (-0.714, 0.111, -1.65, -0.317);
     let lab = lab(&errors);

@@ -36,7 +36,7 @@ fn the_shipped_cell_finds_camera_and_board_and_writes_them_back() {
     let report = lab.plumb(&[&["model", "report", "-o", "report.html"], &pair[..]].concat());
     assert_eq!(report.code(), 0, "{}", report.all());
     let page = std::fs::read_to_string(lab.path("report.html")).unwrap();
-    // A plot of its own, with its own unit, beside that of the places.
+    // A plot of its own, with its own unit, beside that of the positions.
     assert!(page.contains("orientation of a row off, deg") && page.contains("error of a row, mm"), "{page}");
     let accepted = lab.plumb(&[&["model", "accept", "--json"], &pair[..]].concat());
     assert_eq!(accepted.code(), 0, "{}", accepted.all());

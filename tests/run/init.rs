@@ -9,7 +9,7 @@ use tempfile::TempDir;
 
 use crate::lab::CommandOutput;
 
-/// An empty folder, with a place for the record that no test shares.
+/// An empty folder, with a folder for the record that no test shares.
 struct Elsewhere(TempDir);
 
 impl Elsewhere {
@@ -50,8 +50,8 @@ fn files_with(folder: &Path, key: &str) -> Vec<PathBuf> {
 
 #[test]
 fn an_example_cell_is_put_where_the_user_is_and_the_printed_commands_run() {
-    let place = Elsewhere::new();
-    let output = place.plumb(&["init", "my lab"]);
+    let elsewhere = Elsewhere::new();
+    let output = elsewhere.plumb(&["init", "my lab"]);
     assert_eq!(output.code(), 0, "{}", output.all());
     assert!(
         output.out().starts_with("my lab/teachmover: TeachMover over a T target, simulated\n"),
@@ -66,7 +66,7 @@ fn an_example_cell_is_put_where_the_user_is_and_the_printed_commands_run() {
         let command = line.split_whitespace().nth(1).unwrap();
         let mut arguments = vec![command, "my lab/teachmover/cell.yaml"];
         arguments.extend(line.contains("--dry-run").then_some("--dry-run"));
-        let ran = place.plumb(&arguments);
+        let ran = elsewhere.plumb(&arguments);
         assert_eq!(ran.code(), 0, "{line}\n{}", ran.all());
     }
 }
@@ -162,32 +162,32 @@ fn a_misspelled_example_and_a_folder_without_examples_are_refused_with_what_woul
 }
 
 /// A prefix as an installation makes it, with one plugin and one example.
-fn installed(place: &Elsewhere) -> PathBuf {
+fn installed(elsewhere: &Elsewhere) -> PathBuf {
     let built = Path::new(env!("CARGO_BIN_EXE_plumb"));
     let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
-    let plugin = place.path("usr/lib/plumb/plugins/ir-proximity");
-    let example = place.path("usr/share/plumb/workcells/only");
-    for folder in [&place.path("usr/bin"), &plugin, &example] {
+    let plugin = elsewhere.path("usr/lib/plumb/plugins/ir-proximity");
+    let example = elsewhere.path("usr/share/plumb/workcells/only");
+    for folder in [&elsewhere.path("usr/bin"), &plugin, &example] {
         fs::create_dir_all(folder).unwrap();
     }
     fs::copy(source.join("plugins/ir-proximity/plugin.yaml"), plugin.join("plugin.yaml")).unwrap();
     let library = "libplumb_ir_proximity.so";
     fs::copy(built.parent().unwrap().join("deps").join(library), plugin.join(library)).unwrap();
     fs::write(example.join("cell.yaml"), "title: The only one\ncell: only\n").unwrap();
-    let program = place.path("usr/bin/plumb");
+    let program = elsewhere.path("usr/bin/plumb");
     fs::copy(built, &program).unwrap();
     program
 }
 
 #[test]
 fn an_installed_program_has_the_plugins_and_examples_of_its_prefix_and_no_others() {
-    let place = Elsewhere::new();
-    let program = installed(&place);
-    let list = place.command(&program, &["plugins", "list"]).out();
+    let elsewhere = Elsewhere::new();
+    let program = installed(&elsewhere);
+    let list = elsewhere.command(&program, &["plugins", "list"]).out();
     assert_eq!(list.lines().count(), 1, "the source's are left alone: {list}");
     assert!(list.starts_with("ir-proximity"), "{list}");
-    assert_eq!(place.command(&program, &["plugins", "verify"]).out(), "ir-proximity: good\n");
-    assert_eq!(place.command(&program, &["init", "--list"]).out(), "only          The only one\n");
+    assert_eq!(elsewhere.command(&program, &["plugins", "verify"]).out(), "ir-proximity: good\n");
+    assert_eq!(elsewhere.command(&program, &["init", "--list"]).out(), "only          The only one\n");
 }
 
 /// As `cargo install` leaves it: the program alone, and the source with what was built there.
@@ -204,21 +204,21 @@ fn a_program_without_its_plugins_takes_those_that_were_built_with_it() {
 
 #[test]
 fn a_plugin_beside_the_cell_file_is_found_and_one_that_others_may_change_is_not() {
-    let place = Elsewhere::new();
-    assert_eq!(place.plumb(&["init", "."]).code(), 0);
-    let folder = place.path("teachmover/plugins/my-eye");
+    let elsewhere = Elsewhere::new();
+    assert_eq!(elsewhere.plumb(&["init", "."]).code(), 0);
+    let folder = elsewhere.path("teachmover/plugins/my-eye");
     fs::create_dir_all(&folder).unwrap();
     let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("../plugins/ir-proximity/plugin.yaml");
     let manifest = fs::read_to_string(source).unwrap().replace("id: ir-proximity", "id: my-eye");
     fs::write(folder.join("plugin.yaml"), manifest).unwrap();
-    let cell = place.path("teachmover/cell.yaml");
+    let cell = elsewhere.path("teachmover/cell.yaml");
     let text = fs::read_to_string(&cell).unwrap();
     assert!(text.contains("plugin: ir-proximity"));
     fs::write(&cell, text.replace("plugin: ir-proximity", "plugin: my-eye")).unwrap();
-    let checked = place.plumb(&["check", "teachmover/cell.yaml"]);
+    let checked = elsewhere.plumb(&["check", "teachmover/cell.yaml"]);
     assert_eq!(checked.code(), 0, "{}", checked.all());
     fs::set_permissions(&folder, fs::Permissions::from_mode(0o777)).unwrap();
-    let refused = place.plumb(&["check", "teachmover/cell.yaml"]);
+    let refused = elsewhere.plumb(&["check", "teachmover/cell.yaml"]);
     assert_eq!(refused.code(), 2);
     assert!(refused.err().contains("everybody may write to"), "{}", refused.err());
 }

@@ -34,7 +34,7 @@ pub(crate) fn skipped(why: &str) {
 
 /// A copy of the cell's files, and a record.
 pub(crate) struct Lab {
-    place: TempDir,
+    folder: TempDir,
 }
 
 impl Lab {
@@ -45,24 +45,24 @@ impl Lab {
 
     /// That of a folder of `workcells`, with the models of arms beside it.
     pub(crate) fn of(cell: &str) -> Self {
-        let place = tempfile::tempdir().unwrap();
+        let folder = tempfile::tempdir().unwrap();
         let workcells = workcells();
-        copy(&workcells.join(cell), &place.path().join("cell"));
-        copy(&workcells.join("arms"), &place.path().join("arms"));
+        copy(&workcells.join(cell), &folder.path().join("cell"));
+        copy(&workcells.join("arms"), &folder.path().join("arms"));
         if cell == "light-stripe" {
             // Its cell of the whole report uses the arm's procedures.
-            copy(&workcells.join("puma"), &place.path().join("puma"));
+            copy(&workcells.join("puma"), &folder.path().join("puma"));
         }
-        Self { place }
+        Self { folder }
     }
 
     pub(crate) fn path(&self, name: &str) -> PathBuf {
-        self.place.path().join("cell").join(name)
+        self.folder.path().join("cell").join(name)
     }
 
     /// Where the record lies that no command names.
     pub(crate) fn state(&self) -> PathBuf {
-        self.place.path().join("state/plumb")
+        self.folder.path().join("state/plumb")
     }
 
     pub(crate) fn write(&self, name: &str, text: &str) {
@@ -80,7 +80,7 @@ impl Lab {
         let mut command = Command::new(PROGRAM.expect("the program is built with its tests"));
         command.args(arguments).current_dir(self.path("."));
         command
-            .env("XDG_STATE_HOME", self.place.path().join("state"))
+            .env("XDG_STATE_HOME", self.folder.path().join("state"))
             .env("NO_COLOR", "1")
             .stdin(Stdio::null());
         command

@@ -189,7 +189,7 @@ steps:
 }
 
 #[test]
-fn a_place_out_of_reach_is_said_before_anything_moves_there() {
+fn a_position_out_of_reach_is_said_before_anything_moves_there() {
     let lab = lab();
     lab.edit("procedures/scan-pyramid.yaml", "[10, 530, table_mm + 20]", "[10, 1530, -280]");
     lab.edit("procedures/scan-pyramid.yaml", "[110, 530, table_mm + 20]", "[110, 1530, -280]");
@@ -324,7 +324,7 @@ fn the_modern_rig_sees_the_pyramid_as_well() {
 }
 
 #[test]
-fn a_scan_that_leads_into_a_kept_out_place_ends_before_it() {
+fn a_scan_that_leads_into_a_kept_out_region_ends_before_it() {
     let lab = lab();
     // The line goes down: toward its end the flange would come below the plane.
     lab.edit("procedures/scan-pyramid.yaml", "to_mm: [110, 530, table_mm + 20]", "to_mm: [110, 530, -620]");

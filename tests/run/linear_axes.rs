@@ -66,7 +66,7 @@ fn lines(text: &str) -> Vec<[f64; 3]> {
     text.lines().map(line).collect()
 }
 
-/// What LinuxCNC takes off at a place, by straight lines between the file's lines.
+/// What LinuxCNC takes off at a position, by straight lines between the file's lines.
 fn correction(lines: &[[f64; 3]], at: f64, side: usize) -> f64 {
     let pair = lines.windows(2).find(|pair| (pair[0][0]..=pair[1][0]).contains(&at)).unwrap();
     let of = |line: &[f64; 3]| line[side] - line[0];
@@ -232,7 +232,7 @@ fn chance(number: u32) -> f64 {
     (scatter(number) + scatter(number + 1009) + scatter(number + 2003)) / 2.0
 }
 
-/// Eight positions, five cycles. Play differs from place to place, um.
+/// Eight positions, five cycles. Play differs from position to position, um.
 fn uneven_play(play: [f64; 8]) -> String {
     let mut text = "q1_mm,approach_q1,repeat,p1_x_mm\n".to_owned();
     let mut number = 0;
@@ -248,7 +248,7 @@ fn uneven_play(play: [f64; 8]) -> String {
 }
 
 #[test]
-fn play_that_differs_from_place_to_place_is_not_called_settling() {
+fn play_that_differs_from_position_to_position_is_not_called_settling() {
     // As on axis y of a muon target's positioner (ecmc_target_muts_logger, b02/y, 2022): smaller at both ends. There the row before is at the same position, so
     // by the rows alone settling would halve what play does.
     let lab = lab(&uneven_play([9.0, 12.0, 14.0, 13.0, 12.0, 20.0, 20.0, 8.0]));

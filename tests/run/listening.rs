@@ -19,13 +19,13 @@ fn scale(steps: &str) -> Option<Lab> {
     assert_eq!(made.code(), 0, "{}", made.all());
     // The shipped example: 100 g and 102 g in turn, settled from the 20th message on.
     let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../plugins/bridge/examples/scale");
-    for (file, place) in [
+    for (file, path) in [
         ("driver.py", "scale/driver.py"),
         ("plugin.yaml", "scale/plugin.yaml"),
         ("cell.yaml", "weighing.yaml"),
         ("weigh.yaml", "weigh.yaml"),
     ] {
-        fs::copy(example.join(file), lab.path(place)).unwrap();
+        fs::copy(example.join(file), lab.path(path)).unwrap();
     }
     if !steps.is_empty() {
         with_steps(&lab, steps);

@@ -1,5 +1,5 @@
 //! Model files, tables and arguments that cannot be meant, as `plumb model` answers them: exit code 2, and one message that says
-//! the file, the place in it, the reason and what would do.
+//! the file, the position in it, the reason and what would do.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -221,7 +221,7 @@ fn a_known_distance_to_a_place_that_no_row_touches_is_said_to_be_unused() {
 }
 
 #[test]
-fn model_files_that_cannot_be_meant_are_refused_with_their_place() {
+fn model_files_that_cannot_be_meant_are_refused_with_their_position() {
     let zeros = ["a_mm: 300", "a_mm: 250", "d_mm: 100", "alpha_deg: 90"];
     let point = zeros.iter().fold(ARM.to_owned(), |text, key| {
         text.replace(key, &format!("{}: 0", key.split(':').next().unwrap_or("")))

@@ -120,7 +120,7 @@ fn a_batch_adds_corrections_and_knows_how_large_waves_are_so_that_it_does_no_har
     );
     let compared = plumb(at, &[&["compare"], &pair[..]].concat());
     assert_eq!(compared.0, Some(0), "{}", compared.1);
-    // A wave's prior that cannot be: said with its place, and nothing is done.
+    // A wave's prior that cannot be: said with its position, and nothing is done.
     let sine = text.find("prior_sd: {sine_deg: ").unwrap() + "prior_sd: {sine_deg: ".len();
     let end = sine + text[sine..].find(',').unwrap();
     let line = text[..sine].lines().count();

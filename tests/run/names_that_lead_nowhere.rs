@@ -143,7 +143,7 @@ fn a_robot_that_is_none_and_joints_that_its_manifest_has_not_are_found() {
 
 /// The template lists its joints with their ends.
 #[test]
-fn a_place_beyond_the_joints_of_a_new_robot_is_found() {
+fn a_position_beyond_the_joints_of_a_new_robot_is_found() {
     let lab = own_devices();
     lab.edit("quill/procedure.yaml", "to_mm: {slide: 40}", "to_mm: {slide: 240}");
     assert_found(&lab, &["cell-own.yaml"], "there-and-back", &["slide", "240", "200"]);

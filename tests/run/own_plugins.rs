@@ -17,28 +17,28 @@ const TEN_MINUTES: Duration = Duration::from_secs(600);
 
 /// A project in a folder of its own, outside the workspace.
 pub(crate) struct Own {
-    place: TempDir,
+    directory: TempDir,
     name: &'static str,
 }
 
 impl Own {
     /// As `plumb plugins new` makes it.
     pub(crate) fn new(kind: &str, name: &'static str, language: &str) -> Self {
-        let own = Self { place: tempfile::tempdir().unwrap(), name };
+        let own = Self { directory: tempfile::tempdir().unwrap(), name };
         let arguments = ["plugins", "new", kind, name, "--lang", language];
-        let made = own.plumb_in(own.place.path(), &arguments);
+        let made = own.plumb_in(own.directory.path(), &arguments);
         assert_eq!(made.code(), 0, "{}", made.all());
         own
     }
 
     pub(crate) fn folder(&self) -> PathBuf {
-        self.place.path().join(self.name)
+        self.directory.path().join(self.name)
     }
 
     fn plumb_in(&self, folder: &Path, arguments: &[&str]) -> CommandOutput {
         let mut command = Command::new(env!("CARGO_BIN_EXE_plumb"));
         command.args(arguments).current_dir(folder).stdin(Stdio::null());
-        command.env("XDG_STATE_HOME", self.place.path().join("state")).env("NO_COLOR", "1");
+        command.env("XDG_STATE_HOME", self.directory.path().join("state")).env("NO_COLOR", "1");
         CommandOutput::of(command.output().unwrap())
     }
 
@@ -177,11 +177,11 @@ fn a_robot_and_a_sensor_in_python_go_from_new_to_a_run() {
 #[test]
 fn a_name_that_cannot_be_and_a_folder_that_is_there_are_refused() {
     let own = Own::new("sensor", "gauge", "python");
-    let again = own.plumb_in(own.place.path(), &["plugins", "new", "sensor", "gauge"]);
+    let again = own.plumb_in(own.directory.path(), &["plugins", "new", "sensor", "gauge"]);
     assert_eq!(again.code(), 2, "{}", again.all());
     assert!(again.err().contains("gauge is already there; nothing was written"), "{}", again.err());
     for name in ["Gauge", "4bar", "my_gauge", "a/b", "gauge-"] {
-        let refused = own.plumb_in(own.place.path(), &["plugins", "new", "robot", name]);
+        let refused = own.plumb_in(own.directory.path(), &["plugins", "new", "robot", name]);
         assert_eq!(refused.code(), 2, "{name}: {}", refused.all());
         assert!(
             refused.err().contains("use lower-case letters, digits and hyphens, a letter first"),

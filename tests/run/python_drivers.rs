@@ -40,8 +40,8 @@ pub(crate) fn driver_of(lab: &Lab) -> Option<u32> {
         .unwrap()
         .filter_map(|entry| entry.ok()?.file_name().to_str()?.parse::<u32>().ok());
     let is_it = |process: &u32| {
-        let place = fs::read_link(format!("/proc/{process}/cwd")).unwrap_or_default();
-        place == folder && command_of(*process).contains("driver.py")
+        let directory = fs::read_link(format!("/proc/{process}/cwd")).unwrap_or_default();
+        directory == folder && command_of(*process).contains("driver.py")
     };
     numbers.find(is_it)
 }

@@ -228,7 +228,7 @@ fn mistakes_are_found_while_one_types() {
     }
 }
 
-/// Every place in a tree where a key can be taken away or misspelt.
+/// Every position in a tree where a key can be taken away or misspelt.
 fn spoilt(value: &Value) -> Vec<Value> {
     let mut trees = Vec::new();
     match value {

@@ -78,7 +78,7 @@ fn an_axis_is_reported_as_text_json_and_page_with_its_uncertainty_budget() {
 }
 
 #[test]
-fn poses_are_reported_against_their_commanded_places() {
+fn poses_are_reported_against_their_commanded_positions() {
     let lab = lab();
     let mut text = "q1_deg,repeat,commanded_x_mm,commanded_y_mm,p1_x_mm,p1_y_mm\n".to_owned();
     for (x, y) in [(10.1, 20.0), (10.3, 20.0), (10.2, 20.1), (10.2, 19.9)] {
@@ -100,7 +100,7 @@ fn poses_are_reported_against_their_commanded_places() {
 }
 
 #[test]
-fn orientations_of_poses_are_reported_beside_their_places() {
+fn orientations_of_poses_are_reported_beside_their_positions() {
     let lab = lab();
     let mut text = "q1_deg,repeat,commanded_x_mm,commanded_rx_deg,commanded_ry_deg,commanded_rz_deg,p1_x_mm,p1_rx_deg,p1_ry_deg,p1_rz_deg\n".to_owned();
     for turn in [0.1, 0.3, 0.2, 0.2] {
@@ -125,8 +125,8 @@ fn what_cannot_be_reported_is_refused_with_what_would_be_right() {
     let lab = lab();
     lab.write("one-sided.csv", &axis("q1_mm,side,repeat,p1_x_mm"));
     lab.write("inches.csv", &axis("q1_mm,approach_q1,repeat,p1_x_in"));
-    let places = "q1_deg,repeat,commanded_x_mm,p1_x_mm\n0,P1,10,10.1\n0,P1,10.5,10.2\n";
-    lab.write("two-places.csv", places);
+    let two_positions = "q1_deg,repeat,commanded_x_mm,p1_x_mm\n0,P1,10,10.1\n0,P1,10.5,10.2\n";
+    lab.write("two-places.csv", two_positions);
     let head = "q1_deg,repeat,commanded_x_mm,commanded_rx_deg,commanded_ry_deg,commanded_rz_deg,p1_x_mm,p1_rx_deg,p1_ry_deg,p1_rz_deg";
     let turned = |degrees: u32| format!("0,P1,10,0,0,{degrees},10,0,0,90");
     lab.write("two-ways.csv", &format!("{head}\n{}\n{}\n", turned(90), turned(91)));

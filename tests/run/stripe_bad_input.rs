@@ -190,7 +190,7 @@ fn a_stripe_that_is_broken_or_has_a_spur_gives_the_points_of_the_stripe_alone() 
 }
 
 #[test]
-fn a_scan_of_more_places_than_there_are_pictures_says_so() {
+fn a_scan_of_more_positions_than_there_are_pictures_says_so() {
     let lab = Lab::of("light-stripe");
     lab.write("cell.yaml", FROM_FILES);
     lab.write("procedures/look.yaml", &LOOK.replace("to_mm: [60,", "to_mm: [70,"));

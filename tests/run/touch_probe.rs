@@ -56,7 +56,7 @@ fn the_shipped_cell_names_the_elbow_by_touch_and_finds_cube_balls_and_stylus() {
         "{}",
         compared.all()
     );
-    // Of the world file: the second ball; its place is as sure as is declared.
+    // Of the world file: the second ball; its position is as sure as is declared.
     let ball = added["surfaces"].as_array().unwrap().iter().find(|one| one["name"] == "ball_b").unwrap();
     for (number, truth) in ball["numbers"].as_array().unwrap().iter().zip([-619.8, 160.2, 39.9]) {
         let (at, se) = (number["value"].as_f64().unwrap(), number["se"].as_f64().unwrap());

@@ -108,8 +108,8 @@ fn a_scan_that_is_stopped_and_paused_goes_on_where_it_was_and_takes_no_stripe_tw
         fs::read_to_string(path).expect("the scan is kept")
     };
     let poses = table("poses");
-    let places: BTreeSet<&str> = poses.lines().skip(1).collect();
-    assert_eq!((poses.lines().count() - 1, places.len()), (21, 21), "each place once:\n{poses}");
+    let distinct: BTreeSet<&str> = poses.lines().skip(1).collect();
+    assert_eq!((poses.lines().count() - 1, distinct.len()), (21, 21), "each place once:\n{poses}");
     let stripes = table("stripes");
     let seen: BTreeSet<&str> = stripes.lines().skip(1).filter_map(|line| line.split(',').next()).collect();
     assert_eq!(seen.len(), 21, "points of each");

@@ -84,15 +84,15 @@ impl Session {
         self.keys.flush().expect("the terminal takes keys");
     }
 
-    /// Clicks with the left button on the first place where `text` is.
+    /// Clicks with the left button on the first position where `text` is.
     #[track_caller]
     pub(crate) fn click_on(&mut self, text: &str) {
         let page = self.wait_for(text);
-        let place = page.lines().enumerate().find_map(|(row, line)| {
+        let position = page.lines().enumerate().find_map(|(row, line)| {
             let (before, _) = line.split_once(text)?;
             Some((before.chars().count() + 1, row + 1))
         });
-        let (column, row) = place.expect("the text is on one line");
+        let (column, row) = position.expect("the text is on one line");
         // As a terminal reports it: SGR mouse mode, counted from 1.
         self.press(&format!("\x1b[<0;{column};{row}M\x1b[<0;{column};{row}m"));
     }

@@ -71,7 +71,7 @@ pub(crate) enum StudyError {
     /// The record.
     #[error(transparent)]
     Record(#[from] plumb_record::RecordError),
-    /// The cell's place in shared memory.
+    /// The cell's area in shared memory.
     #[error(transparent)]
     Domain(#[from] plumb_bus::DomainError),
     /// The keyboard.

@@ -56,7 +56,7 @@ impl Look {
 /// A colour of the terminal's sixteen; others are not used by the screens.
 fn colour(colour: Color, default: &'static str) -> &'static str {
     match colour {
-        Color::Idx(place) => SIXTEEN.get(usize::from(place)).copied().unwrap_or(default),
+        Color::Idx(index) => SIXTEEN.get(usize::from(index)).copied().unwrap_or(default),
         Color::Default | Color::Rgb(..) => default,
     }
 }

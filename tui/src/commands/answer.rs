@@ -156,8 +156,8 @@ fn the_one_that_goes_on(record: &Record) -> Result<Option<RunSummary>, Box<dyn s
 
 /// Whether a program runs the cell of a run now.
 pub(crate) fn is_alive(run: &RunSummary) -> bool {
-    let place = CellResources::of_cell(Path::new(&run.cell_file));
-    place.is_ok_and(|place| matches!(place.state(), Occupancy::InUse(_)))
+    let resources = CellResources::of_cell(Path::new(&run.cell_file));
+    resources.is_ok_and(|resources| matches!(resources.state(), Occupancy::InUse(_)))
 }
 
 pub(crate) fn await_taken(

@@ -46,12 +46,12 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
     // All is looked at before anything is written. What others use and is there whole, from an earlier time, stays as it is.
     let mut copied = Vec::new();
     for example in with_needs(&examples, &requested) {
-        let place = arguments.directory.join(&example.name);
+        let destination = arguments.directory.join(&example.name);
         let is_requested = requested.iter().any(|requested| requested.name == example.name);
-        if place.symlink_metadata().is_err() {
+        if destination.symlink_metadata().is_err() {
             copied.push(example);
-        } else if is_requested || !holds_all(&place, &example.folder)? {
-            return Err(InitError::Exists { path: place }.into());
+        } else if is_requested || !holds_all(&destination, &example.folder)? {
+            return Err(InitError::Exists { path: destination }.into());
         }
     }
     for example in &copied {
@@ -61,8 +61,8 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
         print_next(example, &arguments.directory)?;
     }
     for example in copied.iter().filter(|one| requested.iter().all(|requested| requested.name != one.name)) {
-        let place = arguments.directory.join(&example.name);
-        print_line!("{}: {}, whose files are used too", place.display(), example.title)?;
+        let destination = arguments.directory.join(&example.name);
+        print_line!("{}: {}, whose files are used too", destination.display(), example.title)?;
     }
     Ok(ExitCode::SUCCESS)
 }

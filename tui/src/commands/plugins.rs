@@ -1,8 +1,8 @@
 //! `plumb plugins`: the plugins that can be found, and whether they can be used.
 
 mod check;
+mod directories;
 mod new;
-mod places;
 mod template;
 
 use std::io::{self, Write};
@@ -12,13 +12,13 @@ use clap::{Args, Subcommand};
 use plumb_host::{Catalogue, CatalogueRow, Plugin, verify};
 
 use crate::failure::CommandResult;
-use places::Places;
+use directories::PluginDirectories;
 
 /// What to do with plugins.
 #[derive(Subcommand)]
 pub(crate) enum PluginsCommand {
     /// Lists the plugins that can be found, from their manifests alone; nothing is loaded.
-    List(Places),
+    List(PluginDirectories),
     /// Loads each plugin's library, checks it against its manifest and asks for the functions of its kind; no device is touched.
     Verify(VerifyArguments),
     Check(check::CheckArguments),
@@ -29,7 +29,7 @@ pub(crate) enum PluginsCommand {
 #[derive(Args)]
 pub(crate) struct VerifyArguments {
     #[command(flatten)]
-    places: Places,
+    searched: PluginDirectories,
     /// Names of plugins, or manifest files; all that can be found when none is given.
     plugins: Vec<String>,
 }
@@ -41,7 +41,7 @@ const UNUSABLE: u8 = 1;
 pub(crate) fn run(command: &PluginsCommand) -> CommandResult {
     let mut output = io::stdout().lock();
     let all_good = match command {
-        PluginsCommand::List(places) => list(&mut output, &Catalogue::search(&places.directories))?,
+        PluginsCommand::List(searched) => list(&mut output, &Catalogue::search(&searched.directories))?,
         PluginsCommand::Verify(arguments) => verify_all(&mut output, arguments)?,
         PluginsCommand::Check(arguments) => return check::run(arguments, &mut output),
         PluginsCommand::New(arguments) => return new::run(arguments, &mut output),
@@ -66,9 +66,9 @@ fn list(output: &mut impl Write, catalogue: &Catalogue) -> io::Result<bool> {
         }
     }
     if catalogue.rows().is_empty() {
-        let places: Vec<String> =
+        let shown: Vec<String> =
             catalogue.directories().iter().map(|path| path.display().to_string()).collect();
-        writeln!(output, "no plugins; looked in {}", places.join(", "))?;
+        writeln!(output, "no plugins; looked in {}", shown.join(", "))?;
     }
     Ok(catalogue.rows().iter().all(|row| row.plugin.is_ok()))
 }
@@ -77,7 +77,7 @@ fn verify_all(
     output: &mut impl Write,
     arguments: &VerifyArguments,
 ) -> Result<bool, Box<dyn std::error::Error>> {
-    let catalogue = Catalogue::search(&arguments.places.directories);
+    let catalogue = Catalogue::search(&arguments.searched.directories);
     let mut all_good = true;
     let mut show = |name: &str, result: Result<Vec<String>, String>| {
         all_good &= result.is_ok();

@@ -42,7 +42,7 @@ pub(crate) fn run(command: &QueueCommand) -> CommandResult {
 
 /// Everything a run needs is read and planned now, so that what cannot run is refused while somebody is there to mend it.
 fn queue_up(add: &Add) -> CommandResult {
-    let directory = record_directory(add.place.record.as_ref())?;
+    let directory = record_directory(add.directory.record.as_ref())?;
     let author = operator(add.operator.as_ref());
     let run = OfQueue {
         cell: add.cell.clone(),
@@ -93,7 +93,7 @@ fn parameters(set: &[(String, f64)]) -> Value {
 }
 
 fn reorder(to: &Move) -> CommandResult {
-    let mut record = Record::open(&record_directory(to.place.record.as_ref())?)?;
+    let mut record = Record::open(&record_directory(to.directory.record.as_ref())?)?;
     record.move_in_queue(to.entry, to.to())?;
     let entry = record.queue_entry(to.entry)?;
     list::print_queue(&record, Some(&entry.cell_file))?;
@@ -104,7 +104,7 @@ fn take_off(remove: &Remove) -> CommandResult {
     if remove.entries.is_empty() {
         return Err(QueueError::NoEntries.into());
     }
-    let mut record = Record::open(&record_directory(remove.place.record.as_ref())?)?;
+    let mut record = Record::open(&record_directory(remove.directory.record.as_ref())?)?;
     // All or none: a number that was mistyped takes nothing off.
     let entries: Vec<QueueEntry> =
         remove.entries.iter().map(|entry| record.queue_entry(*entry)).collect::<Result<_, _>>()?;

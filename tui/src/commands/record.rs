@@ -39,7 +39,7 @@ pub(crate) struct Zeros {
     #[arg(long)]
     json: bool,
     #[command(flatten)]
-    place: RecordDirectory,
+    directory: RecordDirectory,
 }
 
 /// To which revision.
@@ -54,7 +54,7 @@ pub(crate) struct Rollback {
     #[arg(long, value_name = "NAME")]
     device: Option<String>,
     #[command(flatten)]
-    place: RecordDirectory,
+    directory: RecordDirectory,
 }
 
 /// Where to.
@@ -63,14 +63,14 @@ pub(crate) struct Backup {
     /// The new file.
     to: PathBuf,
     #[command(flatten)]
-    place: RecordDirectory,
+    directory: RecordDirectory,
 }
 
 /// Which.
 #[derive(clap::Args)]
 pub(crate) struct Check {
     #[command(flatten)]
-    place: RecordDirectory,
+    directory: RecordDirectory,
 }
 
 /// Where the record lies.
@@ -86,13 +86,13 @@ const DAMAGED: u8 = 1;
 
 /// Does it.
 pub(crate) fn run(command: &RecordCommand) -> CommandResult {
-    let place = match command {
-        RecordCommand::Backup(backup) => &backup.place,
-        RecordCommand::Check(check) => &check.place,
-        RecordCommand::Zeros(zeros) => &zeros.place,
-        RecordCommand::Rollback(rollback) => &rollback.place,
+    let given = match command {
+        RecordCommand::Backup(backup) => &backup.directory,
+        RecordCommand::Check(check) => &check.directory,
+        RecordCommand::Zeros(zeros) => &zeros.directory,
+        RecordCommand::Rollback(rollback) => &rollback.directory,
     };
-    let directory = record_directory(place.record.as_ref())?;
+    let directory = record_directory(given.record.as_ref())?;
     let mut record = match Record::open(&directory) {
         // So damaged that it cannot even be opened: what a check is there to say.
         Err(error) if error.is_damage() && matches!(command, RecordCommand::Check(_)) => {

@@ -90,12 +90,12 @@ pub(crate) fn run(arguments: &Arguments) -> CommandResult {
         return Ok(ExitCode::SUCCESS);
     }
     let requested = requested(&streams, &arguments.streams)?;
-    let place = CellResources::of_cell(&cell.file)?;
-    if !waited_for(&place, arguments.wait) {
+    let resources = CellResources::of_cell(&cell.file)?;
+    if !waited_for(&resources, arguments.wait) {
         return Err(StreamsError::NotRunning(arguments.cell.clone()).into());
     }
-    let printed = print(&place, &requested, arguments, &mut output);
-    tidy(&place, &cell);
+    let printed = print(&resources, &requested, arguments, &mut output);
+    tidy(&resources, &cell);
     printed?;
     Ok(ExitCode::SUCCESS)
 }

@@ -28,7 +28,7 @@ use plumb::commands::study::study_file::{Common, lay_over};
 /// How far from where the world file says an operator leaves the arm, where it does not say: what an eye judges.
 const TOLERANCE: &str = "{waist_deg: 3, shoulder_deg: 3, elbow_deg: 5, wrist_pitch_deg: 1}";
 
-/// A directory that goes with what made it; in memory where there is such a place, as nothing in it is kept.
+/// A directory that goes with what made it; in memory where there is such a folder, as nothing in it is kept.
 pub(super) struct StudyFolder(PathBuf);
 
 impl StudyFolder {
@@ -66,7 +66,7 @@ pub(super) struct Run {
 
 /// The cell.
 pub(super) struct Bench<'a> {
-    place: &'a StudyFolder,
+    folder: &'a StudyFolder,
     cell: Arc<Workcell>,
     procedure: Arc<Procedure>,
     answers: Option<Answers>,
@@ -79,7 +79,11 @@ pub(super) struct Bench<'a> {
 
 impl<'a> Bench<'a> {
     /// Starts the cell's world as the study changes it.
-    pub(super) fn new(with: Common, place: &'a StudyFolder, plugins: &[PathBuf]) -> Result<Self, StudyError> {
+    pub(super) fn new(
+        with: Common,
+        folder: &'a StudyFolder,
+        plugins: &[PathBuf],
+    ) -> Result<Self, StudyError> {
         let file = with.cell.clone().unwrap_or_default();
         let in_words = |problems: Vec<plumb_document::FileProblems>| {
             StudyError::Cell(problems.iter().map(ToString::to_string).collect())
@@ -89,7 +93,7 @@ impl<'a> Bench<'a> {
         check_cell(&cell, &catalogue, &[], &[]).map_err(in_words)?;
         let procedure = procedure_of(&cell, with.procedure.as_deref())?;
         let answers = answers_of(&cell).map_err(|problems| in_words(vec![problems]))?;
-        let world_file = place.0.join("world.yaml");
+        let world_file = folder.0.join("world.yaml");
         fs::write(&world_file, world_text(&cell, &with.world)?)?;
         let setting = WorldSetting { file: world_file.clone(), pace: Pace::Fast };
         cell.world = Some(setting.clone());
@@ -102,13 +106,13 @@ impl<'a> Bench<'a> {
         let devices = HostedDevices::new(Arc::clone(&cell), catalogue, domain, Some(Box::new(started)));
         let devices = Arc::new(Mutex::new(devices));
         let world = WorldClient::connect(&socket, "study")?;
-        Ok(Self { place, cell, procedure, answers, with, devices, world, _lock: lock })
+        Ok(Self { folder, cell, procedure, answers, with, devices, world, _lock: lock })
     }
 
     /// Makes one run from a start drawn from `seed`, and takes its error.
     pub(super) fn run(&mut self, seed: u64) -> Result<Run, StudyError> {
         let begin = self.world.read(WorldCommand::Again { seed })?;
-        let record_directory = self.place.0.join("record");
+        let record_directory = self.folder.0.join("record");
         let request = RunRequest {
             notes: Vec::new(),
             cell: Arc::clone(&self.cell),

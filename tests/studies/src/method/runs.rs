@@ -12,7 +12,7 @@ use plumb::interrupt::Interrupt;
 
 /// Where and how runs are made.
 pub(super) struct Runs {
-    place: StudyFolder,
+    folder: StudyFolder,
     interrupt: Interrupt,
     plugins: Vec<PathBuf>,
     began: Instant,
@@ -23,8 +23,8 @@ pub(super) struct Runs {
 impl Runs {
     /// For a study of so many runs.
     pub(super) fn new(planned: usize, plugins: &[PathBuf]) -> Result<Self, StudyError> {
-        let (place, interrupt) = (StudyFolder::new()?, Interrupt::listen()?);
-        Ok(Self { place, interrupt, plugins: plugins.to_vec(), began: Instant::now(), made: 0, planned })
+        let (folder, interrupt) = (StudyFolder::new()?, Interrupt::listen()?);
+        Ok(Self { folder, interrupt, plugins: plugins.to_vec(), began: Instant::now(), made: 0, planned })
     }
 
     /// Makes `count` runs with seeds from `seed` on.
@@ -35,7 +35,7 @@ impl Runs {
         count: u32,
         seed: u64,
     ) -> Result<Vec<Run>, StudyError> {
-        let mut bench = Bench::new(with, &self.place, &self.plugins)?;
+        let mut bench = Bench::new(with, &self.folder, &self.plugins)?;
         let mut runs = Vec::new();
         for number in 0..u64::from(count) {
             if self.interrupt.is_asked() {

@@ -60,10 +60,11 @@ pub(super) fn look(directories: &[PathBuf], cells: &[PathBuf]) -> Vec<Finding> {
 
 /// That no plugin is found at all.
 fn none_found(catalogue: &Catalogue) -> Finding {
-    let places: Vec<String> = catalogue.directories().iter().map(|path| path.display().to_string()).collect();
+    let directories: Vec<String> =
+        catalogue.directories().iter().map(|path| path.display().to_string()).collect();
     let mend = format!(
         "put them beside the program or name their directory with --plugins; looked in {}",
-        places.join(", ")
+        directories.join(", ")
     );
     Finding::note(TOPIC, format!("none is found; {FOR_WHAT}")).mend(mend)
 }

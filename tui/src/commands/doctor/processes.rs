@@ -26,7 +26,7 @@ struct Process {
 pub(super) fn look() -> Vec<Finding> {
     let of_cells: Vec<PathBuf> = CellResources::all().iter().map(CellResources::world_socket).collect();
     let runs_somewhere =
-        CellResources::all().iter().any(|place| matches!(place.state(), Occupancy::InUse(_)));
+        CellResources::all().iter().any(|resources| matches!(resources.state(), Occupancy::InUse(_)));
     let mut findings = Vec::new();
     for process in settled_processes() {
         match process.arguments.get(1).map(String::as_str) {

@@ -20,11 +20,11 @@ pub(super) fn look(given: Option<&PathBuf>) -> Vec<Finding> {
         Ok(directory) => directory,
         Err(error) => return vec![Finding::wrong(TOPIC, error.to_string(), "give one with --record DIR")],
     };
-    let place = directory.display();
+    let shown = directory.display();
     let Some(existing) = directory.ancestors().find(|path| path.is_dir()) else {
         return vec![Finding::wrong(
             TOPIC,
-            format!("{place} cannot be made"),
+            format!("{shown} cannot be made"),
             "give another with --record DIR",
         )];
     };
@@ -40,11 +40,11 @@ pub(super) fn look(given: Option<&PathBuf>) -> Vec<Finding> {
     match space_at(existing) {
         Ok((free, _)) if free < ENOUGH => {
             let mend = "make room on that disk, or keep the record elsewhere with --record DIR";
-            findings.push(Finding::wrong(TOPIC, format!("{place}: only {} free", size(free)), mend));
+            findings.push(Finding::wrong(TOPIC, format!("{shown}: only {} free", size(free)), mend));
         }
-        Ok((free, _)) => findings.push(Finding::good(TOPIC, format!("{place}, {} free", size(free)))),
+        Ok((free, _)) => findings.push(Finding::good(TOPIC, format!("{shown}, {} free", size(free)))),
         Err(error) => {
-            findings.push(Finding::note(TOPIC, format!("{place}: the room there is not known: {error}")))
+            findings.push(Finding::note(TOPIC, format!("{shown}: the room there is not known: {error}")))
         }
     }
     if Record::file_in(&directory).exists() {

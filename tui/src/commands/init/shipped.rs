@@ -29,7 +29,7 @@ const SOURCE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../workcells");
 /// # Errors
 /// [`InitError::NotInstalled`] where none of these holds an example.
 pub(super) fn shipped_cells(named: Option<&Path>) -> Result<Vec<Shipped>, InitError> {
-    let places = match named {
+    let folders = match named {
         Some(folder) => vec![folder.to_owned()],
         None => {
             let program = env::current_exe().ok();
@@ -37,13 +37,13 @@ pub(super) fn shipped_cells(named: Option<&Path>) -> Result<Vec<Shipped>, InitEr
             beside.into_iter().chain([PathBuf::from(SOURCE)]).collect()
         }
     };
-    let found = places.iter().map(|place| examples_in(place)).find(|examples| !examples.is_empty());
-    found.ok_or(InitError::NotInstalled { looked_in: places })
+    let found = folders.iter().map(|folder| examples_in(folder)).find(|examples| !examples.is_empty());
+    found.ok_or(InitError::NotInstalled { looked_in: folders })
 }
 
 /// The folders in a folder that hold a cell or models, in order of name.
-fn examples_in(place: &Path) -> Vec<Shipped> {
-    let Ok(entries) = fs::read_dir(place) else { return Vec::new() };
+fn examples_in(parent: &Path) -> Vec<Shipped> {
+    let Ok(entries) = fs::read_dir(parent) else { return Vec::new() };
     let mut folders: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
     folders.retain(|folder| folder.join("cell.yaml").is_file() || folder.join("README.md").is_file());
     folders.sort();
@@ -76,7 +76,7 @@ fn heading(file: &Path) -> Option<String> {
 
 /// The folders beside this one that its YAML files name, as in `../puma/lab.yaml`.
 fn needs(folder: &Path, name: &str) -> BTreeSet<String> {
-    let beside = |other: &str| folder.parent().is_some_and(|place| place.join(other).is_dir());
+    let beside = |other: &str| folder.parent().is_some_and(|parent| parent.join(other).is_dir());
     let mut found = BTreeSet::new();
     for text in yaml_texts(folder) {
         let named = text.split("../").skip(1).filter_map(|rest| rest.split_once('/')).map(|(other, _)| other);

@@ -77,7 +77,7 @@ fn list() -> String {
 
 /// How an effect is written: its name and what is in its brackets.
 fn signature(kind: &Kind) -> String {
-    let places = match kind.places {
+    let arguments = match kind.places {
         SiteKind::Joints => "(JOINT)",
         SiteKind::JointsAndOrder => "(JOINT, PERIODS)",
         SiteKind::JointsAndPieces => "(JOINT, PIECES)",
@@ -89,12 +89,12 @@ fn signature(kind: &Kind) -> String {
         SiteKind::Readings => "(READING)",
         SiteKind::Base | SiteKind::Instrument | SiteKind::Sensor => "",
     };
-    format!("{}{places}", kind.name)
+    format!("{}{arguments}", kind.name)
 }
 
 /// The effect at a site of the example arm: at a joint that turns, or, where it is of slides, at its rail.
 fn example(kind: &Kind, joint: &str) -> String {
-    let place = match kind.places {
+    let arguments = match kind.places {
         SiteKind::Joints => format!("({joint})"),
         SiteKind::JointsAndOrder => format!("({joint}, 2)"),
         SiteKind::JointsAndPieces => format!("({joint}, 10)"),
@@ -106,7 +106,7 @@ fn example(kind: &Kind, joint: &str) -> String {
         SiteKind::Readings => "(distance)".to_owned(),
         SiteKind::Base | SiteKind::Instrument | SiteKind::Sensor => String::new(),
     };
-    format!("{}{place}", kind.name)
+    format!("{}{arguments}", kind.name)
 }
 
 /// The effect of a kind at the example arm, with what is searched for in it set to something: its parameters are the same whatever that is.

@@ -116,8 +116,8 @@ fn as_table(found: &[CompensatedTarget], model: &Model) -> String {
             joints.map(
                 |(joint, q)| if slides(joint) { format!("{q:.5}") } else { format!("{:.5}", q.to_degrees()) },
             );
-        let place = target.requested.iter().map(|value| format!("{value:.4}"));
-        text += &(joints.chain(place).collect::<Vec<_>>().join(",") + "\n");
+        let coordinates = target.requested.iter().map(|value| format!("{value:.4}"));
+        text += &(joints.chain(coordinates).collect::<Vec<_>>().join(",") + "\n");
     }
     text
 }

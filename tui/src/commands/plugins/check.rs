@@ -14,7 +14,7 @@ use plumb_plugin::conformance::{CheckOutcome, CheckReport, row_in_words};
 use plumb_plugin::message::known_length;
 use plumb_plugin::{DeviceKind, InputDescription, Manifest, StreamDescription, Value};
 
-use super::places::Places;
+use super::directories::PluginDirectories;
 use crate::failure::CommandResult;
 
 /// Exit code when a check failed.
@@ -42,7 +42,7 @@ pub(crate) struct CheckArguments {
     #[arg(long = "move")]
     may_move: bool,
     #[command(flatten)]
-    places: Places,
+    searched: PluginDirectories,
 }
 
 /// Why nothing could be checked.
@@ -97,7 +97,7 @@ fn found(arguments: &CheckArguments) -> Result<Plugin, CatalogueError> {
             false => Ok(Plugin::at_library(&folder.join(Manifest::FILE_NAME), path)?),
         };
     }
-    Catalogue::search(&arguments.places.directories).find(&arguments.plugin).cloned()
+    Catalogue::search(&arguments.searched.directories).find(&arguments.plugin).cloned()
 }
 
 /// What the device is given, held against the schema in the manifest.

@@ -62,8 +62,8 @@ const SOURCE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../core/plugin");
 fn crate_of_plugins() -> Option<PathBuf> {
     let program = env::current_exe().ok();
     let beside = program.as_deref().and_then(Path::parent).map(|folder| folder.join(INSTALLED));
-    let mut places = beside.into_iter().chain([PathBuf::from(SOURCE)]);
-    places.find_map(|place| fs::canonicalize(place).ok())
+    let mut candidates = beside.into_iter().chain([PathBuf::from(SOURCE)]);
+    candidates.find_map(|folder| fs::canonicalize(folder).ok())
 }
 
 /// Writes the project, and says what to type next.

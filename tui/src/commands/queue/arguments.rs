@@ -54,7 +54,7 @@ pub(crate) struct Add {
     #[arg(long, value_name = "DIR")]
     pub(super) plugins: Vec<PathBuf>,
     #[command(flatten)]
-    pub(super) place: RecordDirectory,
+    pub(super) directory: RecordDirectory,
 }
 
 /// Which queue.
@@ -66,7 +66,7 @@ pub(crate) struct List {
     #[arg(long)]
     pub(super) json: bool,
     #[command(flatten)]
-    pub(super) place: RecordDirectory,
+    pub(super) directory: RecordDirectory,
 }
 
 /// Which entry, and where to.
@@ -88,7 +88,7 @@ pub(crate) struct Move {
     #[arg(long, value_name = "ENTRY", group = "to")]
     after: Option<i64>,
     #[command(flatten)]
-    pub(super) place: RecordDirectory,
+    pub(super) directory: RecordDirectory,
 }
 
 impl Move {
@@ -108,7 +108,7 @@ pub(crate) struct Remove {
     /// Their numbers, as `plumb queue list` gives them.
     pub(super) entries: Vec<i64>,
     #[command(flatten)]
-    pub(super) place: RecordDirectory,
+    pub(super) directory: RecordDirectory,
 }
 
 /// Which queue, and how.
@@ -138,5 +138,5 @@ pub(crate) struct Run {
     #[arg(long)]
     pub(super) accept_plugins: bool,
     #[command(flatten)]
-    pub(super) place: RecordDirectory,
+    pub(super) directory: RecordDirectory,
 }

@@ -64,7 +64,7 @@ pub(super) fn carry_out(arguments: &Run) -> CommandResult {
     if !arguments.cell.is_file() {
         return Err(CarryOutError::NoCell(arguments.cell.clone()).into());
     }
-    let directory = record_directory(arguments.place.record.as_ref())?;
+    let directory = record_directory(arguments.directory.record.as_ref())?;
     let cell_file = absolute(&arguments.cell);
     let record = Record::open(&directory)?;
     let folder = CellResources::of_cell(Path::new(&cell_file))?;

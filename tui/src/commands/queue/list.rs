@@ -15,7 +15,7 @@ use crate::record_directory::record_directory;
 
 /// Prints one queue, or all.
 pub(super) fn print(list: &List) -> CommandResult {
-    let record = Record::open(&record_directory(list.place.record.as_ref())?)?;
+    let record = Record::open(&record_directory(list.directory.record.as_ref())?)?;
     let cell_file = list.cell.as_ref().map(|cell| absolute(cell));
     if !list.json {
         print_queue(&record, cell_file.as_deref())?;

@@ -243,12 +243,12 @@ fn ports_of(arguments: &Arguments, resumed: Option<&RunSummary>) -> BTreeMap<Str
 fn exchange_ports(cell: &mut Workcell, ports: &BTreeMap<String, String>) -> Result<(), RunError> {
     for (device, port) in ports {
         let config = cell.devices.iter_mut().find(|one| one.name == *device).map(|one| &mut one.config);
-        let Some(place) = config.and_then(|config| config.get_mut("port")) else {
+        let Some(entry) = config.and_then(|config| config.get_mut("port")) else {
             let with_ports = cell.devices.iter().filter(|one| one.config.get("port").is_some());
             let help = did_you_mean(device, with_ports.map(|one| one.name.as_str()));
             return Err(RunError::NoPort { cell: cell.name.clone(), device: device.clone(), help });
         };
-        *place = port.clone().into();
+        *entry = port.clone().into();
     }
     Ok(())
 }

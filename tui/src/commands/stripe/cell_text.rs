@@ -11,9 +11,9 @@ pub(crate) fn with_value(text: &str, key: &str, value: &str) -> Option<String> {
         let line = text.get(..*at).and_then(|before| before.rsplit('\n').next()).unwrap_or_default();
         !line.contains('#')
     };
-    let mut places = text.match_indices(&requested).map(|(at, _)| at).filter(is_alone).filter(in_words);
-    let at = places.next()?;
-    if places.next().is_some() {
+    let mut offsets = text.match_indices(&requested).map(|(at, _)| at).filter(is_alone).filter(in_words);
+    let at = offsets.next()?;
+    if offsets.next().is_some() {
         return None;
     }
     let (before, rest) = text.split_at(at + requested.len());

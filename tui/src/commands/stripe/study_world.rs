@@ -102,12 +102,12 @@ pub fn world(text: &str, hidden: Hidden, seed: u64) -> Option<String> {
     let text = placed(&text, "camera:", &shift, &camera)?;
     let text = placed(&text, "projector:", &shift, &projector)?;
     let size = 0.7 + 0.6 * chance.uniform();
-    let (place, line) = match hidden {
+    let (anchor, line) = match hidden {
         Hidden::Lens => ("    blur_px:", format!("    distortion: {{k1: {:.5}}}\n", -0.45 * size)),
         Hidden::Delay => ("  camera:", format!("  exposure_delay_ms: {:.4}\n", 15.0 * size)),
         _ => return Some(text),
     };
-    let (before, after) = text.split_at(text.find(place)?);
+    let (before, after) = text.split_at(text.find(anchor)?);
     Some(format!("{before}{line}{after}"))
 }
 

@@ -367,7 +367,7 @@ fn least(from: f64, to: f64, value: impl Fn(f64) -> Option<f64>) -> Option<f64> 
     known.min_by(|left, right| left.1.total_cmp(&right.1)).map(|(at, _)| at)
 }
 
-/// The range around a place in which something holds throughout; nothing where it does not hold there.
+/// The range around a value in which something holds throughout; nothing where it does not hold there.
 fn around(from: f64, to: f64, at: f64, holds: impl Fn(f64) -> bool) -> Option<(f64, f64)> {
     if !holds(at) {
         return None;
