@@ -9,6 +9,8 @@ use plumb_calibration::effect::EffectId;
 pub(crate) struct Found {
     pub(crate) named: Option<AddedEffect>,
     pub(crate) corrections: Vec<CorrectionCandidate>,
+    /// What was found to act at once, where nothing is named: each passed beside the others. Nothing where it is one effect, or holds one that was re-set.
+    pub(crate) together: Vec<CorrectionCandidate>,
     /// What comes nearest, where it is an event of which the moment was searched for.
     pub(crate) event: Option<EffectId>,
 }
@@ -17,6 +19,7 @@ pub(crate) struct Found {
 pub(crate) const NOT_LISTED: &str = "a mechanism that is not listed";
 
 /// An effect that predicts rows it has not seen though it may not be named.
+#[derive(Clone)]
 pub(crate) struct CorrectionCandidate {
     pub(crate) effect: AddedEffect,
     pub(crate) place: EffectSite,

@@ -86,6 +86,14 @@ fn count_of_corrections<'s>(steps: impl Iterator<Item = &'s Step>) -> usize {
     steps.filter(|step| step.claim == Claim::Correction).count()
 }
 
+/// A model with what was re-set among its rows.
+struct AfterReset {
+    laboratory: Laboratory,
+    steps: Vec<Step>,
+    /// The diagnosis of it, where one was made.
+    diagnosed: Option<(Diagnosis, Found)>,
+}
+
 /// A model being grown.
 struct Growing {
     laboratory: Laboratory,
@@ -97,12 +105,11 @@ struct Growing {
 }
 
 impl Growing {
-    /// Takes an addition over and diagnoses what is left.
+    /// Takes an addition over and diagnoses what is left. The last of its steps is given the model and what that leaves; the others have their error already.
     fn go_on(
         &mut self,
         addition: Addition,
-        (added, label): (Named, String),
-        (claim, may_be): (Claim, Vec<String>),
+        mut steps: Vec<Step>,
         progress: &Progress,
     ) -> Result<(), LaboratoryError> {
         let Addition { model, added: values, .. } = addition;
@@ -113,20 +120,32 @@ impl Growing {
         )?;
         // Anew with it in: what it took away may have hidden or imitated something else.
         (self.diagnosis, self.found) = self.laboratory.diagnose_for(progress)?;
-        let added = match values.first() {
-            Some(value) => Named { size: value.size, se: value.se, unit: value.unit.clone(), ..added },
-            None => added,
-        };
-        self.steps.push(Step {
-            added,
-            claim,
-            may_be,
-            label,
-            rms_mm: StepRms { fit: self.diagnosis.rms_mm.fit, cv: self.diagnosis.rms_mm.cv },
-            floor_ratio: self.diagnosis.left_ratio,
-            model: Some(model),
-        });
+        for (step, value) in steps.iter_mut().zip(&values) {
+            step.added.size = value.size;
+            step.added.se = value.se;
+            step.added.unit.clone_from(&value.unit);
+        }
+        if let Some(last) = steps.last_mut() {
+            last.rms_mm = StepRms { fit: self.diagnosis.rms_mm.fit, cv: self.diagnosis.rms_mm.cv };
+            last.floor_ratio = self.diagnosis.left_ratio;
+            last.model = Some(model);
+        }
+        self.steps.extend(steps);
         Ok(())
+    }
+
+    /// A step whose size and error are not known yet.
+    fn step(&self, added: Named, effect: &AddedEffect, (claim, may_be): (Claim, Vec<String>)) -> Step {
+        let label = self.laboratory.model().label(&effect.id);
+        let rms_mm = StepRms { fit: self.diagnosis.rms_mm.fit, cv: self.diagnosis.rms_mm.cv };
+        Step { added, claim, may_be, label, rms_mm, floor_ratio: None, model: None }
+    }
+
+    /// A step of a correction whose size and error are not known yet.
+    fn step_of(&self, candidate: &CorrectionCandidate) -> Step {
+        let CorrectionCandidate { effect, place, may_be } = candidate;
+        let named = Named { effect: place.clone(), size: 0.0, unit: String::new(), se: 0.0 };
+        self.step(named, effect, (Claim::Correction, may_be.clone()))
     }
 
     /// Adds what is named; whether anything was. What makes held-out rows worse is not added, however well it does elsewhere: the model is used where nothing
@@ -137,12 +156,14 @@ impl Growing {
         let label = self.laboratory.model().label(&effect.id);
         // Each look at the locked rows makes them a little less independent; the report says how many there were.
         self.opened += u32::from(!self.laboratory.split().check_rows().is_empty());
-        if self.laboratory.locked_fall(&effect, progress)?.is_some_and(|fall| fall.total < 0.0) {
+        let fall = self.laboratory.locked_fall(std::slice::from_ref(&effect), progress)?;
+        if fall.is_some_and(|fall| fall.total < 0.0) {
             self.diagnosis.warnings.push(Note::WorseHeldOut(label));
             return Ok(false);
         }
+        let step = self.step(named, &effect, (Claim::Mechanism, Vec::new()));
         let addition = self.laboratory.take_in(vec![effect], progress)?;
-        self.go_on(addition, (named, label), (Claim::Mechanism, Vec::new()), progress)?;
+        self.go_on(addition, vec![step], progress)?;
         Ok(true)
     }
 
@@ -151,30 +172,117 @@ impl Growing {
         if self.found.named.as_ref().is_some_and(|effect| acts_by_epoch(&effect.id.name)) {
             return self.add_named(progress);
         }
-        self.found.corrections.retain(|candidate| acts_by_epoch(&candidate.effect.id.name));
-        Ok(with_corrections && self.add_correction(progress)?)
+        let corrections = std::mem::take(&mut self.found.corrections);
+        let (reset, others): (Vec<_>, Vec<_>) =
+            corrections.into_iter().partition(|candidate| acts_by_epoch(&candidate.effect.id.name));
+        self.found.corrections = reset;
+        if with_corrections && self.add_correction(progress)? {
+            return Ok(true);
+        }
+        // What goes by the pose is added later, if at all.
+        self.found.corrections = others;
+        Ok(false)
+    }
+
+    /// Adds what is named, and at most so many corrections, until there is nothing more to add.
+    fn go_to_the_end(&mut self, corrections: usize, progress: &Progress) -> Result<(), LaboratoryError> {
+        // A mechanism first, as long as there is one; a correction would take part of what a name needs.
+        while self.steps.len() < MOST {
+            if self.add_named(progress)? {
+                continue;
+            }
+            let left = corrections.saturating_sub(count_of_corrections(self.steps.iter()));
+            if left == 0 {
+                break;
+            }
+            // One at a time, for something may be named then; together where none is borne out by itself.
+            if !self.add_correction(progress)? && self.add_together(left, progress)? == 0 {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    /// Grows anew from what was found to act at once in the beginning, where held-out rows are predicted better with that alone than with all that was added one by one: the first of
+    /// several effects takes part of what belongs to the others, and what is left then looks like something else.
+    fn or_together(
+        &mut self,
+        (laboratory, steps): (Laboratory, Vec<Step>),
+        together: Vec<CorrectionCandidate>,
+        corrections: usize,
+        progress: &Progress,
+    ) -> Result<(), LaboratoryError> {
+        let left = corrections.saturating_sub(count_of_corrections(steps.iter()));
+        if together.len() < 2 || together.len() > left || !self.diagnosis.verdict.is_unnamed() {
+            return Ok(());
+        }
+        let effects: Vec<AddedEffect> = together.iter().map(|one| one.effect.clone()).collect();
+        self.opened += 1;
+        let one_by_one = self.laboratory.fit_with(&[], None, progress)?;
+        let at_once = laboratory.fit_with(&effects, None, progress)?;
+        let held = laboratory.split().check_rows();
+        if !Gain::over(&falls_by_pose((&one_by_one, &at_once), &held)).is_some_and(|gain| gain.counts()) {
+            return Ok(());
+        }
+        let found = Found { together, ..Found::default() };
+        let mut other =
+            Growing { laboratory, diagnosis: self.diagnosis.clone(), found, steps, opened: self.opened };
+        if other.add_together(left, progress)? > 0 {
+            other.go_to_the_end(corrections, progress)?;
+            *self = other;
+        }
+        Ok(())
+    }
+
+    /// Adds what was found to act at once, if the held-out rows bear all of it out together; how many corrections that were. One of several effects, added alone, bends to
+    /// what the others do, and held-out rows need not bear it out.
+    fn add_together(&mut self, most: usize, progress: &Progress) -> Result<usize, LaboratoryError> {
+        let together = std::mem::take(&mut self.found.together);
+        if together.len() < 2 || together.len() > most {
+            return Ok(0);
+        }
+        let effects: Vec<AddedEffect> = together.iter().map(|one| one.effect.clone()).collect();
+        self.opened += 1;
+        if !self.laboratory.is_borne_out(&effects, progress)? {
+            return Ok(0);
+        }
+        let mut steps: Vec<Step> = together.iter().map(|one| self.step_of(one)).collect();
+        for (count, step) in steps.iter_mut().enumerate().take(effects.len() - 1) {
+            let first = effects.iter().take(count + 1).cloned().collect();
+            step.rms_mm = self.laboratory.take_in(first, progress)?.rms_mm.into();
+        }
+        self.add_corrections(together, steps, progress)?;
+        Ok(effects.len())
     }
 
     /// Adds the first correction that the held-out rows bear out; whether there was one.
     fn add_correction(&mut self, progress: &Progress) -> Result<bool, LaboratoryError> {
         let candidates = std::mem::take(&mut self.found.corrections);
         for candidate in candidates.into_iter().take(CORRECTIONS_TRIED) {
-            let CorrectionCandidate { effect, place, may_be } = candidate;
             self.opened += 1;
-            if !self.laboratory.is_borne_out(&effect, progress)? {
-                continue;
+            if self.laboratory.is_borne_out(std::slice::from_ref(&candidate.effect), progress)? {
+                let step = self.step_of(&candidate);
+                self.add_corrections(vec![candidate], vec![step], progress)?;
+                return Ok(true);
             }
-            let id = effect.id.clone();
-            let label = self.laboratory.model().label(&id);
-            let mut addition = self.laboratory.take_in(vec![effect], progress)?;
-            // A correction is an interpolation: it holds where it was fitted, and a cell must know where that is.
-            addition.model.measured_region = self.laboratory.measured_region();
-            addition.model.corrections.push(Correction { id, may_be: may_be.clone() });
-            let named = Named { effect: place, size: 0.0, unit: String::new(), se: 0.0 };
-            self.go_on(addition, (named, label), (Claim::Correction, may_be), progress)?;
-            return Ok(true);
         }
         Ok(false)
+    }
+
+    /// Adds corrections that the held-out rows bear out.
+    fn add_corrections(
+        &mut self,
+        corrections: Vec<CorrectionCandidate>,
+        steps: Vec<Step>,
+        progress: &Progress,
+    ) -> Result<(), LaboratoryError> {
+        let effects = corrections.iter().map(|one| one.effect.clone()).collect();
+        let mut addition = self.laboratory.take_in(effects, progress)?;
+        // A correction is an interpolation: it holds where it was fitted, and a cell must know where that is.
+        addition.model.measured_region = self.laboratory.measured_region();
+        let known = corrections.into_iter().map(|one| Correction { id: one.effect.id, may_be: one.may_be });
+        addition.model.corrections.extend(known);
+        self.go_on(addition, steps, progress)
     }
 }
 
@@ -227,7 +335,8 @@ impl Laboratory {
     /// Adds what is named, and at most so many corrections.
     fn grow_by(&self, corrections: usize, progress: &Progress) -> Result<Growth, LaboratoryError> {
         let laboratory = self.without_map().unwrap_or_else(|| self.clone());
-        let (mut laboratory, mut steps) = laboratory.with_what_was_reset(corrections, progress)?;
+        let AfterReset { mut laboratory, mut steps, diagnosed } =
+            laboratory.with_what_was_reset(corrections, progress)?;
         let (reset, mut opened) = (steps.len(), 0);
         for round in 0..ROUNDS {
             // Waves of low order stay whatever is claimed of them; those with a name of their own are limited.
@@ -243,25 +352,20 @@ impl Laboratory {
             growth.diagnosis.check_opened += opened;
             return Ok(growth);
         }
-        let (diagnosis, found) = laboratory.diagnose_for(progress)?;
+        let (diagnosis, found) = match diagnosed {
+            Some(known) => known,
+            None => laboratory.diagnose_for(progress)?,
+        };
         let start = StepRms { fit: diagnosis.rms_mm.fit, cv: diagnosis.rms_mm.cv };
         // What was re-set was added before: the story begins with the model the user gave.
         let start = if reset > 0 { self.compare(progress)?.rms_mm.into() } else { start };
-        let mut corrected = count_of_corrections(steps.iter());
+        let (before, together) = ((laboratory.clone(), steps.clone()), found.together.clone());
         let mut growing = Growing { laboratory, diagnosis, found, steps, opened: 0 };
-        // A mechanism first, as long as there is one; a correction would take part of what a name needs.
-        while growing.steps.len() < MOST {
-            if growing.add_named(progress)? {
-                continue;
-            }
-            if corrected >= corrections || !growing.add_correction(progress)? {
-                break;
-            }
-            corrected += 1;
-        }
+        growing.go_to_the_end(corrections, progress)?;
+        growing.or_together(before, together, corrections, progress)?;
         let Growing { laboratory, mut diagnosis, steps, opened, .. } = growing;
         diagnosis.check_opened += opened;
-        let mechanisms_alone = match corrected {
+        let mechanisms_alone = match count_of_corrections(steps.iter()) {
             0 => None,
             _ => Some(laboratory.mechanisms_alone(progress)?),
         };
@@ -282,36 +386,37 @@ impl Laboratory {
         self,
         corrections: usize,
         progress: &Progress,
-    ) -> Result<(Self, Vec<Step>), LaboratoryError> {
+    ) -> Result<AfterReset, LaboratoryError> {
         let jumped = self.table().len() >= BATCH_ROWS
             && self.dated(progress)?.is_some_and(|dated| !dated.jumps.is_empty());
         if !jumped {
-            return Ok((self, Vec::new()));
+            return Ok(AfterReset { laboratory: self, steps: Vec::new(), diagnosed: None });
         }
         let (diagnosis, found) = self.diagnose_for(progress)?;
         let mut growing = Growing { laboratory: self, diagnosis, found, steps: Vec::new(), opened: 0 };
         while growing.add_reset(growing.steps.len() < corrections, progress)? {}
-        Ok((growing.laboratory, growing.steps))
+        let Growing { laboratory, diagnosis, found, steps, .. } = growing;
+        Ok(AfterReset { laboratory, steps, diagnosed: Some((diagnosis, found)) })
     }
 
-    /// Whether the held-out rows are predicted better with an effect than without it, by more than one standard error over poses; never where none are locked.
-    fn is_borne_out(&self, effect: &AddedEffect, progress: &Progress) -> Result<bool, LaboratoryError> {
-        Ok(self.locked_fall(effect, progress)?.is_some_and(|gain| gain.counts()))
+    /// Whether the held-out rows are predicted better with effects than without them, by more than one standard error over poses; never where none are locked.
+    fn is_borne_out(&self, effects: &[AddedEffect], progress: &Progress) -> Result<bool, LaboratoryError> {
+        Ok(self.locked_fall(effects, progress)?.is_some_and(|gain| gain.counts()))
     }
 
-    /// By how much the squared errors of the held-out rows fall with an effect, mm2, over poses; nothing where none are locked.
+    /// By how much the squared errors of the held-out rows fall with effects, mm2, over poses; nothing where none are locked.
     fn locked_fall(
         &self,
-        effect: &AddedEffect,
+        effects: &[AddedEffect],
         progress: &Progress,
     ) -> Result<Option<Gain>, LaboratoryError> {
-        if let Some(dated) = self.dated_for(std::iter::once(&effect.id), progress)? {
-            return dated.locked_fall(effect, progress);
+        if let Some(dated) = self.dated_for(effects.iter().map(|effect| &effect.id), progress)? {
+            return dated.locked_fall(effects, progress);
         }
         // Nothing that is fitted has seen these rows, not even the choice of the effect.
         let held = self.split().check_rows();
         let before = self.fit_with(&[], None, progress)?;
-        let after = self.fit_with(std::slice::from_ref(effect), Some(&before), progress)?;
+        let after = self.fit_with(effects, Some(&before), progress)?;
         Ok(Gain::over(&falls_by_pose((&before, &after), &held)))
     }
 
@@ -356,139 +461,4 @@ impl Laboratory {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::testing::two_links;
-
-    #[test]
-    fn a_model_grows_by_what_is_named_until_nothing_is() {
-        let both = |q: [f64; 2]| [0.002 * (5.0 * q[0]).sin(), 0.0015 * (12.0 * q[1]).sin()];
-        let lab = two_links(150, "joint_zero(*)", 0.05, 3, both);
-        let grown = lab.grow(&Progress::unwatched()).unwrap();
-        let added: Vec<(&str, Option<f64>)> =
-            grown.steps.iter().map(|step| (step.added.effect.place.as_str(), step.added.effect.n)).collect();
-        assert_eq!(added, [("shoulder", Some(5.0)), ("elbow", Some(12.0))]);
-        assert!(grown.steps.iter().all(|step| step.claim == Claim::Mechanism));
-        assert_eq!(grown.model.effects.len(), 2);
-        assert_eq!(grown.mechanisms_alone, None, "no correction was added");
-        // The size a step shows is that of the model it made: the first wave's, with nothing else in yet.
-        let first = grown.steps[0].model.as_ref().unwrap();
-        let amplitude = first.effects[0].values[0].hypot(first.effects[0].values[1]).to_degrees();
-        assert!(
-            (grown.steps[0].added.size - amplitude).abs() < 1e-9,
-            "{:?} {amplitude}",
-            grown.steps[0].added
-        );
-        // Noise of three coordinates is left.
-        let left = grown.steps[1].rms_mm.fit;
-        assert!(
-            (left / (0.05 * 3.0_f64.sqrt()) - 1.0).abs() < 0.15 && grown.start.fit > 3.0 * left,
-            "{left}"
-        );
-    }
-
-    #[test]
-    fn what_was_reset_is_added_before_batches_of_a_large_table() {
-        let reset = |rows: usize, by: f64| {
-            let lab = crate::testing::by_wire(rows, 0.05, 8, |row| if row < rows / 2 { 0.0 } else { by });
-            lab.with_what_was_reset(0, &Progress::unwatched()).unwrap()
-        };
-        let (grown, steps) = reset(BATCH_ROWS, 0.3);
-        assert_eq!(steps.len(), 1, "{steps:?}");
-        assert_eq!(steps[0].added.effect.effect, "reading_reset");
-        assert_eq!(grown.model().effects.len(), 1);
-        assert!(reset(BATCH_ROWS - 1, 0.3).1.is_empty(), "a small table is grown one by one");
-        assert!(reset(BATCH_ROWS, 0.0).1.is_empty(), "nothing jumps");
-    }
-
-    #[test]
-    fn the_mechanisms_alone_are_the_model_without_its_corrections() {
-        let lab = two_links(60, "joint_zero(*)", 0.05, 9, |q| [0.001 * (3.0 * q[0]).sin(), 0.004 * q[1]]);
-        let added = |text: &str| {
-            let id = plumb_calibration::effect::parse(text, lab.model()).unwrap();
-            let values =
-                vec![0.0; plumb_calibration::effect::build(&id, lab.model()).unwrap().parameters().len()];
-            AddedEffect { id, values }
-        };
-        let (gain, wave) = (added("joint_gain(elbow)"), added("joint_harmonic(shoulder, 3)"));
-        let with = |effects: &[AddedEffect], corrections: &[AddedEffect]| {
-            let ids = corrections.iter().map(|one| one.id.clone());
-            let corrections = ids.map(|id| Correction { id, may_be: Vec::new() }).collect();
-            lab.with_model(Model { effects: effects.to_vec(), corrections, ..lab.model().clone() })
-        };
-        let watch = Progress::unwatched();
-        let alone = with(&[gain.clone(), wave.clone()], std::slice::from_ref(&wave))
-            .mechanisms_alone(&watch)
-            .unwrap();
-        let expected = with(&[gain], &[]).compare(&watch).unwrap().rms_mm;
-        assert!((alone.fit - expected.fit).abs() < 1e-9 && alone.fit > 0.15, "{alone:?}");
-    }
-
-    /// What grows from an arm whose elbow has a wave of this amplitude, three rows in ten of which are locked away.
-    fn growing(amplitude: f64) -> Growing {
-        let lab = two_links(80, "joint_zero(*)", 0.05, 12, |q| [0.0, amplitude * (3.0 * q[1]).sin()]);
-        let holdout = crate::split::Holdout::Random { fraction: 0.3, seed: 4 };
-        let options = crate::laboratory::Options { holdout, ..lab.options().clone() };
-        let laboratory = Laboratory::new(lab.model().clone(), lab.table().clone(), options).unwrap();
-        let (diagnosis, found) = laboratory.diagnose_for(&Progress::unwatched()).unwrap();
-        Growing { laboratory, diagnosis, found, steps: Vec::new(), opened: 0 }
-    }
-
-    /// An effect of that arm, at nothing.
-    fn effect_of(laboratory: &Laboratory, text: &str) -> AddedEffect {
-        let id = plumb_calibration::effect::parse(text, laboratory.model()).unwrap();
-        let built = plumb_calibration::effect::build(&id, laboratory.model()).unwrap();
-        AddedEffect { id, values: vec![0.0; built.parameters().len()] }
-    }
-
-    #[test]
-    fn the_first_correction_that_locked_rows_bear_out_is_added_with_its_region() {
-        let watch = Progress::unwatched();
-        let mut growing = growing(0.002);
-        let lab = growing.laboratory.clone();
-        let candidate = |text: &str| CorrectionCandidate {
-            effect: effect_of(&lab, text),
-            place: crate::testing::effect_at(text, "elbow"),
-            may_be: vec![text.to_owned(), "dirt".to_owned()],
-        };
-        let (nothing, wave) = (candidate("joint_gain(shoulder)"), candidate("joint_harmonic(elbow, 3)"));
-        let (id, may_be) = (wave.effect.id.clone(), wave.may_be.clone());
-        let with = |corrections: Vec<CorrectionCandidate>| Found { corrections, ..Found::default() };
-        growing.found = with(vec![candidate("joint_harmonic(elbow, 3)")]);
-        assert!(!growing.add_reset(true, &watch).unwrap(), "a wave is nothing that was re-set");
-        growing.found = with(vec![nothing, wave]);
-        assert!(growing.add_correction(&watch).unwrap());
-        assert_eq!((growing.opened, growing.steps.len()), (2, 1), "two looks at the locked rows");
-        assert_eq!(count_of_corrections(growing.steps.iter()), 1);
-        let (step, model) = (&growing.steps[0], growing.laboratory.model());
-        assert_eq!((step.claim, &step.may_be), (Claim::Correction, &may_be));
-        assert_eq!(model.corrections, [Correction { id, may_be }]);
-        assert!(model.measured_region.is_some() && model.effects.len() == 1);
-        growing.found.corrections.clear();
-        assert!(!growing.add_correction(&watch).unwrap() && growing.opened == 2);
-    }
-
-    #[test]
-    fn a_name_that_makes_locked_rows_worse_is_not_added() {
-        let watch = Progress::unwatched();
-        let mut growing = growing(0.0);
-        let fall = |growing: &Growing, effect: &AddedEffect| {
-            growing.laboratory.locked_fall(effect, &watch).unwrap().unwrap().total
-        };
-        let waves: Vec<AddedEffect> = (1..9)
-            .map(|order| effect_of(&growing.laboratory, &format!("joint_harmonic(elbow, {order})")))
-            .collect();
-        let worse = waves.into_iter().find(|wave| fall(&growing, wave) < 0.0).unwrap();
-        let place = crate::testing::effect_at("joint_harmonic", "elbow");
-        growing.diagnosis.named = Some(Named { effect: place, size: 0.1, unit: "deg".to_owned(), se: 0.01 });
-        growing.found.named = Some(worse.clone());
-        assert!(!growing.add_named(&watch).unwrap(), "the verdict is not that it is named");
-        assert_eq!(growing.opened, 0);
-        growing.diagnosis.verdict = Verdict::Named;
-        growing.found.named = Some(worse.clone());
-        assert!(!growing.add_named(&watch).unwrap());
-        let label = growing.laboratory.model().label(&worse.id);
-        assert_eq!(growing.diagnosis.warnings.last(), Some(&Note::WorseHeldOut(label)));
-        assert_eq!((growing.opened, growing.steps.len()), (1, 0));
-    }
-}
+mod tests;

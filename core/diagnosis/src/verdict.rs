@@ -55,6 +55,8 @@ pub(crate) struct Finding<'a> {
     dirty: bool,
     /// Rows that are no outliers with everything in that was found.
     rows: Vec<usize>,
+    /// What was found to act at once, the one in question last.
+    together: Vec<CorrectionCandidate>,
 }
 
 impl Laboratory {
@@ -97,6 +99,7 @@ impl Laboratory {
         let (verdict, place) = judge(&asked, &evidence, floor);
         let against = asked.first().and_then(|best| evidence.against_a_name_at(best.id.site));
         let dirty = is_dirty(asked.first().copied(), &evidence, floor);
+        let together = found_together(&stage, &close);
         let base = self.base_of(&mut stage, stages, progress)?;
         let finding = Finding {
             stage,
@@ -113,6 +116,7 @@ impl Laboratory {
             against,
             dirty,
             rows,
+            together,
         };
         finding.weighed(self, base, candidates, floor, progress)
     }
@@ -146,6 +150,39 @@ impl Laboratory {
         }
         Ok(base)
     }
+}
+
+/// What was taken in and what is in question beside it, if that passes: effects that act at once. Nothing where there is only one, or where one of them was re-set
+/// between rows, which is added by itself.
+fn found_together(stage: &Stage<'_>, close: &[usize]) -> Vec<CorrectionCandidate> {
+    let problem = &stage.fitted.problem;
+    let close = close.iter().filter_map(|index| stage.fitted_candidates.get(*index));
+    let close: Vec<&FittedCandidate> = close.collect();
+    let Some(best) = close.first().filter(|best| best.passes()) else { return Vec::new() };
+    let in_question = AddedEffect { id: best.id.clone(), values: best.values.clone() };
+    let all: Vec<AddedEffect> = stage.taken.iter().cloned().chain([in_question]).collect();
+    let has_event = all.iter().any(|one| effect::kind(&one.id.name).is_some_and(|kind| kind.is_event));
+    if all.len() < 2 || has_event {
+        return Vec::new();
+    }
+    let alike = close.iter().skip(1).map(|other| other.id.clone()).collect::<Vec<_>>();
+    let candidate = |effect: AddedEffect| {
+        let others = alike.iter().filter(|_| effect.id == best.id).collect::<Vec<_>>();
+        correction_candidate(problem, effect, others)
+    };
+    all.into_iter().map(candidate).collect()
+}
+
+/// An effect as a correction: it may represent itself, others that explain as much, or what has no name in the library.
+fn correction_candidate(
+    problem: &ResidualModel<'_>,
+    effect: AddedEffect,
+    others: Vec<&EffectId>,
+) -> CorrectionCandidate {
+    let own = std::iter::once(&effect.id);
+    let mut may_be: Vec<String> = own.chain(others).map(|id| problem.model.label(id)).collect();
+    may_be.push(NOT_LISTED.to_owned());
+    CorrectionCandidate { place: effect_place(problem, &effect.id), effect, may_be }
 }
 
 /// The best plausible fitted candidate and all that come close to it, by their places in the list (the likeliest first).
@@ -441,7 +478,7 @@ impl Finding<'_> {
     /// Candidates that predict rows they have not seen though none may be named, the likeliest first, and the mechanisms each may represent: itself, what explains
     /// as much, and what has no name in the library.
     pub(crate) fn corrections(&self) -> Vec<CorrectionCandidate> {
-        let model = self.stage.fitted.problem.model;
+        let problem = &self.stage.fitted.problem;
         let close: Vec<&EffectId> = self
             .close
             .iter()
@@ -451,16 +488,20 @@ impl Finding<'_> {
         let passing =
             self.stage.fitted_candidates.iter().filter(|fitted_candidate| fitted_candidate.passes());
         let corrections = passing.map(|fitted_candidate| {
-            let others = close.iter().filter(|id| ***id != fitted_candidate.id).map(|id| model.label(id));
-            let mut may_be: Vec<String> =
-                std::iter::once(model.label(&fitted_candidate.id)).chain(others).collect();
-            may_be.push(NOT_LISTED.to_owned());
-            let effect =
-                AddedEffect { id: fitted_candidate.id.clone(), values: fitted_candidate.values.clone() };
-            let place = effect_place(&self.stage.fitted.problem, &fitted_candidate.id);
-            CorrectionCandidate { effect, place, may_be }
+            let others = close.iter().copied().filter(|id| **id != fitted_candidate.id);
+            let FittedCandidate { id, values, .. } = fitted_candidate;
+            correction_candidate(
+                problem,
+                AddedEffect { id: id.clone(), values: values.clone() },
+                others.collect(),
+            )
         });
         corrections.collect()
+    }
+
+    /// What was found to act at once, though none of it may be named.
+    pub(crate) fn take_together(&mut self) -> Vec<CorrectionCandidate> {
+        std::mem::take(&mut self.together)
     }
 
     /// The likeliest candidates, with why each is not the name.

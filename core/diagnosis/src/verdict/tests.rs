@@ -292,6 +292,7 @@ fn finding_of_stage(stage: Stage<'_>) -> Finding<'_> {
         against: None,
         dirty: false,
         rows,
+        together: Vec::new(),
     }
 }
 
@@ -373,6 +374,33 @@ fn a_known_place_is_given_with_what_may_be_at_work_there_and_nowhere_else() {
     assert_eq!(located(Verdict::Located, Some(Site::Joint(1))), Some(("elbow".to_owned(), family)));
     assert_eq!(located(Verdict::Located, None), None);
     assert_eq!(located(Verdict::Tied, Some(Site::Joint(1))), None);
+}
+
+#[test]
+fn what_acts_at_once_is_what_was_taken_in_and_what_passes_beside_it() {
+    let taken = |name: &str| AddedEffect { id: EffectId::at(name, Site::Joint(0)), values: vec![0.5] };
+    let together = |taken: Vec<AddedEffect>, passes: bool| {
+        let best = FittedCandidate { refitted: passes, ..fitted_candidate("joint_gain", 1, 0.0) };
+        finding_of(vec![best, fitted_candidate("joint_backlash", 1, 1.0)], |finding| {
+            finding.stage.taken.clone_from(&taken);
+            found_together(&finding.stage, &[0, 1])
+        })
+    };
+    let found = together(vec![taken("joint_settling")], true);
+    let labels: Vec<Vec<&str>> =
+        found.iter().map(|one| one.may_be.iter().map(String::as_str).collect()).collect();
+    // What is alike is alike to the one in question alone.
+    assert_eq!(
+        labels,
+        [
+            vec!["joint_settling(shoulder)", NOT_LISTED],
+            vec!["joint_gain(elbow)", "joint_backlash(elbow)", NOT_LISTED]
+        ]
+    );
+    assert_eq!((found[0].effect.values[0], found[1].effect.values[0]), (0.5, 1.0));
+    assert!(together(Vec::new(), true).is_empty(), "one effect is no set");
+    assert!(together(vec![taken("joint_settling")], false).is_empty(), "the one in question does not pass");
+    assert!(together(vec![taken("joint_step")], true).is_empty(), "what was re-set is added by itself");
 }
 
 #[test]
