@@ -32,15 +32,15 @@ pub(crate) struct Changes {
 /// One change. Positions are shares of the file's length.
 #[derive(Debug, Clone, TypeGenerator)]
 enum Change {
-    Set { share: u16, byte: u8 },
-    Flip { share: u16, bit: u8 },
-    Insert { share: u16, bytes: Vec<u8> },
-    Word { share: u16, word: u8 },
-    Remove { share: u16, length: u8 },
-    Double { share: u16, length: u8, times: u8 },
-    RemoveLine { share: u16 },
-    DoubleLine { share: u16 },
-    Cut { share: u16 },
+    Set { fraction: u16, byte: u8 },
+    Flip { fraction: u16, bit: u8 },
+    Insert { fraction: u16, bytes: Vec<u8> },
+    Word { fraction: u16, word: u8 },
+    Remove { fraction: u16, length: u8 },
+    Double { fraction: u16, length: u8, times: u8 },
+    RemoveLine { fraction: u16 },
+    DoubleLine { fraction: u16 },
+    Cut { fraction: u16 },
     Only { bytes: Vec<u8> },
 }
 
@@ -57,50 +57,51 @@ impl Changes {
 
 impl Change {
     fn make(&self, bytes: &mut Vec<u8>) {
-        let at = |share: u16, bytes: &[u8]| usize::from(share) * bytes.len() / (usize::from(u16::MAX) + 1);
+        let at =
+            |fraction: u16, bytes: &[u8]| usize::from(fraction) * bytes.len() / (usize::from(u16::MAX) + 1);
         let line = |offset: usize, bytes: &[u8]| {
             let begin = bytes[..offset].iter().rposition(|byte| *byte == b'\n').map_or(0, |end| end + 1);
             let length = bytes[offset..].iter().position(|byte| *byte == b'\n');
             begin..length.map_or(bytes.len(), |length| offset + length + 1)
         };
         match self {
-            Self::Set { share, byte } => {
-                let offset = at(*share, bytes);
+            Self::Set { fraction, byte } => {
+                let offset = at(*fraction, bytes);
                 bytes.iter_mut().skip(offset).take(1).for_each(|known| *known = *byte);
             }
-            Self::Flip { share, bit } => {
-                let offset = at(*share, bytes);
+            Self::Flip { fraction, bit } => {
+                let offset = at(*fraction, bytes);
                 bytes.iter_mut().skip(offset).take(1).for_each(|known| *known ^= 1 << (bit % 8));
             }
-            Self::Insert { share, bytes: more } => {
-                let offset = at(*share, bytes);
+            Self::Insert { fraction, bytes: more } => {
+                let offset = at(*fraction, bytes);
                 bytes.splice(offset..offset, more.iter().copied());
             }
-            Self::Word { share, word } => {
-                let offset = at(*share, bytes);
+            Self::Word { fraction, word } => {
+                let offset = at(*fraction, bytes);
                 bytes.splice(offset..offset, WORDS[usize::from(*word) % WORDS.len()].iter().copied());
             }
-            Self::Remove { share, length } => {
-                let offset = at(*share, bytes);
+            Self::Remove { fraction, length } => {
+                let offset = at(*fraction, bytes);
                 let end = (offset + usize::from(*length)).min(bytes.len());
                 bytes.drain(offset..end);
             }
-            Self::Double { share, length, times } => {
-                let offset = at(*share, bytes);
+            Self::Double { fraction, length, times } => {
+                let offset = at(*fraction, bytes);
                 let end = (offset + usize::from(*length)).min(bytes.len());
                 let more = bytes[offset..end].repeat(usize::from(*times));
                 bytes.splice(offset..offset, more);
             }
-            Self::RemoveLine { share } => {
-                let range = line(at(*share, bytes), bytes);
+            Self::RemoveLine { fraction } => {
+                let range = line(at(*fraction, bytes), bytes);
                 bytes.drain(range);
             }
-            Self::DoubleLine { share } => {
-                let range = line(at(*share, bytes), bytes);
+            Self::DoubleLine { fraction } => {
+                let range = line(at(*fraction, bytes), bytes);
                 let more = bytes[range.clone()].to_vec();
                 bytes.splice(range.start..range.start, more);
             }
-            Self::Cut { share } => bytes.truncate(at(*share, bytes)),
+            Self::Cut { fraction } => bytes.truncate(at(*fraction, bytes)),
             Self::Only { bytes: other } => bytes.clone_from(other),
         }
     }
