@@ -27,13 +27,13 @@ impl ResidualModel<'_> {
             }
             FreeParameter::TargetRotation(target, part) => {
                 let name = self.model.targets.get(target).map_or("target", |target| target.name.as_str());
-                format!("{name} turn about {}", axis_name(part))
+                format!("{name} rotation about {}", axis_name(part))
             }
             FreeParameter::BoardShift(board, part) => {
                 format!("{} {}", self.model.board_name(board), axis_name(part))
             }
             FreeParameter::BoardRotation(board, part) => {
-                format!("{} turn about {}", self.model.board_name(board), axis_name(part))
+                format!("{} rotation about {}", self.model.board_name(board), axis_name(part))
             }
             FreeParameter::Place(index, part) => {
                 let name = self.observations.places.get(index).map_or("place", String::as_str);
