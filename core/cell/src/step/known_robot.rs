@@ -117,11 +117,6 @@ impl<'a> KnownRobot<'a> {
         self.joints.iter().find(|(name, _)| name == joint).map(|(_, unit)| *unit)
     }
 
-    /// Where all joints are is known.
-    pub(crate) fn is_placed(&self) -> bool {
-        self.positions.iter().all(Option::is_some)
-    }
-
     /// The robot once it has gone to these positions.
     pub(crate) fn gone<'j>(&self, goals: impl IntoIterator<Item = (&'j str, Option<f64>)>) -> Self {
         let mut there = self.clone();
@@ -150,11 +145,12 @@ impl<'a> KnownRobot<'a> {
         self.joints.iter().map(|(name, _)| (name.as_str(), None))
     }
 
-    /// The joints that bring the flange somewhere, from the nearest that are known; in the order of the cell's list.
+    /// The joints nearest to where they are that bring the flange somewhere, in the order of the cell's list; none where it is not known where all of them are, for from
+    /// another start they may come out otherwise.
     pub(crate) fn joints_for(&self, flange: &IsometryMatrix3<f64>) -> Option<Vec<f64>> {
         let geometry = self.geometry?;
-        let start: Vec<f64> = self.positions.iter().map(|position| position.unwrap_or(0.0)).collect();
-        inverse(|joints| geometry.flange(joints), flange, &start).ok()
+        let start: Option<Vec<f64>> = self.positions.iter().copied().collect();
+        inverse(|joints| geometry.flange(joints), flange, &start?).ok()
     }
 
     /// The positions of the joints `by` that bring the model's point somewhere (mm, in the model's frame of measurements), the others going where `goals` say.
@@ -207,5 +203,33 @@ mod tests {
         assert_eq!(robot.way_s(robot.anywhere()), 1.0);
         robot.went([("slide", Some(100.0))]);
         assert_eq!(robot.way_s([("slide", Some(600.0))]), 10.0);
+    }
+
+    /// Three slides at right angles.
+    struct Slides;
+
+    impl Geometry for Slides {
+        fn flange(&self, joints: &[f64]) -> IsometryMatrix3<f64> {
+            IsometryMatrix3::translation(joints[0], joints[1], joints[2])
+        }
+
+        fn tips(&self, _: Option<&str>, _: &[Vec<f64>]) -> Option<Vec<Vector3<f64>>> {
+            None
+        }
+    }
+
+    #[test]
+    fn a_hand_is_brought_somewhere_only_from_where_all_joints_are_known() {
+        let joints = ["x", "y", "z"].map(|name| (name.to_owned(), DegOrMm::Mm));
+        let mut robot = KnownRobot::new("arm", &joints, Some(&Slides), None);
+        robot.went([("x", Some(10.0)), ("y", Some(0.0))]);
+        let there = IsometryMatrix3::translation(5.0, 6.0, 7.0);
+        assert_eq!(robot.joints_for(&there), None, "nobody knows where z is");
+        robot.went([("z", Some(0.0))]);
+        let found = robot.joints_for(&there).unwrap();
+        assert!(
+            found.iter().zip([5.0, 6.0, 7.0]).all(|(one, other)| (one - other).abs() < 1e-5),
+            "{found:?}"
+        );
     }
 }

@@ -212,7 +212,7 @@ impl MoveStep {
 
     /// Which joint would be beyond its limits where the hand is brought to its position; none where nobody knows from where it starts.
     fn hand_beyond(&self, hand: &HandTarget, context: &MotionContext<'_>) -> Option<String> {
-        let robot = context.time.robot(&self.robot).filter(|robot| robot.is_placed())?;
+        let robot = context.time.robot(&self.robot)?;
         let positions = robot.joints_for(&hand.flange(context.time)?)?;
         joint_beyond_limits(robot, &positions, context)
     }
