@@ -182,7 +182,7 @@ impl Laboratory {
         // The floor and the errors are of all rows; only the search, which refits many times, is of a part.
         let thin = self.thinned(SEARCH_ROWS);
         let searched = thin.as_ref().unwrap_or(self);
-        let mut finding = searched.find(&floor, &candidates, progress)?;
+        let finding = searched.find(&floor, &candidates, progress)?;
         let jumps = match finding.lasting_effects() {
             Some(found) => searched.jumps_beside(jumps, &found, &finding.stage.fitted, progress)?,
             None => jumps,
@@ -212,8 +212,8 @@ impl Laboratory {
         let named = named.map(|best| AddedEffect { id: best.id.clone(), values: best.values.clone() });
         let unnamed = diagnosis.verdict.is_unnamed();
         let corrections = if unnamed { finding.corrections() } else { Vec::new() };
-        let together = if unnamed { finding.take_together() } else { Vec::new() };
         let event = finding.best().map(|best| best.id.clone()).filter(is_dated_by_itself);
+        let together = if unnamed { finding.together } else { Vec::new() };
         Ok((diagnosis, Found { named, corrections, together, event }))
     }
 

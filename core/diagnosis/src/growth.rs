@@ -92,6 +92,8 @@ struct AfterReset {
     steps: Vec<Step>,
     /// The diagnosis of it, where one was made.
     diagnosed: Option<(Diagnosis, Found)>,
+    /// Times the held-out rows were looked at.
+    opened: u32,
 }
 
 /// A model being grown.
@@ -335,9 +337,9 @@ impl Laboratory {
     /// Adds what is named, and at most so many corrections.
     fn grow_by(&self, corrections: usize, progress: &Progress) -> Result<Growth, LaboratoryError> {
         let laboratory = self.without_map().unwrap_or_else(|| self.clone());
-        let AfterReset { mut laboratory, mut steps, diagnosed } =
+        let AfterReset { mut laboratory, mut steps, diagnosed, mut opened } =
             laboratory.with_what_was_reset(corrections, progress)?;
-        let (reset, mut opened) = (steps.len(), 0);
+        let reset = steps.len();
         for round in 0..ROUNDS {
             // Waves of low order stay whatever is claimed of them; those with a name of their own are limited.
             let named = steps.iter().filter(|step| step.added.effect.n.is_none());
@@ -360,7 +362,7 @@ impl Laboratory {
         // What was re-set was added before: the story begins with the model the user gave.
         let start = if reset > 0 { self.compare(progress)?.rms_mm.into() } else { start };
         let (before, together) = ((laboratory.clone(), steps.clone()), found.together.clone());
-        let mut growing = Growing { laboratory, diagnosis, found, steps, opened: 0 };
+        let mut growing = Growing { laboratory, diagnosis, found, steps, opened };
         growing.go_to_the_end(corrections, progress)?;
         growing.or_together(before, together, corrections, progress)?;
         let Growing { laboratory, mut diagnosis, steps, opened, .. } = growing;
@@ -390,13 +392,13 @@ impl Laboratory {
         let jumped = self.table().len() >= BATCH_ROWS
             && self.dated(progress)?.is_some_and(|dated| !dated.jumps.is_empty());
         if !jumped {
-            return Ok(AfterReset { laboratory: self, steps: Vec::new(), diagnosed: None });
+            return Ok(AfterReset { laboratory: self, steps: Vec::new(), diagnosed: None, opened: 0 });
         }
         let (diagnosis, found) = self.diagnose_for(progress)?;
         let mut growing = Growing { laboratory: self, diagnosis, found, steps: Vec::new(), opened: 0 };
         while growing.add_reset(growing.steps.len() < corrections, progress)? {}
-        let Growing { laboratory, diagnosis, found, steps, .. } = growing;
-        Ok(AfterReset { laboratory, steps, diagnosed: Some((diagnosis, found)) })
+        let Growing { laboratory, diagnosis, found, steps, opened } = growing;
+        Ok(AfterReset { laboratory, steps, diagnosed: Some((diagnosis, found)), opened })
     }
 
     /// Whether the held-out rows are predicted better with effects than without them, by more than one standard error over poses; never where none are locked.

@@ -55,8 +55,8 @@ pub(crate) struct Finding<'a> {
     dirty: bool,
     /// Rows that are no outliers with everything in that was found.
     rows: Vec<usize>,
-    /// What was found to act at once, the one in question last.
-    together: Vec<CorrectionCandidate>,
+    /// What was found to act at once, though none of it may be named; the one in question last.
+    pub(crate) together: Vec<CorrectionCandidate>,
 }
 
 impl Laboratory {
@@ -165,9 +165,10 @@ fn found_together(stage: &Stage<'_>, close: &[usize]) -> Vec<CorrectionCandidate
     if all.len() < 2 || has_event {
         return Vec::new();
     }
-    let alike = close.iter().skip(1).map(|other| other.id.clone()).collect::<Vec<_>>();
+    let alike: Vec<&EffectId> = close.iter().skip(1).map(|other| &other.id).collect();
     let candidate = |effect: AddedEffect| {
-        let others = alike.iter().filter(|_| effect.id == best.id).collect::<Vec<_>>();
+        // What explains as much was compared with the one in question alone.
+        let others = if effect.id == best.id { alike.as_slice() } else { &[] };
         correction_candidate(problem, effect, others)
     };
     all.into_iter().map(candidate).collect()
@@ -177,10 +178,11 @@ fn found_together(stage: &Stage<'_>, close: &[usize]) -> Vec<CorrectionCandidate
 fn correction_candidate(
     problem: &ResidualModel<'_>,
     effect: AddedEffect,
-    others: Vec<&EffectId>,
+    others: &[&EffectId],
 ) -> CorrectionCandidate {
     let own = std::iter::once(&effect.id);
-    let mut may_be: Vec<String> = own.chain(others).map(|id| problem.model.label(id)).collect();
+    let mut may_be: Vec<String> =
+        own.chain(others.iter().copied()).map(|id| problem.model.label(id)).collect();
     may_be.push(NOT_LISTED.to_owned());
     CorrectionCandidate { place: effect_place(problem, &effect.id), effect, may_be }
 }
@@ -488,20 +490,11 @@ impl Finding<'_> {
         let passing =
             self.stage.fitted_candidates.iter().filter(|fitted_candidate| fitted_candidate.passes());
         let corrections = passing.map(|fitted_candidate| {
-            let others = close.iter().copied().filter(|id| **id != fitted_candidate.id);
             let FittedCandidate { id, values, .. } = fitted_candidate;
-            correction_candidate(
-                problem,
-                AddedEffect { id: id.clone(), values: values.clone() },
-                others.collect(),
-            )
+            let others: Vec<&EffectId> = close.iter().copied().filter(|other| *other != id).collect();
+            correction_candidate(problem, AddedEffect { id: id.clone(), values: values.clone() }, &others)
         });
         corrections.collect()
-    }
-
-    /// What was found to act at once, though none of it may be named.
-    pub(crate) fn take_together(&mut self) -> Vec<CorrectionCandidate> {
-        std::mem::take(&mut self.together)
     }
 
     /// The likeliest candidates, with why each is not the name.

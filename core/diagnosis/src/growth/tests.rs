@@ -23,16 +23,23 @@ fn a_model_grows_by_what_is_named_until_nothing_is() {
     assert!((left / (0.05 * 3.0_f64.sqrt()) - 1.0).abs() < 0.15 && grown.start.fit > 3.0 * left, "{left}");
 }
 
+/// The same with three rows in ten held out.
+fn with_rows_held_out(lab: &Laboratory) -> Laboratory {
+    let holdout = crate::split::Holdout::Random { fraction: 0.3, seed: 4 };
+    let options = crate::laboratory::Options { holdout, ..lab.options().clone() };
+    Laboratory::new(lab.model().clone(), lab.table().clone(), options).unwrap()
+}
+
 #[test]
 fn what_was_reset_is_added_before_batches_of_a_large_table() {
     let reset = |rows: usize, by: f64| {
         let lab = crate::testing::by_wire(rows, 0.05, 8, |row| if row < rows / 2 { 0.0 } else { by });
-        lab.with_what_was_reset(0, &Progress::unwatched()).unwrap()
+        with_rows_held_out(&lab).with_what_was_reset(0, &Progress::unwatched()).unwrap()
     };
-    let AfterReset { laboratory, steps, diagnosed } = reset(BATCH_ROWS, 0.3);
+    let AfterReset { laboratory, steps, diagnosed, opened } = reset(BATCH_ROWS, 0.3);
     assert_eq!(steps.len(), 1, "{steps:?}");
     assert_eq!(steps[0].added.effect.effect, "reading_reset");
-    assert_eq!(laboratory.model().effects.len(), 1);
+    assert_eq!((laboratory.model().effects.len(), opened), (1, 1), "one look at the held-out rows");
     // It is diagnosed as it is now, and need not be once more.
     let left = laboratory.compare(&Progress::unwatched()).unwrap().rms_mm.fit;
     assert!((diagnosed.unwrap().0.rms_mm.fit - left).abs() < 1e-9);
@@ -40,7 +47,7 @@ fn what_was_reset_is_added_before_batches_of_a_large_table() {
         [(BATCH_ROWS - 1, 0.3, "a small table is grown one by one"), (BATCH_ROWS, 0.0, "nothing jumps")]
     {
         let none = reset(rows, by);
-        assert!(none.steps.is_empty() && none.diagnosed.is_none(), "{why}");
+        assert!(none.steps.is_empty() && none.diagnosed.is_none() && none.opened == 0, "{why}");
     }
 }
 
@@ -69,9 +76,7 @@ fn the_mechanisms_alone_are_the_model_without_its_corrections() {
 /// What grows from an arm whose elbow has a wave of this amplitude, three rows in ten of which are locked away.
 fn growing(amplitude: f64) -> Growing {
     let lab = two_links(80, "joint_zero(*)", 0.05, 12, |q| [0.0, amplitude * (3.0 * q[1]).sin()]);
-    let holdout = crate::split::Holdout::Random { fraction: 0.3, seed: 4 };
-    let options = crate::laboratory::Options { holdout, ..lab.options().clone() };
-    let laboratory = Laboratory::new(lab.model().clone(), lab.table().clone(), options).unwrap();
+    let laboratory = with_rows_held_out(&lab);
     let (diagnosis, found) = laboratory.diagnose_for(&Progress::unwatched()).unwrap();
     Growing { laboratory, diagnosis, found, steps: Vec::new(), opened: 0 }
 }
@@ -186,8 +191,7 @@ fn a_name_that_makes_locked_rows_worse_is_not_added() {
 }
 
 #[test]
-fn what_was_found_at_once_takes_the_place_of_what_was_added_one_by_one_where_held_out_rows_are_predicted_better()
- {
+fn what_was_found_at_once_replaces_what_was_added_one_by_one_where_held_out_rows_are_predicted_better() {
     let watch = Progress::unwatched();
     let (wave, gain) = ("joint_harmonic(elbow, 3)", "joint_gain(elbow)");
     let ended = |added: Option<&str>, verdict: Verdict| {
