@@ -114,7 +114,7 @@ impl Laboratory {
     }
 }
 
-/// Which free numbers are those of one part of a machine.
+/// Which free numbers are those of one part of a problem.
 fn free_parameters_of(problem: &ResidualModel<'_>, part: usize) -> Vec<usize> {
     let free_parameters = problem.free_parameters().iter().enumerate();
     let own = free_parameters.filter(

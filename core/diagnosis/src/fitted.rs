@@ -1,4 +1,4 @@
-//! A machine with its fit, and refits of it with more effects in.
+//! A residual model with its fit, and refits of it with more effects in.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -12,7 +12,7 @@ use plumb_calibration::effect::{EffectId, kind};
 use plumb_calibration::fit::{Distances, Fit, FitOptions, ResidualModel, State};
 use plumb_estimation::{Progress, chi_squared_quantile, huber_constant};
 
-/// A machine with its fit.
+/// A residual model with its fit.
 pub(crate) struct Fitted<'a> {
     pub(crate) problem: ResidualModel<'a>,
     pub(crate) fit: Fit,
@@ -95,7 +95,7 @@ pub(crate) fn falls_by_pose((before, after): (&Fitted<'_>, &Fitted<'_>), rows: &
     falls.collect()
 }
 
-/// An earlier fit's state for another machine: effects both share keep their values, the others start where they were
+/// An earlier fit's state for another problem: effects both share keep their values, the others start where they were
 /// put.
 fn start_near(problem: &ResidualModel<'_>, near: &Fitted<'_>) -> State {
     let mut start = near.fit.state.clone();
@@ -110,7 +110,7 @@ fn start_near(problem: &ResidualModel<'_>, near: &Fitted<'_>) -> State {
     start
 }
 
-/// A start moved to where a score expects the fitted parameters beside the last effect: what the two machines share comes
+/// A start moved to where a score expects the fitted parameters beside the last effect: what the two problems have in common comes
 /// first in both.
 fn beside(problem: &ResidualModel<'_>, start: &State, beside: &[f64]) -> State {
     let known = beside.len().min(problem.free_parameters().len());

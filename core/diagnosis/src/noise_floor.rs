@@ -49,7 +49,7 @@ pub struct Floor {
 const ROUNDING: f64 = 1e-9;
 
 impl Floor {
-    /// The floor of the data a machine was fitted to.
+    /// The floor of the data a model was fitted to.
     pub(crate) fn of(problem: &ResidualModel<'_>, fit: &Fit, context: &CandidateContext<'_>) -> Self {
         Self::among(problem, Replicates::gather(problem, fit, context).as_ref())
     }

@@ -55,7 +55,7 @@ pub(super) fn with_weight(model: &Model) -> Model {
     weighty
 }
 
-/// What a machine has fitted, with the values it found.
+/// What a problem has fitted, with the values it found.
 pub(super) fn fitted_effects(fitted: &Fitted<'_>) -> Vec<AddedEffect> {
     let parts = fitted.problem.parts.iter().zip(&fitted.fit.state.effects);
     parts.map(|(part, values)| AddedEffect { id: part.id.clone(), values: values.clone() }).collect()

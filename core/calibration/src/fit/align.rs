@@ -110,7 +110,7 @@ pub fn base_and_targets(
     targets.iter().flatten().all(|part| part.is_finite()).then_some((base, targets))
 }
 
-/// The whole points among some rows, with the flange as the machine at `start` has it.
+/// The whole points among some rows, with the flange as the model at `start` has it.
 pub(super) fn sights(problem: &ResidualModel<'_>, start: &State, rows: &[usize]) -> Vec<Sight> {
     let mut scratch = problem.scratch(start);
     let mut found = Vec::new();

@@ -16,7 +16,7 @@ use crate::effect::{Contribution, Dof};
 const KEPT_ROTATION: f64 = 1e-2;
 const KEPT_SHIFT: f64 = 1.0;
 
-/// Numbers kept for one machine at most, 32 MB: of a larger table slopes are worked out anew each time.
+/// Numbers kept for one problem at most, 32 MB: of a larger table slopes are worked out anew each time.
 const MOST_KEPT: usize = 4_000_000;
 
 /// One number of the arm that one parameter of an effect of gravity bends.

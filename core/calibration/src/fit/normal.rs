@@ -1,4 +1,4 @@
-//! Normal equations of a machine over rows of its table.
+//! Normal equations of a residual model over rows of its table.
 
 use std::collections::BTreeSet;
 

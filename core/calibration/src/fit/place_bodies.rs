@@ -78,7 +78,7 @@ impl ResidualModel<'_> {
         seen
     }
 
-    /// The poses of a body in some rows, with the flange as the machine at `state` has it.
+    /// The poses of a body in some rows, with the flange as the model at `state` has it.
     pub fn seen_poses(&self, state: &State, rows: &[usize], body: SeenBody) -> Vec<SeenPose> {
         let mut scratch = self.scratch(state);
         rows.iter()

@@ -7,7 +7,7 @@ use super::doubt::Prior;
 use super::residual_model::ResidualModel;
 use super::state::State;
 
-/// What the solver descends on: some rows of a machine's table, one weight per row of the table.
+/// What the solver descends on: some rows of a residual model's table, one weight per row of the table.
 pub(crate) struct WeightedRows<'r, 'm> {
     problem: &'r ResidualModel<'m>,
     rows: &'r [usize],

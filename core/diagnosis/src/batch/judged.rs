@@ -88,7 +88,7 @@ impl Laboratory {
         let asked = if unfinished { OVERWHELMING_GAIN } else { GAIN_ERRORS };
         for (place, pick) in named {
             progress.check()?;
-            // The picks are the last of the machine's parts, in their order.
+            // The picks are the last of the problem's parts, in their order.
             let gains = predictions.gains(problem.parts.len() - picks.len() + place);
             // A gain must show in every way of leaving out: by region, by range of its joint, by session.
             let exceeds = |errors: f64| gains.iter().all(|gain| gain.total > errors * gain.error);

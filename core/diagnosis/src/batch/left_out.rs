@@ -57,7 +57,7 @@ impl Block {
 }
 
 impl<'m> LeftOutPredictions<'m> {
-    /// Looks at these rows, in which the machine's last effects were put at the values they are expected at; gains are to be asked
+    /// Looks at these rows, in which the problem's last effects were put at the values they are expected at; gains are to be asked
     /// of effects at these joints.
     pub(super) fn of(
         problem: &'m ResidualModel<'m>,
@@ -103,7 +103,7 @@ impl<'m> LeftOutPredictions<'m> {
         Noise { variance, freedom: (self.total.equations as f64 - factor.rank() as f64).max(1.0) }
     }
 
-    /// How much better rows that are left out are predicted with an effect (counted among the machine's) in, beside all the
+    /// How much better rows that are left out are predicted with an effect (counted among the problem's) in, beside all the
     /// others: by region, by range of its joint, by session.
     pub(super) fn gains(&self, effect: usize) -> Vec<Gain> {
         let free_parameters = self.problem.free_parameters().iter().enumerate();

@@ -141,7 +141,7 @@ fn an_effect_that_is_there_predicts_what_is_left_out_in_every_way_that_is_asked(
         left_out::LeftOutPredictions::of(problem, &fit.state, rows, &joints, &progress).unwrap()
     };
     let predictions = weighed(weights.as_slice());
-    // Effects that the model frees come first, in the order of the machine's parts.
+    // Effects that the model frees come first, in the order of the problem's parts.
     let index = |joint: usize| problem.parts.iter().position(|part| part.id == at(joint)).unwrap();
     let (nothing, real) = (predictions.gains(index(0)), predictions.gains(index(1)));
     // The shoulder was not asked for: by regions alone; the elbow by regions and by ranges of its own.

@@ -373,7 +373,7 @@ impl Laboratory {
     /// The effects of a fit with their sizes.
     pub(crate) fn effect_values(&self, errors: &StandardErrors<'_>) -> Vec<EffectValue> {
         let StandardErrors { problem, fit, .. } = errors;
-        // The machine's parts are what is always fitted, then what was added, in the order of the model file.
+        // The problem's parts are what is always fitted, then what was added, in the order of the model file.
         let free = problem.parts.len().saturating_sub(self.model.effects.len());
         let mut all = Vec::with_capacity(problem.parts.len());
         for (index, part) in problem.parts.iter().enumerate() {

@@ -324,7 +324,7 @@ impl Laboratory {
         Ok(effects)
     }
 
-    /// The machine with all fitted effects and `more` of them.
+    /// The least-squares problem with all fitted effects and `more` of them.
     pub(crate) fn problem(&self, more: &[AddedEffect]) -> Result<ResidualModel<'_>, EffectNameError> {
         let mut effects = self.fitted_effects()?;
         effects.extend(more.iter().cloned());
@@ -338,7 +338,7 @@ impl Laboratory {
         rows
     }
 
-    /// Fits a machine to the rows that are not held out. That of the model as it is is fitted once.
+    /// Fits a problem to the rows that are not held out. That of the model as it is is fitted once.
     pub(crate) fn fit(
         &self,
         problem: &ResidualModel<'_>,

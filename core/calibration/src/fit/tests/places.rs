@@ -132,7 +132,7 @@ targets: {p1: {xyz_mm: [50, 0, 0], free: false}}
 measured_from: world
 ";
 
-/// Shows a machine of the planar arm, which is 1 m along x, stretched out level and then with its elbow up.
+/// Shows a residual model of the planar arm, which is 1 m along x, stretched out level and then with its elbow up.
 fn planar(effects: &[(&str, f64)], look: impl FnOnce(&ResidualModel<'_>, &State)) {
     let model = Model::parse("m.yaml", PLANAR).unwrap();
     let table = Table::parse("t.csv", "q1_deg,q2_deg,p1_x_mm\n0,0,5\n0,90,5\n").unwrap();
