@@ -216,15 +216,21 @@ fn note_stop(state: &mut State, leave: bool) -> Vec<Action> {
     };
     if state.only_watches() && state.run.is_some() {
         state.notify(Severity::Warning, "Nothing was stopped: this program only watches.");
-    } else if state.run.is_some() {
-        let text = if state.cell.is_moving() {
-            "Stop sent to every robot. Watch the arm until it rests."
-        } else {
-            "Stop sent to every robot; none reported that it was moving."
-        };
-        state.notify(Severity::Warning, text);
+    } else if state.cell.is_moving() && state.run.is_some() {
+        state.notify(Severity::Warning, "Stop sent to every robot. Watch the arm until it rests.");
+    } else if state.run.is_some() && !has_paused_with_news(state) {
+        state.notify(Severity::Warning, "Stop sent to every robot; none reported that it was moving.");
     }
     if works { vec![Action::CancelLab] } else { Vec::new() }
+}
+
+/// Whether the run has paused and says so, or says what went wrong.
+///
+/// A stop reaches the run before this key reaches the screens, so that the run's own news of the stop can come
+/// first. It says more than that a stop was sent.
+fn has_paused_with_news(state: &State) -> bool {
+    state.run.as_ref().is_some_and(|run| matches!(run.phase, Phase::Paused { .. }))
+        && state.notice.as_ref().is_some_and(|notice| notice.severity != Severity::Info)
 }
 
 fn engine(state: &mut State, stamped: &StampedEvent) -> Vec<Action> {

@@ -15,7 +15,7 @@ use crate::screens::keys::{BINDINGS, Context, command_for};
 use crate::screens::message::{Action, Message};
 use crate::screens::model::{LabAnswer, LabRequest};
 use crate::screens::screen::Screen;
-use crate::screens::state::{Overlay, State};
+use crate::screens::state::{Overlay, Severity, State};
 use crate::screens::update::update;
 
 fn type_in(state: &mut State, text: &str) {
@@ -156,6 +156,22 @@ fn a_pause_leaves_no_prompt_that_looks_live_and_the_one_asked_again_has_the_same
         matches!(actions.as_slice(), [Action::Send(RunCommand::Jog { joint, .. })] if joint == "shoulder"),
         "{actions:?}"
     );
+}
+
+#[test]
+fn a_stop_key_that_is_drawn_after_the_run_has_paused_leaves_what_the_run_says() {
+    let mut state = begun();
+    update(&mut state, Message::StopKey { leave: false });
+    assert!(page(&state, 80, 24).contains("none reported that it was moving"));
+    deliver(&mut state, Event::Paused { step: None, reason: "stopped by the operator".to_owned() });
+    let paused = "Paused: stopped by the operator. Nothing moves until r resumes.";
+    assert!(page(&state, 80, 24).contains(paused));
+    update(&mut state, Message::StopKey { leave: false });
+    assert!(page(&state, 80, 24).contains(paused));
+    // What needs nobody's attention does not hide the stop.
+    state.notify(Severity::Info, "Chosen.");
+    update(&mut state, Message::StopKey { leave: false });
+    assert!(page(&state, 80, 24).contains("Stop sent to every robot"));
 }
 
 #[test]
