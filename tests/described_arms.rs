@@ -220,6 +220,28 @@ fn a_link_that_twists_is_hidden_in_the_ur5_where_it_is_asked_for_and_named() {
     assert_eq!(output["named"]["effect"], "link_torsion", "{}", output["sentence"]);
 }
 
+/// A drive that stays behind as it is fast, hidden under seal in a cell, measured by a run of it, and its size held against the truth.
+#[test]
+fn a_joint_that_lags_is_hidden_in_the_ur5_where_it_is_asked_for_and_named_with_its_size() {
+    let cells = Cells::empty();
+    let (code, printed) =
+        cells.plumb(&["trial", "new", "--cell", "ur5", "--fault", "lag", "--seed", "6", "-o", "hidden"]);
+    assert_eq!(code, Some(0), "{printed}");
+    cells.measure("hidden/cell.yaml", "1", "table.csv");
+    let output =
+        cells.printed(&["model", "diagnose", "hidden/ur5.model.yaml", "--data", "table.csv", "--json"]);
+    let output: serde_json::Value = serde_json::from_str(&output).unwrap();
+    let named = &output["named"];
+    assert_eq!(named["effect"], "joint_lag", "{}", output["sentence"]);
+    let (_, answer) = cells.plumb(&["trial", "reveal", "hidden", "--json"]);
+    let answer: serde_json::Value = serde_json::from_str(&answer).unwrap();
+    let hidden = &answer["truth"]["hidden"][0];
+    assert_eq!(named["where"], hidden["place"], "{answer}");
+    let truth = hidden["size"].as_f64().unwrap().to_degrees();
+    let (size, se) = (named["size"].as_f64().unwrap(), named["se"].as_f64().unwrap());
+    assert!((size - truth).abs() < 3.0 * se, "{size} +- {se}, true {truth}");
+}
+
 /// A machine of five axes that exists nowhere: a turning column, two slides and a wrist of two, as a URDF file has it.
 const URDF: &str = r#"<robot name="palletizer">
   <link name="floor"/>

@@ -285,6 +285,18 @@ fn a_joint_that_gives_is_reported_with_the_link_along_its_axis_that_would_twist_
     assert!(!notes.iter().any(|one| one.as_str().unwrap().contains("would be the same")), "{notes:?}");
 }
 
+/// The same error after moves in which the joint is fast and in which another is: neither play, which is the same after both, nor settling, which goes with the way.
+#[test]
+fn a_joint_that_stops_short_in_proportion_to_its_speed_is_named_and_neither_play_nor_settling() {
+    let home = tempfile::tempdir().unwrap();
+    for (folder, arm, joint, seed) in [("p", "puma560", "elbow", "3"), ("u", "ur5", "lift", "8")] {
+        let effect = format!("joint_lag({joint})=4x");
+        let found = diagnosed(home.path(), folder, &["--seed", seed, "--arm", arm, "--effect", &effect]);
+        let named = &found["named"];
+        assert_eq!((&named["effect"], &named["where"]), (&"joint_lag".into(), &joint.into()), "{found}");
+    }
+}
+
 /// Six errors of an arm's shape, none of which the model frees.
 const SHAPE: [&str; 12] = [
     "--effect",

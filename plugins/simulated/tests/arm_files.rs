@@ -215,6 +215,10 @@ fn a_bad_world_of_such_an_arm_is_refused_with_where_and_what_would_be_right() {
         "world.yaml:6:51: joint `hook` slides; write `width_mm`, not `width_deg`"
     );
     assert_eq!(
+        fault("joint_lag: {joint: hook, at_full_speed_deg: 1}"),
+        "world.yaml:6:53: joint `hook` slides; write `at_full_speed_mm`, not `at_full_speed_deg`"
+    );
+    assert_eq!(
         fault("joint_gain: {joint: turn}"),
         "world.yaml:6:30: the key `deg_per_deg` is missing; joint `turn` turns"
     );
@@ -341,6 +345,8 @@ fn an_imperfection_is_written_as_it_is_read() {
         "axis_skew: {joint: trolley, deg: 0.125}",
         "joint_compliance: {joint: hook, mm_per_n: 0.002}",
         "joint_backlash: {joint: hook, width_mm: 0.5}",
+        "joint_lag: {joint: trolley, at_full_speed_mm: -0.5}",
+        "joint_lag: {joint: turn, at_full_speed_deg: 0.0625}",
         "screw_wave: {joint: trolley, per_turn: 2, amplitude_mm: 0.03, phase_deg: 30}",
         "axis_roll: {joint: trolley, deg_per_m: 0.02}",
         "axis_pitch: {joint: hook, deg_per_m: -0.02}",

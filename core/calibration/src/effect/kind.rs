@@ -98,6 +98,8 @@ pub enum DrivenBy {
     WayOfArrival,
     /// How far the joint it acts on moved from the row before.
     LastMove,
+    /// How fast the joint it acts on went in the last move, of the fastest joint.
+    Speed,
     /// The temperature.
     Temperature,
     /// The time, or the order of the rows where that is not logged.

@@ -25,6 +25,7 @@ static KINDS: &[Kind] = &[
     super::gravity_flexure::KIND,
     super::joint_backlash::KIND,
     super::joint_settling::KIND,
+    super::joint_lag::KIND,
     super::joint_coupling::KIND,
     super::joint_step::KIND,
     super::joint_harmonic::KIND,

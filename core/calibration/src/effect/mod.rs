@@ -29,6 +29,7 @@ mod joint_compliance;
 mod joint_coupling;
 mod joint_gain;
 mod joint_harmonic;
+mod joint_lag;
 mod joint_settling;
 pub mod joint_step;
 mod joint_stiffening;
@@ -76,7 +77,7 @@ pub use kind::{CandidateContext, DrivenBy, Family, Kind, SKETCH_COLUMNS, Search,
 pub use library::{build, expand, kind, kinds, parse};
 pub use pose_error::POSE_ERROR;
 pub use positions::{not_at_these_positions, waves_not_shown};
-pub use sample::{Sample, Trigger};
+pub use sample::{Sample, Trigger, speed_fractions};
 pub use summary::DatasetSummary;
 
 use nalgebra::{DMatrix, Vector3};

@@ -5,6 +5,7 @@ use plumb_kinematics::{Chain, DhParameter, LinkFrames, Motion, Weights};
 
 use super::{Contribution, Dof, Effect};
 use crate::arm_model::Sensor;
+use crate::table::Table;
 
 /// One row of measurements as an effect sees it: pose, motion, time and load.
 #[derive(Debug, Clone, Copy)]
@@ -66,6 +67,33 @@ pub(super) fn way(moved: f64) -> f64 {
     if moved.abs() < LEAST_MOVE { 0.0 } else { moved.signum() }
 }
 
+/// How far a joint moved between two rows, rad or mm; 0 of a joint that is not there.
+pub(super) fn moved(q: &[f64], previous: &[f64], joint: usize) -> f64 {
+    let coordinates = q.get(joint).zip(previous.get(joint));
+    coordinates.map_or(0.0, |(now, before)| now - before)
+}
+
+/// How fast a joint went from one row to the next, as a fraction of the fastest of its kind, with the sense of its move.
+///
+/// All joints of a coordinated move start and stop together, so that their speeds are to each other as their ways, and the one with the longest way goes at full
+/// speed (Siciliano et al. 2009, Robotics, section 4.1).
+fn speed_fraction(chain: &Chain, q: &[f64], previous: &[f64], joint: usize) -> f64 {
+    let motion = |joint: usize| chain.joints.get(joint).map(|row| row.motion);
+    let of_its_kind = (0..q.len()).filter(|other| motion(*other) == motion(joint));
+    let longest = of_its_kind.map(|other| moved(q, previous, other).abs()).fold(0.0, f64::max);
+    // Below the scatter of what was read nothing moved.
+    if way(longest) == 0.0 { 0.0 } else { moved(q, previous, joint) / longest }
+}
+
+/// The speed of a joint in the move to each row of a table, as in [`Sample::speed_fraction`].
+pub fn speed_fractions(chain: &Chain, table: &Table, joint: usize) -> Vec<f64> {
+    let rows = table.rows_before().into_iter().enumerate();
+    let speeds = rows.map(|(row, before)| {
+        before.map_or(0.0, |before| speed_fraction(chain, table.q_of(row), table.q_of(before), joint))
+    });
+    speeds.collect()
+}
+
 /// Temperature at which lengths are what they are said to be, deg C (ISO 1).
 const REFERENCE_TEMPERATURE: f64 = 20.0;
 
@@ -99,8 +127,13 @@ impl Sample<'_> {
     /// How far a joint moved since the row before, rad or mm; 0 where there is none.
     pub fn last_move(&self, joint: usize) -> f64 {
         // In the order of time, not of the file: that is how the arm moved.
-        let before = self.previous.and_then(|previous| previous.get(joint)).copied();
-        before.map_or(0.0, |before| self.coordinate(joint) - before)
+        self.previous.map_or(0.0, |previous| moved(self.q, previous, joint))
+    }
+
+    /// How fast a joint went in the last move, as a fraction of the fastest joint of its kind (of those that turn, or of those that slide), with the sense of its
+    /// move; 0 where none of them moved, or no row is before.
+    pub fn speed_fraction(&self, joint: usize) -> f64 {
+        self.previous.map_or(0.0, |previous| speed_fraction(self.chain, self.q, previous, joint))
     }
 
     /// The way in which a joint arrived: as it was logged; where none were logged, its way from the row before.

@@ -231,6 +231,17 @@ fn a_settling_joint_stops_short_by_a_fraction_of_its_last_move() {
 }
 
 #[test]
+fn a_lagging_joint_stops_short_by_its_part_of_the_greatest_speed() {
+    let table = "q1_deg,q2_deg,p1_x_mm,p1_y_mm,p1_z_mm\n-35,10,0,0,0\n25,40,0,0,0\n";
+    let after = |effect: &str| changes(PLANAR, table, 1, effect, &[0.01]);
+    // The shoulder went 60 deg, the elbow 30 in the same time.
+    assert_close(&after("joint_lag(elbow)"), displaced(0.0, -0.005).as_slice(), 1e-9, "at half the speed");
+    assert_close(&after("joint_lag(shoulder)"), displaced(-0.01, 0.0).as_slice(), 1e-9, "at full speed");
+    let first = changes(PLANAR, table, 0, "joint_lag(elbow)", &[0.01]);
+    assert_close(&first, &[0.0; 3], 1e-12, "where no move is known");
+}
+
+#[test]
 fn a_step_stays_from_its_moment_on() {
     let rows = table("time_s", "50") + "25,40,0,0,0,100\n";
     let at = |row: usize| {

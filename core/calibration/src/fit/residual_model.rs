@@ -80,7 +80,7 @@ impl<'a> ResidualModel<'a> {
             parts: Vec::new(),
             free_parameters: Vec::new(),
             start_values: Vec::new(),
-            previous: rows_before(table),
+            previous: table.rows_before(),
             first_time: first_time(table),
             epochs: model.epochs.as_ref().map_or_else(Vec::new, |epochs| {
                 (0..table.len()).map(|row| epochs.of_row(table, row)).collect()
@@ -448,18 +448,6 @@ fn mapped_rows(model: &Model, table: &Table) -> Vec<Option<MapEffect>> {
             map.at(region, table.q_of(row), &sides)
         })
         .collect()
-}
-
-/// The row before each row in the order of time; nothing for the first.
-fn rows_before(table: &Table) -> Vec<Option<usize>> {
-    let mut before = vec![None; table.len()];
-    let order = table.order();
-    for (earlier, later) in order.iter().zip(order.iter().skip(1)) {
-        if let Some(entry) = before.get_mut(*later) {
-            *entry = Some(*earlier);
-        }
-    }
-    before
 }
 
 /// The first finite time in a table, s; 0 where none is logged.

@@ -272,6 +272,18 @@ impl Table {
         order
     }
 
+    /// The row before each row in the order of time; nothing for the first.
+    pub fn rows_before(&self) -> Vec<Option<usize>> {
+        let mut before = vec![None; self.len()];
+        let order = self.order();
+        for (earlier, later) in order.iter().zip(order.iter().skip(1)) {
+            if let Some(entry) = before.get_mut(*later) {
+                *entry = Some(*earlier);
+            }
+        }
+        before
+    }
+
     /// Notes in the row just begun what it lies on and how far from what it is; no session, no return, no touch.
     pub fn note(&mut self, on: Option<&str>, distance_to: Option<&str>) {
         self.on.push(on.unwrap_or(""));

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use plumb_calibration::effect::{DrivenBy, EffectId, Site, kind};
+use plumb_calibration::effect::{DrivenBy, EffectId, Site, kind, speed_fractions};
 use plumb_calibration::fit::{ResidualModel, State};
 
 /// What one axis of a plot shows.
@@ -44,6 +44,7 @@ impl Regressor {
             DrivenBy::OtherJoint => Some(coordinate(problem, id.with?)),
             DrivenBy::WayOfArrival => Some(side(problem, joint?)),
             DrivenBy::LastMove => Some(last_move(problem, joint?)),
+            DrivenBy::Speed => Some(speed(problem, joint?)),
             DrivenBy::ScrewTurn => turn_of_screw(problem, joint?),
             DrivenBy::Temperature => temperature(problem),
             DrivenBy::Time => Some(time(problem)),
@@ -119,6 +120,12 @@ fn last_move(problem: &ResidualModel<'_>, joint: usize) -> Regressor {
         }
     }
     Regressor { axis, values: moves }
+}
+
+/// How fast a joint went in the move from the row before, of the fastest joint of its kind.
+fn speed(problem: &ResidualModel<'_>, joint: usize) -> Regressor {
+    let axis = PlotAxis::new(format!("speed of {} in the last move (1: full)", name_of(problem, joint)), "");
+    Regressor { axis, values: speed_fractions(&problem.model.chain, problem.table, joint) }
 }
 
 /// The temperature; nothing where it is not logged.

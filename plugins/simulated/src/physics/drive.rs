@@ -8,6 +8,7 @@ mod play;
 mod settling;
 mod stick_slip;
 mod thrust_face;
+mod viscous_lag;
 
 use super::description::ArmDescription;
 use super::imperfection::{Imperfection, Mechanism};
@@ -15,6 +16,7 @@ use gear_ratio::{Coupling, Ratio};
 use loose_coupling::LooseCoupling;
 use lost_steps::LostSteps;
 use thrust_face::ThrustFace;
+use viscous_lag::ViscousLag;
 
 pub use eccentric_wheel::EccentricWheel;
 pub use play::Play;
@@ -32,6 +34,7 @@ pub(super) enum DrivePart {
     Play(Play),
     Detents(Detents),
     Settling(Settling),
+    ViscousLag(ViscousLag),
     LooseCoupling(LooseCoupling),
 }
 
@@ -47,6 +50,7 @@ impl DrivePart {
             Self::Play(part) => part.pass(angles),
             Self::Detents(part) => part.pass(angles),
             Self::Settling(part) => part.pass(angles, time_s),
+            Self::ViscousLag(part) => part.pass(angles),
             Self::LooseCoupling(part) => part.pass(angles),
         }
     }
@@ -90,6 +94,7 @@ fn part(arm: &ArmDescription, imperfection: &Imperfection) -> Option<(u8, DriveP
         Mechanism::JointSettling { joint, forgetting_s } => {
             (7, DrivePart::Settling(Settling::new(joint, size, forgetting_s)))
         }
+        Mechanism::JointLag { joint } => (7, DrivePart::ViscousLag(ViscousLag::new(arm, joint, size))),
         Mechanism::LooseCoupling { joint, pattern } => {
             (8, DrivePart::LooseCoupling(LooseCoupling::new(joint, size, pattern)))
         }

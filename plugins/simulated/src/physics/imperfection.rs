@@ -68,6 +68,8 @@ pub enum Mechanism {
     JointBacklash { joint: usize },
     /// The drive creeps into place: it lags by a fraction of the last moves, forgotten with time; rad per rad.
     JointSettling { joint: usize, forgetting_s: f64 },
+    /// Viscous friction winds the drive up in proportion to its speed in the last move, and dry friction holds it so; rad at full speed.
+    JointLag { joint: usize },
     /// Turning `driver` drags `joint`; rad per rad.
     JointCoupling { joint: usize, driver: usize },
     /// Cables that run over `driver`, behind the play, drag `joint` along; rad per rad.
@@ -142,6 +144,7 @@ impl Mechanism {
             Self::AxisYaw { .. } => "axis_yaw",
             Self::JointBacklash { .. } => "joint_backlash",
             Self::JointSettling { .. } => "joint_settling",
+            Self::JointLag { .. } => "joint_lag",
             Self::JointCoupling { .. } | Self::CableDrag { .. } => "joint_coupling",
             Self::JointStep { .. } => "joint_step",
             Self::LinkSag { .. } => "link_sag",
@@ -213,6 +216,7 @@ impl Mechanism {
             | Self::AxisYaw { joint }
             | Self::JointBacklash { joint }
             | Self::JointSettling { joint, .. }
+            | Self::JointLag { joint }
             | Self::JointCoupling { joint, .. }
             | Self::CableDrag { joint, .. }
             | Self::JointStep { joint, .. }

@@ -120,7 +120,8 @@ fn what_drives_a_kind_is_there_where_it_acts() {
             | DrivenBy::Moment
             | DrivenBy::OtherJoint
             | DrivenBy::WayOfArrival
-            | DrivenBy::LastMove => true,
+            | DrivenBy::LastMove
+            | DrivenBy::Speed => true,
             DrivenBy::Weights
             | DrivenBy::Temperature
             | DrivenBy::Time
@@ -476,6 +477,7 @@ fn what_changes_a_coordinate_names_its_own_joint() {
             "joint_gain(JOINT)",
             "joint_backlash(JOINT)",
             "joint_settling(JOINT)",
+            "joint_lag(JOINT)",
             "joint_harmonic(JOINT, 2)",
             "joint_coupling(JOINT, lift)",
             "joint_step(JOINT)",

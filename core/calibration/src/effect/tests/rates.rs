@@ -154,6 +154,32 @@ fn play_is_half_of_it_behind_the_side_and_a_move_below_the_scatter_is_none() {
 }
 
 #[test]
+fn lag_goes_with_the_speed_of_the_joint_among_those_of_its_kind() {
+    let lag =
+        |effect: &str, before: &'static [f64]| contributions(effect, move |row| row.previous = Some(before));
+    // The row is at -0.1 rad, 0.3 rad and 50 mm.
+    assert_same(&lag("joint_lag(arm)", &[-0.5, 0.1, 0.0]), &one(ARM_ANGLE, -0.5), "half the longest way");
+    assert_same(
+        &lag("joint_lag(arm)", &[-0.2, 0.5, 0.0]),
+        &one(ARM_ANGLE, 1.0),
+        "the longest way, downwards",
+    );
+    // The column counts against its axis.
+    assert_same(&lag("joint_lag(column)", &[-0.5, 0.1, 0.0]), &one(COLUMN, 1.0), "the longest way, upwards");
+    // A slide's millimetres are not compared with radians.
+    assert_same(&lag("joint_lag(slide)", &[-0.5, 0.1, 49.0]), &one(SLIDE, -1.0), "the only slide");
+    for (before, rate) in [(0.3 - 0.0011, -1.0), (0.3 - 0.0009, 0.0)] {
+        let previous: &'static [f64] = Box::leak(Box::new([-0.1, before, 50.0]));
+        assert_same(&lag("joint_lag(arm)", previous), &one(ARM_ANGLE, rate), "less than 1 mrad is no move");
+    }
+    assert_same(
+        &contributions("joint_lag(arm)", |_| {}),
+        &one(ARM_ANGLE, 0.0),
+        "no move before the first row",
+    );
+}
+
+#[test]
 fn settling_takes_from_the_last_move_and_a_step_adds_from_its_moment_on() {
     let settled = contributions("joint_settling(arm)", |row| row.previous = Some(&[0.0, 0.1, 0.0]));
     assert_same(&settled, &one(ARM_ANGLE, -0.2), "short of a move of 0.2 rad");

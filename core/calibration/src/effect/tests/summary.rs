@@ -77,6 +77,24 @@ fn joints_come_from_both_sides_as_logged_or_by_their_way() {
 }
 
 #[test]
+fn speeds_are_many_where_they_are_not_all_but_the_sense_of_the_moves() {
+    let arm = "arm: two\nconvention: distal\njoints: [{name: a}, {name: b}, {name: c, slides: true}]\ntargets: {p1: {}}\n";
+    let model = Model::parse("two.yaml", arm).unwrap();
+    let speeds = |rows: &str| {
+        let table = format!("q1_deg,q2_deg,q3_mm,p1_x_mm\n{rows}");
+        DatasetSummary::of(&model, &Table::parse("table.csv", &table).unwrap()).many_speeds
+    };
+    // The second goes as far as the first, then a tenth: a correlation of 1.1 / sqrt(2 * 1.01) = 0.77. The only slide is always the fastest slide.
+    assert_eq!(speeds("0,0,0,1\n20,20,5,1\n0,18,9,1\n"), [false, true, false]);
+    // Nine tenths: 1.9 / sqrt(2 * 1.81) = 0.9986.
+    assert_eq!(speeds("0,0,0,1\n20,20,5,1\n0,2,9,1\n"), [false, false, false]);
+    assert_eq!(speeds("0,0,0,1\n20,0,5,1\n0,0,9,1\n"), [false, false, false], "one joint at a time");
+    assert_eq!(speeds("0,0,0,1\n"), [false, false, false], "no move");
+    let summary = of("q1_deg,q2_mm,p1_x_mm\n0,10,1\n");
+    assert!(!summary.went_at_many_speeds(0) && !summary.went_at_many_speeds(7));
+}
+
+#[test]
 fn triggers_are_rows_over_a_surface_that_hold_no_height() {
     let summary = of(
         "q1_deg,q2_mm,height_mm,on,signal\n0,10,1,ball,on\n1,20,,table,on\n2,30,,edge,off\n3,40,,table,\n",
@@ -115,6 +133,7 @@ fn pictures_without_a_time_date_nothing() {
     table.speed = Some(vec![0.0, 0.0, 0.0, 0.0, 0.1, 0.0]);
     let summary = DatasetSummary::of(&model(), &table);
     assert!(summary.stripes && summary.moves && summary.clocks.is_empty());
+    assert_eq!(summary.many_speeds, [false, false], "read in motion: nothing ended");
     assert_eq!(summary.both_ways, [false, false], "pictures are in the order of their scans");
     table.time = Some(vec![5.0, 7.0, 6.0]);
     table.speed = Some(vec![0.0; 6]);

@@ -35,6 +35,7 @@ pub(super) enum RawImperfection {
     AxisYaw(Rail),
     JointBacklash(Backlash),
     JointSettling(Settling),
+    JointLag(Lag),
     JointCoupling(Coupling),
     LostSteps(Lost),
     WarmUp(WarmUp),
@@ -139,6 +140,15 @@ pub(super) struct Settling {
     time_constant_s: Number,
 }
 
+/// Short in proportion to the speed of each move.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Lag {
+    joint: Spanned<String>,
+    at_full_speed_deg: Option<Number>,
+    at_full_speed_mm: Option<Number>,
+}
+
 /// One joint drags another.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -205,6 +215,7 @@ pub fn written(one: &Imperfection, paper: &ArmOnPaper) -> Option<String> {
             format!("deg_per_m: {}", degrees * MM_PER_M)
         }
         Mechanism::JointBacklash { .. } => format!("width_{unit}: {own}"),
+        Mechanism::JointLag { .. } => format!("at_full_speed_{unit}: {own}"),
         Mechanism::JointCoupling { driver, .. } => {
             format!("driver: {}, deg_per_deg: {size}", paper.drive.joints.get(driver)?.name)
         }
@@ -250,6 +261,7 @@ impl Checker<'_> {
             RawImperfection::AxisYaw(raw) => at(self.rail(raw)?, |joint| Mechanism::AxisYaw { joint }),
             RawImperfection::JointBacklash(raw) => self.backlash(raw)?,
             RawImperfection::JointSettling(raw) => self.settling(raw)?,
+            RawImperfection::JointLag(raw) => self.lag(raw)?,
             RawImperfection::JointCoupling(raw) => self.coupling(raw)?,
             RawImperfection::LostSteps(raw) => self.lost_steps(raw)?,
             RawImperfection::WarmUp(raw) => self.warm_up(raw, span)?,
@@ -293,6 +305,12 @@ impl Checker<'_> {
         let forgetting_s = self.typed.number("time_constant_s", &raw.time_constant_s, 0.1..=1e6, "s");
         let part = self.typed.number("part", &raw.part, -0.1..=0.1, "of each move");
         Some((Mechanism::JointSettling { joint: self.joint(&raw.joint)?, forgetting_s }, part))
+    }
+
+    fn lag(&self, raw: &Lag) -> Option<(Mechanism, f64)> {
+        let (deg, mm) =
+            (("at_full_speed_deg", &raw.at_full_speed_deg), ("at_full_speed_mm", &raw.at_full_speed_mm));
+        Some(at(self.displacement(&raw.joint, deg, mm, -10.0..=10.0)?, |joint| Mechanism::JointLag { joint }))
     }
 
     fn coupling(&self, raw: &Coupling) -> Option<(Mechanism, f64)> {

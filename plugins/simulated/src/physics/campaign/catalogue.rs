@@ -34,7 +34,7 @@ pub const LIBRARY: [&str; 15] = [
 pub const SLIDES: [&str; 4] = ["screw_wave", "axis_roll", "axis_pitch", "axis_yaw"];
 
 /// Effects of the lab's library that are hidden where they are asked for and never drawn at random: what a seed draws stays what it was before they came.
-pub const ASKED: [&str; 1] = ["link_torsion"];
+pub const ASKED: [&str; 2] = ["link_torsion", "joint_lag"];
 
 /// Effects that need a campaign of their own: fixed base or target, or nothing free.
 pub const SPECIAL: [&str; 7] =
@@ -171,6 +171,7 @@ impl Choice {
             "joint_settling" => {
                 Mechanism::JointSettling { joint: joint(random)?, forgetting_s: random.between(4.0, 15.0) }
             }
+            "joint_lag" => Mechanism::JointLag { joint: joint(random)? },
             "joint_coupling" => {
                 let joint = joint(random)?;
                 Mechanism::JointCoupling { joint, driver: self.driver(arm, joint, random)? }
@@ -354,6 +355,8 @@ pub fn sites(name: &str, arm: &ArmDescription) -> Vec<usize> {
         {
             false
         }
+        // Of one drive alone every move is at full speed.
+        "joint_lag" => (0..arm.joints.len()).any(|other| other != *joint && slides(other) == slides(*joint)),
         "screw_wave" => arm.joints.get(*joint).is_some_and(|row| row.screw_pitch.is_some()),
         "axis_roll" | "axis_pitch" | "axis_yaw" => slides(*joint),
         "joint_compliance" | "joint_stiffening" => greatest_moment(arm, *joint) > 0.2,

@@ -35,7 +35,7 @@ const OF_SLIDES: [(&str, &str); 4] =
     [("screw", "screw_wave"), ("roll", "axis_roll"), ("pitch", "axis_pitch"), ("yaw", "axis_yaw")];
 
 /// What is hidden where it is asked for and never drawn: what a seed draws stays what it was.
-const ASKED: [(&str, &str); 1] = [("torsion", "link_torsion")];
+const ASKED: [(&str, &str); 2] = [("torsion", "link_torsion"), ("lag", "joint_lag")];
 
 /// What can be hidden in any arm, and what in one that slides.
 fn faults() -> impl Iterator<Item = &'static (&'static str, &'static str)> {

@@ -1,0 +1,57 @@
+//! A joint stops short in proportion to its speed.
+
+use super::kind::{DrivenBy, Family, Kind, Search, Setting, SiteKind};
+use super::{Contribution, Effect, Parameter, Sample, Unit};
+
+#[derive(Debug)]
+struct JointLag {
+    joint: usize,
+    parameters: [Parameter; 1],
+}
+
+impl Effect for JointLag {
+    fn parameters(&self) -> &[Parameter] {
+        &self.parameters
+    }
+
+    fn contribute(&self, sample: &Sample<'_>, contributions: &mut Vec<Contribution>) {
+        // A drive that follows a ramp stays behind in proportion to its slope (the velocity error of a type 1 servo; Franklin, Powell and Emami-Naeini 2015,
+        // section 4.2), and viscous friction winds its gear up so. What of it friction holds at rest, or has not died away, is read.
+        contributions.push(sample.contribute_to_joint(self.joint, 0, -sample.speed_fraction(self.joint)));
+    }
+
+    fn changes_coordinate(&self) -> Option<usize> {
+        Some(self.joint)
+    }
+}
+
+pub(super) const KIND: Kind = Kind {
+    name: "joint_lag",
+    family: Family::Joint,
+    places: SiteKind::Joints,
+    geometry_group: false,
+    // Two visits to one pose come after different moves.
+    depends_on_conditions: true,
+    imitates_anything: false,
+    depends_on_time: false,
+    is_event: false,
+    search: Search::Nothing,
+    driven_by: DrivenBy::Speed,
+    sentence: "The joint stops short in proportion to its speed in the last move, in which all joints started and stopped together.",
+    how_to_see: "The same poses after moves in which this joint has the longest way, and after moves in which another has; a slower speed.",
+    sketch: ["  speed ╱╲   fast: short", "       ╱  ╲┄ of the goal", "  ────╱    ╲─ slow: there"],
+    build: |setting: &Setting<'_>| {
+        let joint = setting.joint()?;
+        // As much is seen by eye at the end of an arm. A controller may also command beyond the goal, so the sign is open.
+        let parameter = match setting.slides(joint) {
+            false => Parameter::new("at_full_speed_deg", Unit::DEG, (-0.2, 0.2)),
+            true => Parameter::new("at_full_speed_mm", Unit::MM, (-10.0, 10.0)),
+        };
+        Ok(Box::new(JointLag { joint, parameters: [parameter] }))
+    },
+    candidates: |context| {
+        let mut ids = context.every_joint("joint_lag");
+        ids.retain(|id| id.joint().is_some_and(|joint| context.summary.went_at_many_speeds(joint)));
+        ids
+    },
+};
