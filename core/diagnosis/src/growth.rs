@@ -13,7 +13,7 @@ use super::predictive_gain::Gain;
 use super::thresholds::{BATCH_ROWS, CORRECTIONS_TRIED, MOST_CORRECTIONS};
 use crate::laboratory::{Addition, Laboratory, LaboratoryError, MapStep, Mapped, Rms};
 use plumb_calibration::arm_model::{AddedEffect, Correction, Model};
-use plumb_calibration::effect::acts_by_epoch;
+use plumb_calibration::effect::{EffectId, acts_by_epoch};
 use plumb_estimation::Progress;
 
 /// RMS after a step, mm.
@@ -271,6 +271,31 @@ impl Growing {
         Ok(false)
     }
 
+    /// Asks of each correction once more, with all that was added besides in the model: what hid or imitated it when it was added does so no longer, and one that is named
+    /// now is a mechanism. Two corrections of one joint explain it together, and neither is asked.
+    fn name_corrections(&mut self, progress: &Progress) -> Result<(), LaboratoryError> {
+        let corrections: Vec<EffectId> =
+            self.laboratory.model().corrections.iter().map(|one| one.id.clone()).collect();
+        for id in corrections
+            .iter()
+            .filter(|id| corrections.iter().filter(|other| other.site == id.site).count() == 1)
+        {
+            let label = self.laboratory.model().label(id);
+            let Some(step) = self.steps.iter_mut().find(|step| step.label == label) else { continue };
+            if !self.laboratory.names_without(id, progress)? {
+                continue;
+            }
+            step.claim = Claim::Mechanism;
+            step.may_be.clear();
+            let mut model = self.laboratory.model().clone();
+            model.corrections.retain(|one| !one.id.same_as(id));
+            // The region is that of the corrections: mechanisms hold outside it as well.
+            model.measured_region = model.measured_region.filter(|_| !model.corrections.is_empty());
+            self.laboratory = self.laboratory.with_model(model);
+        }
+        Ok(())
+    }
+
     /// Adds corrections that the held-out rows bear out.
     fn add_corrections(
         &mut self,
@@ -365,6 +390,7 @@ impl Laboratory {
         let mut growing = Growing { laboratory, diagnosis, found, steps, opened };
         growing.go_to_the_end(corrections, progress)?;
         growing.or_together(before, together, corrections, progress)?;
+        growing.name_corrections(progress)?;
         let Growing { laboratory, mut diagnosis, steps, opened, .. } = growing;
         diagnosis.check_opened += opened;
         let mechanisms_alone = match count_of_corrections(steps.iter()) {
@@ -399,6 +425,16 @@ impl Laboratory {
         while growing.add_reset(growing.steps.len() < corrections, progress)? {}
         let Growing { laboratory, diagnosis, found, steps, opened } = growing;
         Ok(AfterReset { laboratory, steps, diagnosed: Some((diagnosis, found)), opened })
+    }
+
+    /// Whether the model without one of its effects is diagnosed to lack just that.
+    fn names_without(&self, id: &EffectId, progress: &Progress) -> Result<bool, LaboratoryError> {
+        let mut model = self.model().clone();
+        model.effects.retain(|added| !added.id.same_as(id));
+        model.corrections.retain(|one| !one.id.same_as(id));
+        let without = Self::new(model, self.table().clone(), self.options().clone())?;
+        let (_, found) = without.diagnose_for(progress)?;
+        Ok(found.named.is_some_and(|named| named.id.same_as(id)))
     }
 
     /// Whether the held-out rows are predicted better with effects than without them, by more than one standard error over poses; never where none are locked.

@@ -217,3 +217,31 @@ fn what_was_found_at_once_replaces_what_was_added_one_by_one_where_held_out_rows
     assert_eq!(ended(Some(wave), Verdict::Unknown), (0, 1), "what is there was added already");
     assert_eq!(ended(None, Verdict::AtFloor), (0, 0), "nothing is left to explain");
 }
+
+#[test]
+fn a_correction_that_is_named_with_all_else_in_the_model_is_a_mechanism() {
+    let watch = Progress::unwatched();
+    let wave = "joint_harmonic(elbow, 3)";
+    let asked = |added: &[&str]| {
+        let mut growing = growing(0.002);
+        let corrections: Vec<CorrectionCandidate> =
+            added.iter().map(|text| candidate(&growing.laboratory, text)).collect();
+        let steps = corrections.iter().map(|one| growing.step_of(one)).collect();
+        growing.add_corrections(corrections, steps, &watch).unwrap();
+        growing.name_corrections(&watch).unwrap();
+        let claims: Vec<Claim> = growing.steps.iter().map(|step| step.claim).collect();
+        (claims, growing)
+    };
+    let (claims, growing) = asked(&[wave, "joint_gain(shoulder)"]);
+    assert_eq!(claims, [Claim::Mechanism, Claim::Correction], "the gain is not there");
+    assert!(growing.steps[0].may_be.is_empty() && !growing.steps[1].may_be.is_empty());
+    let model = growing.laboratory.model();
+    assert_eq!((model.effects.len(), model.corrections.len()), (2, 1));
+    assert!(model.measured_region.is_some(), "a correction is left");
+    let (claims, growing) = asked(&[wave]);
+    assert_eq!(claims, [Claim::Mechanism]);
+    let model = growing.laboratory.model();
+    assert!(model.effects.len() == 1 && model.corrections.is_empty() && model.measured_region.is_none());
+    let (claims, _) = asked(&[wave, "joint_gain(elbow)"]);
+    assert_eq!(claims, [Claim::Correction; 2], "two corrections of one joint explain it together");
+}
