@@ -83,7 +83,7 @@ impl Fitted<'_> {
 
 /// By how much the squared errors of rows that were not fitted fall from one fit to another of the same table, summed over the rows of each pose, mm2. Replicates
 /// share what a model does wrong at their pose, so that poses, not rows, are independent.
-pub(crate) fn falls_by_pose((before, after): (&Fitted<'_>, &Fitted<'_>), rows: &[usize]) -> Vec<f64> {
+pub(crate) fn reductions_by_pose((before, after): (&Fitted<'_>, &Fitted<'_>), rows: &[usize]) -> Vec<f64> {
     let [old, new] = [before, after].map(|fitted| {
         let residuals = fitted.problem.residuals_apart(&fitted.fit.state, rows, &fitted.fit.rows);
         let all = 0..fitted.problem.table.len();
@@ -91,8 +91,8 @@ pub(crate) fn falls_by_pose((before, after): (&Fitted<'_>, &Fitted<'_>), rows: &
         squares.collect::<Vec<f64>>()
     });
     let poses = pose_groups(before.problem.table, rows);
-    let falls = poses.iter().map(|rows| rows.iter().map(|row| old[*row] - new[*row]).sum());
-    falls.collect()
+    let reductions = poses.iter().map(|rows| rows.iter().map(|row| old[*row] - new[*row]).sum());
+    reductions.collect()
 }
 
 /// An earlier fit's state for another problem: effects both share keep their values, the others start where they were
@@ -374,12 +374,12 @@ mod tests {
         let before = lab.fit_with(&[], None, &Progress::unwatched()).unwrap();
         let after = lab.fit_with(&[gain], None, &Progress::unwatched()).unwrap();
         let rows = [3, 7, 11];
-        let falls = falls_by_pose((&before, &after), &rows);
-        assert_eq!(falls.len(), 3);
-        for (fall, row) in falls.iter().zip(rows) {
+        let reductions = reductions_by_pose((&before, &after), &rows);
+        assert_eq!(reductions.len(), 3);
+        for (reduction, row) in reductions.iter().zip(rows) {
             // The elbow is off by a hundredth of its angle, at 150 mm.
             let error = 1.5 * lab.table().q_of(row)[1];
-            assert!((fall - error * error).abs() < 0.1 * error * error + 0.1, "{fall} {error}");
+            assert!((reduction - error * error).abs() < 0.1 * error * error + 0.1, "{reduction} {error}");
         }
         assert_eq!(before.row_squares().len(), 20);
     }

@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::claim::Claim;
 use super::extrapolation::Extrapolation;
-use super::fitted::falls_by_pose;
+use super::fitted::reductions_by_pose;
 use super::found::{CorrectionCandidate, Found};
 use super::note::Note;
 use super::outcome::{Diagnosis, Named, Verdict};
@@ -158,8 +158,8 @@ impl Growing {
         let label = self.laboratory.model().label(&effect.id);
         // Each look at the locked rows makes them a little less independent; the report says how many there were.
         self.opened += u32::from(!self.laboratory.split().check_rows().is_empty());
-        let fall = self.laboratory.locked_fall(std::slice::from_ref(&effect), progress)?;
-        if fall.is_some_and(|fall| fall.total < 0.0) {
+        let reduction = self.laboratory.held_out_reduction(std::slice::from_ref(&effect), progress)?;
+        if reduction.is_some_and(|reduction| reduction.total < 0.0) {
             self.diagnosis.warnings.push(Note::WorseHeldOut(label));
             return Ok(false);
         }
@@ -223,7 +223,8 @@ impl Growing {
         let one_by_one = self.laboratory.fit_with(&[], None, progress)?;
         let at_once = laboratory.fit_with(&effects, None, progress)?;
         let held = laboratory.split().check_rows();
-        if !Gain::over(&falls_by_pose((&one_by_one, &at_once), &held)).is_some_and(|gain| gain.counts()) {
+        if !Gain::over(&reductions_by_pose((&one_by_one, &at_once), &held)).is_some_and(|gain| gain.counts())
+        {
             return Ok(());
         }
         let found = Found { together, ..Found::default() };
@@ -439,23 +440,23 @@ impl Laboratory {
 
     /// Whether the held-out rows are predicted better with effects than without them, by more than one standard error over poses; never where none are locked.
     fn is_borne_out(&self, effects: &[AddedEffect], progress: &Progress) -> Result<bool, LaboratoryError> {
-        Ok(self.locked_fall(effects, progress)?.is_some_and(|gain| gain.counts()))
+        Ok(self.held_out_reduction(effects, progress)?.is_some_and(|gain| gain.counts()))
     }
 
     /// By how much the squared errors of the held-out rows fall with effects, mm2, over poses; nothing where none are locked.
-    fn locked_fall(
+    fn held_out_reduction(
         &self,
         effects: &[AddedEffect],
         progress: &Progress,
     ) -> Result<Option<Gain>, LaboratoryError> {
         if let Some(dated) = self.dated_for(effects.iter().map(|effect| &effect.id), progress)? {
-            return dated.locked_fall(effects, progress);
+            return dated.held_out_reduction(effects, progress);
         }
         // Nothing that is fitted has seen these rows, not even the choice of the effect.
         let held = self.split().check_rows();
         let before = self.fit_with(&[], None, progress)?;
         let after = self.fit_with(effects, Some(&before), progress)?;
-        Ok(Gain::over(&falls_by_pose((&before, &after), &held)))
+        Ok(Gain::over(&reductions_by_pose((&before, &after), &held)))
     }
 
     /// The error of the model without its corrections.

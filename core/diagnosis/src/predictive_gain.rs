@@ -47,14 +47,15 @@ fn root_mean_square(rows: &[&LeftOut]) -> Option<f64> {
 
 impl Gain {
     /// From the fall of the loss at every pose; nothing of fewer than three.
-    pub(crate) fn over(falls: &[f64]) -> Option<Self> {
-        let count = falls.len() as f64;
+    pub(crate) fn over(reductions: &[f64]) -> Option<Self> {
+        let count = reductions.len() as f64;
         if count < 3.0 {
             return None;
         }
-        let total: f64 = falls.iter().sum();
+        let total: f64 = reductions.iter().sum();
         let mean = total / count;
-        let variance = falls.iter().map(|fall| (fall - mean).powi(2)).sum::<f64>() / (count - 1.0);
+        let variance =
+            reductions.iter().map(|reduction| (reduction - mean).powi(2)).sum::<f64>() / (count - 1.0);
         // Variance of a sum of n falls: n times that of one.
         Some(Self { total, error: (variance * count).sqrt() })
     }
@@ -153,13 +154,14 @@ impl Judge {
     fn gain(&self, way: &Way, new: &[Option<LeftOut>]) -> Option<Gain> {
         let old = way.rows.as_ref()?;
         // A row that one of the two fits does not predict is compared in neither.
-        let falls = old.iter().zip(new).map(|(old, new)| {
+        let reductions = old.iter().zip(new).map(|(old, new)| {
             let [old, new] = [old.as_ref()?, new.as_ref()?].map(|row| row.distance.0.powi(2));
             Some(old - new)
         });
-        let falls: Vec<Option<f64>> = falls.collect();
+        let reductions: Vec<Option<f64>> = reductions.collect();
         // Replicates to one pose share what the model does wrong there: they count as one.
-        let of_poses = self.poses.iter().map(|rows| rows.iter().filter_map(|row| *falls.get(*row)?).sum());
+        let of_poses =
+            self.poses.iter().map(|rows| rows.iter().filter_map(|row| *reductions.get(*row)?).sum());
         Gain::over(&of_poses.collect::<Vec<f64>>())
     }
 }

@@ -24,7 +24,7 @@ pub enum StepKind {
 
 /// One step of the fall of the error, mm2 (deg2 in a table of angles alone): variances add, root mean squares do not.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Fall {
+pub struct ErrorStep {
     /// What was added; `start` for the model without any added effect.
     pub added: String,
     /// What that is.
@@ -57,7 +57,8 @@ pub struct Report {
     /// What it lacks.
     pub diagnosis: Diagnosis,
     /// The fall of the error through the added effects.
-    pub fall: Vec<Fall>,
+    #[serde(rename = "fall")]
+    pub error_steps: Vec<ErrorStep>,
     /// Parameters that moved by more than two standard errors when the added effects came in.
     pub moved: Vec<String>,
     /// Poses to measure next, where any would settle something.
@@ -86,7 +87,7 @@ impl Laboratory {
     pub fn report(&self, story: Vec<Chapter>, progress: &Progress) -> Result<Report, LaboratoryError> {
         progress.report(0.0, "comparing")?;
         let comparison = self.compare_in_full(progress)?;
-        let (fall, moved) = self.fall(&comparison, progress)?;
+        let (error_steps, moved) = self.error_steps(&comparison, progress)?;
         let diagnosis = self.with_hypothesis(self.diagnose(progress)?, progress)?;
         let asks = !diagnosis.next.is_empty() || diagnosis.named.is_some();
         let next = match asks {
@@ -97,7 +98,7 @@ impl Laboratory {
             false => None,
         };
         let plots = self.effect_plots(&self.worth_plotting(&diagnosis), progress)?;
-        Ok(Report { comparison, diagnosis, fall, moved, next, story, plots })
+        Ok(Report { comparison, diagnosis, error_steps, moved, next, story, plots })
     }
 
     /// Effects whose own plots are worth a look, the one in question first.
@@ -119,16 +120,16 @@ impl Laboratory {
     }
 
     /// The fall of the error, effect by effect; a residual map, which goes with all of them, comes last.
-    fn fall(
+    fn error_steps(
         &self,
         now: &Comparison,
         progress: &Progress,
-    ) -> Result<(Vec<Fall>, Vec<String>), LaboratoryError> {
+    ) -> Result<(Vec<ErrorStep>, Vec<String>), LaboratoryError> {
         let plain = self.without_map();
         let without_map = plain.as_ref().unwrap_or(self);
         let effects: &[AddedEffect] = &self.model().effects;
         let group = effects.len().div_ceil(STEPS).max(1);
-        let mut fall = Vec::new();
+        let mut error_steps = Vec::new();
         let mut bare: Option<Comparison> = None;
         for count in (0..effects.len()).step_by(group) {
             progress.report(count as f64 / effects.len() as f64, "describing the fall of the error")?;
@@ -136,24 +137,24 @@ impl Laboratory {
             let model = Model { effects: fewer, ..without_map.model().clone() };
             let smaller = Self::new(model, self.table().clone(), self.options().clone())?;
             let comparison = smaller.compare(progress)?;
-            fall.push(self.step(count, group, &comparison));
+            error_steps.push(self.step(count, group, &comparison));
             if count == 0 {
                 bare = Some(comparison);
             }
         }
         match &plain {
-            None => fall.push(self.step(effects.len(), group, now)),
+            None => error_steps.push(self.step(effects.len(), group, now)),
             Some(plain) => {
-                fall.push(self.step(effects.len(), group, &plain.compare(progress)?));
-                fall.push(Fall::of("residual_map".to_owned(), StepKind::ResidualMap, now));
+                error_steps.push(self.step(effects.len(), group, &plain.compare(progress)?));
+                error_steps.push(ErrorStep::of("residual_map".to_owned(), StepKind::ResidualMap, now));
             }
         }
         let moved = bare.map_or_else(Vec::new, |bare| crate::laboratory::moved(&bare.effects, &now.effects));
-        Ok((fall, moved))
+        Ok((error_steps, moved))
     }
 
     /// The step with the first `count` effects in.
-    fn step(&self, count: usize, group: usize, comparison: &Comparison) -> Fall {
+    fn step(&self, count: usize, group: usize, comparison: &Comparison) -> ErrorStep {
         let first = count.saturating_sub(if count.is_multiple_of(group) { group } else { count % group });
         let new = self.model().effects.get(first..count).unwrap_or(&[]);
         let kind = if new.is_empty() {
@@ -163,7 +164,7 @@ impl Laboratory {
         } else {
             StepKind::Mechanism
         };
-        Fall::of(self.group_label(new), kind, comparison)
+        ErrorStep::of(self.group_label(new), kind, comparison)
     }
 
     /// What came in with some effects.
@@ -185,7 +186,7 @@ impl Laboratory {
     }
 }
 
-impl Fall {
+impl ErrorStep {
     fn of(added: String, kind: StepKind, comparison: &Comparison) -> Self {
         let rms = comparison.rms_mm;
         // Squares, for squares of errors that are independent add up: a step's height in the picture is its own share.
@@ -203,13 +204,13 @@ mod tests {
     fn a_step_of_the_fall_is_reported_in_squares() {
         let lab = two_links(60, "joint_zero(*)", 0.3, 4, |_| [0.0; 2]);
         let comparison = lab.compare(&Progress::unwatched()).unwrap();
-        let fall = Fall::of("start".to_owned(), StepKind::Start, &comparison);
+        let error_steps = ErrorStep::of("start".to_owned(), StepKind::Start, &comparison);
         // Three coordinates with noise of 0.3 mm each: 0.27 mm2, known to 11 % from 180 of them.
-        assert!((0.2..0.35).contains(&fall.fit_mm2), "{}", fall.fit_mm2);
+        assert!((0.2..0.35).contains(&error_steps.fit_mm2), "{}", error_steps.fit_mm2);
         let rms = comparison.rms_mm;
-        assert!((fall.fit_mm2.sqrt() - rms.fit).abs() < 1e-12);
-        assert!((fall.cv_mm2.unwrap().sqrt() - rms.cv.unwrap()).abs() < 1e-12);
-        assert_eq!(fall.check_mm2, None, "nothing was held out");
+        assert!((error_steps.fit_mm2.sqrt() - rms.fit).abs() < 1e-12);
+        assert!((error_steps.cv_mm2.unwrap().sqrt() - rms.cv.unwrap()).abs() < 1e-12);
+        assert_eq!(error_steps.check_mm2, None, "nothing was held out");
     }
 
     /// The small arm with a mechanism, a correction and another mechanism added, in this order.
@@ -252,14 +253,14 @@ mod tests {
         let lab = with_three();
         let watch = Progress::unwatched();
         let now = lab.compare(&watch).unwrap();
-        let (fall, moved) = lab.fall(&now, &watch).unwrap();
-        let added: Vec<&str> = fall.iter().map(|step| step.added.as_str()).collect();
+        let (error_steps, moved) = lab.error_steps(&now, &watch).unwrap();
+        let added: Vec<&str> = error_steps.iter().map(|step| step.added.as_str()).collect();
         let correction = "joint_gain(shoulder) (correction)";
         assert_eq!(added, ["start", "joint_gain(elbow)", correction, "joint_harmonic(elbow, 2)"]);
-        assert!((fall[3].fit_mm2.sqrt() - now.rms_mm.fit).abs() < 1e-12);
+        assert!((error_steps[3].fit_mm2.sqrt() - now.rms_mm.fit).abs() < 1e-12);
         let bare = lab.with_model(Model { effects: Vec::new(), ..lab.model().clone() });
-        assert!((fall[0].fit_mm2.sqrt() - bare.compare(&watch).unwrap().rms_mm.fit).abs() < 1e-9);
-        assert!(fall.windows(2).all(|pair| pair[1].fit_mm2 < pair[0].fit_mm2));
+        assert!((error_steps[0].fit_mm2.sqrt() - bare.compare(&watch).unwrap().rms_mm.fit).abs() < 1e-9);
+        assert!(error_steps.windows(2).all(|pair| pair[1].fit_mm2 < pair[0].fit_mm2));
         assert_eq!(moved, Vec::<String>::new(), "noise moves no zero by two of its errors");
     }
 

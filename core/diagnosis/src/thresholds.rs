@@ -247,16 +247,16 @@ pub(crate) const EXPLAINABLE_FREEDOM: f64 = 0.1;
 
 // Mechanisms among structure that nothing explains
 
-/// Rows on which suspects are weighed beside a flexible part; of more a random part by pose (rows). Why: time; an effect as large as what is left shows in far fewer.
+/// Rows on which candidates are weighed beside a flexible part; of more a random part by pose (rows). Why: time; an effect as large as what is left shows in far fewer.
 pub(crate) const EVIDENCE_ROWS: usize = 500;
 
 /// Weighed so, of the library (effects). Why: time; those behind explain much less.
-pub(crate) const EVIDENCE_SUSPECTS: usize = 12;
+pub(crate) const EVIDENCE_CANDIDATES: usize = 12;
 
 /// Weighed beside them, without a name (mechanisms). Why: time; those that explain most.
 pub(crate) const EVIDENCE_UNLISTED: usize = 6;
 
-/// Of them that may act at once, at most (suspects). Why: time; what is left then is small beside the foremost.
+/// Of them that may act at once, at most (candidates). Why: time; what is left then is small beside the foremost.
 pub(crate) const EVIDENCE_SET: usize = 4;
 
 /// Of what the foremost takes from what is left, something takes at least this share by itself to take its place (fraction). Why: what takes less leaves the rest

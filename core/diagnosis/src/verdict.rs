@@ -529,7 +529,7 @@ impl Finding<'_> {
                     absorbed: fitted_candidate.score.absorbed,
                     explains_mm: fitted_candidate.promise.map_or_else(
                         || {
-                            expected_fall(
+                            expected_reduction(
                                 self.stage.fitted.fit.normal.squares,
                                 fitted_candidate.score.gain,
                                 points,
@@ -556,7 +556,7 @@ fn smallest(fitted_candidate: &FittedCandidate, floor: &Floor) -> f64 {
 }
 
 /// By how much the root mean square of so many points falls when so much of the sum of squares goes.
-fn expected_fall(squares: f64, gain: f64, points: f64) -> f64 {
+fn expected_reduction(squares: f64, gain: f64, points: f64) -> f64 {
     (squares / points).sqrt() - ((squares - gain).max(0.0) / points).sqrt()
 }
 

@@ -135,14 +135,14 @@ impl Laboratory {
         let kept: Vec<f64> = places.iter().map(|place| precisions[*place]).collect();
         let with_values = pool.values(&with, &precisions);
         let without_values = pool.values(&without, &kept);
-        let falls = pose_groups(problem.table, &held).into_iter().map(|rows| {
+        let reductions = pose_groups(problem.table, &held).into_iter().map(|rows| {
             let block = problem.block(&fit.state, &rows, &vec![1.0; problem.table.len()], &probes);
             let residuals = nalgebra::DVector::from_vec(block.residuals);
             let before = &residuals - block.jacobian.select_rows(&places).tr_mul(&without_values);
             let after = &residuals - block.jacobian.tr_mul(&with_values);
             before.norm_squared() - after.norm_squared()
         });
-        Gain::over(&falls.collect::<Vec<f64>>()).is_some_and(|gain| gain.counts())
+        Gain::over(&reductions.collect::<Vec<f64>>()).is_some_and(|gain| gain.counts())
     }
 }
 

@@ -116,20 +116,20 @@ impl<'m> LeftOutPredictions<'m> {
     }
 
     fn gain(&self, blocks: &[Block], effect: usize, columns: &[usize]) -> Option<Gain> {
-        let mut falls = vec![0.0; self.problem.table.len()];
+        let mut reductions = vec![0.0; self.problem.table.len()];
         for block in blocks {
             let with = DVector::from_column_slice(&block.without.step);
             let without = &with - self.taken_out(&block.without, effect, columns);
             for row in &block.rows {
                 let [without, with] =
                     [&without, &with].map(|step| self.left(*row, step).map(|left| left * left).sum::<f64>());
-                if let Some(fall) = falls.get_mut(*row) {
-                    *fall = (without - with) / self.weight(*row);
+                if let Some(reduction) = reductions.get_mut(*row) {
+                    *reduction = (without - with) / self.weight(*row);
                 }
             }
         }
         // Replicates to one pose share what the model does wrong there: they count as one.
-        let of_poses = self.poses.iter().map(|rows| rows.iter().filter_map(|row| falls.get(*row)).sum());
+        let of_poses = self.poses.iter().map(|rows| rows.iter().filter_map(|row| reductions.get(*row)).sum());
         Gain::over(&of_poses.collect::<Vec<f64>>())
     }
 

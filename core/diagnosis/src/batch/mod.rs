@@ -3,10 +3,10 @@
 //! One pass over the rows gathers the normal equations of everything fitted and of every candidate, by region of pose
 //! space and by random fold. Selection, significance and cross-validation then cost no further pass.
 
-mod fall;
 mod judged;
 mod left_out;
 mod pool;
+mod step_errors;
 
 use super::claim::Claim;
 use super::fitted::Fitted;
@@ -16,13 +16,13 @@ use super::thresholds::{BATCH_FAMILY, BATCH_ROWS};
 use super::verdict::effect_place;
 use crate::laboratory::{Laboratory, LaboratoryError};
 use crate::noise_floor::Floor;
-use fall::Fall;
 use judged::{InPlaceOf, Judged};
 use plumb_calibration::arm_model::{Model, ValuePrior};
 use plumb_calibration::effect::EffectId;
 use plumb_calibration::fit::FitOptions;
 use plumb_estimation::Progress;
 use pool::{Pick, Pool};
+use step_errors::StepErrors;
 
 /// A batch taken in.
 pub(super) struct Batch {
@@ -140,7 +140,7 @@ impl Laboratory {
         let rms = self.rms(&after.problem, &after.fit, progress)?;
         let sized = self.effect_values(&self.standard_errors(after));
         let known = sized.len().saturating_sub(picks.len());
-        let fall = Fall::gather(before, pool, picks, precisions);
+        let step_errors = StepErrors::gather(before, pool, picks, precisions);
         let mut steps = Vec::new();
         for (index, pick) in picks.iter().enumerate() {
             let fraction = index as f64 / picks.len() as f64;
@@ -161,7 +161,7 @@ impl Laboratory {
                 label: self.model().label(id),
                 rms_mm: match last {
                     true => StepRms { fit: rms.fit, cv: rms.cv },
-                    false => fall.after(pool, picks, index + 1),
+                    false => step_errors.after(pool, picks, index + 1),
                 },
                 floor_ratio: None,
                 model: last.then(|| model.clone()),

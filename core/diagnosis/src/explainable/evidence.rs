@@ -29,16 +29,16 @@ const REACH: f64 = 30.0;
 /// Of each equation: its number, and what is left of it, sigmas.
 pub(crate) type LeftOver = Vec<(usize, f64)>;
 
-/// The columns of the flexible regression and of some suspects, ready to be fitted.
+/// The columns of the flexible regression and of some candidates, ready to be fitted.
 pub(crate) struct Mixed {
-    /// Equations by what is fitted, flexible columns, suspects' columns, residuals.
+    /// Equations by what is fitted, flexible columns, candidates' columns, residuals.
     design: DMatrix<f64>,
     products: Products,
     fixed: usize,
     components: Vec<Range<usize>>,
     flexible: usize,
     reduced: Reduced,
-    /// One over the root mean square of each suspect's column.
+    /// One over the root mean square of each candidate's column.
     units: Vec<f64>,
     begun: Begun,
 }
@@ -46,7 +46,7 @@ pub(crate) struct Mixed {
 /// The inverse of a flexible part's matrix, and the logarithm of its determinant.
 type Inverse = (DMatrix<f64>, f64);
 
-/// Inverses of the flexible part at ratios at which fits have begun: many sets of suspects begin at the same, and an inverse costs more than all the rest of a round.
+/// Inverses of the flexible part at ratios at which fits have begun: many sets of candidates begin at the same, and an inverse costs more than all the rest of a round.
 #[derive(Default)]
 struct Begun {
     known: Mutex<Vec<(Vec<f64>, Arc<Inverse>)>>,
@@ -79,20 +79,20 @@ const MOST_BEGUN: usize = 8;
 pub(crate) struct MixedFit {
     /// Twice the negative logarithm of the restricted likelihood, but for what all models on the same rows share.
     pub(crate) deviance: f64,
-    /// Independent columns of suspects.
+    /// Independent columns of candidates.
     pub(crate) rank: usize,
-    /// Values of the suspects' parameters, and their covariance.
+    /// Values of the candidates' parameters, and their covariance.
     pub(crate) values: DVector<f64>,
     pub(crate) covariance: DMatrix<f64>,
     /// Per component the noise's variance over that of a coefficient; infinite where it was given up.
     pub(crate) ratios: Vec<f64>,
     columns: Vec<usize>,
-    /// Of all flexible columns and those of suspects.
+    /// Of all flexible columns and those of candidates.
     weights: DVector<f64>,
 }
 
 impl MixedFit {
-    /// The same suspects beside a flexible part of other variances, for predictions.
+    /// The same candidates beside a flexible part of other variances, for predictions.
     pub(crate) fn at_ratios(&self, ratios: Vec<f64>) -> Self {
         Self { ratios, ..self.clone() }
     }
@@ -111,11 +111,11 @@ pub(crate) struct LeftOutRows {
     rest: Reduced,
 }
 
-/// What the rows say of every suspect when the flexible part keeps its variances: models with any of them in are then compared without a further fit.
+/// What the rows say of every candidate when the flexible part keeps its variances: models with any of them in are then compared without a further fit.
 pub(crate) struct EvidenceAtRatios {
     information: DMatrix<f64>,
     score: DVector<f64>,
-    /// Products of the suspects' columns before the flexible part took its share.
+    /// Products of the candidates' columns before the flexible part took its share.
     own: DMatrix<f64>,
     squares: f64,
     freedom: f64,
@@ -137,7 +137,7 @@ impl EvidenceAtRatios {
 struct Round {
     deviance: f64,
     rank: usize,
-    suspects: DVector<f64>,
+    candidates: DVector<f64>,
     inverse_information: DMatrix<f64>,
     noise: f64,
     columns: Vec<usize>,
@@ -149,18 +149,18 @@ struct Round {
 }
 
 impl Mixed {
-    /// Of flexible columns and of suspects (equations by parameters); nothing where the rows do not determine what is fitted.
-    pub(crate) fn new(features: &Features, suspects: &DMatrix<f64>) -> Option<Self> {
+    /// Of flexible columns and of candidates (equations by parameters); nothing where the rows do not determine what is fitted.
+    pub(crate) fn new(features: &Features, candidates: &DMatrix<f64>) -> Option<Self> {
         let all = features.design.ncols();
-        let (count, fixed) = (suspects.ncols(), features.fixed);
+        let (count, fixed) = (candidates.ncols(), features.fixed);
         let flexible = all - fixed - 1;
         let mut design = DMatrix::zeros(features.design.nrows(), all + count);
         design.columns_mut(0, all - 1).copy_from(&features.design.columns(0, all - 1));
         let equations = design.nrows().max(1) as f64;
         let mut units = Vec::with_capacity(count);
-        for (index, column) in suspects.column_iter().enumerate() {
+        for (index, column) in candidates.column_iter().enumerate() {
             let length = column.norm() / equations.sqrt();
-            // A suspect's numbers have units of their own; columns of one length keep the inverse accurate.
+            // A candidate's numbers have units of their own; columns of one length keep the inverse accurate.
             let unit = if length > 0.0 { length.recip() } else { 0.0 };
             design.set_column(all - 1 + index, &(column * unit));
             units.push(unit);
@@ -174,7 +174,7 @@ impl Mixed {
         Some(Self { design, products, fixed, components, flexible, reduced, units, begun })
     }
 
-    /// The model with these of the suspects' parameters in, from these ratios on; nothing where the numbers break down.
+    /// The model with these of the candidates' parameters in, from these ratios on; nothing where the numbers break down.
     pub(crate) fn fit(&self, parameters: &[usize], start: Option<&[f64]>) -> Option<MixedFit> {
         self.fit_within(ROUNDS, parameters, start)
     }
@@ -204,7 +204,7 @@ impl Mixed {
         start: Option<&[f64]>,
         enough: impl Fn(&Round) -> bool,
     ) -> Option<MixedFit> {
-        let suspects: Vec<usize> = parameters.iter().map(|one| self.flexible + one).collect();
+        let candidates: Vec<usize> = parameters.iter().map(|one| self.flexible + one).collect();
         let mut ratios: Vec<f64> = match start {
             Some(start) => start.to_vec(),
             None => self.components.iter().map(|one| FIRST_RATIO * one.len() as f64).collect(),
@@ -214,24 +214,24 @@ impl Mixed {
             let round = match number {
                 0 => {
                     let inverse = self.begun.at(&ratios, || self.inverse(&self.reduced, &ratios))?;
-                    self.round(&self.reduced, &suspects, &ratios, &inverse)
+                    self.round(&self.reduced, &candidates, &ratios, &inverse)
                 }
-                _ => self.round(&self.reduced, &suspects, &ratios, &self.inverse(&self.reduced, &ratios)?),
+                _ => self.round(&self.reduced, &candidates, &ratios, &self.inverse(&self.reduced, &ratios)?),
             };
-            let fall = best.as_ref().map_or(f64::INFINITY, |(_, best)| best.deviance - round.deviance);
+            let reduction = best.as_ref().map_or(f64::INFINITY, |(_, best)| best.deviance - round.deviance);
             let (next, promised, enough) = (round.better.clone(), round.promised, enough(&round));
             // MacKay's rule may step past the optimum of a component that is hardly needed: only a better round is kept.
-            if fall > 0.0 {
+            if reduction > 0.0 {
                 best = Some((ratios, round));
             }
             // An inverse costs more than all the rest: none is worked out to learn that it was not needed.
-            if enough || fall < SETTLED || promised < SETTLED {
+            if enough || reduction < SETTLED || promised < SETTLED {
                 break;
             }
             ratios = next;
         }
         let (ratios, round) = best?;
-        Some(self.mixed_fit(parameters, suspects, ratios, &round))
+        Some(self.mixed_fit(parameters, candidates, ratios, &round))
     }
 
     fn mixed_fit(
@@ -250,16 +250,16 @@ impl Mixed {
         });
         let values = DVector::from_iterator(
             columns.len(),
-            round.suspects.iter().zip(&units).map(|(value, unit)| value * unit),
+            round.candidates.iter().zip(&units).map(|(value, unit)| value * unit),
         );
         MixedFit { deviance: round.deviance, rank: round.rank, values, covariance, ratios, columns, weights }
     }
 
     /// The coefficients of all columns but those of what is fitted.
-    fn weights(&self, round: &Round, suspects: &[usize]) -> DVector<f64> {
+    fn weights(&self, round: &Round, candidates: &[usize]) -> DVector<f64> {
         let mut all = DVector::zeros(self.reduced.right.len());
         let flexible = round.columns.iter().zip(round.weights.iter());
-        for (column, value) in flexible.chain(suspects.iter().zip(round.suspects.iter())) {
+        for (column, value) in flexible.chain(candidates.iter().zip(round.candidates.iter())) {
             all[*column] = *value;
         }
         all
@@ -269,18 +269,18 @@ impl Mixed {
     fn round(
         &self,
         reduced: &Reduced,
-        suspects: &[usize],
+        candidates: &[usize],
         ratios: &[f64],
         (inverse, logarithm): &Inverse,
     ) -> Round {
         let active: Vec<usize> = (0..self.components.len()).filter(|one| ratios[*one].is_finite()).collect();
         let (columns, of_column) = self.active_columns(ratios);
         let right = reduced.right.select_rows(&columns);
-        let across = reduced.matrix.select_columns(suspects).select_rows(&columns);
+        let across = reduced.matrix.select_columns(candidates).select_rows(&columns);
         let through = inverse * &across;
-        let own = reduced.matrix.select_rows(suspects).select_columns(suspects);
+        let own = reduced.matrix.select_rows(candidates).select_columns(candidates);
         let information = &own - across.tr_mul(&through);
-        let score = reduced.right.select_rows(suspects) - through.tr_mul(&right);
+        let score = reduced.right.select_rows(candidates) - through.tr_mul(&right);
         let (inverse_information, rank) = inverse_and_rank(&own, &information);
         let found = &inverse_information * &score;
         let weights = inverse * (&right - &across * &found);
@@ -314,7 +314,7 @@ impl Mixed {
         Round {
             deviance,
             rank,
-            suspects: found,
+            candidates: found,
             inverse_information,
             noise,
             columns,
@@ -331,20 +331,20 @@ impl Mixed {
         regularized_inverse(submatrix(&reduced.matrix, &ranges), &of_column)
     }
 
-    /// What the rows say of all suspects while the flexible part keeps these ratios; nothing where the numbers break down.
+    /// What the rows say of all candidates while the flexible part keeps these ratios; nothing where the numbers break down.
     pub(crate) fn evidence_at(&self, ratios: &[f64]) -> Option<EvidenceAtRatios> {
-        let suspects: Vec<usize> = (self.flexible..self.reduced.right.len()).collect();
+        let candidates: Vec<usize> = (self.flexible..self.reduced.right.len()).collect();
         let matrix = &self.reduced.matrix;
         let (columns, _) = self.active_columns(ratios);
         let begun = self.begun.at(ratios, || self.inverse(&self.reduced, ratios))?;
         let (inverse, _) = begun.as_ref();
         let right = self.reduced.right.select_rows(&columns);
-        let across = matrix.select_columns(&suspects).select_rows(&columns);
+        let across = matrix.select_columns(&candidates).select_rows(&columns);
         let through = inverse * &across;
-        let own = matrix.select_rows(&suspects).select_columns(&suspects);
+        let own = matrix.select_rows(&candidates).select_columns(&candidates);
         Some(EvidenceAtRatios {
             information: &own - across.tr_mul(&through),
-            score: self.reduced.right.select_rows(&suspects) - through.tr_mul(&right),
+            score: self.reduced.right.select_rows(&candidates) - through.tr_mul(&right),
             own,
             squares: self.reduced.squares - right.dot(&(inverse * &right)),
             freedom: self.reduced.freedom,
@@ -392,20 +392,20 @@ impl Mixed {
             .collect()
     }
 
-    /// Which of some components can hold what a suspect does: of its squares beyond what is fitted their functions leave so little that they are alike
+    /// Which of some components can hold what a candidate does: of its squares beyond what is fitted their functions leave so little that they are alike
     /// (multiple correlation of [`ALIKE_CORRELATION`]).
     pub(crate) fn holding(&self, parameters: &[usize], components: &[usize]) -> Vec<usize> {
-        let suspect: Vec<usize> = parameters.iter().map(|one| self.flexible + one).collect();
-        components.iter().copied().filter(|one| self.holds(*one, &suspect)).collect()
+        let candidate: Vec<usize> = parameters.iter().map(|one| self.flexible + one).collect();
+        components.iter().copied().filter(|one| self.holds(*one, &candidate)).collect()
     }
 
-    fn holds(&self, component: usize, suspect: &[usize]) -> bool {
+    fn holds(&self, component: usize, candidate: &[usize]) -> bool {
         let Some(columns) = self.components.get(component) else { return false };
         let columns: Vec<usize> = columns.clone().collect();
         let matrix = &self.reduced.matrix;
-        let all = matrix.select_rows(suspect).select_columns(suspect).trace();
+        let all = matrix.select_rows(candidate).select_columns(candidate).trace();
         let own = matrix.select_rows(&columns).select_columns(&columns);
-        let across = matrix.select_rows(&columns).select_columns(suspect);
+        let across = matrix.select_rows(&columns).select_columns(candidate);
         let (inverse, _) = inverse_and_rank(&own, &own);
         across.tr_mul(&(inverse * &across)).trace() > ALIKE_CORRELATION.powi(2) * all
     }
@@ -457,7 +457,7 @@ impl Mixed {
             let round = self.round(&left_out.rest, &fit.columns, &fit.ratios, inverse);
             let coefficients = left_out.rest.coefficients(&self.weights(&round, &fit.columns));
             let left = design.column(last) - design.columns(0, last) * coefficients;
-            let values = fit.columns.iter().zip(round.suspects.iter());
+            let values = fit.columns.iter().zip(round.candidates.iter());
             let values = values.map(|(column, value)| value * self.units[column - self.flexible]).collect();
             let left = left_out.equations.iter().copied().zip(left.iter().copied()).collect();
             predicted.push((left, values));
@@ -477,7 +477,7 @@ fn regularized_inverse(mut matrix: DMatrix<f64>, ratios: &[f64]) -> Option<(DMat
     }
 }
 
-/// The inverse of what is known of suspects and its rank; directions of which hardly anything is left beyond what is fitted are dropped.
+/// The inverse of what is known of candidates and its rank; directions of which hardly anything is left beyond what is fitted are dropped.
 fn inverse_and_rank(own: &DMatrix<f64>, information: &DMatrix<f64>) -> (DMatrix<f64>, usize) {
     if own.is_empty() {
         return (own.clone(), 0);

@@ -73,12 +73,12 @@ impl Prediction {
     }
 
     /// The fall of the squared error from `before` to this, over poses.
-    fn fall_from(&self, before: &Self, poses: &[Vec<usize>]) -> Option<Gain> {
+    fn reduction_from(&self, before: &Self, poses: &[Vec<usize>]) -> Option<Gain> {
         let sum = |squares: &[Vec<f64>], row: &usize| squares.get(*row).map_or(0.0, |own| own.iter().sum());
-        let fall = |rows: &Vec<usize>| -> f64 {
+        let reduction = |rows: &Vec<usize>| -> f64 {
             rows.iter().map(|row| -> f64 { sum(&before.squares, row) - sum(&self.squares, row) }).sum()
         };
-        Gain::over(&poses.iter().map(fall).collect::<Vec<f64>>())
+        Gain::over(&poses.iter().map(reduction).collect::<Vec<f64>>())
     }
 }
 
@@ -242,7 +242,7 @@ fn climb<'f>(
         tried.push(group);
         // From the variances before: the others move little when a group comes in.
         let prediction = folds.predict(&components_of(&tried), Some(&ladder.best));
-        let gain = prediction.fall_from(&ladder.best, poses);
+        let gain = prediction.reduction_from(&ladder.best, poses);
         let explains = counts(gain);
         let scatter_mm = rms_error(gain, ladder.best.rms(), ladder.best.points());
         if explains {
@@ -277,7 +277,7 @@ fn beyond_others(
         };
         let rise = without.rms() - ladder.best.rms();
         // By chance of the poses a group may look needed before a later one has come in that explains both.
-        let needless = !counts(ladder.best.fall_from(&without, poses));
+        let needless = !counts(ladder.best.reduction_from(&without, poses));
         if needless && least.is_none_or(|(known, _)| rise < known) {
             least = Some((rise, index));
         }
@@ -337,7 +337,7 @@ pub(crate) fn explainable(
     let start = folds.predict(&[], None);
     let ladder = ladder(&folds, &start, &poses, progress)?;
     let blocked = blocked(problem, fit, (&features, &rows), &ladder, &poses);
-    let gain = ladder.best.fall_from(&start, &poses);
+    let gain = ladder.best.reduction_from(&start, &poses);
     let (left_mm, not_predictable_mm) = (start.rms(), ladder.best.rms());
     // Where nothing is predictable, as much as any of the groups left open, but no more than there is.
     let open = ladder.steps.iter().map(|step| step.scatter_mm).fold(0.0, f64::max).min(left_mm);
@@ -374,7 +374,7 @@ fn blocked(
     }
     let best = folds.predict(&components_of(&ladder.taken), None);
     // Regions left out are predicted from afar: what helps between neighbours may do harm there, and then the regression is not used.
-    let explains = counts(best.fall_from(&start, poses));
+    let explains = counts(best.reduction_from(&start, poses));
     let not_predictable_mm = if explains { best.rms() } else { left_mm };
     Some(BlockedExplainable { left_mm, not_predictable_mm })
 }

@@ -267,7 +267,7 @@ pub(crate) fn residual_map(
     let Some(folds) = Folds::new(problem, fit, (&design.features, &rows), folds) else { return Ok(None) };
     let start = folds.predict(&[], None);
     let ladder = ladder(&folds, &start, &units, progress)?;
-    if ladder.taken.is_empty() || !counts(ladder.best.fall_from(&start, &units)) {
+    if ladder.taken.is_empty() || !counts(ladder.best.reduction_from(&start, &units)) {
         return Ok(None);
     }
     let Some(weights) = design.weights(&components_of(&ladder.taken)) else { return Ok(None) };

@@ -170,13 +170,13 @@ fn effects_found_together_are_added_together_where_held_out_rows_bear_all_of_the
 fn a_name_that_makes_locked_rows_worse_is_not_added() {
     let watch = Progress::unwatched();
     let mut growing = growing(0.0);
-    let fall = |growing: &Growing, effect: &AddedEffect| {
-        growing.laboratory.locked_fall(std::slice::from_ref(effect), &watch).unwrap().unwrap().total
+    let reduction = |growing: &Growing, effect: &AddedEffect| {
+        growing.laboratory.held_out_reduction(std::slice::from_ref(effect), &watch).unwrap().unwrap().total
     };
     let waves: Vec<AddedEffect> = (1..9)
         .map(|order| effect_of(&growing.laboratory, &format!("joint_harmonic(elbow, {order})")))
         .collect();
-    let worse = waves.into_iter().find(|wave| fall(&growing, wave) < 0.0).unwrap();
+    let worse = waves.into_iter().find(|wave| reduction(&growing, wave) < 0.0).unwrap();
     let place = crate::testing::effect_at("joint_harmonic", "elbow");
     growing.diagnosis.named = Some(Named { effect: place, size: 0.1, unit: "deg".to_owned(), se: 0.01 });
     growing.found.named = Some(worse.clone());

@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::{Errors, Laboratory, LaboratoryError, MapNote, Rms};
 use crate::cross_validation::pose_groups;
 use crate::explainable::{FittedMap, residual_map};
-use crate::fitted::{Fitted, falls_by_pose};
+use crate::fitted::{Fitted, reductions_by_pose};
 use crate::predictive_gain::Gain;
 use plumb_calibration::arm_model::{MeasuredRegion, Model};
 use plumb_calibration::measurement::ReadingUnit;
@@ -116,11 +116,11 @@ impl Laboratory {
 
 /// Whether a second fit predicts some rows better than the first, by more than one standard error over poses; true of no rows.
 fn predicts_better(fits: (&Fitted<'_>, &Fitted<'_>), rows: &[usize]) -> bool {
-    let falls = falls_by_pose(fits, rows);
-    match Gain::over(&falls) {
+    let reductions = reductions_by_pose(fits, rows);
+    match Gain::over(&reductions) {
         Some(gain) => gain.counts(),
         // Of a pose or two there is no standard error: it is enough that they do not speak against the map.
-        None => falls.iter().sum::<f64>() >= 0.0,
+        None => reductions.iter().sum::<f64>() >= 0.0,
     }
 }
 

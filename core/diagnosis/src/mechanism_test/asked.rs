@@ -7,13 +7,13 @@ use crate::candidates::best_variants;
 use crate::fitted::Fitted;
 use crate::forward_selection::{FittedCandidate, Stage};
 use crate::score_test::{Probe, score};
-use crate::thresholds::{EVIDENCE_SUSPECTS, EVIDENCE_UNLISTED};
+use crate::thresholds::{EVIDENCE_CANDIDATES, EVIDENCE_UNLISTED};
 use plumb_calibration::effect::{self, Effect, EffectId, Site};
 
 /// Waves whose overtones are asked for at most: those behind explain much less.
 const WAVES_ASKED: usize = 3;
 
-/// Which suspect.
+/// Which candidate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Who {
     /// A fitted candidate of the library, by its place in the stage's list.
@@ -22,8 +22,8 @@ pub(super) enum Who {
     Unlisted(Site),
 }
 
-/// A suspect, and its parameters among the columns.
-pub(super) struct Suspect {
+/// A candidate, and its parameters among the columns.
+pub(super) struct AskedCandidate {
     pub(super) id: EffectId,
     pub(super) who: Who,
     pub(super) parameters: Vec<usize>,
@@ -35,22 +35,22 @@ pub(super) struct Suspect {
 
 /// Everything that is asked of a stage.
 pub(super) struct Asked {
-    pub(super) suspects: Vec<Suspect>,
+    pub(super) candidates: Vec<AskedCandidate>,
     /// Of the likeliest waves: the parameters of their second and third overtone. A wave that has them is no sine: something sticks and slips, or a tooth is worn.
     pub(super) overtones: Vec<(EffectId, Vec<usize>)>,
     /// Equations of these rows by parameters.
     pub(super) columns: DMatrix<f64>,
 }
 
-/// The suspects of a stage, and their columns.
-pub(super) fn suspects(
+/// The candidates of a stage, and their columns.
+pub(super) fn candidates(
     stage: &Stage<'_>,
     about: &Linearization<'_>,
     unlisted: &[Probe],
     rows: &[usize],
 ) -> Asked {
     let (problem, fit) = (&stage.fitted.problem, &stage.fitted.fit);
-    let listed = stage.fitted_candidates.iter().enumerate().take(EVIDENCE_SUSPECTS);
+    let listed = stage.fitted_candidates.iter().enumerate().take(EVIDENCE_CANDIDATES);
     let built =
         listed.filter_map(|(index, one)| Some((index, one, effect::build(&one.id, problem.model).ok()?)));
     let built: Vec<(usize, &FittedCandidate, Box<dyn Effect>)> = built.collect();
@@ -62,7 +62,7 @@ pub(super) fn suspects(
         .take(EVIDENCE_UNLISTED)
         .filter_map(|(index, score)| Some((unlisted.get(*index)?, score.gain)))
         .collect();
-    let mut suspects: Vec<Suspect> = Vec::new();
+    let mut candidates: Vec<AskedCandidate> = Vec::new();
     let mut effects: Vec<&dyn Effect> = Vec::new();
     let mut next = 0;
     for (index, fitted_candidate, effect) in &built {
@@ -70,7 +70,7 @@ pub(super) fn suspects(
         next += parameters.len();
         let (cost, gain) = (fitted_candidate.search_cost, gain_of(stage, fitted_candidate));
         let (id, who) = (fitted_candidate.id.clone(), Who::Listed(*index));
-        suspects.push(Suspect { id, who, parameters, cost, gain });
+        candidates.push(AskedCandidate { id, who, parameters, cost, gain });
         effects.push(effect.as_ref());
     }
     let equations = fit.normal.equations as f64;
@@ -79,7 +79,7 @@ pub(super) fn suspects(
         next += parameters.len();
         let cost = probe.search_cost + probe.search.cost(equations);
         let (id, who) = (probe.id.clone(), Who::Unlisted(probe.id.site));
-        suspects.push(Suspect { id, who, parameters, cost, gain });
+        candidates.push(AskedCandidate { id, who, parameters, cost, gain });
         effects.push(probe.effect.as_ref());
     }
     let waves = overtones(stage);
@@ -94,7 +94,7 @@ pub(super) fn suspects(
     let free_parameters = problem.free_parameters().len();
     let block = problem.block(&fit.state, rows, &fit.weights, &effects);
     let columns = block.jacobian.rows(free_parameters, block.jacobian.nrows() - free_parameters).transpose();
-    Asked { suspects, overtones, columns }
+    Asked { candidates, overtones, columns }
 }
 
 /// By how much the sum of squares falls with a fitted candidate in: what its score promises, where it was not refitted.
@@ -108,7 +108,7 @@ pub(super) fn gain_of(stage: &Stage<'_>, fitted_candidate: &FittedCandidate) -> 
 /// The likeliest waves, and the second and third overtone of each.
 fn overtones(stage: &Stage<'_>) -> Vec<(EffectId, Vec<Box<dyn Effect>>)> {
     let model = stage.fitted.problem.model;
-    let listed = stage.fitted_candidates.iter().take(EVIDENCE_SUSPECTS).map(|one| &one.id);
+    let listed = stage.fitted_candidates.iter().take(EVIDENCE_CANDIDATES).map(|one| &one.id);
     let waves = listed.filter_map(|id| Some((id, id.order?)));
     let mut found = Vec::new();
     for (id, order) in waves.take(WAVES_ASKED) {

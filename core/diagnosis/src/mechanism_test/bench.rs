@@ -1,44 +1,44 @@
-//! What is asked of one stage: the suspects beside a flexible part, alone and together, each set of them weighed by its marginal likelihood.
+//! What is asked of one stage: the candidates beside a flexible part, alone and together, each set of them weighed by its marginal likelihood.
 
 use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
+use super::asked::{AskedCandidate, Who};
 use super::left_out_geometry::cost_of_choice;
-use super::suspects::{Suspect, Who};
 use crate::explainable::{Features, Mixed, MixedFit};
 use crate::forward_selection::{FittedCandidate, Stage};
 use plumb_calibration::effect::EffectId;
 
-/// Some suspects that act at once, fitted, and their criterion: twice the negative logarithm of their marginal likelihood.
+/// Some candidates that act at once, fitted, and their criterion: twice the negative logarithm of their marginal likelihood.
 #[derive(Clone)]
 pub(super) struct Set {
-    /// By their places in the list of suspects, ascending.
+    /// By their places in the list of candidates, ascending.
     pub(super) members: Vec<usize>,
     pub(super) fit: MixedFit,
     pub(super) criterion: f64,
 }
 
-/// The suspect that is asked, and the set it is asked in.
+/// The candidate that is asked, and the set it is asked in.
 pub(super) struct Foremost<'s> {
-    /// Its place in the list of suspects.
+    /// Its place in the list of candidates.
     pub(super) member: usize,
     pub(super) set: &'s Set,
-    /// Components of the flexible part that hold what it does because they are of its own kind: smooth functions of the same errors, of the same joint. They are the suspect in
-    /// a more flexible form, and not something else that does as well; how much more than the suspect they do is asked apart (`fraction_left_at`).
+    /// Components of the flexible part that hold what it does because they are of its own kind: smooth functions of the same errors, of the same joint. They are the candidate in
+    /// a more flexible form, and not something else that does as well; how much more than the candidate they do is asked apart (`fraction_left_at`).
     pub(super) own_functions: Vec<usize>,
 }
 
 /// Everything that is asked of one stage.
 pub(super) struct Bench<'b> {
     pub(super) stage: &'b Stage<'b>,
-    pub(super) suspects: Vec<Suspect>,
+    pub(super) candidates: Vec<AskedCandidate>,
     /// Of the likeliest waves: the parameters of their overtones.
     pub(super) overtones: Vec<(EffectId, Vec<usize>)>,
     pub(super) rows: Vec<usize>,
     pub(super) features: Features,
     pub(super) mixed: Mixed,
-    /// Without any suspect.
+    /// Without any candidate.
     pub(super) nothing: MixedFit,
     pub(super) equations: f64,
 }
@@ -52,14 +52,14 @@ impl Bench<'_> {
     /// Twice the negative logarithm of the marginal likelihood of a set: each independent parameter is charged as by Schwarz, searches and the choice of several besides.
     pub(super) fn criterion(&self, members: &[usize], deviance: f64, rank: usize) -> f64 {
         let searches: f64 =
-            members.iter().filter_map(|one| self.suspects.get(*one)).map(|one| one.cost).sum();
+            members.iter().filter_map(|one| self.candidates.get(*one)).map(|one| one.cost).sum();
         let choice = cost_of_choice(self.families(), members.len());
         deviance + rank as f64 * self.equations.ln() + searches + choice
     }
 
     /// The parameters of a set, member by member.
     pub(super) fn parameters(&self, members: &[usize]) -> Vec<usize> {
-        let own = members.iter().filter_map(|one| self.suspects.get(*one));
+        let own = members.iter().filter_map(|one| self.candidates.get(*one));
         own.flat_map(|one| one.parameters.iter().copied()).collect()
     }
 
@@ -93,9 +93,10 @@ impl Bench<'_> {
         first..first + self.parameters(&[member]).len()
     }
 
-    /// A suspect in a set, with the components that hold it.
+    /// A candidate in a set, with the components that hold it.
     pub(super) fn in_set<'s>(&self, member: usize, set: &'s Set) -> Foremost<'s> {
-        let held = self.suspects.get(member).and_then(|one| Some((one, self.components_at(one.id.joint()?))));
+        let held =
+            self.candidates.get(member).and_then(|one| Some((one, self.components_at(one.id.joint()?))));
         let own_functions = held.map(|(one, at_joint)| self.mixed.holding(&one.parameters, &at_joint));
         Foremost { member, set, own_functions: own_functions.unwrap_or_default() }
     }
@@ -106,9 +107,9 @@ impl Bench<'_> {
         at_joint.map(|(component, _)| component).collect()
     }
 
-    /// A suspect's place in the stage's list of fitted candidates; nothing of one without a name.
+    /// A candidate's place in the stage's list of fitted candidates; nothing of one without a name.
     pub(super) fn place_in_stage(&self, member: usize) -> Option<usize> {
-        match self.suspects.get(member)?.who {
+        match self.candidates.get(member)?.who {
             Who::Listed(index) => Some(index),
             Who::Unlisted(_) => None,
         }
@@ -129,24 +130,24 @@ impl Bench<'_> {
 
     /// Sum of squares that a member explains in a fit of its set.
     pub(super) fn explained(&self, fit: &MixedFit, member: usize) -> f64 {
-        self.suspects.get(member).map_or(0.0, |one| self.mixed.squares_of(fit, &one.parameters))
+        self.candidates.get(member).map_or(0.0, |one| self.mixed.squares_of(fit, &one.parameters))
     }
 
     pub(super) fn fitted_candidate(&self, member: usize) -> Option<&FittedCandidate> {
         self.stage.fitted_candidates.get(self.place_in_stage(member)?)
     }
 
-    /// Whether a suspect is an effect of the library that chance would hardly make, and of a possible size.
+    /// Whether a candidate is an effect of the library that chance would hardly make, and of a possible size.
     pub(super) fn is_plausible(&self, member: usize) -> bool {
         self.fitted_candidate(member).is_some_and(FittedCandidate::is_plausible)
     }
 
-    /// What a suspect takes from what is left if it comes in alone.
+    /// What a candidate takes from what is left if it comes in alone.
     pub(super) fn gain(&self, member: usize) -> f64 {
-        self.suspects.get(member).map_or(0.0, |one| one.gain)
+        self.candidates.get(member).map_or(0.0, |one| one.gain)
     }
 
-    /// Of some suspects the one that would take most from what is left if it came in alone: what the error is, in the main.
+    /// Of some candidates the one that would take most from what is left if it came in alone: what the error is, in the main.
     pub(super) fn foremost(&self, members: impl Iterator<Item = usize>) -> Option<usize> {
         members.max_by(|left, right| self.gain(*left).total_cmp(&self.gain(*right)))
     }

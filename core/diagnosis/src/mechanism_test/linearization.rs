@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::fitted::Fitted;
 use crate::forward_selection::{FittedCandidate, Stage};
 use crate::laboratory::{Laboratory, LaboratoryError};
-use crate::thresholds::EVIDENCE_SUSPECTS;
+use crate::thresholds::EVIDENCE_CANDIDATES;
 use plumb_calibration::arm_model::AddedEffect;
 use plumb_calibration::effect::{EffectId, kind};
 use plumb_calibration::fit::{Fit, FitOptions};
@@ -68,9 +68,9 @@ impl Laboratory {
         candidate: usize,
         progress: &Progress,
     ) -> Result<Linearization<'a>, LaboratoryError> {
-        // What is not among the suspects has no column to add to what is left.
-        let mut suspects = stage.fitted_candidates.iter().take(EVIDENCE_SUSPECTS);
-        let best = suspects.nth(candidate).filter(|best| may_be_in(best));
+        // What is not among the candidates has no column to add to what is left.
+        let mut candidates = stage.fitted_candidates.iter().take(EVIDENCE_CANDIDATES);
+        let best = candidates.nth(candidate).filter(|best| may_be_in(best));
         let Some(best) = best else { return Ok(Linearization::Stage) };
         let options = FitOptions { robust: false, ..self.options().fit };
         let mut more = stage.taken.clone();
@@ -124,10 +124,10 @@ mod tests {
             matches!(lab.linearized(stage, one, &watch).unwrap(), Linearization::Stage)
         };
         let gain = || crate::testing::fitted_candidate("joint_gain", 1, 0.0);
-        stage.fitted_candidates = (0..=EVIDENCE_SUSPECTS).map(|_| gain()).collect();
+        stage.fitted_candidates = (0..=EVIDENCE_CANDIDATES).map(|_| gain()).collect();
         stage.fitted_candidates.iter_mut().for_each(|one| one.refitted = true);
-        assert!(!is_stage(&stage, EVIDENCE_SUSPECTS - 1));
-        assert!(is_stage(&stage, EVIDENCE_SUSPECTS), "it is no suspect");
+        assert!(!is_stage(&stage, EVIDENCE_CANDIDATES - 1));
+        assert!(is_stage(&stage, EVIDENCE_CANDIDATES), "it is no candidate");
         stage.fitted_candidates[0].refitted = false;
         assert!(is_stage(&stage, 0));
     }

@@ -4,6 +4,7 @@
 //! marginal likelihood (Rasmussen & Williams 2006, chapter 5), effects charged as by Schwarz's criterion, which is a Bayes factor for a prior worth one reading (Kass &
 //! Wasserman 1995; Kass & Raftery 1995).
 
+mod asked;
 mod bench;
 mod left_out_geometry;
 mod linearization;
@@ -12,7 +13,6 @@ mod posterior;
 mod predictions;
 mod rules;
 mod sets;
-mod suspects;
 
 use crate::block_errors::jackknife;
 use crate::explainable::{Features, Mixed, chosen_rows};
@@ -23,6 +23,7 @@ use crate::thresholds::{EVIDENCE_ROWS, NAMING_LEVEL, SITE_LEFT, TIE_BIC};
 pub(crate) use left_out_geometry::{GEOMETRY, explains_as_well};
 pub(crate) use posterior::posterior;
 
+use asked::{Asked, Who, candidates};
 use bench::{Bench, Foremost, Set};
 use linearization::Linearization;
 use nalgebra::{DMatrix, DVector, DVectorView};
@@ -30,7 +31,6 @@ use plumb_calibration::effect::{Effect, EffectId, Family, Site, build, kind};
 use plumb_estimation::chi_squared_tail;
 use predictions::{Predictions, errors_by_blocks};
 use sets::Sets;
-use suspects::{Asked, Who, suspects};
 
 /// Why the foremost effect is not identified.
 #[derive(Debug, Clone, PartialEq)]
@@ -74,7 +74,7 @@ impl Mechanism {
     }
 }
 
-/// What would do in place of the foremost suspect of the likeliest set.
+/// What would do in place of the foremost candidate of the likeliest set.
 #[derive(Default)]
 struct Rivals {
     /// Effects of the library.
@@ -102,22 +102,22 @@ fn along_and_across(way: DVectorView<'_, f64>, own: DVectorView<'_, f64>) -> Opt
 }
 
 impl Bench<'_> {
-    /// What else is at the joint of a suspect, as a fraction of what that explains: whatever smooth functions of the joint do there if they are the whole flexible part, so that
+    /// What else is at the joint of a candidate, as a fraction of what that explains: whatever smooth functions of the joint do there if they are the whole flexible part, so that
     /// none of them makes up for another part, and by how much more everything leaves along the joint's motion than across it.
-    fn fraction_left_at(&self, joint: usize, set: &Set, suspect: usize) -> Option<f64> {
+    fn fraction_left_at(&self, joint: usize, set: &Set, candidate: usize) -> Option<f64> {
         let own = self.components_at(joint);
         // With the other components given up the ones at this joint must take all that is there.
         let alone = self.mixed.fit(&self.parameters(&set.members), Some(&self.mixed.ratios_of(&own)))?;
         let smooth = self.mixed.squares_of_components(&alone, &own);
         let (along, across) = self.along_and_across(joint, set);
-        let explained = self.explained(&alone, suspect).max(f64::MIN_POSITIVE);
+        let explained = self.explained(&alone, candidate).max(f64::MIN_POSITIVE);
         Some((smooth + (along - across).max(0.0)) / explained)
     }
 
-    /// What the flexible part does beside a suspect, as a fraction of what that explains.
-    fn fraction_left(&self, set: &Set, suspect: usize) -> f64 {
+    /// What the flexible part does beside a candidate, as a fraction of what that explains.
+    fn fraction_left(&self, set: &Set, candidate: usize) -> f64 {
         let all: Vec<usize> = (0..self.features.joints.len()).collect();
-        let explained = self.explained(&set.fit, suspect).max(f64::MIN_POSITIVE);
+        let explained = self.explained(&set.fit, candidate).max(f64::MIN_POSITIVE);
         self.mixed.squares_of_components(&set.fit, &all) / explained
     }
 
@@ -147,8 +147,8 @@ impl Bench<'_> {
             let new = set.members.iter().copied().filter(|one| !own.members.contains(one));
             let instead =
                 self.foremost(new).filter(|one| rules::is_close_to(self.gain(*one), self.gain(foremost)));
-            match instead.and_then(|one| Some((one, self.suspects.get(one)?))) {
-                Some((one, suspect)) => match suspect.who {
+            match instead.and_then(|one| Some((one, self.candidates.get(one)?))) {
+                Some((one, candidate)) => match candidate.who {
                     Who::Unlisted(site) => rivals.unlisted = Some(site),
                     Who::Listed(_) if self.is_plausible(one) && !rivals.listed.contains(&one) => {
                         rivals.listed.push(one);
@@ -177,19 +177,19 @@ impl Bench<'_> {
     /// Asked of what bends, and of what functions of its own kind hold for a mechanism without a name alone: a gap where teeth are worn is no play that is the same everywhere.
     fn company(&self, asked: &Foremost<'_>, bends: bool) -> Option<Doubt> {
         let (foremost, set) = (asked.member, asked.set);
-        let suspect = self.suspects.get(foremost)?;
+        let candidate = self.candidates.get(foremost)?;
         if !bends && asked.own_functions.is_empty() {
             return None;
         }
         let most = SITE_LEFT * self.explained(&set.fit, foremost);
         let others = set.members.iter().filter(|one| **one != foremost);
-        let mut others = others.filter_map(|one| Some((*one, self.suspects.get(*one)?)));
+        let mut others = others.filter_map(|one| Some((*one, self.candidates.get(*one)?)));
         let at_same = others.find(|(one, other)| {
             let asked = match other.who {
                 Who::Unlisted(_) => true,
                 Who::Listed(_) => bends && is_of_a_joint(&other.id),
             };
-            asked && other.id.site == suspect.id.site && self.explained(&set.fit, *one) > most
+            asked && other.id.site == candidate.id.site && self.explained(&set.fit, *one) > most
         });
         if let Some((_, other)) = at_same {
             return Some(match other.who {
@@ -197,14 +197,15 @@ impl Bench<'_> {
                 Who::Listed(_) => Doubt::MoreAtItsJoint,
             });
         }
-        let overtones = self.overtones.iter().find(|(wave, _)| wave.same_as(&suspect.id))?;
+        let overtones = self.overtones.iter().find(|(wave, _)| wave.same_as(&candidate.id))?;
         let parameters = [self.parameters(&set.members), overtones.1.clone()].concat();
         let with = self.mixed.fit(&parameters, Some(&set.fit.ratios))?;
         // The overtones are asked together: a worn tooth has all of them.
-        let falls = set.fit.deviance - with.deviance;
-        let asked = falls - (with.rank - set.fit.rank.min(with.rank)) as f64 * self.equations.ln() > TIE_BIC;
+        let reductions = set.fit.deviance - with.deviance;
+        let asked =
+            reductions - (with.rank - set.fit.rank.min(with.rank)) as f64 * self.equations.ln() > TIE_BIC;
         (asked && self.mixed.squares_of(&with, &overtones.1) > most)
-            .then_some(Doubt::Unlisted(suspect.id.site))
+            .then_some(Doubt::Unlisted(candidate.id.site))
     }
 
     /// Whether a size beside the flexible part is that of a real machine, and much the same without that part: within what blocks of rows differ by, or within a fraction of itself.
@@ -232,14 +233,14 @@ impl Bench<'_> {
     /// What is to be said against the foremost of a set.
     fn doubt(&self, asked: &Foremost<'_>, sets: &Sets, rivals: &Rivals) -> Option<Doubt> {
         let (foremost, set) = (asked.member, asked.set);
-        let (Some(fitted_candidate), Some(suspect)) =
-            (self.fitted_candidate(foremost), self.suspects.get(foremost))
+        let (Some(fitted_candidate), Some(candidate)) =
+            (self.fitted_candidate(foremost), self.candidates.get(foremost))
         else {
             return Some(Doubt::NotPassed);
         };
         let values = self.values(set, foremost);
         let (wald, rank) = wald(&values);
-        let chance = rules::chance_among(chi_squared_tail(wald, rank), self.families(), suspect.cost);
+        let chance = rules::chance_among(chi_squared_tail(wald, rank), self.families(), candidate.cost);
         if fitted_candidate.outvoted || chance >= NAMING_LEVEL {
             return Some(Doubt::NotPassed);
         }
@@ -258,11 +259,11 @@ impl Bench<'_> {
         // One that can imitate anything at its joint, or that does no better than functions of its own kind, may be no more than the greater part of something else there.
         let no_better =
             !asked.own_functions.is_empty() && (rivals.smooth && !beats_smooth || !rules::predicts(beside));
-        let bends = imitates(&suspect.id) || no_better;
+        let bends = imitates(&candidate.id) || no_better;
         if let Some(company) = self.company(asked, bends) {
             return Some(company);
         }
-        let joint = suspect.id.joint().filter(|_| is_of_a_joint(&suspect.id));
+        let joint = candidate.id.joint().filter(|_| is_of_a_joint(&candidate.id));
         // What has no joint to be judged at is judged by everything else. Several numbers, as those of gravity without masses, bend to much.
         let (fraction, bends) = match joint {
             Some(joint) => (self.fraction_left_at(joint, set, foremost), bends || rank > 1.0),
@@ -277,7 +278,7 @@ impl Bench<'_> {
             return Some(Doubt::NotPredicted);
         };
         let model = self.stage.fitted.problem.model;
-        let steady = build(&suspect.id, model)
+        let steady = build(&candidate.id, model)
             .is_ok_and(|one| self.has_steady_size(one.as_ref(), &values, &predictions));
         (!steady).then_some(Doubt::Size)
     }
@@ -286,7 +287,7 @@ impl Bench<'_> {
     /// represents it in the likeliest set, that other.
     fn asked<'s>(&self, sets: &'s Sets) -> Option<(usize, &'s Set)> {
         let best = sets.all.first()?;
-        let plausible = (0..self.suspects.len()).filter(|one| self.is_plausible(*one));
+        let plausible = (0..self.candidates.len()).filter(|one| self.is_plausible(*one));
         // The likeliest set may do without the greatest error where the flexible part stands in for it; what a user wants explained is that error.
         let greatest = self.foremost(plausible)?;
         let own = self.foremost(best.members.iter().copied());
@@ -304,7 +305,7 @@ impl Bench<'_> {
         let doubt = self.doubt(&asked, sets, &rivals);
         let close = std::iter::once(&foremost).chain(&rivals.listed);
         let close = close.filter_map(|one| self.place_in_stage(*one)).collect();
-        let inclusion = sets.inclusion(self.suspects.len());
+        let inclusion = sets.inclusion(self.candidates.len());
         let probabilities = inclusion.iter().enumerate().filter(|(one, _)| self.is_plausible(*one));
         let probabilities =
             probabilities.filter_map(|(one, likely)| Some((self.place_in_stage(one)?, *likely)));
@@ -357,10 +358,10 @@ impl Mechanism {
         let Fitted { problem, fit } = about.fitted(stage);
         let rows = chosen_rows(problem, fit, EVIDENCE_ROWS);
         let mut features = Features::of(problem, fit, &rows);
-        let Asked { suspects, overtones, columns } = suspects(stage, about, unlisted, &rows);
-        for suspect in &suspects {
-            if let Some(values) = about.values_in(&suspect.id) {
-                features.add_to_residuals(&(columns.select_columns(&suspect.parameters) * values));
+        let Asked { candidates, overtones, columns } = candidates(stage, about, unlisted, &rows);
+        for candidate in &candidates {
+            if let Some(values) = about.values_in(&candidate.id) {
+                features.add_to_residuals(&(columns.select_columns(&candidate.parameters) * values));
             }
         }
         // A flexible part that could follow every reading would hide what a mechanism leaves at its joint.
@@ -370,7 +371,7 @@ impl Mechanism {
         let mixed = Mixed::new(&features, &columns)?;
         let nothing = mixed.fit(&[], None)?;
         let equations = columns.nrows() as f64;
-        let bench = Bench { stage, suspects, overtones, rows, features, mixed, nothing, equations };
+        let bench = Bench { stage, candidates, overtones, rows, features, mixed, nothing, equations };
         let sets = Sets::search(&bench);
         bench.judged(&sets)
     }

@@ -1,12 +1,12 @@
 //! Each effect asked about the fit in which it is, where its rivals are asked about theirs.
 
+use super::asked::gain_of;
 use super::linearization::may_be_in;
-use super::suspects::gain_of;
 use super::{Mechanism, rules};
 use crate::forward_selection::{FittedCandidate, Stage};
 use crate::laboratory::{Laboratory, LaboratoryError};
 use crate::score_test::Probe;
-use crate::thresholds::{EVIDENCE_SUSPECTS, TIE_BIC};
+use crate::thresholds::{EVIDENCE_CANDIDATES, TIE_BIC};
 use plumb_estimation::Progress;
 
 /// Other effects at the place of what was found that are asked about their own fit at most: those behind explain much less.
@@ -17,7 +17,7 @@ fn rivals_at_its_place(stage: &Stage<'_>, found: &Mechanism) -> Vec<usize> {
     let Some(foremost) = found.close.first().copied() else { return Vec::new() };
     let own = stage.fitted_candidates.get(foremost).filter(|own| may_be_in(own));
     let Some(own) = own else { return Vec::new() };
-    let others = stage.fitted_candidates.iter().enumerate().take(EVIDENCE_SUSPECTS);
+    let others = stage.fitted_candidates.iter().enumerate().take(EVIDENCE_CANDIDATES);
     let rivals = others.filter(|(index, one)| {
         // What is tied with it already is no less a rival at its own fit.
         !found.close.contains(index)

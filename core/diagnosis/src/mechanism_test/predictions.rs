@@ -11,9 +11,9 @@ use plumb_estimation::{for_each, huber_constant, median};
 pub(super) struct Predictions {
     /// By how many standard errors the rows are predicted better with it than by everything else, in the way of leaving blocks out in which it does least.
     pub(super) gain: f64,
-    /// The same where the flexible part keeps the variances it has beside the suspect, and so cannot take its place.
+    /// The same where the flexible part keeps the variances it has beside the candidate, and so cannot take its place.
     pub(super) gain_beside: f64,
-    /// The same without what the flexible part has of the suspect's own kind at its joint ([`Foremost::own_functions`]).
+    /// The same without what the flexible part has of the candidate's own kind at its joint ([`Foremost::own_functions`]).
     pub(super) gain_apart: f64,
     /// Its values without the flexible part.
     pub(super) plain: Vec<f64>,
@@ -23,14 +23,14 @@ pub(super) struct Predictions {
 }
 
 impl Predictions {
-    /// Of a suspect of `set`; `without` is the same set without it. Nothing where what is left without a block does not determine what is fitted.
+    /// Of a candidate of `set`; `without` is the same set without it. Nothing where what is left without a block does not determine what is fitted.
     pub(super) fn of(bench: &Bench<'_>, asked: &Foremost<'_>, without: &Set) -> Option<Self> {
-        let (suspect, set) = (asked.member, asked.set);
+        let (candidate, set) = (asked.member, asked.set);
         let table = bench.stage.fitted.problem.table;
         // An infinite ratio gives a component up: nothing flexible is left.
         let stiff = vec![f64::INFINITY; bench.nothing.ratios.len()];
         let plain = bench.mixed.fit(&bench.parameters(&set.members), Some(&stiff))?;
-        let joint = bench.suspects.get(suspect)?.id.joint();
+        let joint = bench.candidates.get(candidate)?.id.joint();
         let scale = robust_scale(bench.mixed.residuals(&set.fit).as_slice());
         let mut ways = vec![region_blocks(table, &bench.rows)];
         ways.extend(joint.map(|joint| joint_blocks(table, &bench.rows, joint)));
@@ -40,7 +40,7 @@ impl Predictions {
             gain: f64::INFINITY,
             gain_beside: f64::INFINITY,
             gain_apart: f64::INFINITY,
-            plain: bench.part(set, suspect, plain.values.as_slice()).to_vec(),
+            plain: bench.part(set, candidate, plain.values.as_slice()).to_vec(),
             values: Vec::new(),
             plain_values: Vec::new(),
         };
@@ -49,22 +49,22 @@ impl Predictions {
             let left_out = bench.mixed.leave_out(equations)?;
             let blocks =
                 for_each(&left_out, |one| compared_without(bench, (&set.fit, &compared), one, scale));
-            let mut falls = vec![vec![0.0; bench.mixed.equations()]; compared.len()];
+            let mut reductions = vec![vec![0.0; bench.mixed.equations()]; compared.len()];
             for (block, left_out) in blocks.into_iter().zip(&left_out) {
                 let (values, own) = block?;
-                for (falls, own) in falls.iter_mut().zip(&own) {
-                    own.iter().for_each(|(equation, fall)| falls[*equation] = *fall);
+                for (reductions, own) in reductions.iter_mut().zip(&own) {
+                    own.iter().for_each(|(equation, reduction)| reductions[*equation] = *reduction);
                 }
                 // The jackknife wants blocks of one kind: regions, the first way.
                 if number == 0 {
                     let (_, plain_values) = bench.mixed.predict(&plain, left_out)?;
-                    predictions.values.push(bench.part(set, suspect, &values).to_vec());
-                    predictions.plain_values.push(bench.part(set, suspect, &plain_values).to_vec());
+                    predictions.values.push(bench.part(set, candidate, &values).to_vec());
+                    predictions.plain_values.push(bench.part(set, candidate, &plain_values).to_vec());
                 }
             }
             let least = [&mut predictions.gain, &mut predictions.gain_beside, &mut predictions.gain_apart];
-            for (least, falls) in least.into_iter().zip(&falls) {
-                *least = least.min(bench.gain_over(falls));
+            for (least, reductions) in least.into_iter().zip(&reductions) {
+                *least = least.min(bench.gain_over(reductions));
             }
         }
         if asked.own_functions.is_empty() {
@@ -74,13 +74,13 @@ impl Predictions {
     }
 }
 
-/// A fit without the suspect, and one with it where that is not the set's own.
+/// A fit without the candidate, and one with it where that is not the set's own.
 type Comparison = (MixedFit, Option<MixedFit>);
 
 /// Equations of a block, each with the fall of its loss.
-type Falls = Vec<(usize, f64)>;
+type Reductions = Vec<(usize, f64)>;
 
-/// What is compared: a fit without the suspect, and one with it where that is not the set's own. Without functions of the suspect's own kind there is nothing to leave out:
+/// What is compared: a fit without the candidate, and one with it where that is not the set's own. Without functions of the candidate's own kind there is nothing to leave out:
 /// the third comparison is the second.
 fn comparisons(without: &Set, asked: &Foremost<'_>) -> Vec<Comparison> {
     let (own, with) = (&asked.own_functions, &asked.set.fit);
@@ -98,30 +98,32 @@ fn compared_without(
     (own, compared): (&MixedFit, &[Comparison]),
     left_out: &LeftOutRows,
     scale: f64,
-) -> Option<(Vec<f64>, Vec<Falls>)> {
+) -> Option<(Vec<f64>, Vec<Reductions>)> {
     let fits = compared.iter().flat_map(|(before, with)| [before, with.as_ref().unwrap_or(own)]);
     let fits: Vec<&MixedFit> = std::iter::once(own).chain(fits).collect();
     let predicted = bench.mixed.predict_each(&fits, left_out)?;
     let ((_, values), pairs) = predicted.split_first()?;
-    let falls = pairs.as_chunks::<2>().0.iter().map(|[(before, _), (after, _)]| {
+    let reductions = pairs.as_chunks::<2>().0.iter().map(|[(before, _), (after, _)]| {
         let equations = before.iter().zip(after);
-        equations.map(|((equation, before), (_, after))| (*equation, fall(*before, *after, scale))).collect()
+        equations
+            .map(|((equation, before), (_, after))| (*equation, reduction(*before, *after, scale)))
+            .collect()
     });
-    Some((values.clone(), falls.collect()))
+    Some((values.clone(), reductions.collect()))
 }
 
 /// Standard errors of the values of the effect that is asked, beside the flexible part, as blocks of rows have them; nothing where what is left without a block does not
 /// determine what is fitted.
 pub(super) fn errors_by_blocks(bench: &Bench<'_>, asked: &Foremost<'_>) -> Option<Vec<f64>> {
-    let (suspect, set) = (asked.member, asked.set);
-    let mut errors = vec![0.0; bench.parameters(&[suspect]).len()];
+    let (candidate, set) = (asked.member, asked.set);
+    let mut errors = vec![0.0; bench.parameters(&[candidate]).len()];
     for blocks in block_errors::ways(bench.stage.fitted.problem.table, &bench.rows) {
         let equations = blocks.iter().map(|block| bench.equations_of(block)).collect();
         let mut without = Vec::new();
         let left_out = bench.mixed.leave_out(equations)?;
         for predicted in for_each(&left_out, |one| bench.mixed.predict(&set.fit, one)) {
             let (_, values) = predicted?;
-            without.push(bench.part(set, suspect, &values).to_vec());
+            without.push(bench.part(set, candidate, &values).to_vec());
         }
         block_errors::raise(&mut errors, &without);
     }
@@ -130,11 +132,12 @@ pub(super) fn errors_by_blocks(bench: &Bench<'_>, asked: &Foremost<'_>) -> Optio
 
 impl Bench<'_> {
     /// By how many standard errors losses fall, over poses; from the fall at every equation.
-    fn gain_over(&self, falls: &[f64]) -> f64 {
+    fn gain_over(&self, reductions: &[f64]) -> f64 {
         let poses = pose_groups(self.stage.fitted.problem.table, &self.rows);
-        let falls = poses.iter().map(|rows| self.equations_of(rows).into_iter().map(|one| falls[one]).sum());
-        let falls: Vec<f64> = falls.collect();
-        Gain::over(&falls).map_or(0.0, |gain| gain.total / gain.error.max(f64::MIN_POSITIVE))
+        let reductions =
+            poses.iter().map(|rows| self.equations_of(rows).into_iter().map(|one| reductions[one]).sum());
+        let reductions: Vec<f64> = reductions.collect();
+        Gain::over(&reductions).map_or(0.0, |gain| gain.total / gain.error.max(f64::MIN_POSITIVE))
     }
 
     /// Equations of some of the rows.
@@ -151,7 +154,7 @@ fn loss(residual: f64, scale: f64) -> f64 {
 }
 
 /// By how much a residual's loss falls: below zero where it is predicted worse.
-fn fall(before: f64, after: f64, scale: f64) -> f64 {
+fn reduction(before: f64, after: f64, scale: f64) -> f64 {
     loss(before, scale) - loss(after, scale)
 }
 
@@ -173,8 +176,8 @@ mod tests {
         assert!((loss(-0.99 * constant, 2.0) - (0.99 * constant).powi(2)).abs() < 1e-12);
         let (near, far) = (loss(3.0 * constant, 2.0), loss(4.0 * constant, 2.0));
         assert!((far - near - 2.0 * constant * constant).abs() < 1e-9, "{near} {far}");
-        assert!((fall(0.5, -0.25, 2.0) - (0.25 - 0.0625)).abs() < 1e-12);
-        assert!((fall(-0.25, 0.5, 2.0) + (0.25 - 0.0625)).abs() < 1e-12, "it grows");
+        assert!((reduction(0.5, -0.25, 2.0) - (0.25 - 0.0625)).abs() < 1e-12);
+        assert!((reduction(-0.25, 0.5, 2.0) + (0.25 - 0.0625)).abs() < 1e-12, "it grows");
     }
 
     #[test]

@@ -1,5 +1,5 @@
-//! Which suspects act at once. On a real machine several effects do: one of them alone, weighed against another alone, is weighed by what both lack. So sets of
-//! suspects are compared, grown one by one from the likeliest few and improved by exchanges; those about as likely as the best make up Occam's window (Madigan &
+//! Which candidates act at once. On a real machine several effects do: one of them alone, weighed against another alone, is weighed by what both lack. So sets of
+//! candidates are compared, grown one by one from the likeliest few and improved by exchanges; those about as likely as the best make up Occam's window (Madigan &
 //! Raftery 1994, Journal of the American Statistical Association 89, 1535; Hoeting et al. 1999 on averaging over it).
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -12,7 +12,7 @@ use plumb_estimation::for_each;
 /// Sets of one size that are grown further.
 const GROWN: usize = 3;
 
-/// Suspects that are tried beside a set, or in place of one of its members: those that promise most while the flexible part keeps its variances.
+/// Candidates that are tried beside a set, or in place of one of its members: those that promise most while the flexible part keeps its variances.
 const TRIED: usize = 4;
 
 /// Times that exchanges are tried.
@@ -57,7 +57,7 @@ impl Search<'_> {
     /// The sets with one more member that promise most.
     fn wider(&self, set: &Set) -> Vec<Vec<usize>> {
         let Some(evidence) = self.bench.mixed.evidence_at(&set.fit.ratios) else { return Vec::new() };
-        let others = (0..self.bench.suspects.len()).filter(|one| !set.members.contains(one));
+        let others = (0..self.bench.candidates.len()).filter(|one| !set.members.contains(one));
         let mut promised: Vec<(f64, Vec<usize>)> = others
             .map(|other| {
                 // Ascending, so that one set has one name however it was reached.
@@ -122,12 +122,12 @@ impl Search<'_> {
 }
 
 impl Sets {
-    /// Searches among the suspects of a stage.
+    /// Searches among the candidates of a stage.
     pub(super) fn search(bench: &Bench<'_>) -> Self {
         let nothing =
             Set { members: Vec::new(), fit: bench.nothing.clone(), criterion: bench.nothing.deviance };
         let mut search = Search { bench, known: BTreeMap::from([(Vec::new(), Some(nothing))]) };
-        let alone = (0..bench.suspects.len()).map(|one| (vec![one], bench.nothing.ratios.clone()));
+        let alone = (0..bench.candidates.len()).map(|one| (vec![one], bench.nothing.ratios.clone()));
         search.weigh(alone.collect());
         search.grow();
         for _ in 0..EXCHANGES {
@@ -138,17 +138,17 @@ impl Sets {
         search.settled()
     }
 
-    /// The likeliest set without a suspect, among those that have all other members of `beside`.
-    pub(super) fn without(&self, suspect: usize, beside: &Set) -> Option<&Set> {
-        let rest = beside.members.iter().copied().filter(|one| *one != suspect);
+    /// The likeliest set without a candidate, among those that have all other members of `beside`.
+    pub(super) fn without(&self, candidate: usize, beside: &Set) -> Option<&Set> {
+        let rest = beside.members.iter().copied().filter(|one| *one != candidate);
         let rest: Vec<usize> = rest.collect();
         self.all.iter().find(|set| set.members == rest)
     }
 
-    /// Posterior probability that each suspect is at work: that of all sets it is in, every set as likely before but for what its choice is charged.
-    pub(super) fn inclusion(&self, suspects: usize) -> Vec<f64> {
+    /// Posterior probability that each candidate is at work: that of all sets it is in, every set as likely before but for what its choice is charged.
+    pub(super) fn inclusion(&self, candidates: usize) -> Vec<f64> {
         let criteria: Vec<f64> = self.all.iter().map(|set| set.criterion).collect();
-        let mut found = vec![0.0; suspects];
+        let mut found = vec![0.0; candidates];
         for (set, likely) in self.all.iter().zip(posterior(&criteria)) {
             for member in &set.members {
                 found[*member] += likely;
@@ -171,8 +171,8 @@ mod tests {
         with_wave_in(&beside, off, |bench, _| {
             let mut search = Search { bench, known: BTreeMap::new() };
             let index = |text: &str| {
-                let label = |one: usize| bench.stage.fitted.problem.model.label(&bench.suspects[one].id);
-                (0..bench.suspects.len()).find(|one| label(*one) == text).unwrap()
+                let label = |one: usize| bench.stage.fitted.problem.model.label(&bench.candidates[one].id);
+                (0..bench.candidates.len()).find(|one| label(*one) == text).unwrap()
             };
             let mut wrong = vec![index("joint_harmonic(elbow, 5)"), index("joint_harmonic(shoulder, 7)")];
             wrong.sort_unstable();

@@ -202,10 +202,10 @@ pub(super) fn with_wave_in<T>(
     let rows = fit.rows.clone();
     let mut features = Features::plain(problem, fit, &rows);
     features.carriers = Features::of(problem, fit, &rows).carriers;
-    let Asked { suspects, overtones, columns } = suspects(&stage, &Linearization::Stage, &[], &rows);
+    let Asked { candidates, overtones, columns } = candidates(&stage, &Linearization::Stage, &[], &rows);
     let mixed = Mixed::new(&features, &columns).unwrap();
     let (nothing, equations) = (mixed.fit(&[], None).unwrap(), columns.nrows() as f64);
-    let bench = Bench { stage: &stage, suspects, overtones, rows, features, mixed, nothing, equations };
+    let bench = Bench { stage: &stage, candidates, overtones, rows, features, mixed, nothing, equations };
     let members: Vec<usize> = (0..expected.len()).collect();
     let set = bench.fitted(&members, &bench.nothing.ratios, 9).unwrap();
     ask(&bench, &set)

@@ -10,11 +10,11 @@ use plumb_estimation::Progress;
 #[test]
 fn a_gain_has_the_standard_error_of_a_sum() {
     // Deviations -2, 0, 2, 0 from the mean of 3: variance 8 / 3, and of the sum of four 4 times that.
-    let falls = [1.0, 3.0, 5.0, 3.0];
-    let gain = Gain::over(&falls).unwrap();
+    let reductions = [1.0, 3.0, 5.0, 3.0];
+    let gain = Gain::over(&reductions).unwrap();
     let error = (4.0 * (4.0 + 0.0 + 4.0 + 0.0) / 3.0_f64).sqrt();
     assert!((gain.total - 12.0).abs() < 1e-12 && (gain.error - error).abs() < 1e-12);
-    assert!(Gain::over(&falls[..2]).is_none(), "two poses have no scatter to speak of");
+    assert!(Gain::over(&reductions[..2]).is_none(), "two poses have no scatter to speak of");
 }
 
 #[test]
@@ -32,9 +32,9 @@ fn waves(amplitude: f64, seed: u64) -> (f64, Vec<Gain>) {
     let before = lab.fit_with(&[], None, &Progress::unwatched()).unwrap();
     let more = [AddedEffect { id: id.clone(), values: vec![0.0; count] }];
     let after = lab.fit_with(&more, Some(&before), &Progress::unwatched()).unwrap();
-    let fall = before.fit.normal.squares - after.fit.normal.squares;
+    let reduction = before.fit.normal.squares - after.fit.normal.squares;
     (
-        fall,
+        reduction,
         Judge::of(&before, Holdout::Regions, std::iter::once(&id))
             .gains(&after.fit, &Derivatives::of(&after.problem, &after.fit), &id)
             .0,
@@ -56,22 +56,22 @@ fn what_is_promised_is_what_is_left_in_points_not_the_root_of_what_goes() {
 #[test]
 fn an_effect_that_is_there_predicts_rows_it_has_not_seen() {
     for seed in 0..5 {
-        let (fall, gains) = waves(0.02, seed);
-        assert!(fall > 0.0 && gains.len() == 2, "by regions and by ranges of its joint");
+        let (reduction, gains) = waves(0.02, seed);
+        assert!(reduction > 0.0 && gains.len() == 2, "by regions and by ranges of its joint");
         assert!(gains.iter().all(Gain::counts), "seed {seed}: {gains:?}");
     }
 }
 
 #[test]
 fn an_effect_that_is_not_there_fits_but_does_not_predict() {
-    let (mut falls, mut gains) = (0.0, 0.0);
+    let (mut reductions, mut gains) = (0.0, 0.0);
     for seed in 0..12 {
-        let (fall, ways) = waves(0.0, 100 + seed);
-        falls += fall;
+        let (reduction, ways) = waves(0.0, 100 + seed);
+        reductions += reduction;
         gains += ways.iter().map(|gain| gain.total).sum::<f64>() / ways.len() as f64;
         assert!(!ways.iter().all(Gain::counts), "seed {seed}: {ways:?}");
     }
-    assert!(falls > 0.0, "in sample two more parameters always explain something");
+    assert!(reductions > 0.0, "in sample two more parameters always explain something");
     assert!(gains < 0.0, "out of sample they do harm: {gains}");
 }
 

@@ -259,9 +259,9 @@ fn effects_of_sensor_and_instrument_change_what_is_read_and_not_where_the_arm_is
 #[test]
 fn a_root_mean_square_falls_by_the_difference_of_the_roots() {
     // 4 points: from 5 to 4, and never below nothing.
-    assert!((expected_fall(100.0, 36.0, 4.0) - 1.0).abs() < 1e-12);
-    assert!((expected_fall(100.0, 200.0, 4.0) - 5.0).abs() < 1e-12);
-    assert_eq!(expected_fall(100.0, 0.0, 4.0), 0.0);
+    assert!((expected_reduction(100.0, 36.0, 4.0) - 1.0).abs() < 1e-12);
+    assert!((expected_reduction(100.0, 200.0, 4.0) - 5.0).abs() < 1e-12);
+    assert_eq!(expected_reduction(100.0, 0.0, 4.0), 0.0);
 }
 
 /// A finding on fitted candidates made by hand, and what is asked of it.

@@ -68,8 +68,8 @@ fn a_family_of_harmonics_is_found_at_one_go_and_holds_on_rows_not_fitted() {
     assert!(held_out < 0.042, "{held_out}");
     assert!(growth.start.fit > 0.1, "{:?}", growth.start);
     // The error falls from step to step, and what was left out is reported beside.
-    let falls: Vec<f64> = growth.steps.iter().map(|step| step.rms_mm.fit).collect();
-    assert!(falls.windows(2).all(|pair| pair[1] < pair[0]), "{falls:?}");
+    let reductions: Vec<f64> = growth.steps.iter().map(|step| step.rms_mm.fit).collect();
+    assert!(reductions.windows(2).all(|pair| pair[1] < pair[0]), "{reductions:?}");
     let ways: Vec<&str> = growth.extrapolation.iter().map(|way| way.left_out.as_str()).collect();
     assert_eq!(&ways[..2], ["regions", "time:0.3"]);
     assert!(growth.steps.last().unwrap().model.is_some());

@@ -59,11 +59,11 @@ fn a_report_is_one_page_that_gives_the_story_and_needs_no_other_file() {
     let story = vec![chapter(0, "the model <as> written"), chapter(1, "add joint_gain(elbow)")];
     let report =
         laboratory(&model, &table, Options::default()).report(story, &Progress::unwatched()).unwrap();
-    assert_eq!(report.fall.len(), 2);
-    assert!(report.fall[1].fit_mm2 < 0.2 * report.fall[0].fit_mm2, "{:?}", report.fall);
+    assert_eq!(report.error_steps.len(), 2);
+    assert!(report.error_steps[1].fit_mm2 < 0.2 * report.error_steps[0].fit_mm2, "{:?}", report.error_steps);
     assert!(report.moved.iter().any(|moved| moved.contains("joint_zero(")), "{:?}", report.moved);
-    assert_eq!(report.fall[0].kind, StepKind::Start);
-    assert_eq!(report.fall[1].kind, StepKind::Mechanism);
+    assert_eq!(report.error_steps[0].kind, StepKind::Start);
+    assert_eq!(report.error_steps[1].kind, StepKind::Mechanism);
     let page = html(&report);
     for part in [
         "<!DOCTYPE html>",
@@ -144,7 +144,7 @@ fn the_fall_of_a_report_is_solid_for_mechanisms_and_hatched_from_the_first_corre
     assert_eq!(html(&report).matches("class=\"correction\"").count(), 0);
     let noise = report.comparison.floor_of_a_point_mm.unwrap();
     assert!((noise - 0.02 * 3.0_f64.sqrt()).abs() < 1e-9, "a point's error in space, as the bars: {noise}");
-    report.fall[2].kind = StepKind::Correction;
+    report.error_steps[2].kind = StepKind::Correction;
     let page = html(&report);
     assert_eq!(page.matches("class=\"mechanism\"").count(), 2);
     assert_eq!(page.matches("class=\"correction\"").count(), 1);

@@ -4,7 +4,7 @@
 use std::collections::HashSet;
 use std::fmt::Write;
 
-use super::fall_picture;
+use super::error_picture;
 use super::shown_rows::shown;
 use super::tables::{
     all_rows, along_joints, candidates, effects, errors, groups, list, most_turned_rows, next,
@@ -170,7 +170,7 @@ fn how_sure(out: &mut String, report: &Report) -> std::fmt::Result {
 
 fn what_adding_did(out: &mut String, report: &Report, shown: &HashSet<u32>) -> std::fmt::Result {
     writeln!(out, "<h2>What adding effects did: the fall of the error</h2>")?;
-    fall_picture::draw(out, report)?;
+    error_picture::draw(out, report)?;
     plots(out, &own_plots(report, true, shown))?;
     effects(out, &report.comparison)?;
     list(

@@ -10,7 +10,7 @@ use plumb_simulated::physics::campaign::audit::Basis;
 use super::evidence::{Evidence, Projected, dot};
 use plumb::commands::trial::score::{Candidate, Diagnosis};
 
-const NEEDED_FALL: f64 = 6.0;
+const NEEDED_REDUCTION: f64 = 6.0;
 const LEAST_STANDARD_ERRORS: f64 = 2.0;
 const MASK_BEYOND: f64 = 2.5;
 const PASSES: usize = 5;
@@ -79,7 +79,7 @@ fn search(problem: &Projected) -> Vec<usize> {
     for term in physical {
         terms.push(term);
         let tried = value(&terms);
-        if tried < best - NEEDED_FALL && terms.len() <= GREATEST_SIZE {
+        if tried < best - NEEDED_REDUCTION && terms.len() <= GREATEST_SIZE {
             best = tried;
         } else {
             terms.pop();
@@ -92,7 +92,7 @@ fn search(problem: &Projected) -> Vec<usize> {
         else {
             break;
         };
-        if tried >= best - NEEDED_FALL {
+        if tried >= best - NEEDED_REDUCTION {
             break;
         }
         best = tried;

@@ -108,7 +108,7 @@ pub(super) fn accept(arguments: &AcceptArguments) -> Result<String, Box<dyn Erro
     write(&arguments.pair, &opened, did, &accepted)
 }
 
-/// What became of an error: `falls from 0.5000 to 0.1000 mm`.
+/// What became of an error: `reductions from 0.5000 to 0.1000 mm`.
 fn change_of_error(before: f64, after: f64, unit: ReadingUnit) -> String {
     let (shown_before, shown_after) = (format!("{before:.4}"), format!("{after:.4}"));
     if shown_before == shown_after {
@@ -165,7 +165,7 @@ fn write(
 }
 
 /// The fall of the error, step by step; then by mechanisms alone, and by both, where corrections were added.
-fn fall(growth: &Growth) -> String {
+fn reduction(growth: &Growth) -> String {
     let unit = growth.diagnosis.unit;
     let mut text = format!("{:<34} fit {:.4} {unit}\n", "start", growth.start.fit);
     for step in &growth.steps {
@@ -252,7 +252,7 @@ pub(super) fn grow(arguments: &GrowArguments) -> Result<String, Box<dyn Error>> 
     if arguments.pair.json {
         return Ok(super::json(&json::growth(&growth)?)?);
     }
-    let mut text = fall(&growth);
+    let mut text = reduction(&growth);
     for way in &growth.extrapolation {
         let (with, without) = (way.rms_mm, way.without_mm);
         text.push_str(&format!(

@@ -100,7 +100,7 @@ fn folder(directory: &Path, run: i64) -> PathBuf {
 }
 
 /// How the error of a model fell, revision by revision, as SVG.
-pub(super) fn fall(directory: &Path, run: i64, model: usize) -> Result<String, DrawingError> {
+pub(super) fn error_steps(directory: &Path, run: i64, model: usize) -> Result<String, DrawingError> {
     let models = models(directory, run)?;
     let path = models.get(model).ok_or(DrawingError::Unknown { run })?;
     let history = Family::of(path)?.history()?;

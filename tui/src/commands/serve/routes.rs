@@ -41,7 +41,7 @@ pub(super) fn router(shared: Arc<Shared>) -> Router {
         .route("/api/state", get(state))
         .route("/api/events", get(events))
         .route("/api/drawings", get(drawings))
-        .route("/api/fall.svg", get(fall))
+        .route("/api/fall.svg", get(error_steps))
         .route("/api/cloud.png", get(cloud))
         .route("/api/lease", post(take_lease).delete(give_lease_back))
         .route("/api/answer", post(answer))
@@ -101,9 +101,9 @@ async fn drawings(State(shared): Served, address: Uri) -> Response {
     }
 }
 
-async fn fall(State(shared): Served, address: Uri) -> Response {
+async fn error_steps(State(shared): Served, address: Uri) -> Response {
     let model = part(&address, "model").and_then(|model| model.parse().ok()).unwrap_or(0);
-    match drawn(&shared, &address, move |directory, run| drawings::fall(directory, run, model)).await {
+    match drawn(&shared, &address, move |directory, run| drawings::error_steps(directory, run, model)).await {
         Ok(svg) => ([(header::CONTENT_TYPE, "image/svg+xml")], svg).into_response(),
         Err(refused) => refused,
     }

@@ -18,7 +18,7 @@ use tokio::sync::mpsc::UnboundedReceiver;
 use super::lab_thread::{InHand, LabThread, ScreensEnd, WorkError, line};
 use super::request::{LabAnswer, LabRequest};
 use super::residuals::Residuals;
-use super::state::{Doubtful, FallStep, ModelState, Preview};
+use super::state::{Doubtful, ErrorStep, ModelState, Preview};
 use super::summary;
 use crate::commands::model::arguments::{OpenError, Opened};
 
@@ -135,7 +135,7 @@ struct Layer {
     laboratory: Laboratory,
     /// Its revision.
     number: u32,
-    step: FallStep,
+    step: ErrorStep,
 }
 
 /// The lab's own thread: the models from the original to the newest.
@@ -205,14 +205,18 @@ impl Worker {
         self.judged = None;
         self.thread.begin_judging();
         let Some(top) = self.layers.last() else { return Ok(()) };
-        let fall: Vec<FallStep> = self.layers.iter().map(|layer| layer.step.clone()).collect();
-        self.thread.report(LabAnswer::Compared(Box::new(summary::compared(comparison, &fall))));
+        let error_steps: Vec<ErrorStep> = self.layers.iter().map(|layer| layer.step.clone()).collect();
+        self.thread.report(LabAnswer::Compared(Box::new(summary::compared(comparison, &error_steps))));
         let progress = self.progress();
         let diagnosis = top.laboratory.with_hypothesis(top.laboratory.diagnose(&progress)?, &progress)?;
         let plots =
             top.laboratory.effect_plots(&summary::plotted(comparison, &diagnosis), &self.progress())?;
-        self.thread
-            .report(LabAnswer::Examined(Box::new(summary::examined(comparison, &diagnosis, plots, &fall))));
+        self.thread.report(LabAnswer::Examined(Box::new(summary::examined(
+            comparison,
+            &diagnosis,
+            plots,
+            &error_steps,
+        ))));
         self.judged = Some(diagnosis);
         Ok(())
     }

@@ -32,5 +32,5 @@ pub(crate) use view::view;
 #[cfg(test)]
 pub(crate) mod testing {
     pub(crate) use super::residuals::Residuals;
-    pub(crate) use super::state::{Card, CardStatus, FallStep, ModelSummary, StripLine};
+    pub(crate) use super::state::{Card, CardStatus, ErrorStep, ModelSummary, StripLine};
 }

@@ -148,7 +148,7 @@ pub(crate) struct ModelSummary {
     /// What the user should know besides.
     pub warnings: Vec<String>,
     /// The error from the bare model to this one, effect by effect.
-    pub fall: Vec<FallStep>,
+    pub error_steps: Vec<ErrorStep>,
 }
 
 /// One candidate.
@@ -194,7 +194,7 @@ pub(crate) enum CardStatus {
 
 /// The error after one effect.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct FallStep {
+pub(crate) struct ErrorStep {
     /// The effect added; `start` at first.
     pub added: String,
     /// What that is.
@@ -239,7 +239,7 @@ impl ModelState {
 
     /// Whether an effect was added that can be taken away again.
     pub(crate) fn can_undo(&self) -> bool {
-        self.summary.as_ref().is_some_and(|summary| summary.fall.len() > 1)
+        self.summary.as_ref().is_some_and(|summary| summary.error_steps.len() > 1)
     }
 
     /// Whether judging the candidates, or the fit before it, was given up, so that it can be asked for.

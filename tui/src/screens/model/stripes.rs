@@ -15,7 +15,7 @@ use super::lab::Lab;
 use super::lab_thread::{LabThread, WorkError};
 use super::request::{LabAnswer, LabRequest};
 use super::residuals::Residuals;
-use super::state::{Doubtful, FallStep, ModelState, ModelSummary, Preview};
+use super::state::{Doubtful, ErrorStep, ModelState, ModelSummary, Preview};
 use super::summary;
 use crate::commands::stripe::Stripes;
 
@@ -54,7 +54,8 @@ pub(crate) fn open(stripes: Stripes, files: &str) -> (Lab, ModelState) {
     let (lab, thread) = Lab::with_thread();
     let state = ModelState::new(&stripes.model.arm, files);
     let begun_with = stripes.added.len();
-    let worker = Worker { begun_with, stripes, fall: Vec::new(), adjusted: None, judged: None, thread };
+    let worker =
+        Worker { begun_with, stripes, error_steps: Vec::new(), adjusted: None, judged: None, thread };
     thread::spawn(move || worker.run());
     (lab, state)
 }
@@ -70,7 +71,7 @@ struct Worker {
     stripes: Stripes,
     /// How many effects were added on the command line.
     begun_with: usize,
-    fall: Vec<FallStep>,
+    error_steps: Vec<ErrorStep>,
     /// None until the stripes were adjusted once.
     adjusted: Option<Adjusted>,
     /// What could explain what is left, once it was judged.
@@ -126,8 +127,8 @@ impl Worker {
         let laboratory = adjustment.laboratory()?;
         let comparison = laboratory.compare_in_full(&progress)?;
         let comparison = self.with_warnings(comparison, &adjustment.not_observable);
-        let kind = if self.fall.is_empty() { StepKind::Start } else { StepKind::Mechanism };
-        self.fall.push(summary::step(added, kind, &comparison));
+        let kind = if self.error_steps.is_empty() { StepKind::Start } else { StepKind::Mechanism };
+        self.error_steps.push(summary::step(added, kind, &comparison));
         self.adjusted = Some(Adjusted { laboratory, comparison });
         self.judged = None;
         Ok(())
@@ -138,11 +139,11 @@ impl Worker {
         let Adjusted { laboratory, comparison } =
             self.adjusted.as_ref().ok_or(StripeLabError::NotAdjusted)?;
         self.thread.begin_judging();
-        self.thread.report(LabAnswer::Compared(of_stripes(summary::compared(comparison, &self.fall))));
+        self.thread.report(LabAnswer::Compared(of_stripes(summary::compared(comparison, &self.error_steps))));
         let progress = self.thread.progress();
         let diagnosis = laboratory.diagnose(&progress)?;
         let plots = laboratory.effect_plots(&summary::plotted(comparison, &diagnosis), &progress)?;
-        let examined = summary::examined(comparison, &diagnosis, plots, &self.fall);
+        let examined = summary::examined(comparison, &diagnosis, plots, &self.error_steps);
         self.thread.report(LabAnswer::Examined(of_stripes(examined)));
         self.judged = Some(diagnosis);
         Ok(())
@@ -212,12 +213,12 @@ impl Worker {
         if self.stripes.added.len() == self.begun_with {
             return Err(StripeLabError::NothingAdded);
         }
-        let (added, fall) = (self.stripes.added.clone(), self.fall.clone());
+        let (added, error_steps) = (self.stripes.added.clone(), self.error_steps.clone());
         self.stripes.added.pop();
-        self.fall.pop();
-        let before = self.fall.pop().map_or_else(|| "start".to_owned(), |step| step.added);
+        self.error_steps.pop();
+        let before = self.error_steps.pop().map_or_else(|| "start".to_owned(), |step| step.added);
         if let Err(error) = self.adjust(&before) {
-            (self.stripes.added, self.fall) = (added, fall);
+            (self.stripes.added, self.error_steps) = (added, error_steps);
             return Err(error);
         }
         self.thread.report(LabAnswer::Did(vec!["undone".to_owned()]));

@@ -11,11 +11,11 @@ use plumb_report::{
 };
 
 use super::residuals::Residuals;
-use super::state::{Card, CardStatus, FallStep, ModelSummary, StripLine};
+use super::state::{Card, CardStatus, ErrorStep, ModelSummary, StripLine};
 use crate::shown_unit::shown_unit;
 
 /// The model held against its table, before the candidates are judged.
-pub(crate) fn compared(comparison: &Comparison, fall: &[FallStep]) -> ModelSummary {
+pub(crate) fn compared(comparison: &Comparison, error_steps: &[ErrorStep]) -> ModelSummary {
     ModelSummary {
         verdict: String::new(),
         at_floor: false,
@@ -40,7 +40,7 @@ pub(crate) fn compared(comparison: &Comparison, fall: &[FallStep]) -> ModelSumma
         residuals: Residuals { rows: comparison.rows.clone(), series: comparison.series.clone() },
         arm_mm: comparison.arm_points_mm.clone(),
         next: Vec::new(),
-        fall: fall.to_vec(),
+        error_steps: error_steps.to_vec(),
     }
 }
 
@@ -49,7 +49,7 @@ pub(crate) fn examined(
     comparison: &Comparison,
     diagnosis: &Diagnosis,
     plots: Vec<EffectPlot>,
-    fall: &[FallStep],
+    error_steps: &[ErrorStep],
 ) -> ModelSummary {
     let mut cards = cards(diagnosis);
     cards.extend(comparison.effects.iter().filter(|effect| effect.added).map(added));
@@ -61,7 +61,7 @@ pub(crate) fn examined(
         cards,
         plots,
         next: diagnosis.next.iter().map(next_pose).collect(),
-        ..compared(comparison, fall)
+        ..compared(comparison, error_steps)
     }
 }
 
@@ -189,9 +189,9 @@ fn next_pose(pose: &NextPose) -> String {
 }
 
 /// The step of the fall that a comparison is.
-pub(crate) fn step(added: &str, kind: StepKind, comparison: &Comparison) -> FallStep {
+pub(crate) fn step(added: &str, kind: StepKind, comparison: &Comparison) -> ErrorStep {
     let rms = comparison.rms_mm;
-    FallStep { added: added.to_owned(), kind, fit_mm: rms.fit, cross_validation_mm: rms.cv }
+    ErrorStep { added: added.to_owned(), kind, fit_mm: rms.fit, cross_validation_mm: rms.cv }
 }
 
 /// What a revision added to the one before it.

@@ -9,7 +9,7 @@ use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 
-use super::state::{FallStep, ModelState, ModelSummary};
+use super::state::{ErrorStep, ModelState, ModelSummary};
 use crate::screens::pane::{self, columns, fitted, wrapped};
 use crate::screens::theme::Theme;
 
@@ -47,12 +47,12 @@ pub(crate) fn view(model: &ModelState, theme: &Theme, frame: &mut Frame, area: R
     let scale = scale(summary, width);
     let mut lines = Vec::new();
     let mut hatched = false;
-    for step in &summary.fall {
+    for step in &summary.error_steps {
         hatched |= matches!(step.kind, StepKind::Correction | StepKind::ResidualMap);
         lines.extend(step_lines(step, hatched, &scale, theme));
     }
     if let Some(preview) = &model.preview {
-        let step = FallStep {
+        let step = ErrorStep {
             added: format!("? {}", preview.candidate),
             kind: StepKind::Mechanism,
             fit_mm: preview.rms_mm,
@@ -74,7 +74,8 @@ pub(crate) fn view(model: &ModelState, theme: &Theme, frame: &mut Frame, area: R
 }
 
 fn scale(summary: &ModelSummary, width: usize) -> Scale {
-    let errors = summary.fall.iter().flat_map(|step| [Some(step.fit_mm), step.cross_validation_mm]).flatten();
+    let errors =
+        summary.error_steps.iter().flat_map(|step| [Some(step.fit_mm), step.cross_validation_mm]).flatten();
     let lines = [summary.floor_of_a_point_mm, summary.not_predictable_mm];
     let all = errors.chain(lines.into_iter().flatten()).filter(|error| error.is_finite());
     Scale {
@@ -125,7 +126,7 @@ fn legend(
         return lines;
     }
     let correction = if hatched { format!(", {HATCHED} with corrections") } else { String::new() };
-    let validated = match summary.fall.iter().any(|step| step.cross_validation_mm.is_some()) {
+    let validated = match summary.error_steps.iter().any(|step| step.cross_validation_mm.is_some()) {
         true => ", \u{2524} cross-validation",
         false => "",
     };
@@ -140,7 +141,7 @@ fn in_style(mut line: Line<'static>, style: Style) -> Line<'static> {
     line
 }
 
-fn step_lines(step: &FallStep, hatched: bool, scale: &Scale, theme: &Theme) -> [Line<'static>; 2] {
+fn step_lines(step: &ErrorStep, hatched: bool, scale: &Scale, theme: &Theme) -> [Line<'static>; 2] {
     let fit = format!("{:.4}", step.fit_mm);
     let validated = step.cross_validation_mm.map_or_else(String::new, |error| format!("\u{2524}{error:.4}"));
     let numbers = format!("{fit}{validated}");
@@ -157,7 +158,7 @@ fn step_lines(step: &FallStep, hatched: bool, scale: &Scale, theme: &Theme) -> [
 }
 
 /// The bar of a step, column by column.
-fn bar(step: &FallStep, hatched: bool, scale: &Scale, theme: &Theme) -> Line<'static> {
+fn bar(step: &ErrorStep, hatched: bool, scale: &Scale, theme: &Theme) -> Line<'static> {
     let fill = if hatched { HATCHED } else { SOLID };
     let fit = scale.column(step.fit_mm);
     let validated = step.cross_validation_mm.map(|error| scale.column(error)).filter(|end| *end > fit);

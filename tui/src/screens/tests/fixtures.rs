@@ -19,7 +19,7 @@ use crate::screens::cell::ArmShape;
 use crate::screens::history::ArchiveAnswer;
 use crate::screens::history::testing::{Trend, TrendPoint};
 use crate::screens::message::{Action, Message};
-use crate::screens::model::testing::{Card, CardStatus, FallStep, ModelSummary, Residuals, StripLine};
+use crate::screens::model::testing::{Card, CardStatus, ErrorStep, ModelSummary, Residuals, StripLine};
 use crate::screens::model::{LabAnswer, ModelState};
 use crate::screens::state::State;
 use crate::screens::theme::Theme;
@@ -395,18 +395,18 @@ fn summary() -> ModelSummary {
         residuals: residuals(),
         arm_mm: vec![[0.0, 0.0, 0.0], [0.0, 0.0, 300.0], [200.0, 40.0, 420.0], [320.0, 60.0, 300.0]],
         next: vec!["10 -40 80 0 30 5 side ++0000".to_owned()],
-        fall: vec![
-            fall_step("start", StepKind::Start, 0.714, 0.728),
-            fall_step("joint_zero(*)", StepKind::Mechanism, 0.574, 0.583),
-            fall_step("joint_harmonic(pan, 2)", StepKind::Correction, 0.310, 0.320),
+        error_steps: vec![
+            error_step("start", StepKind::Start, 0.714, 0.728),
+            error_step("joint_zero(*)", StepKind::Mechanism, 0.574, 0.583),
+            error_step("joint_harmonic(pan, 2)", StepKind::Correction, 0.310, 0.320),
         ],
     }
 }
 
 const JOINTS: [&str; 6] = ["pan", "lift", "elbow", "wrist1", "wrist2", "wrist3"];
 
-fn fall_step(added: &str, kind: StepKind, fit_mm: f64, cross_validation_mm: f64) -> FallStep {
-    FallStep { added: added.to_owned(), kind, fit_mm, cross_validation_mm: Some(cross_validation_mm) }
+fn error_step(added: &str, kind: StepKind, fit_mm: f64, cross_validation_mm: f64) -> ErrorStep {
+    ErrorStep { added: added.to_owned(), kind, fit_mm, cross_validation_mm: Some(cross_validation_mm) }
 }
 
 /// The own plot of the first candidate: what is left goes with the moment about the shoulder.

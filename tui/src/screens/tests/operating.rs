@@ -538,20 +538,20 @@ fn the_scale_of_the_plots_follows_the_model_until_the_operator_steps_it() {
     let half = |state: &State| state.model.as_ref().map_or(0.0, |model| model.half_height_mm());
     let mut summary =
         state.model.as_ref().and_then(|model| model.summary.clone()).expect("the model was examined");
-    let mut fall = |state: &mut State| {
+    let mut shrink_residuals = |state: &mut State| {
         for row in &mut summary.residuals.rows {
             row.size = row.size.map(|size| 0.4 * size);
         }
         update(state, Message::Lab(LabAnswer::Examined(Box::new(summary.clone()))));
     };
     let before = half(&state);
-    fall(&mut state);
+    shrink_residuals(&mut state);
     let followed = half(&state);
     assert!(followed < before, "what is left is seen as large as what was left before");
     press(&mut state, KeyCode::Char('f'));
     let stepped = half(&state);
     assert_eq!(stepped, 2.0 * followed);
-    fall(&mut state);
+    shrink_residuals(&mut state);
     assert_eq!(half(&state), stepped);
 }
 

@@ -40,7 +40,7 @@ fn wave(t: f64) -> f64 {
 }
 
 /// By how much Schwarz's criterion falls with an effect in.
-fn fall(mixed: &Mixed, parameters: &[usize]) -> (f64, MixedFit) {
+fn reduction(mixed: &Mixed, parameters: &[usize]) -> (f64, MixedFit) {
     let nothing = mixed.fit(&[], None).unwrap();
     let with = mixed.fit(parameters, Some(&nothing.ratios)).unwrap();
     (nothing.deviance - with.deviance - with.rank as f64 * (EQUATIONS as f64).ln(), with)
@@ -51,8 +51,8 @@ fn an_effect_in_smooth_dirt_is_decisive_and_has_its_size() {
     let dirt = |t: f64| 6.0 * (4.0 * t).sin() + 4.0 * t * t;
     let (features, t) = smooth(3, |t| dirt(t) + 1.5 * wave(t));
     let mixed = Mixed::new(&features, &column(&t, wave)).unwrap();
-    let (fall, with) = fall(&mixed, &[0]);
-    assert!(fall > 30.0, "{fall}");
+    let (reduction, with) = reduction(&mixed, &[0]);
+    assert!(reduction > 30.0, "{reduction}");
     let error = with.covariance[(0, 0)].sqrt();
     assert!((with.values[0] - 1.5).abs() < 3.0 * error && (0.05..0.15).contains(&error), "{with:?}");
     // Root mean square 1.5 / sqrt(2) in 300 equations.
@@ -66,8 +66,8 @@ fn smooth_dirt_alone_makes_no_effect_likely() {
         let (features, t) = smooth(seed, |t| 6.0 * (4.0 * t).sin() + 4.0 * t * t);
         for effect in [wave, |t: f64| t, |t: f64| (9.0 * t).cos()] {
             let mixed = Mixed::new(&features, &column(&t, effect)).unwrap();
-            let (fall, _) = fall(&mixed, &[0]);
-            assert!(fall < 6.0, "seed {seed}: {fall}");
+            let (reduction, _) = reduction(&mixed, &[0]);
+            assert!(reduction < 6.0, "seed {seed}: {reduction}");
         }
     }
 }
@@ -99,7 +99,7 @@ fn two_collinear_effects_are_as_likely_as_each_other_and_together_count_once() {
     both.set_column(1, &same.column(0));
     let mixed = Mixed::new(&features, &both).unwrap();
     let ((one, _), (other, _), (pair, with)) =
-        (fall(&mixed, &[0]), fall(&mixed, &[1]), fall(&mixed, &[0, 1]));
+        (reduction(&mixed, &[0]), reduction(&mixed, &[1]), reduction(&mixed, &[0, 1]));
     assert!((one - other).abs() < 0.5 && one > 30.0, "{one} {other}");
     assert_eq!(with.rank, 1);
     assert!((pair - one).abs() < 0.5, "{pair} {one}");
@@ -118,7 +118,7 @@ fn the_evidence_at_the_ratios_of_a_fit_is_that_fit() {
     let again = mixed.fit_within(1, &[0], Some(&with.ratios)).unwrap();
     let without = mixed.fit_within(1, &[], Some(&with.ratios)).unwrap();
     assert!((none.0 - alone - (without.deviance - again.deviance)).abs() < 1e-6);
-    // Where a suspect explains next to nothing the deviance is the degrees of freedom times the logarithm of the squares.
+    // Where a candidate explains next to nothing the deviance is the degrees of freedom times the logarithm of the squares.
     assert!((none.0 - evidence.freedom * evidence.squares.ln()).abs() < 1e-9);
     assert!(with.deviance < nothing.deviance);
 }
@@ -145,7 +145,7 @@ fn a_perfect_fit_of_made_up_data_has_a_finite_likelihood() {
 fn rows_that_are_left_out_are_predicted_by_the_rest() {
     let (features, t) = smooth(7, |t| 2.0 * wave(t));
     let mixed = Mixed::new(&features, &column(&t, wave)).unwrap();
-    let (_, with) = fall(&mixed, &[0]);
+    let (_, with) = reduction(&mixed, &[0]);
     let blocks = vec![(0..150).collect(), (150..300).collect()];
     let mut squares = 0.0;
     for left_out in mixed.leave_out(blocks).unwrap() {
@@ -187,8 +187,12 @@ fn giving_a_component_up_is_worth_about_what_is_promised() {
     assert!(round.better[0].is_infinite() && round.promised.abs() < EXPLAINABLE_FREEDOM);
     let without = mixed.inverse(&mixed.reduced, &[f64::INFINITY]).unwrap();
     let without = mixed.round(&mixed.reduced, &[], &[f64::INFINITY], &without);
-    let fall = round.deviance - without.deviance;
-    assert!((fall - round.promised).abs() < 0.1 * round.promised.abs(), "{fall} {}", round.promised);
+    let reduction = round.deviance - without.deviance;
+    assert!(
+        (reduction - round.promised).abs() < 0.1 * round.promised.abs(),
+        "{reduction} {}",
+        round.promised
+    );
 }
 
 /// From ratios at which the rows can hardly be likelier no further inverse is worked out.
@@ -226,7 +230,7 @@ fn whether_a_fit_falls_below_a_bound_is_known_before_it_has_settled() {
 fn models_are_predicted_together_as_each_alone_whether_they_share_ratios_or_not() {
     let (features, t) = smooth(15, |t| 2.0 * wave(t) + 3.0 * (4.0 * t).sin());
     let mixed = Mixed::new(&features, &column(&t, wave)).unwrap();
-    let (_, with) = fall(&mixed, &[0]);
+    let (_, with) = reduction(&mixed, &[0]);
     let without = mixed.fit(&[], None).unwrap();
     let stiff = without.at_ratios(vec![f64::INFINITY]);
     let beside = without.at_ratios(with.ratios.clone());

@@ -5,7 +5,7 @@ use std::fmt::Write;
 
 use crate::plot::escaped;
 use plumb_calibration::measurement::ReadingUnit;
-use plumb_diagnosis::report::{Fall, Report, StepKind};
+use plumb_diagnosis::report::{ErrorStep, Report, StepKind};
 
 /// Where the bars begin, and the length of the longest.
 const BARS: (f64, f64) = (300.0, 520.0);
@@ -21,15 +21,16 @@ struct Scale {
 }
 
 /// The greatest error of any step, mm or deg.
-fn greatest(fall: &[Fall]) -> f64 {
-    let values = fall.iter().flat_map(|step| [Some(step.fit_mm2), step.cv_mm2, step.check_mm2]).flatten();
+fn greatest(error_steps: &[ErrorStep]) -> f64 {
+    let values =
+        error_steps.iter().flat_map(|step| [Some(step.fit_mm2), step.cv_mm2, step.check_mm2]).flatten();
     values.filter(|value| value.is_finite()).fold(1e-12, f64::max).sqrt()
 }
 
 /// Draws the fall.
 pub(super) fn draw(out: &mut String, report: &Report) -> std::fmt::Result {
-    let scale = Scale { greatest: greatest(&report.fall), unit: report.comparison.unit };
-    let height = STEP_HEIGHT * report.fall.len() as f64 + 78.0;
+    let scale = Scale { greatest: greatest(&report.error_steps), unit: report.comparison.unit };
+    let height = STEP_HEIGHT * report.error_steps.len() as f64 + 78.0;
     writeln!(
         out,
         "<p class=\"faint\">Bars: RMS error of one measured point, {}, in the fit; below each, outlined, in cross-validation (regions left out in turn), and dashed on the held-out rows. A solid bar is the \
@@ -47,7 +48,7 @@ pub(super) fn draw(out: &mut String, report: &Report) -> std::fmt::Result {
          fill=\"white\"/><path d=\"M0 0V6\" stroke=\"#1f5fa0\" stroke-width=\"5\"/></pattern></defs>"
     )?;
     let mut hatched = false;
-    for (index, step) in report.fall.iter().enumerate() {
+    for (index, step) in report.error_steps.iter().enumerate() {
         let name = if index == 0 { "start".to_owned() } else { format!("+ {}", step.added) };
         // Once a correction is in, every later model holds it.
         hatched |= matches!(step.kind, StepKind::Correction | StepKind::ResidualMap);
@@ -67,7 +68,7 @@ pub(super) fn draw(out: &mut String, report: &Report) -> std::fmt::Result {
 /// The bars of one step: fitted, left out, held out.
 fn bars(
     out: &mut String,
-    step: &Fall,
+    step: &ErrorStep,
     (name, hatched): (&str, bool),
     top: f64,
     Scale { greatest, unit }: Scale,
@@ -145,14 +146,14 @@ mod tests {
 
     #[test]
     fn the_scale_is_that_of_the_greatest_error_of_any_step() {
-        let fall = |fit_mm2: f64, cv_mm2: Option<f64>| Fall {
+        let error_steps = |fit_mm2: f64, cv_mm2: Option<f64>| ErrorStep {
             added: String::new(),
             kind: StepKind::Mechanism,
             fit_mm2,
             cv_mm2,
             check_mm2: Some(f64::NAN),
         };
-        assert_eq!(greatest(&[fall(1.0, Some(9.0)), fall(4.0, None)]), 3.0);
+        assert_eq!(greatest(&[error_steps(1.0, Some(9.0)), error_steps(4.0, None)]), 3.0);
         assert!(greatest(&[]) > 0.0, "nothing is divided by zero");
     }
 

@@ -14,7 +14,7 @@ use plumb_calibration::measurement::Observations;
 use plumb_estimation::{NormalEquations, over_chunks};
 
 /// Normal equations in mm (degrees in a table of angles alone) of what is fitted and what was picked, by region.
-pub(super) struct Fall {
+pub(super) struct StepErrors {
     regions: Vec<NormalEquations>,
     total: NormalEquations,
     /// What is known beforehand of what was fitted and of all picks.
@@ -23,7 +23,7 @@ pub(super) struct Fall {
     points: f64,
 }
 
-impl Fall {
+impl StepErrors {
     /// One pass over the rows, for these picks in this order.
     pub(super) fn gather(fitted: &Fitted<'_>, pool: &Pool, picks: &[Pick], precisions: &[f64]) -> Self {
         let (problem, fit) = (&fitted.problem, &fitted.fit);
@@ -177,7 +177,10 @@ mod tests {
     #[test]
     fn the_root_of_the_mean_is_over_points_and_rounding_below_zero_is_nothing() {
         let (regions, precisions) = (Vec::new(), Vec::new());
-        let fall = Fall { regions, total: NormalEquations::zeros(0), precisions, points: 4.0 };
-        assert_eq!((fall.mean_root(36.0), fall.mean_root(2.25), fall.mean_root(-1e-9)), (3.0, 0.75, 0.0));
+        let step_errors = StepErrors { regions, total: NormalEquations::zeros(0), precisions, points: 4.0 };
+        assert_eq!(
+            (step_errors.mean_root(36.0), step_errors.mean_root(2.25), step_errors.mean_root(-1e-9)),
+            (3.0, 0.75, 0.0)
+        );
     }
 }
