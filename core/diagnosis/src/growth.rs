@@ -13,7 +13,7 @@ use super::predictive_gain::Gain;
 use super::thresholds::{BATCH_ROWS, CORRECTIONS_TRIED, MOST_CORRECTIONS};
 use crate::laboratory::{Addition, Laboratory, LaboratoryError, MapStep, Mapped, Rms};
 use plumb_calibration::arm_model::{AddedEffect, Correction, Model};
-use plumb_calibration::effect::{EffectId, acts_by_epoch};
+use plumb_calibration::effect::{EffectId, acts_by_epoch, kind};
 use plumb_estimation::Progress;
 
 /// RMS after a step, mm.
@@ -273,16 +273,18 @@ impl Growing {
     }
 
     /// Asks of each correction once more, with all that was added besides in the model: what hid or imitated it when it was added does so no longer, and one that is named
-    /// now is a mechanism. Two corrections of one joint explain it together, and neither is asked.
+    /// now is a mechanism. Neither of two that may explain one thing together is asked.
     fn name_corrections(&mut self, progress: &Progress) -> Result<(), LaboratoryError> {
         let corrections: Vec<EffectId> =
             self.laboratory.model().corrections.iter().map(|one| one.id.clone()).collect();
-        for id in corrections
-            .iter()
-            .filter(|id| corrections.iter().filter(|other| other.site == id.site).count() == 1)
-        {
+        for id in &corrections {
             let label = self.laboratory.model().label(id);
-            let Some(step) = self.steps.iter_mut().find(|step| step.label == label) else { continue };
+            let shared =
+                corrections.iter().any(|other| !other.same_as(id) && may_explain_one_thing(id, other));
+            let Some(step) = self.steps.iter_mut().find(|step| step.label == label).filter(|_| !shared)
+            else {
+                continue;
+            };
             if !self.laboratory.names_without(id, progress)? {
                 continue;
             }
@@ -312,6 +314,13 @@ impl Growing {
         addition.model.corrections.extend(known);
         self.go_on(addition, steps, progress)
     }
+}
+
+/// Whether two effects may share the explanation of one thing: they act at one joint, and both go with the pose, or both with how it was reached. What goes with the pose is the same
+/// in every return to it, so that one of each kind cannot stand in for the other.
+fn may_explain_one_thing(one: &EffectId, other: &EffectId) -> bool {
+    let by_conditions = |id: &EffectId| kind(&id.name).is_some_and(|kind| kind.depends_on_conditions);
+    one.site == other.site && by_conditions(one) == by_conditions(other)
 }
 
 impl Laboratory {

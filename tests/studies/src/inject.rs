@@ -35,13 +35,14 @@ const SETS: [(&str, &str); 6] = [
 ];
 
 /// Effects that are hidden: of the library, what a fit of the geometry does not absorb.
-const EFFECTS: [&str; 11] = [
+const EFFECTS: [&str; 12] = [
     "joint_gain",
     "joint_compliance",
     "joint_stiffening",
     "joint_harmonic",
     "joint_backlash",
     "joint_settling",
+    "joint_lag",
     "joint_coupling",
     "joint_step",
     "link_sag",

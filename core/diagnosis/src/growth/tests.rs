@@ -243,5 +243,11 @@ fn a_correction_that_is_named_with_all_else_in_the_model_is_a_mechanism() {
     let model = growing.laboratory.model();
     assert!(model.effects.len() == 1 && model.corrections.is_empty() && model.measured_region.is_none());
     let (claims, _) = asked(&[wave, "joint_gain(elbow)"]);
-    assert_eq!(claims, [Claim::Correction; 2], "two corrections of one joint explain it together");
+    assert_eq!(claims, [Claim::Correction; 2], "both go with the pose of one joint");
+    let (claims, _) = asked(&[wave, "joint_settling(elbow)"]);
+    assert_eq!(
+        claims,
+        [Claim::Mechanism, Claim::Correction],
+        "one goes with the pose, the other with the last move"
+    );
 }
