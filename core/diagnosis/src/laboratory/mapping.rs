@@ -105,7 +105,9 @@ impl Laboratory {
         let after = mapped.fit_with(&[], None, progress)?;
         let inside: Vec<usize> =
             locked.iter().copied().filter(|row| found.region.check(self.table.q_of(*row)).is_ok()).collect();
-        if !predicts_better((&before, &after), &inside) {
+        let [inside_by_pose, all_by_pose] =
+            [&inside, &locked].map(|rows| reductions_by_pose((&before, &after), rows));
+        if !speak_for_map(&inside_by_pose, &all_by_pose) {
             return Ok(None);
         }
         let comparison = mapped.comparison(&after.problem, &after.fit, progress)?;
@@ -114,14 +116,15 @@ impl Laboratory {
     }
 }
 
-/// Whether a second fit predicts some rows better than the first, by more than one standard error over poses; true of no rows.
-fn predicts_better(fits: (&Fitted<'_>, &Fitted<'_>), rows: &[usize]) -> bool {
-    let reductions = reductions_by_pose(fits, rows);
-    match Gain::over(&reductions) {
+/// Whether held-out rows speak for a map, by how much their squared errors fall with it, pose by pose, mm2: those inside the region that was measured fall by more than one
+/// standard error, and all together do not grow. Outside the region the map is left out, but what is fitted beside it has moved, and rows there may be predicted worse.
+fn speak_for_map(inside: &[f64], all: &[f64]) -> bool {
+    let better_inside = match Gain::over(inside) {
         Some(gain) => gain.counts(),
         // Of a pose or two there is no standard error: it is enough that they do not speak against the map.
-        None => reductions.iter().sum::<f64>() >= 0.0,
-    }
+        None => inside.iter().sum::<f64>() >= 0.0,
+    };
+    better_inside && all.iter().sum::<f64>() >= 0.0
 }
 
 /// Takes the residual map out of a model, and the region with it where no correction needs it.
@@ -140,6 +143,25 @@ mod tests {
     use plumb_calibration::effect::{EffectId, Site};
 
     const RMS: Rms = Rms { fit: 0.1, cv: None, check: None };
+
+    #[test]
+    fn held_out_rows_speak_for_a_map_that_helps_inside_the_region_and_does_no_harm_outside() {
+        let clear = [0.9, 1.0, 1.1, 1.0];
+        assert!(
+            speak_for_map(&clear, &[0.9, 1.0, 1.1, 1.0, -3.9]),
+            "outside it does less harm than good inside"
+        );
+        assert!(!speak_for_map(&clear, &[0.9, 1.0, 1.1, 1.0, -4.1]), "outside it does more harm");
+        assert!(!speak_for_map(&[3.0, -2.0, 1.0, -1.5], &[3.0, -2.0, 1.0, -1.5]), "inside it is chance");
+        assert!(
+            speak_for_map(&[], &[]) && speak_for_map(&[0.0], &[0.0]),
+            "of no row or one, nothing speaks against it"
+        );
+        assert!(
+            !speak_for_map(&[-0.1], &[-0.1]) && !speak_for_map(&[], &[-0.1]),
+            "what there is speaks against it"
+        );
+    }
 
     #[test]
     fn rows_outside_the_region_that_was_measured_are_counted() {
@@ -174,6 +196,10 @@ mod tests {
         let without = lab.fit_with(&[], None, &Progress::unwatched()).unwrap();
         let with = lab.fit_with(&[added], None, &Progress::unwatched()).unwrap();
         let rows: Vec<usize> = (0..40).collect();
+        let predicts_better = |fits: (&Fitted<'_>, &Fitted<'_>), rows: &[usize]| {
+            let by_pose = reductions_by_pose(fits, rows);
+            speak_for_map(&by_pose, &by_pose)
+        };
         assert!(predicts_better((&without, &with), &rows) && !predicts_better((&with, &without), &rows));
         assert!(predicts_better((&without, &with), &[]));
         // One row, far from the middle, has no standard error: its sign decides.
