@@ -1,4 +1,4 @@
-//! How likely it is that returns are in one place, or in two, along some motion.
+//! How likely it is that returns are in one position, or in two, along some motion.
 
 use nalgebra::DVector;
 
@@ -11,7 +11,7 @@ use plumb_estimation::median;
 /// Members of one group along one joint's motion: how far each lies from the group's mean (rad), and how well that is
 /// known for noise of one sigma.
 struct Line {
-    places: Vec<f64>,
+    positions: Vec<f64>,
     spread: f64,
 }
 
@@ -76,12 +76,12 @@ impl Lines {
             all.across += members.iter().map(|member| member.across).sum::<f64>();
             all.freedom += first.freedom * (members.len() as f64 - 1.0);
             sizes.extend(members.iter().map(|member| (member.along * member.length).abs()));
-            let places = members.iter().map(|member| member.along).collect();
-            all.lines.push(Line { spread: 1.0 / first.length, places });
+            let positions = members.iter().map(|member| member.along).collect();
+            all.lines.push(Line { spread: 1.0 / first.length, positions });
         }
         all.typical = median(&sizes).max(1e-12);
         // Two clusters have three numbers more than one (where, how far apart, how tight): with fewer returns anything fits.
-        (all.lines.iter().map(|line| line.places.len()).sum::<usize>() >= 6).then_some(all)
+        (all.lines.iter().map(|line| line.positions.len()).sum::<usize>() >= 6).then_some(all)
     }
 
     fn sigmas(&self) -> impl Iterator<Item = f64> {
@@ -108,8 +108,8 @@ impl Lines {
         let reach: f64 = self
             .lines
             .iter()
-            .flat_map(|line| &line.places)
-            .fold(0.0, |reach, place| f64::max(reach, place.abs()));
+            .flat_map(|line| &line.positions)
+            .fold(0.0, |reach, position| f64::max(reach, position.abs()));
         let steps: Vec<f64> = (1..=48).map(|step| 1.1 * reach * f64::from(step) / 48.0).collect();
         let (mut wide, mut two) = (f64::NEG_INFINITY, (f64::NEG_INFINITY, 0.0, 1.0));
         for sigma in self.sigmas() {
@@ -130,23 +130,23 @@ impl Lines {
     }
 }
 
-fn squares(places: &[f64]) -> f64 {
-    let mean = places.iter().sum::<f64>() / places.len().max(1) as f64;
-    places.iter().map(|place| (place - mean).powi(2)).sum()
+fn squares(positions: &[f64]) -> f64 {
+    let mean = positions.iter().sum::<f64>() / positions.len().max(1) as f64;
+    positions.iter().map(|position| (position - mean).powi(2)).sum()
 }
 
-/// Log likelihood of a group scattered about one place, its mean unknown.
+/// Log likelihood of a group scattered about one position, its mean unknown.
 fn one_camp(line: &Line, sigma: f64, extra: f64) -> f64 {
     // A wider cluster scatters along the motion besides, by the same number of rad or mm everywhere; noise is the same in mm.
     let variance = (sigma * line.spread).powi(2) + extra * extra;
-    let freedom = line.places.len() as f64 - 1.0;
-    -0.5 * (freedom * variance.ln() + squares(&line.places) / variance) + freedom * line.spread.ln()
+    let freedom = line.positions.len() as f64 - 1.0;
+    -0.5 * (freedom * variance.ln() + squares(&line.positions) / variance) + freedom * line.spread.ln()
 }
 
-/// Log likelihood of a group whose members each chose one of two places `half` to either side, their middle unknown.
+/// Log likelihood of a group whose members each chose one of two positions `half` to either side, their middle unknown.
 fn two_clusters(line: &Line, sigma: f64, half: f64) -> f64 {
     let variance = (sigma * line.spread).powi(2);
-    let count = line.places.len();
+    let count = line.positions.len();
     let freedom = count as f64 - 1.0;
     let exponents: Vec<f64> =
         (0..1_u32 << count).map(|pattern| -0.5 * squares(&shifted(line, pattern, half)) / variance).collect();
@@ -158,9 +158,9 @@ fn two_clusters(line: &Line, sigma: f64, half: f64) -> f64 {
 }
 
 fn shifted(line: &Line, pattern: u32, half: f64) -> Vec<f64> {
-    let places = line.places.iter().enumerate();
-    let moved =
-        places.map(|(index, place)| if pattern >> index & 1 == 1 { place - half } else { place + half });
+    let positions = line.positions.iter().enumerate();
+    let moved = positions
+        .map(|(index, position)| if pattern >> index & 1 == 1 { position - half } else { position + half });
     moved.collect()
 }
 
@@ -169,18 +169,18 @@ fn shifted(line: &Line, pattern: u32, half: f64) -> Vec<f64> {
 fn in_earnest(lines: &[Line], half: f64, sigma: f64) -> bool {
     let (mut members, mut fewer, mut expected, mut split) = (0.0, 0.0, 0.0, 0.0);
     for line in lines {
-        let patterns = 0..1_u32 << line.places.len();
+        let patterns = 0..1_u32 << line.positions.len();
         let best = patterns
             .min_by(|a, b| squares(&shifted(line, *a, half)).total_cmp(&squares(&shifted(line, *b, half))));
         let high = best.unwrap_or(0).count_ones() as usize;
-        let low = line.places.len() - high;
+        let low = line.positions.len() - high;
         let visible = 2.0 * half > SPLIT_VISIBLE * sigma * line.spread;
-        if visible && line.places.len() >= 2 {
+        if visible && line.positions.len() >= 2 {
             // A fair coin falls on the same side in all of n throws with probability 2 / 2^n; such a group says nothing.
-            let all_alike = 2.0 * 0.5_f64.powi(line.places.len() as i32);
+            let all_alike = 2.0 * 0.5_f64.powi(line.positions.len() as i32);
             expected += 1.0 - all_alike;
             split += f64::from(u8::from(high > 0 && low > 0));
-            members += line.places.len() as f64 * (1.0 - all_alike);
+            members += line.positions.len() as f64 * (1.0 - all_alike);
             fewer += high.min(low) as f64;
         }
     }

@@ -1,5 +1,5 @@
 //! Projects poses onto a surface. The arm's own sensor says nothing in mid-air: every pose is brought onto the surface it is to
-//! trigger over, and only to places like those where it did.
+//! trigger over, and only to positions like those where it did.
 
 use nalgebra::Vector3;
 
@@ -10,7 +10,7 @@ use plumb_calibration::fit::{ResidualModel, State};
 use plumb_calibration::measurement::Observations;
 use plumb_calibration::table::Table;
 
-/// Where the sensor triggered so far: a plane, and places on it.
+/// Where the sensor triggered so far: a plane, and positions on it.
 #[derive(Debug, Clone)]
 pub(super) struct Surface {
     /// The plane's name.
@@ -18,8 +18,8 @@ pub(super) struct Surface {
     normal: Vector3<f64>,
     offset: f64,
     /// Where the model's first target was at the trigger poses, mm.
-    places: Vec<Vector3<f64>>,
-    /// How far from the nearest of them a new place may be, mm.
+    positions: Vec<Vector3<f64>>,
+    /// How far from the nearest of them a new position may be, mm.
     apart: f64,
     /// Of joints whose drive keeps attitudes: the joint, the one before it, and the least and greatest angle between the two so far, rad. Their stops lie there,
     /// and they are in no file.
@@ -60,16 +60,16 @@ impl Surface {
             }
         })?;
         let problem = ResidualModel::new(lab.model(), table, lab.observations(), effects).ok()?;
-        let places: Vec<Vector3<f64>> = (0..table.len())
+        let positions: Vec<Vector3<f64>> = (0..table.len())
             .filter(|row| table.on.of_row.get(*row).copied().flatten() == Some(index as u32))
             .map(|row| problem.believed_point(state, row))
             .collect();
         let [width, depth] = [0, 1].map(|axis| {
-            let (low, high) = range(places.iter().map(|place| place[axis]));
+            let (low, high) = range(positions.iter().map(|position| position[axis]));
             high - low
         });
-        let count = places.len().max(1) as f64;
-        // Were the places spread evenly, each would have a square of this side.
+        let count = positions.len().max(1) as f64;
+        // Were the positions spread evenly, each would have a square of this side.
         let apart = (width.max(1.0) * depth.max(1.0) / count).sqrt();
         let joints = lab.model().chain.joints.iter().enumerate();
         let bends = joints.filter_map(|(joint, row)| {
@@ -79,7 +79,7 @@ impl Surface {
             Some((joint, less, low, high))
         });
         let bends = bends.collect();
-        (places.len() > 1).then_some(Self { name, normal, offset, places, apart, bends })
+        (positions.len() > 1).then_some(Self { name, normal, offset, positions, apart, bends })
     }
 
     /// Whether no joint bends further against the one before it than it did already.
@@ -95,7 +95,7 @@ impl Surface {
     }
 
     fn is_known(&self, point: &Vector3<f64>) -> bool {
-        self.places.iter().any(|place| (place - point).norm() <= self.apart)
+        self.positions.iter().any(|position| (position - point).norm() <= self.apart)
     }
 }
 
@@ -163,7 +163,7 @@ fn step_to_surface(height: f64, lever: f64) -> f64 {
     if lever.abs() > LEAST_LEVER { -(height / lever).clamp(-FARTHEST, FARTHEST) } else { 0.0 }
 }
 
-/// Rotates one joint of each row of `table` until the point is on the plane; whether that was possible within `ranges`, at a place
+/// Rotates one joint of each row of `table` until the point is on the plane; whether that was possible within `ranges`, at a position
 /// like those known.
 ///
 /// # Errors
@@ -178,7 +178,7 @@ pub(super) fn onto_surface(
     let points = Points { lab, surface, state, effects };
     // One joint a pose: the others keep what was drawn, so that poses stay spread.
     let strongest = points.strongest_joints(table)?;
-    // A joint far from its place moves the point along a circle: Newton's step is too long or too short and is repeated.
+    // A joint far from its position moves the point along a circle: Newton's step is too long or too short and is repeated.
     for _ in 0..ROUNDS {
         let heights = points.heights(table)?;
         let joints = 0..table.joints;
@@ -222,7 +222,7 @@ mod tests {
             name: "table".to_owned(),
             normal: Vector3::z(),
             offset: 5.0,
-            places: vec![Vector3::zeros(), Vector3::x() * 100.0],
+            positions: vec![Vector3::zeros(), Vector3::x() * 100.0],
             apart: 30.0,
             bends: vec![(1, 0, -0.5, 0.5)],
         };
@@ -263,9 +263,9 @@ mod tests {
         let problem = lab.problem(&[]).unwrap();
         let state = problem.start();
         let surface = Surface::of(&lab, &state, &[]).unwrap();
-        assert_eq!((surface.name.as_str(), surface.places.len()), ("table", 40));
-        // Forty places on a line, as on a strip of one millimetre.
-        let across: Vec<f64> = surface.places.iter().map(|position| position.x).collect();
+        assert_eq!((surface.name.as_str(), surface.positions.len()), ("table", 40));
+        // Forty positions on a line, as on a strip of one millimetre.
+        let across: Vec<f64> = surface.positions.iter().map(|position| position.x).collect();
         let (low, high) = range(across.into_iter());
         assert!(high - low > 20.0 && (surface.apart - ((high - low) / 40.0).sqrt()).abs() < 1e-9);
         // Two poses 3 deg beside measured ones and one far from all of them.

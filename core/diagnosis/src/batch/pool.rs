@@ -128,10 +128,10 @@ impl Pool {
         }
     }
 
-    /// Candidates of another name or place that would do as well as a pick with all the other picks in, the likeliest first; nothing of a pick that the others swallow
+    /// Candidates of another name or site that would do as well as a pick with all the other picks in, the likeliest first; nothing of a pick that the others swallow
     /// whole, or that is implausible beside them.
-    pub(super) fn rivals(&self, picks: &[Pick], place: usize) -> Option<Vec<usize>> {
-        let own = picks.get(place)?;
+    pub(super) fn rivals(&self, picks: &[Pick], index: usize) -> Option<Vec<usize>> {
+        let own = picks.get(index)?;
         let others: Vec<Pick> = picks.iter().filter(|pick| pick.probe != own.probe).copied().collect();
         let beyond = self.beyond(&self.columns(&others));
         let mine = self.worth(own.probe, &beyond)?;
@@ -205,13 +205,13 @@ impl Pool {
         let columns = self.columns(picks);
         let (matrix, gradient) = picked(&self.total, &columns);
         let mut groups: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
-        let mut place = self.free_parameters;
+        let mut first = self.free_parameters;
         for pick in picks {
             let (id, width) = (&self.probes[pick.probe].id, self.ranges[pick.probe].len());
             if let (Some(joint), true) = (id.joint(), id.order.is_some()) {
-                groups.entry(joint).or_default().extend(place..place + width);
+                groups.entry(joint).or_default().extend(first..first + width);
             }
-            place += width;
+            first += width;
         }
         let mut precisions = vec![0.0; columns.len()];
         for _ in 0..VARIANCE_ROUNDS {
@@ -235,10 +235,10 @@ impl Pool {
 
     /// The same as what a model keeps.
     pub(super) fn priors(&self, picks: &[Pick], precisions: &[f64]) -> Vec<ValuePrior> {
-        let mut place = self.free_parameters;
+        let mut first = self.free_parameters;
         let priors = picks.iter().map(|pick| {
-            let own = place..place + self.ranges[pick.probe].len();
-            place = own.end;
+            let own = first..first + self.ranges[pick.probe].len();
+            first = own.end;
             let known = precisions.get(own).unwrap_or_default().iter();
             let sd = known.map(|one| (*one > 0.0).then_some(one.sqrt().recip())).collect();
             ValuePrior { id: self.probes[pick.probe].id.clone(), sd }
@@ -455,7 +455,7 @@ mod tests {
         assert!((by_chance((6.0, 2.0), 10.0, -3.0) - 1.6_f64.powf(-0.5)).abs() < 1e-9);
     }
 
-    /// A pool of the small arm, whose elbow has a gain that is wrong, and the place of a candidate in it.
+    /// A pool of the small arm, whose elbow has a gain that is wrong, and the index of a candidate in it.
     fn pool(lab: &Laboratory) -> Pool {
         let fitted = lab.fit_with(&[], None, &Progress::unwatched()).unwrap();
         Pool::gather(lab, &fitted, &Progress::unwatched()).unwrap()

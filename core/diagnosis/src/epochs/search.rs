@@ -1,10 +1,10 @@
 //! Several change points of one number: where along the rows it was re-set, how often, and how sure that is.
 //!
 //! Change points are added one by one, each where it explains most beyond everything fitted and the change points so far,
-//! and moved to better places when another has come in (Bai, Estimating multiple breaks one at a time, Econometric Theory 13,
-//! 1997; Bai and Perron, Econometrica 66, 1998). How many there are is decided by Schwarz's criterion, in which the place of
+//! and moved to better rows when another has come in (Bai, Estimating multiple breaks one at a time, Econometric Theory 13,
+//! 1997; Bai and Perron, Econometrica 66, 1998). How many there are is decided by Schwarz's criterion, in which the row of
 //! each costs as much as two parameters (Yao 1988; Killick, Fearnhead and Eckley 2012 on penalties), and by an F test of each
-//! against all the rest, after Bonferroni for the places and numbers tried, with the variance of neighbours that err alike
+//! against all the rest, after Bonferroni for the rows and numbers tried, with the variance of neighbours that err alike
 //! (Newey and West 1987).
 
 use nalgebra::{DMatrix, DVector};
@@ -16,7 +16,7 @@ use plumb_estimation::{RankRevealingCholesky, bic, f_tail};
 /// Share of a step's squares that must be left beyond what is fitted for it to be seen at all.
 const LEAST_BEYOND: f64 = 1e-6;
 
-/// Rounds of moving change points to better places.
+/// Rounds of moving change points to better rows.
 const ROUNDS: usize = 2;
 
 /// Change points that may show only together: what is left of the others makes each of them look like chance.
@@ -25,7 +25,7 @@ const AT_ONCE: usize = 3;
 /// Change points of one number.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Changes {
-    /// The first row of each new epoch, as places among the rows looked at, in order.
+    /// The first row of each new epoch, as indices among the rows looked at, in order.
     pub(super) starts: Vec<usize>,
     /// Schwarz's criterion with them in, searching charged.
     pub(super) bic: f64,
@@ -33,16 +33,16 @@ pub(super) struct Changes {
     pub(super) p: f64,
 }
 
-/// One number's search: sums over the rows from a place on, of everything an F test needs.
+/// One number's search: sums over the rows from a row on, of everything an F test needs.
 pub(super) struct Search<'c> {
     columns: &'c Columns,
     /// Which number.
     number: usize,
     /// How many numbers are searched.
     numbers: usize,
-    /// Sums of products with the fitted derivatives from each place on: fitted numbers by places.
+    /// Sums of products with the fitted derivatives from each row on: fitted numbers by rows.
     with_fitted: DMatrix<f64>,
-    /// Sums of its own squares, and of its products with the residuals, from each place on.
+    /// Sums of its own squares, and of its products with the residuals, from each row on.
     own: Vec<f64>,
     with_residuals: Vec<f64>,
     /// Normal equations of what is fitted.
@@ -64,11 +64,11 @@ impl<'c> Search<'c> {
     /// Prepares the search for one number.
     pub(super) fn new(columns: &'c Columns, number: usize) -> Self {
         let step = columns.steps.row(number);
-        let places = columns.rows.len();
+        let rows = columns.rows.len();
         let size = columns.fitted.nrows();
-        let mut with_fitted = DMatrix::zeros(size, places + 1);
-        let (mut own, mut with_residuals) = (vec![0.0; places + 1], vec![0.0; places + 1]);
-        // From the last row backwards: a step acts in every row from its place on, so that every place needs a sum to the end.
+        let mut with_fitted = DMatrix::zeros(size, rows + 1);
+        let (mut own, mut with_residuals) = (vec![0.0; rows + 1], vec![0.0; rows + 1]);
+        // From the last row backwards: a step acts in every row from its row on, so that every row needs a sum to the end.
         for (index, range) in columns.ranges.iter().enumerate().rev() {
             let mut sum = with_fitted.column(index + 1).into_owned();
             let (mut squares, mut product) = (own[index + 1], with_residuals[index + 1]);
@@ -95,7 +95,7 @@ impl<'c> Search<'c> {
         }
     }
 
-    /// Normal equations with change points at these places, and what they explain.
+    /// Normal equations with change points at these rows, and what they explain.
     fn step_fit(&self, starts: &[usize]) -> StepFit {
         let known = self.normal.nrows();
         let size = known + starts.len();
@@ -117,29 +117,29 @@ impl<'c> Search<'c> {
         StepFit { explained, rank: factor.rank() as f64, factor, gradient }
     }
 
-    /// The place at which one more change point explains most beyond these, and how much.
+    /// The row at which one more change point explains most beyond these, and how much.
     fn best_beyond(&self, starts: &[usize]) -> Option<(usize, f64)> {
         let step_fit = self.step_fit(starts);
         let known = self.normal.nrows();
         let size = known + starts.len();
-        let places: Vec<usize> = (JUMP_ROWS..(self.columns.rows.len() + 1).saturating_sub(JUMP_ROWS))
-            .filter(|place| starts.iter().all(|start| place.abs_diff(*start) >= JUMP_ROWS))
+        let rows: Vec<usize> = (JUMP_ROWS..(self.columns.rows.len() + 1).saturating_sub(JUMP_ROWS))
+            .filter(|row| starts.iter().all(|start| row.abs_diff(*start) >= JUMP_ROWS))
             .collect();
-        let mut products = DMatrix::zeros(size, places.len());
-        for (index, place) in places.iter().enumerate() {
-            products.view_mut((0, index), (known, 1)).copy_from(&self.with_fitted.column(*place));
+        let mut products = DMatrix::zeros(size, rows.len());
+        for (index, row) in rows.iter().enumerate() {
+            products.view_mut((0, index), (known, 1)).copy_from(&self.with_fitted.column(*row));
             for (other, start) in starts.iter().enumerate() {
-                products[(known + other, index)] = self.own[*start.max(place)];
+                products[(known + other, index)] = self.own[*start.max(row)];
             }
         }
-        // A score test at every place at once: what one more step adds beyond everything that is in.
+        // A score test at every row at once: what one more step adds beyond everything that is in.
         let white = step_fit.factor.whiten(&products);
         let left = step_fit.factor.whiten(&DMatrix::from_column_slice(size, 1, step_fit.gradient.as_slice()));
-        let gains = places.iter().enumerate().filter_map(|(index, place)| {
+        let gains = rows.iter().enumerate().filter_map(|(index, row)| {
             let column = white.column(index);
-            let beyond = self.own[*place] - column.norm_squared();
-            let score = self.with_residuals[*place] - column.dot(&left.column(0));
-            (beyond > LEAST_BEYOND * self.own[*place]).then(|| (*place, score * score / beyond))
+            let beyond = self.own[*row] - column.norm_squared();
+            let score = self.with_residuals[*row] - column.dot(&left.column(0));
+            (beyond > LEAST_BEYOND * self.own[*row]).then(|| (*row, score * score / beyond))
         });
         gains.max_by(|one, other| one.1.total_cmp(&other.1))
     }
@@ -150,9 +150,9 @@ impl<'c> Search<'c> {
         let mut best = none;
         let mut starts: Vec<usize> = Vec::new();
         while starts.len() < MOST_JUMPS {
-            let Some((place, _)) = self.best_beyond(&starts) else { break };
-            starts.push(place);
-            self.move_to_better_places(&mut starts);
+            let Some((row, _)) = self.best_beyond(&starts) else { break };
+            starts.push(row);
+            self.move_to_better_rows(&mut starts);
             let judged = self.judged(starts.clone());
             // A later one may make earlier ones sure: as long as some more are allowed to come, an unsure set is kept growing.
             if judged.p < JUMP_LEVEL && judged.bic < best.bic {
@@ -165,7 +165,7 @@ impl<'c> Search<'c> {
     }
 
     /// Those of some change points that a smooth drift between their neighbours would not explain as well, judged without the
-    /// others; nothing where none is left, or those that are left do not pay for their places.
+    /// others; nothing where none is left, or those that are left do not pay for their rows.
     pub(super) fn abrupt(&self, changes: Changes) -> Option<Changes> {
         let mut starts = changes.starts;
         loop {
@@ -194,7 +194,7 @@ impl<'c> Search<'c> {
         (step_beside_a_curve(self.columns, self.number, start, span) < CURVE_LEVEL).then_some(start)
     }
 
-    /// Whether one change point, the first, explains no more than the best of so many places does by chance.
+    /// Whether one change point, the first, explains no more than the best of so many rows does by chance.
     fn is_hopeless(&self, starts: &[usize]) -> bool {
         let [_] = starts else { return false };
         let (none, one) = (self.step_fit(&[]), self.step_fit(starts));
@@ -205,7 +205,7 @@ impl<'c> Search<'c> {
     }
 
     /// Each change point in turn is taken out and put where it explains most beside the others, until none moves.
-    fn move_to_better_places(&self, starts: &mut [usize]) {
+    fn move_to_better_rows(&self, starts: &mut [usize]) {
         for _ in 0..ROUNDS {
             let mut moved = false;
             for index in 0..starts.len() {
@@ -215,9 +215,9 @@ impl<'c> Search<'c> {
                     .filter(|(other, _)| *other != index)
                     .map(|(_, at)| *at)
                     .collect();
-                if let (Some((place, _)), Some(start)) = (self.best_beyond(&others), starts.get_mut(index)) {
-                    moved |= place != *start;
-                    *start = place;
+                if let (Some((row, _)), Some(start)) = (self.best_beyond(&others), starts.get_mut(index)) {
+                    moved |= row != *start;
+                    *start = row;
                 }
             }
             if !moved {
@@ -254,14 +254,14 @@ impl<'c> Search<'c> {
         let solution = step_fit.factor.solve(&step_fit.gradient);
         let known = self.normal.nrows();
         let mut products = Vec::with_capacity(self.columns.rows.len());
-        for (place, range) in self.columns.ranges.iter().enumerate() {
+        for (row, range) in self.columns.ranges.iter().enumerate() {
             let mut sum = 0.0;
             for equation in range.clone() {
                 let step = self.columns.steps[(self.number, equation)];
                 let mut left = self.columns.residuals[equation]
                     - solution.rows(0, known).dot(&self.columns.fitted.column(equation));
                 for (index, start) in starts.iter().enumerate() {
-                    left -= if place >= *start { solution[known + index] * step } else { 0.0 };
+                    left -= if row >= *start { solution[known + index] * step } else { 0.0 };
                 }
                 sum += step * left;
             }
@@ -288,7 +288,7 @@ pub(super) fn long_run_variance_ratio(series: &[f64]) -> f64 {
     f64::max(ratio, 1.0)
 }
 
-/// Probability that a step at a place is chance, where the number also follows a smooth curve of the rows between `from` and `to`: a drift is no jump, nor is what
+/// Probability that a step at a row is chance, where the number also follows a smooth curve of the rows between `from` and `to`: a drift is no jump, nor is what
 /// an error does along a path on which the arm was measured in order. The curve is a polynomial of the degree that explains the rows best beside the step
 /// (Schwarz 1978); a jump must also do better than a curve of any degree without it. Neighbours that err alike count as fewer (Newey and West 1987).
 pub(super) fn step_beside_a_curve(columns: &Columns, number: usize, at: usize, span: (usize, usize)) -> f64 {
@@ -316,7 +316,7 @@ const ROWS_A_DEGREE: usize = 5;
 /// The terms of a row, and its equations: derivative by the number, residual.
 type SpanRow = (DVector<f64>, Vec<(f64, f64)>);
 
-/// The rows about a place that may be a jump, as equations of a curve and a step.
+/// The rows about a row that may be a jump, as equations of a curve and a step.
 struct Span {
     /// Sums of products of the curve's terms and the step, the step last.
     normal: DMatrix<f64>,
@@ -477,16 +477,16 @@ mod tests {
         let columns = columns(80, |row| [0.0, 2.0, -1.0][usize::from(row >= 20) + usize::from(row >= 55)]);
         let search = Search::new(&columns, 0);
         let mut starts = [31, 44];
-        search.move_to_better_places(&mut starts);
+        search.move_to_better_rows(&mut starts);
         starts.sort_unstable();
         assert_eq!(starts, [20, 55]);
-        assert_eq!(search.best_beyond(&[55]).map(|(place, _)| place), Some(20));
-        assert_eq!(search.best_beyond(&[20]).map(|(place, _)| place), Some(55));
+        assert_eq!(search.best_beyond(&[55]).map(|(row, _)| row), Some(20));
+        assert_eq!(search.best_beyond(&[20]).map(|(row, _)| row), Some(55));
         let changes = search.changes();
         assert!(changes.starts == [20, 55] && changes.p < JUMP_LEVEL, "{changes:?}");
         // Epochs have so many rows at least.
         let mut edge = [3];
-        search.move_to_better_places(&mut edge);
+        search.move_to_better_rows(&mut edge);
         assert_eq!(edge, [55], "three down are more than two up");
     }
 
@@ -507,14 +507,14 @@ mod tests {
     }
 
     #[test]
-    fn change_points_are_judged_by_the_weakest_of_them_and_charged_their_places() {
+    fn change_points_are_judged_by_the_weakest_of_them_and_charged_their_rows() {
         let columns = stepped(1.0);
         let search = Search::new(&columns, 0);
-        // Two means leave 60 squares on 58 degrees, one mean 15 more: chance of F, 60 places being tried.
+        // Two means leave 60 squares on 58 degrees, one mean 15 more: chance of F, 60 rows being tried.
         let judged = search.judged(vec![30]);
         let p = f_tail(15.0 / (60.0 / 58.0), 1.0, 58.0);
         assert!((judged.p - 60.0 * p).abs() < 1e-9 && judged.p < 0.05, "{} {p}", judged.p);
-        // Two numbers, and a place that costs two.
+        // Two numbers, and a row that costs two.
         assert!((judged.bic - (2.0 + 2.0) * 60.0_f64.ln()).abs() < 1e-9, "{}", judged.bic);
         let none = search.judged(Vec::new());
         assert!((none.bic - 60.0 * (75.0_f64 / 60.0).ln() - 60.0_f64.ln()).abs() < 1e-9 && none.p == 0.0);

@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::{Errors, Laboratory, LaboratoryError, MapNote, Rms};
 use crate::cross_validation::pose_groups;
 use crate::explainable::{FittedMap, residual_map};
-use crate::fitted::{Fitted, reductions_by_pose};
+use crate::fitted::reductions_by_pose;
 use crate::predictive_gain::Gain;
 use plumb_calibration::arm_model::{MeasuredRegion, Model};
 use plumb_calibration::measurement::ReadingUnit;
@@ -138,6 +138,7 @@ pub(crate) fn drop_map(model: &mut Model) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::fitted::Fitted;
     use crate::testing::two_links;
     use plumb_calibration::arm_model::{AddedEffect, ResidualMap};
     use plumb_calibration::effect::{EffectId, Site};

@@ -13,7 +13,7 @@ use plumb_calibration::effect::EffectId;
 /// Some candidates that act at once, fitted, and their criterion: twice the negative logarithm of their marginal likelihood.
 #[derive(Clone)]
 pub(super) struct Set {
-    /// By their places in the list of candidates, ascending.
+    /// By their indices in the list of candidates, ascending.
     pub(super) members: Vec<usize>,
     pub(super) fit: MixedFit,
     pub(super) criterion: f64,
@@ -21,7 +21,7 @@ pub(super) struct Set {
 
 /// The candidate that is asked, and the set it is asked in.
 pub(super) struct Foremost<'s> {
-    /// Its place in the list of candidates.
+    /// Its index in the list of candidates.
     pub(super) member: usize,
     pub(super) set: &'s Set,
     /// Components of the flexible part that hold what it does because they are of its own kind: smooth functions of the same errors, of the same joint. They are the candidate in
@@ -87,7 +87,7 @@ impl Bench<'_> {
     }
 
     /// Where a member's parameters are among those of its set.
-    fn place(&self, set: &Set, member: usize) -> Range<usize> {
+    fn columns_of(&self, set: &Set, member: usize) -> Range<usize> {
         let before: Vec<usize> = set.members.iter().copied().take_while(|one| *one != member).collect();
         let first = self.parameters(&before).len();
         first..first + self.parameters(&[member]).len()
@@ -107,7 +107,7 @@ impl Bench<'_> {
         at_joint.map(|(component, _)| component).collect()
     }
 
-    /// A candidate's place in the stage's list of fitted candidates; nothing of one without a name.
+    /// A candidate's index in the stage's list of fitted candidates; nothing of one without a name.
     pub(super) fn place_in_stage(&self, member: usize) -> Option<usize> {
         match self.candidates.get(member)?.who {
             Who::Listed(index) => Some(index),
@@ -117,15 +117,15 @@ impl Bench<'_> {
 
     /// The values of a member's parameters and their covariance.
     pub(super) fn values(&self, set: &Set, member: usize) -> (DVector<f64>, DMatrix<f64>) {
-        let place = self.place(set, member);
-        let values = set.fit.values.rows(place.start, place.len()).into_owned();
+        let own = self.columns_of(set, member);
+        let values = set.fit.values.rows(own.start, own.len()).into_owned();
         let covariance = &set.fit.covariance;
-        (values, covariance.view((place.start, place.start), (place.len(), place.len())).into_owned())
+        (values, covariance.view((own.start, own.start), (own.len(), own.len())).into_owned())
     }
 
     /// A member's values among those of all parameters of its set.
     pub(super) fn part<'v>(&self, set: &Set, member: usize, values: &'v [f64]) -> &'v [f64] {
-        values.get(self.place(set, member)).unwrap_or_default()
+        values.get(self.columns_of(set, member)).unwrap_or_default()
     }
 
     /// Sum of squares that a member explains in a fit of its set.

@@ -3,28 +3,33 @@
 use super::*;
 use plumb_estimation::Random;
 
-fn line(places: &[f64]) -> Line {
-    Line { places: places.to_vec(), spread: 1.0 }
+fn line(positions: &[f64]) -> Line {
+    Line { positions: positions.to_vec(), spread: 1.0 }
 }
 
 fn lines(groups: Vec<Vec<f64>>) -> Lines {
-    let sizes: Vec<f64> = groups.iter().flatten().map(|place| place.abs()).collect();
+    let sizes: Vec<f64> = groups.iter().flatten().map(|position| position.abs()).collect();
     let typical = median(&sizes).max(1e-12);
-    Lines { lines: groups.iter().map(|places| line(places)).collect(), across: 0.0, freedom: 0.0, typical }
+    Lines {
+        lines: groups.iter().map(|positions| line(positions)).collect(),
+        across: 0.0,
+        freedom: 0.0,
+        typical,
+    }
 }
 
 /// Groups of five replicates of which each chose one of two positions `half` to either side, with noise of one.
 fn groups(count: usize, half: f64, seed: u64) -> Vec<Vec<f64>> {
     let mut random = Random::seeded(seed);
-    let place = |random: &mut Random| {
+    let position = |random: &mut Random| {
         let side = if random.below(2) == 0 { -half } else { half };
         side + random.normal()
     };
     let groups = (0..count).map(|_| {
-        let mut places: Vec<f64> = (0..5).map(|_| place(&mut random)).collect();
-        let mean = places.iter().sum::<f64>() / 5.0;
-        places.iter_mut().for_each(|place| *place -= mean);
-        places
+        let mut positions: Vec<f64> = (0..5).map(|_| position(&mut random)).collect();
+        let mean = positions.iter().sum::<f64>() / 5.0;
+        positions.iter_mut().for_each(|position| *position -= mean);
+        positions
     });
     groups.collect()
 }
@@ -143,9 +148,9 @@ fn what_lies_across_is_distinguished_from_what_lies_along() {
 #[test]
 fn members_are_measured_along_their_way_and_what_lies_across_is_noise_of_its_own() {
     // Two groups of three replicates; the joint moves each reading 2 sigmas a unit along x.
-    let places = [[-2.0, 1.0, 0.0], [0.0, 0.0, 2.0], [2.0, -1.0, -2.0]];
+    let positions = [[-2.0, 1.0, 0.0], [0.0, 0.0, 2.0], [2.0, -1.0, -2.0]];
     let deviations: Vec<DVector<f64>> =
-        places.iter().chain(&places).map(|three| DVector::from_row_slice(three)).collect();
+        positions.iter().chain(&positions).map(|three| DVector::from_row_slice(three)).collect();
     let path = vec![DVector::from_row_slice(&[2.0, 0.0, 0.0]); 6];
     let returns = Replicates {
         members: (0..6).map(|member| (member, member / 3)).collect(),
@@ -159,7 +164,7 @@ fn members_are_measured_along_their_way_and_what_lies_across_is_noise_of_its_own
     let found = Lines::along(&returns, &deviations, &[1.0; 6], &path, None).unwrap();
     assert_eq!(found.lines.len(), 2);
     for line in &found.lines {
-        assert_eq!(line.places, [-1.0, 0.0, 1.0], "half a unit a sigma");
+        assert_eq!(line.positions, [-1.0, 0.0, 1.0], "half a unit a sigma");
         assert!((line.spread - 0.5).abs() < 1e-12);
     }
     // Squares across: 1 + 4 + 1 + 4 a group. Two directions across, less a mean in each group.
@@ -221,5 +226,5 @@ fn returns_that_do_not_move_or_are_alone_say_nothing_of_two_positions() {
     assert_eq!(lines([3, 3], 2.0), Some(2));
     assert_eq!(lines([6, 1], 2.0), Some(1), "one return has nothing to be compared with");
     assert_eq!(lines([5, 1], 2.0), None, "five returns are too few");
-    assert_eq!(lines([4, 4], 0.0), None, "what does not move the reading has no place along it");
+    assert_eq!(lines([4, 4], 0.0), None, "what does not move the reading has no position along it");
 }
