@@ -57,7 +57,7 @@ pub(crate) fn joint_blocks(table: &Table, rows: &[usize], joint: usize) -> Vec<V
     poses.drop_lonely(&mut chosen);
     chosen.sort_by(|left, right| {
         let [left, right] =
-            [left, right].map(|pose| poses.places.get(*pose).and_then(|place| place.get(joint)));
+            [left, right].map(|pose| poses.positions.get(*pose).and_then(|position| position.get(joint)));
         left.unwrap_or(&0.0).total_cmp(right.unwrap_or(&0.0))
     });
     // Ranges of as many poses each, not of as many degrees: each must leave enough to fit.

@@ -228,7 +228,7 @@ impl Laboratory {
         if matches!(finding.verdict, Verdict::Located | Verdict::Unknown) {
             let rest = residual_structure(&finding.stage.fitted);
             diagnosis.remaining = Remaining {
-                places: finding.places.iter().map(|site| self.place_name(*site)).collect(),
+                places: finding.sites.iter().map(|site| self.place_name(*site)).collect(),
                 shape: Some(Rest::Structure(rest.shape)),
                 covariates: rest.covariates,
             };
@@ -258,11 +258,11 @@ impl Laboratory {
             .iter()
             .map(|split| {
                 let (apart, unit) = split.shown();
-                TwoPositions { place: self.place_name(split.site), apart, unit }
+                TwoPositions { site: self.place_name(split.site), apart, unit }
             })
             .collect();
         Remaining {
-            places: positions.iter().map(|one| one.place.clone()).collect(),
+            places: positions.iter().map(|one| one.site.clone()).collect(),
             covariates: Vec::new(),
             shape: Some(Rest::TwoPositions(positions)),
         }
@@ -353,7 +353,7 @@ mod tests {
         let lab = two_links_with(DECLARED, 40, 0.05, 22, |q| [0.0, 0.01 * q[1]]);
         let diagnosis = lab.diagnose(&Progress::unwatched()).unwrap();
         let named = diagnosis.named.as_ref().unwrap_or_else(|| panic!("{diagnosis:#?}"));
-        assert_eq!((named.effect.effect.as_str(), named.effect.place.as_str()), ("joint_gain", "elbow"));
+        assert_eq!((named.effect.effect.as_str(), named.effect.site.as_str()), ("joint_gain", "elbow"));
         assert!((named.size - 0.01).abs() < 4.0 * named.se && named.se < 0.001, "{named:?}");
         let best = &diagnosis.candidates[0];
         assert!(best.rejected.is_none() && best.delta_bic == 0.0 && best.plausible, "{best:?}");
@@ -446,8 +446,8 @@ mod tests {
         let left = lab.remaining_of_splits(&[joint, base]);
         assert_eq!((left.places, left.covariates), (vec!["elbow".to_owned(), "base".to_owned()], Vec::new()));
         let Some(Rest::TwoPositions(two)) = left.shape else { panic!("{:?}", left.shape) };
-        assert!((two[0].apart - 0.5).abs() < 1e-12 && two[0].unit == "deg" && two[0].place == "elbow");
-        assert_eq!(two[1], TwoPositions { place: "base".to_owned(), apart: 0.3, unit: "mm" });
+        assert!((two[0].apart - 0.5).abs() < 1e-12 && two[0].unit == "deg" && two[0].site == "elbow");
+        assert_eq!(two[1], TwoPositions { site: "base".to_owned(), apart: 0.3, unit: "mm" });
     }
 
     #[test]

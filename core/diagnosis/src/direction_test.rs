@@ -193,11 +193,11 @@ impl Kept {
             if changed.is_empty() {
                 continue;
             }
-            let places: Vec<usize> = changed.iter().flat_map(|row| projected.rows.range(*row)).collect();
+            let indices: Vec<usize> = changed.iter().flat_map(|row| projected.rows.range(*row)).collect();
             let residuals: Vec<f64> =
-                places.iter().filter_map(|place| projected.rows.residuals.get(*place)).copied().collect();
+                indices.iter().filter_map(|index| projected.rows.residuals.get(*index)).copied().collect();
             let mut own = NormalEquations::zeros(self.normal.gradient.len());
-            own.take(&residuals, &projected.rows.columns.select_columns(&places));
+            own.take(&residuals, &projected.rows.columns.select_columns(&indices));
             match is_kept {
                 true => self.normal.add(&own),
                 false => self.normal.subtract(&own),
@@ -266,8 +266,8 @@ fn scatter(
     for instrument in instruments {
         if !known.iter().any(|(known, _)| known == instrument) {
             let rows = (0..all.rows.len()).filter(|row| kept.get(*row) == Some(&true));
-            let places = rows.flat_map(|row| all.rows.range(row));
-            let own = places.filter(|index| instruments.get(*index) == Some(instrument));
+            let indices = rows.flat_map(|row| all.rows.range(row));
+            let own = indices.filter(|index| instruments.get(*index) == Some(instrument));
             let (own, count) =
                 own.fold((0.0, 0.0), |(sum, count), index| (sum + off[index] * off[index], count + 1.0));
             // Too few say nothing of their instrument: they are taken to be as good as the rest.

@@ -13,7 +13,7 @@ use crate::outcome::{
 };
 use crate::pose_to_pose::{FromPoseToPose, point_residual};
 use crate::thresholds::{FEW_POSES, FEW_POSES_RETURNS, LACK_OF_FIT_LEVEL};
-use crate::verdict::effect_place;
+use crate::verdict::effect_site;
 use plumb_calibration::arm_model::AddedEffect;
 use plumb_calibration::effect::{self, EffectId, Site};
 use plumb_estimation::{Progress, f_tail};
@@ -164,7 +164,7 @@ impl Laboratory {
         // What the rows of a pose share is judged by their means, from pose to pose.
         let errors = StandardErrors::of_the_fit(&fitted.problem, &fitted.fit);
         let value = self.effect_values(&errors).pop();
-        let place = effect_place(&fitted.problem, &effect.id);
+        let place = effect_site(&fitted.problem, &effect.id);
         Ok(value
             .map(|value| (effect, Named { effect: place, size: value.size, unit: value.unit, se: value.se })))
     }
@@ -197,7 +197,7 @@ mod tests {
             let id = effect::parse(text, lab.model()).unwrap();
             let effect = AddedEffect { id, values: vec![0.0] };
             let may_be = (0..may_be).map(|one| format!("{one}")).collect();
-            let candidate = CorrectionCandidate { effect, place: effect_at(text, "shoulder"), may_be };
+            let candidate = CorrectionCandidate { effect, site: effect_at(text, "shoulder"), may_be };
             let found = Found { corrections: vec![candidate], ..Found::default() };
             lab.condition(found, &Progress::unwatched()).unwrap().map(|(_, named)| named.effect.effect)
         };

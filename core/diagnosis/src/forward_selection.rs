@@ -315,9 +315,9 @@ impl Laboratory {
                 fitted_candidate.values.clone_from(values);
                 let free_parameters = refit.problem.free_parameters().len();
                 let own = free_parameters - values.len()..free_parameters;
-                let places: Vec<usize> = own.clone().collect();
+                let indices: Vec<usize> = own.clone().collect();
                 fitted_candidate.covariance =
-                    refit.fit.covariance.select_rows(&places).select_columns(&places);
+                    refit.fit.covariance.select_rows(&indices).select_columns(&indices);
                 fitted_candidate.block_errors = errors.get(own).unwrap_or_default().to_vec();
             }
         }

@@ -22,7 +22,7 @@ pub(crate) const NOT_LISTED: &str = "a mechanism that is not listed";
 #[derive(Clone)]
 pub(crate) struct CorrectionCandidate {
     pub(crate) effect: AddedEffect,
-    pub(crate) place: EffectSite,
+    pub(crate) site: EffectSite,
     /// The mechanisms it may represent.
     pub(crate) may_be: Vec<String>,
 }

@@ -145,8 +145,8 @@ impl Growing {
 
     /// A step of a correction whose size and error are not known yet.
     fn step_of(&self, candidate: &CorrectionCandidate) -> Step {
-        let CorrectionCandidate { effect, place, may_be } = candidate;
-        let named = Named { effect: place.clone(), size: 0.0, unit: String::new(), se: 0.0 };
+        let CorrectionCandidate { effect, site, may_be } = candidate;
+        let named = Named { effect: site.clone(), size: 0.0, unit: String::new(), se: 0.0 };
         self.step(named, effect, (Claim::Correction, may_be.clone()))
     }
 

@@ -10,7 +10,7 @@ impl Laboratory {
         self.table().approach.as_ref()?;
         let named = diagnosis.named.as_ref()?;
         let negative = named.effect.effect == "joint_backlash" && named.size < 0.0;
-        negative.then(|| Note::NegativePlay(named.effect.place.clone()))
+        negative.then(|| Note::NegativePlay(named.effect.site.clone()))
     }
 }
 

@@ -15,7 +15,7 @@ use super::outcome::NotShown;
 use super::products::{Plan, Products};
 use super::score_test::information;
 use super::thresholds::{BOUNDED_BY_ROWS, DETECTABLE_ERRORS};
-use super::verdict::effect_place;
+use super::verdict::effect_site;
 use super::working_volume::Volume;
 use crate::laboratory::{Laboratory, LaboratoryError};
 use crate::noise_floor::Floor;
@@ -159,7 +159,7 @@ impl Laboratory {
                 let no_unit = weightless && one.effect.looks_at() == effect::LooksAt::Gravity;
                 let sized = !(one.any_size || no_unit);
                 NotShown {
-                    effect: effect_place(&fitted.problem, &one.id),
+                    effect: effect_site(&fitted.problem, &one.id),
                     label: self.model().label(&one.id),
                     up_to_mm: (!one.any_size).then_some(one.error_mm),
                     size: sized.then_some(size.value.abs()),
@@ -290,7 +290,7 @@ mod tests {
             "an instrument moves no tip"
         );
         let mut kinds: Vec<(String, String)> =
-            hidden.iter().map(|one| (one.effect.effect.clone(), one.effect.place.clone())).collect();
+            hidden.iter().map(|one| (one.effect.effect.clone(), one.effect.site.clone())).collect();
         let count = kinds.len();
         kinds.sort();
         kinds.dedup();

@@ -50,7 +50,7 @@ pub struct EffectSite {
     pub effect: String,
     /// The joint, target, axis; `base`, `sensor` or nothing for effects without a place.
     #[serde(rename = "where")]
-    pub place: String,
+    pub site: String,
     /// The other joint of a coupling.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub with: Option<String>,
@@ -84,7 +84,7 @@ pub struct Named {
 pub struct Located {
     /// The joint (or base, sensor, axis).
     #[serde(rename = "where")]
-    pub place: String,
+    pub site: String,
     /// Names of effects that would do it, the likeliest first.
     pub family: Vec<String>,
 }
@@ -236,7 +236,7 @@ pub enum Rest {
 #[derive(Debug, Clone, PartialEq)]
 pub struct TwoPositions {
     /// The joint, target or base.
-    pub place: String,
+    pub site: String,
     /// How far apart the two are, in `unit`.
     pub apart: f64,
     /// deg or mm.

@@ -166,10 +166,7 @@ impl Laboratory {
 fn is_rival(candidate: &Candidate, named: &EffectSite) -> bool {
     let of_conditions = effect::kind(&candidate.effect.effect)
         .is_some_and(|kind| kind.depends_on_conditions && !kind.depends_on_time && !kind.is_event);
-    of_conditions
-        && candidate.plausible
-        && candidate.effect.place == named.place
-        && candidate.effect != *named
+    of_conditions && candidate.plausible && candidate.effect.site == named.site && candidate.effect != *named
 }
 
 #[cfg(test)]
@@ -231,7 +228,7 @@ mod tests {
     fn what_differs_is_named_with_the_error_of_its_poses_and_what_is_tied_is_not() {
         let effect = EffectSite {
             effect: "joint_backlash".to_owned(),
-            place: "elbow".to_owned(),
+            site: "elbow".to_owned(),
             with: None,
             n: None,
             of: None,

@@ -98,7 +98,7 @@ pub(crate) struct Poses {
     /// Rows of each pose.
     pub(crate) rows: Vec<Vec<usize>>,
     /// Coordinates of each pose, each joint scaled to its range in the table.
-    pub(crate) places: Vec<Vec<f64>>,
+    pub(crate) positions: Vec<Vec<f64>>,
 }
 
 /// Rows of each pose, in the order in which poses were first measured. Returns named for the side from which they came are returns to one pose.
@@ -112,8 +112,8 @@ fn rows_by_pose(table: &Table) -> Vec<Vec<usize>> {
         let name = table.repeat.of_row.get(row).copied().flatten();
         let coordinates: Vec<u64> = table.q_of(row).iter().map(|q| q.to_bits()).collect();
         let by_name = name.and_then(|name| named.get(&name)).map(|pose| earliest(&merged, *pose));
-        let by_place = placed.get(&coordinates).map(|pose| earliest(&merged, *pose));
-        let pose = match (by_name, by_place) {
+        let by_position = placed.get(&coordinates).map(|pose| earliest(&merged, *pose));
+        let pose = match (by_name, by_position) {
             (Some(one), Some(other)) => {
                 let (first, later) = (one.min(other), one.max(other));
                 if first < later {
@@ -157,12 +157,12 @@ impl Poses {
             })
             .collect();
         // A joint that did not move parts nothing.
-        let places = rows.iter().map(|list| {
+        let positions = rows.iter().map(|list| {
             let q = list.first().map_or(&[][..], |row| table.q_of(*row)).iter().zip(&ranges);
             q.map(|(q, (low, high))| if high > low { (q - low) / (high - low) } else { 0.5 }).collect()
         });
-        let places = places.collect();
-        Self { rows, places }
+        let positions = positions.collect();
+        Self { rows, positions }
     }
 
     /// Poses put into `count` regions of like size: cut again and again across the widest spread, at the median.
@@ -183,7 +183,7 @@ impl Poses {
     }
 
     fn cut(&self, mut region: Vec<usize>) -> (Vec<usize>, Vec<usize>) {
-        let joints = self.places.first().map_or(0, Vec::len);
+        let joints = self.positions.first().map_or(0, Vec::len);
         // The first joints move the tip most: among equals they are cut first.
         let spreads: Vec<f64> =
             (0..joints).map(|joint| self.spread(&region, joint) * weight(joint)).collect();
@@ -194,7 +194,7 @@ impl Poses {
     }
 
     fn coordinate(&self, pose: usize, joint: usize) -> f64 {
-        self.places.get(pose).and_then(|place| place.get(joint)).copied().unwrap_or(0.0)
+        self.positions.get(pose).and_then(|position| position.get(joint)).copied().unwrap_or(0.0)
     }
 
     /// Sum of squares of a joint's coordinates about their mean, over some poses.
@@ -206,7 +206,7 @@ impl Poses {
 
     /// How far two poses are apart, each joint scaled to its range.
     fn apart(&self, one: usize, other: usize) -> f64 {
-        let [one, other] = [one, other].map(|pose| self.places.get(pose).map_or(&[][..], Vec::as_slice));
+        let [one, other] = [one, other].map(|pose| self.positions.get(pose).map_or(&[][..], Vec::as_slice));
         one.iter().zip(other).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
     }
 
@@ -340,7 +340,7 @@ fn last_session(table: &Table) -> Result<Vec<usize>, HoldoutError> {
         .collect())
 }
 
-/// One region in eight, twice, from different ends of pose space. Touched places are the regions where there are any;
+/// One region in eight, twice, from different ends of pose space. Touched positions are the regions where there are any;
 /// poses that were returned to stay in the fit, for they carry the noise floor; very small tables, and those of few poses, hold out nothing. So do the few
 /// that lie far from all others, such as those measured afterwards to distinguish candidates: nothing that is fitted could foretell them.
 fn regions(poses: &Poses, table: &Table) -> Vec<usize> {

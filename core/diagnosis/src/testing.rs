@@ -119,7 +119,7 @@ pub(crate) fn sides_in_turn(rows: usize) -> Vec<i8> {
 
 /// An effect at a place, and nothing more.
 pub(crate) fn effect_at(effect: &str, site: &str) -> EffectSite {
-    EffectSite { effect: effect.to_owned(), place: site.to_owned(), with: None, n: None, of: None, at: None }
+    EffectSite { effect: effect.to_owned(), site: site.to_owned(), with: None, n: None, of: None, at: None }
 }
 
 /// A candidate that is plausible and not rejected.

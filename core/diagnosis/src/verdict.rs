@@ -36,13 +36,13 @@ pub(crate) struct Finding<'a> {
     /// The verdict.
     pub(crate) verdict: Verdict,
     /// The place that is known, if that is the verdict.
-    pub(crate) place: Option<Site>,
+    pub(crate) site: Option<Site>,
     /// Fitted candidates no worse than the best by more than the information criterion can distinguish.
     pub(crate) close: Vec<usize>,
     /// Effects that belong besides the one in question.
     pub(crate) besides: Vec<EffectId>,
     /// Places where, by its direction, all may sit that the model lacks; the likeliest first.
-    pub(crate) places: Vec<Site>,
+    pub(crate) sites: Vec<Site>,
     /// What is left with the effect in question in, less the noise, mm; where it was named, located or tied although more than noise is left.
     pub(crate) left_unexplained_mm: Option<f64>,
     /// The group of the geometry that is to be freed before anything is named; where errors of it explain as much as what would be named.
@@ -96,7 +96,7 @@ impl Laboratory {
         let close = self.with_pairs(&stage, close, candidates, progress)?;
         let asked: Vec<&FittedCandidate> =
             close.iter().filter_map(|index| stage.fitted_candidates.get(*index)).collect();
-        let (verdict, place) = judge(&asked, &evidence, floor);
+        let (verdict, site) = judge(&asked, &evidence, floor);
         let against = asked.first().and_then(|best| evidence.against_a_name_at(best.id.site));
         let dirty = is_dirty(asked.first().copied(), &evidence, floor);
         let together = found_together(&stage, &close);
@@ -106,10 +106,10 @@ impl Laboratory {
             left_over: evidence.left_over,
             left_now,
             verdict,
-            place,
+            site,
             close,
             besides,
-            places: evidence.alone,
+            sites: evidence.alone,
             left_unexplained_mm: None,
             free_first: None,
             mechanism: None,
@@ -184,10 +184,10 @@ fn correction_candidate(
     let mut may_be: Vec<String> =
         own.chain(others.iter().copied()).map(|id| problem.model.label(id)).collect();
     may_be.push(NOT_LISTED.to_owned());
-    CorrectionCandidate { place: effect_place(problem, &effect.id), effect, may_be }
+    CorrectionCandidate { site: effect_site(problem, &effect.id), effect, may_be }
 }
 
-/// The best plausible fitted candidate and all that come close to it, by their places in the list (the likeliest first).
+/// The best plausible fitted candidate and all that come close to it, by their indices in the list (the likeliest first).
 fn close_fitted_candidates(fitted_candidates: &[FittedCandidate], equations: f64) -> Vec<usize> {
     let mut plausible = fitted_candidates.iter().filter(|fitted_candidate| fitted_candidate.is_plausible());
     let Some(best) = plausible.next() else { return Vec::new() };
@@ -238,7 +238,7 @@ fn judge(
     if evidence.rivals.is_some() {
         return evidence.unnamed(evidence.rivals);
     }
-    let one_place = fitted_candidates.iter().all(|fitted_candidate| fitted_candidate.id.site == best.id.site);
+    let one_site = fitted_candidates.iter().all(|fitted_candidate| fitted_candidate.id.site == best.id.site);
     let explains = explains_all(best, floor);
     // The directions speak of joints and the base alone: what explains all and sits elsewhere keeps its place.
     let at_best = match explains && !is_of_a_joint(&best.id) {
@@ -247,7 +247,7 @@ fn judge(
     };
     if !best.passes() {
         // What does not predict rows it has not seen is no finding, unless something must be there.
-        return match (noisy, one_place) {
+        return match (noisy, one_site) {
             (false, _) => quiet,
             (true, true) => at_best,
             (true, false) => match evidence.alone.as_slice() {
@@ -258,7 +258,7 @@ fn judge(
         };
     }
     let doubtful = evidence.against_a_name_at(best.id.site).is_some();
-    match (fitted_candidates.len(), one_place) {
+    match (fitted_candidates.len(), one_site) {
         _ if doubtful && !is_overwhelming(best) => at_best,
         (1, _) => (Verdict::Named, None),
         (_, true) => (Verdict::Located, Some(best.id.site)),
@@ -304,10 +304,10 @@ fn is_of_sensor(id: &EffectId) -> bool {
 }
 
 /// Which and where, in the contract's words.
-pub(crate) fn effect_place(problem: &ResidualModel<'_>, id: &EffectId) -> EffectSite {
+pub(crate) fn effect_site(problem: &ResidualModel<'_>, id: &EffectId) -> EffectSite {
     EffectSite {
         effect: id.name.clone(),
-        place: problem.model.site_name(id.site),
+        site: problem.model.site_name(id.site),
         with: id.with.and_then(|index| problem.model.chain.joints.get(index).map(|joint| joint.name.clone())),
         n: id.order,
         of: id.of.map(|of| of.name().to_owned()),
@@ -340,7 +340,7 @@ impl Finding<'_> {
     pub(crate) fn named(&self) -> Option<Named> {
         let best = self.best().filter(|_| self.verdict == Verdict::Named)?;
         let size = self.size(best);
-        let effect = effect_place(&self.stage.fitted.problem, &best.id);
+        let effect = effect_site(&self.stage.fitted.problem, &best.id);
         Some(Named { effect, size: size.value, unit: size.unit.to_owned(), se: size.error })
     }
 
@@ -363,7 +363,7 @@ impl Finding<'_> {
 
     /// The known place, if that is the verdict.
     pub(crate) fn located(&self) -> Option<Located> {
-        let site = self.place.filter(|_| self.verdict == Verdict::Located)?;
+        let site = self.site.filter(|_| self.verdict == Verdict::Located)?;
         let model = self.stage.fitted.problem.model;
         let mut family: Vec<String> = Vec::new();
         let close = self
@@ -376,7 +376,7 @@ impl Finding<'_> {
                 family.push(id.name.clone());
             }
         }
-        Some(Located { place: model.site_name(site), family })
+        Some(Located { site: model.site_name(site), family })
     }
 
     /// Of all candidates a joint or link that yields against gravity explains most, clearly: the model's idea of what is down may be wrong.
@@ -398,9 +398,7 @@ impl Finding<'_> {
             return Vec::new();
         }
         let places = self.close.iter().filter_map(|index| self.at(*index));
-        places
-            .map(|fitted_candidate| effect_place(&self.stage.fitted.problem, &fitted_candidate.id))
-            .collect()
+        places.map(|fitted_candidate| effect_site(&self.stage.fitted.problem, &fitted_candidate.id)).collect()
     }
 
     /// Pairs of the best few fitted candidates that move the readings alike in these poses.
@@ -512,7 +510,7 @@ impl Finding<'_> {
             .map(|(index, fitted_candidate)| {
                 let size = self.size(fitted_candidate);
                 Candidate {
-                    effect: effect_place(problem, &fitted_candidate.id),
+                    effect: effect_site(problem, &fitted_candidate.id),
                     label: problem.model.label(&fitted_candidate.id),
                     holm_p: fitted_candidate.holm_p,
                     delta_bic: fitted_candidate.bic - best,

@@ -89,7 +89,7 @@ fn named(case: &str, effect: &str, site: &str) {
     let Some(diagnosis) = diagnose(case) else { return };
     assert_eq!(diagnosis.verdict, Verdict::Named, "case {case}: {}", diagnosis_sentence(&diagnosis));
     let named = diagnosis.named.unwrap().effect;
-    assert_eq!((named.effect.as_str(), named.place.as_str()), (effect, site), "case {case}");
+    assert_eq!((named.effect.as_str(), named.site.as_str()), (effect, site), "case {case}");
 }
 
 #[test]
@@ -141,7 +141,7 @@ fn two_effects_at_once_are_found_one_after_the_other() {
     let mut added: Vec<(&str, &str)> = growth
         .steps
         .iter()
-        .map(|step| (step.added.effect.effect.as_str(), step.added.effect.place.as_str()))
+        .map(|step| (step.added.effect.effect.as_str(), step.added.effect.site.as_str()))
         .collect();
     added.sort_unstable();
     assert_eq!(added, [("joint_backlash", "elbow"), ("joint_compliance", "shoulder")]);

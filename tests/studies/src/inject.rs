@@ -281,7 +281,7 @@ type Name = (String, String);
 
 fn name_of(diagnosis: &Diagnosis) -> Option<Name> {
     let named = diagnosis.named.as_ref();
-    named.map(|one| (one.effect.effect.clone(), one.effect.place.clone()))
+    named.map(|one| (one.effect.effect.clone(), one.effect.site.clone()))
 }
 
 /// Effects and sites that are likely in rows in which nothing is hidden.

@@ -10,7 +10,7 @@ use super::{Parameter, Unit};
 pub(super) const KIND: Kind = Kind {
     name: "axis_skew",
     family: Family::Geometry,
-    places: SiteKind::Joints,
+    sites: SiteKind::Joints,
     geometry_group: true,
     depends_on_conditions: false,
     imitates_anything: false,

@@ -6,7 +6,7 @@ use super::kind::{DrivenBy, Family, Kind, Search, Setting, SiteKind};
 pub(super) const KIND: Kind = Kind {
     name: "axis_yaw",
     family: Family::Geometry,
-    places: SiteKind::Joints,
+    sites: SiteKind::Joints,
     geometry_group: false,
     depends_on_conditions: false,
     imitates_anything: false,

@@ -36,7 +36,7 @@ impl Effect for BasePosition {
 pub(super) const KIND: Kind = Kind {
     name: "base_position",
     family: Family::Geometry,
-    places: SiteKind::Base,
+    sites: SiteKind::Base,
     geometry_group: false,
     depends_on_conditions: false,
     imitates_anything: false,

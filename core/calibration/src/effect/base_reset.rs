@@ -10,7 +10,7 @@ const MOST_MM: f64 = 2e4;
 pub(super) const KIND: Kind = Kind {
     name: "base_reset",
     family: Family::Epoch,
-    places: SiteKind::Base,
+    sites: SiteKind::Base,
     geometry_group: false,
     depends_on_conditions: true,
     imitates_anything: false,

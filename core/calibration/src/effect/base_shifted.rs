@@ -10,7 +10,7 @@ const MOST: f64 = 200.0;
 pub(super) const KIND: Kind = Kind {
     name: "base_shifted",
     family: Family::Epoch,
-    places: SiteKind::Axes,
+    sites: SiteKind::Axes,
     geometry_group: false,
     depends_on_conditions: true,
     imitates_anything: false,

@@ -55,7 +55,7 @@ fn first_joint_is_heading(model: &Model) -> bool {
 pub(super) const KIND: Kind = Kind {
     name: "base_tilt",
     family: Family::Geometry,
-    places: SiteKind::Base,
+    sites: SiteKind::Base,
     geometry_group: false,
     depends_on_conditions: false,
     imitates_anything: false,

@@ -34,7 +34,7 @@ impl Effect for Drift {
 pub(super) const KIND: Kind = Kind {
     name: "drift",
     family: Family::LinkAndTime,
-    places: SiteKind::Base,
+    sites: SiteKind::Base,
     geometry_group: false,
     depends_on_conditions: true,
     imitates_anything: false,

@@ -65,7 +65,7 @@ impl Effect for GravityFlexure {
 pub(super) const KIND: Kind = Kind {
     name: "gravity_flexure",
     family: Family::Joint,
-    places: SiteKind::Joints,
+    sites: SiteKind::Joints,
     geometry_group: false,
     depends_on_conditions: false,
     imitates_anything: false,

@@ -46,7 +46,7 @@ impl Effect for InstrumentTilt {
 pub(super) const KIND: Kind = Kind {
     name: "instrument_tilt",
     family: Family::Instrument,
-    places: SiteKind::Instrument,
+    sites: SiteKind::Instrument,
     geometry_group: false,
     depends_on_conditions: false,
     imitates_anything: false,

@@ -28,7 +28,7 @@ impl Effect for JointBacklash {
 pub(super) const KIND: Kind = Kind {
     name: "joint_backlash",
     family: Family::Joint,
-    places: SiteKind::Joints,
+    sites: SiteKind::Joints,
     geometry_group: false,
     // The same pose reached from the other side is off by the whole play.
     depends_on_conditions: true,

@@ -41,7 +41,7 @@ impl Effect for JointCompliance {
 pub(super) const KIND: Kind = Kind {
     name: "joint_compliance",
     family: Family::Joint,
-    places: SiteKind::Joints,
+    sites: SiteKind::Joints,
     geometry_group: false,
     depends_on_conditions: true,
     imitates_anything: false,

@@ -28,7 +28,7 @@ impl Effect for JointCoupling {
 pub(super) const KIND: Kind = Kind {
     name: "joint_coupling",
     family: Family::Joint,
-    places: SiteKind::JointPairs,
+    sites: SiteKind::JointPairs,
     geometry_group: false,
     depends_on_conditions: false,
     // Where two joints move together the driver's coordinate is any function of the joint's own.

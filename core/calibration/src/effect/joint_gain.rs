@@ -27,7 +27,7 @@ impl Effect for JointGain {
 pub(super) const KIND: Kind = Kind {
     name: "joint_gain",
     family: Family::Joint,
-    places: SiteKind::Joints,
+    sites: SiteKind::Joints,
     geometry_group: false,
     depends_on_conditions: false,
     // Over a short range any smooth error is a zero and a gain.

@@ -47,7 +47,7 @@ impl Effect for JointHarmonic {
 pub(super) const KIND: Kind = Kind {
     name: "joint_harmonic",
     family: Family::Joint,
-    places: SiteKind::JointsAndOrder,
+    sites: SiteKind::JointsAndOrder,
     geometry_group: false,
     depends_on_conditions: false,
     // 64 orders of a joint are a Fourier series.

@@ -28,7 +28,7 @@ impl Effect for JointLag {
 pub(super) const KIND: Kind = Kind {
     name: "joint_lag",
     family: Family::Joint,
-    places: SiteKind::Joints,
+    sites: SiteKind::Joints,
     geometry_group: false,
     // Two visits to one pose come after different moves.
     depends_on_conditions: true,

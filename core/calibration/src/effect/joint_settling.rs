@@ -27,7 +27,7 @@ impl Effect for JointSettling {
 pub(super) const KIND: Kind = Kind {
     name: "joint_settling",
     family: Family::Joint,
-    places: SiteKind::Joints,
+    sites: SiteKind::Joints,
     geometry_group: false,
     // Two visits to one pose come after different moves.
     depends_on_conditions: true,

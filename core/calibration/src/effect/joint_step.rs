@@ -52,7 +52,7 @@ fn dated(context: &CandidateContext<'_>) -> Vec<f64> {
 pub(super) const KIND: Kind = Kind {
     name: "joint_step",
     family: Family::Joint,
-    places: SiteKind::Joints,
+    sites: SiteKind::Joints,
     geometry_group: false,
     depends_on_conditions: true,
     imitates_anything: false,

@@ -44,7 +44,7 @@ impl Effect for JointStiffening {
 pub(super) const KIND: Kind = Kind {
     name: "joint_stiffening",
     family: Family::Joint,
-    places: SiteKind::Joints,
+    sites: SiteKind::Joints,
     geometry_group: false,
     depends_on_conditions: true,
     imitates_anything: false,

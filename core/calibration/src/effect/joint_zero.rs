@@ -27,7 +27,7 @@ impl Effect for JointZero {
 pub(super) const KIND: Kind = Kind {
     name: "joint_zero",
     family: Family::Geometry,
-    places: SiteKind::Joints,
+    sites: SiteKind::Joints,
     geometry_group: false,
     depends_on_conditions: false,
     imitates_anything: false,

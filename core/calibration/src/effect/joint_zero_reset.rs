@@ -14,7 +14,7 @@ const MOST_MM: f64 = 20.0;
 pub(super) const KIND: Kind = Kind {
     name: "joint_zero_reset",
     family: Family::Epoch,
-    places: SiteKind::Joints,
+    sites: SiteKind::Joints,
     geometry_group: false,
     depends_on_conditions: true,
     imitates_anything: false,

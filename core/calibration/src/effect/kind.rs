@@ -132,7 +132,7 @@ pub struct Kind {
     /// What kind of thing it is.
     pub family: Family,
     /// Where it may act.
-    pub places: SiteKind,
+    pub sites: SiteKind,
     /// Whether `geometry(*)` includes it.
     pub geometry_group: bool,
     /// Whether it can differ between two visits to one pose.

@@ -9,7 +9,7 @@ use super::{Parameter, Unit};
 pub(super) const KIND: Kind = Kind {
     name: "link_offset",
     family: Family::Geometry,
-    places: SiteKind::Joints,
+    sites: SiteKind::Joints,
     geometry_group: true,
     depends_on_conditions: false,
     imitates_anything: false,

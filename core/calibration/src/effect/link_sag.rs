@@ -31,7 +31,7 @@ impl Effect for LinkSag {
 pub(super) const KIND: Kind = Kind {
     name: "link_sag",
     family: Family::LinkAndTime,
-    places: SiteKind::Joints,
+    sites: SiteKind::Joints,
     geometry_group: false,
     depends_on_conditions: true,
     imitates_anything: false,

@@ -66,7 +66,7 @@ pub(super) fn links_along(chain: &Chain, joint: usize) -> Vec<usize> {
 pub(super) const KIND: Kind = Kind {
     name: "link_torsion",
     family: Family::LinkAndTime,
-    places: SiteKind::Joints,
+    sites: SiteKind::Joints,
     geometry_group: false,
     depends_on_conditions: true,
     imitates_anything: false,

@@ -74,7 +74,7 @@ fn entry(covariance: &DMatrix<f64>, one: Option<usize>, other: Option<usize>) ->
 pub(super) const KIND: Kind = Kind {
     name: "positioning_error",
     family: Family::Joint,
-    places: SiteKind::JointsAndPieces,
+    sites: SiteKind::JointsAndPieces,
     geometry_group: false,
     depends_on_conditions: false,
     // With enough knots it is any function of the coordinate.

@@ -10,7 +10,7 @@ const MOST: f64 = 0.05;
 pub(super) const KIND: Kind = Kind {
     name: "reading_rescaled",
     family: Family::Epoch,
-    places: SiteKind::Readings,
+    sites: SiteKind::Readings,
     geometry_group: false,
     depends_on_conditions: true,
     imitates_anything: false,

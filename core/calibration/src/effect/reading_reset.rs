@@ -11,7 +11,7 @@ const MOST_RAD: f64 = 0.2;
 pub(super) const KIND: Kind = Kind {
     name: "reading_reset",
     family: Family::Epoch,
-    places: SiteKind::Readings,
+    sites: SiteKind::Readings,
     geometry_group: false,
     depends_on_conditions: true,
     imitates_anything: false,

@@ -34,7 +34,7 @@ impl Effect for ReadingWarming {
 pub(super) const KIND: Kind = Kind {
     name: "reading_warming",
     family: Family::Instrument,
-    places: SiteKind::Readings,
+    sites: SiteKind::Readings,
     geometry_group: false,
     depends_on_conditions: true,
     imitates_anything: false,

@@ -44,7 +44,7 @@ fn reflects(model: &Model, surface: usize) -> bool {
 pub(super) const KIND: Kind = Kind {
     name: "reflectance",
     family: Family::Sensor,
-    places: SiteKind::Surfaces,
+    sites: SiteKind::Surfaces,
     geometry_group: false,
     depends_on_conditions: false,
     imitates_anything: false,

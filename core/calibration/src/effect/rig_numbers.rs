@@ -96,7 +96,7 @@ pub(super) const fn kind(
     Kind {
         name,
         family: Family::Sensor,
-        places: SiteKind::Sensor,
+        sites: SiteKind::Sensor,
         geometry_group: false,
         depends_on_conditions: false,
         imitates_anything: false,

@@ -28,7 +28,7 @@ impl Effect for Scale {
 pub(super) const KIND: Kind = Kind {
     name: "scale",
     family: Family::Instrument,
-    places: SiteKind::Axes,
+    sites: SiteKind::Axes,
     geometry_group: false,
     depends_on_conditions: false,
     imitates_anything: false,

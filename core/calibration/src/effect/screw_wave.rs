@@ -78,7 +78,7 @@ pub(super) fn sampling_of(context: &CandidateContext<'_>, id: &EffectId) -> Opti
 pub(super) const KIND: Kind = Kind {
     name: "screw_wave",
     family: Family::Joint,
-    places: SiteKind::JointsAndOrder,
+    sites: SiteKind::JointsAndOrder,
     geometry_group: false,
     depends_on_conditions: false,
     imitates_anything: false,

@@ -33,7 +33,7 @@ impl Effect for SensorTilt {
 pub(super) const KIND: Kind = Kind {
     name: "sensor_tilt",
     family: Family::Sensor,
-    places: SiteKind::Sensor,
+    sites: SiteKind::Sensor,
     geometry_group: false,
     depends_on_conditions: false,
     imitates_anything: false,

@@ -22,7 +22,7 @@ impl<'a> Sites<'a> {
     /// The effects that these arguments mean; `*` and none mean all.
     pub(super) fn at(&self, arguments: &[&str]) -> Found {
         let model = self.model;
-        match (self.kind.places, arguments) {
+        match (self.kind.sites, arguments) {
             (SiteKind::Base, [] | ["base"]) => self.ids([Site::Base]),
             (SiteKind::Instrument, [] | ["instrument"]) => self.ids([Site::Instrument]),
             (SiteKind::Sensor, [] | ["sensor"]) => self.ids([Site::Sensor]),
@@ -127,7 +127,7 @@ impl<'a> Sites<'a> {
 
     fn malformed(&self) -> EffectNameError {
         let readings = || format!("({})", Channel::all().map(Channel::name).collect::<Vec<_>>().join("|"));
-        let arguments = match self.kind.places {
+        let arguments = match self.kind.sites {
             SiteKind::Joints => "(joint)",
             SiteKind::JointsAndOrder => "(joint, periods a turn)",
             SiteKind::JointsAndPieces => "(joint, pieces)",

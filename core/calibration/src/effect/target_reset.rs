@@ -10,7 +10,7 @@ const MOST: f64 = 50.0;
 pub(super) const KIND: Kind = Kind {
     name: "target_reset",
     family: Family::Epoch,
-    places: SiteKind::Targets,
+    sites: SiteKind::Targets,
     geometry_group: false,
     depends_on_conditions: true,
     imitates_anything: false,

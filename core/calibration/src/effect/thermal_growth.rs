@@ -33,7 +33,7 @@ impl Effect for ThermalGrowth {
 pub(super) const KIND: Kind = Kind {
     name: "thermal_growth",
     family: Family::LinkAndTime,
-    places: SiteKind::Joints,
+    sites: SiteKind::Joints,
     geometry_group: false,
     depends_on_conditions: true,
     imitates_anything: false,

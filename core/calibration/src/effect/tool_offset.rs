@@ -58,7 +58,7 @@ pub(super) fn length_of(values: &[f64], covariance: &DMatrix<f64>) -> Size {
 pub(super) const KIND: Kind = Kind {
     name: "tool_offset",
     family: Family::Geometry,
-    places: SiteKind::Targets,
+    sites: SiteKind::Targets,
     geometry_group: false,
     depends_on_conditions: false,
     imitates_anything: false,

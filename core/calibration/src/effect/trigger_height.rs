@@ -22,7 +22,7 @@ impl Effect for TriggerHeight {
 pub(super) const KIND: Kind = Kind {
     name: "trigger_height",
     family: Family::Sensor,
-    places: SiteKind::Sensor,
+    sites: SiteKind::Sensor,
     geometry_group: false,
     depends_on_conditions: false,
     imitates_anything: false,

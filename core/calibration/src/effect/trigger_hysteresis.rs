@@ -46,7 +46,7 @@ impl Effect for TriggerHysteresis {
 pub(super) const KIND: Kind = Kind {
     name: "trigger_hysteresis",
     family: Family::Sensor,
-    places: SiteKind::Sensor,
+    sites: SiteKind::Sensor,
     geometry_group: false,
     depends_on_conditions: false,
     imitates_anything: false,

@@ -31,7 +31,7 @@ impl Effect for TriggerSpot {
 pub(super) const KIND: Kind = Kind {
     name: "trigger_spot",
     family: Family::Sensor,
-    places: SiteKind::Sensor,
+    sites: SiteKind::Sensor,
     geometry_group: false,
     depends_on_conditions: false,
     imitates_anything: false,

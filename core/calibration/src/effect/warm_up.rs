@@ -37,7 +37,7 @@ impl Effect for WarmUp {
 pub(super) const KIND: Kind = Kind {
     name: "warm_up",
     family: Family::LinkAndTime,
-    places: SiteKind::JointsAndQuantity,
+    sites: SiteKind::JointsAndQuantity,
     geometry_group: false,
     depends_on_conditions: true,
     imitates_anything: false,

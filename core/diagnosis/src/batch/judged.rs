@@ -86,13 +86,13 @@ impl Laboratory {
         let unfinished = LackOfFit::beside(predictions.noise(), floor)
             .is_none_or(|lack_of_fit| lack_of_fit.is_significant());
         let asked = if unfinished { OVERWHELMING_GAIN } else { GAIN_ERRORS };
-        for (place, pick) in named {
+        for (index, pick) in named {
             progress.check()?;
             // The picks are the last of the problem's parts, in their order.
-            let gains = predictions.gains(problem.parts.len() - picks.len() + place);
+            let gains = predictions.gains(problem.parts.len() - picks.len() + index);
             // A gain must show in every way of leaving out: by region, by range of its joint, by session.
             let exceeds = |errors: f64| gains.iter().all(|gain| gain.total > errors * gain.error);
-            match pool.rivals(picks, place).filter(|_| exceeds(GAIN_ERRORS)) {
+            match pool.rivals(picks, index).filter(|_| exceeds(GAIN_ERRORS)) {
                 None => judged.doubtful.push(pick.probe),
                 Some(rivals) if rivals.is_empty() && exceeds(asked) => {}
                 Some(rivals) => judged.in_place.push(self.in_place(pool, pick.probe, &rivals)),
@@ -129,16 +129,16 @@ impl Laboratory {
         without.retain(|pick| corrections.iter().all(|one| one.probe != pick.probe));
         let without = pool.columns(&without);
         // A block has the picks' columns one after another, as `with` has them.
-        let places: Vec<usize> =
+        let indices: Vec<usize> =
             without.iter().filter_map(|column| with.iter().position(|other| other == column)).collect();
         let precisions = pool.precisions(picks);
-        let kept: Vec<f64> = places.iter().map(|place| precisions[*place]).collect();
+        let kept: Vec<f64> = indices.iter().map(|index| precisions[*index]).collect();
         let with_values = pool.values(&with, &precisions);
         let without_values = pool.values(&without, &kept);
         let reductions = pose_groups(problem.table, &held).into_iter().map(|rows| {
             let block = problem.block(&fit.state, &rows, &vec![1.0; problem.table.len()], &probes);
             let residuals = nalgebra::DVector::from_vec(block.residuals);
-            let before = &residuals - block.jacobian.select_rows(&places).tr_mul(&without_values);
+            let before = &residuals - block.jacobian.select_rows(&indices).tr_mul(&without_values);
             let after = &residuals - block.jacobian.tr_mul(&with_values);
             before.norm_squared() - after.norm_squared()
         });

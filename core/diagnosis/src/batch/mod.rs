@@ -13,7 +13,7 @@ use super::fitted::Fitted;
 use super::growth::{Step, StepRms};
 use super::outcome::Named;
 use super::thresholds::{BATCH_FAMILY, BATCH_ROWS};
-use super::verdict::effect_place;
+use super::verdict::effect_site;
 use crate::laboratory::{Laboratory, LaboratoryError};
 use crate::noise_floor::Floor;
 use judged::{InPlaceOf, Judged};
@@ -151,7 +151,7 @@ impl Laboratory {
             let correction = chosen.corrections.iter().find(|one| one.probe == pick.probe);
             steps.push(Step {
                 added: Named {
-                    effect: effect_place(&before.problem, id),
+                    effect: effect_site(&before.problem, id),
                     size: value.map_or(0.0, |value| value.size),
                     unit: value.map_or_else(String::new, |value| value.unit.clone()),
                     se: value.map_or(f64::INFINITY, |value| value.se),

@@ -25,7 +25,7 @@ fn every_wave_of_a_family_is_found_with_its_size_and_the_error_falls_from_one_to
         let own = batch
             .steps
             .iter()
-            .find(|step| step.added.effect.place == place && step.added.effect.n == Some(order));
+            .find(|step| step.added.effect.site == place && step.added.effect.n == Some(order));
         let own = own.unwrap_or_else(|| panic!("{place} {order}: {:?}", batch.steps));
         assert!(
             (own.added.size.to_radians() - amplitude).abs() < 4.0 * own.added.se.to_radians(),
@@ -62,7 +62,7 @@ fn claims_of(order: f64, off: impl Fn([f64; 2]) -> [f64; 2]) -> Vec<Claim> {
     let own = batch
         .steps
         .iter()
-        .filter(|step| step.added.effect.place == "elbow" && step.added.effect.n == Some(order));
+        .filter(|step| step.added.effect.site == "elbow" && step.added.effect.n == Some(order));
     let claims: Vec<Claim> = own.map(|step| step.claim).collect();
     let corrections = batch.steps.iter().filter(|step| step.claim == Claim::Correction).count();
     assert_eq!(batch.laboratory.model().corrections.len(), corrections);

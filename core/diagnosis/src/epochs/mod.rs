@@ -178,10 +178,10 @@ impl Laboratory {
         let fitted = self.fit_with(found, Some(near), progress)?;
         let again = self.find_epochs(&fitted, progress)?.map_or_else(Vec::new, |found| found.jumps);
         let order = self.table().order();
-        let place = |jump: &Jump| order.iter().position(|row| row + 1 == jump.between_rows[1]);
-        let seen: Vec<usize> = again.iter().filter_map(place).collect();
+        let index_of = |jump: &Jump| order.iter().position(|row| row + 1 == jump.between_rows[1]);
+        let seen: Vec<usize> = again.iter().filter_map(index_of).collect();
         jumps.retain(|jump| {
-            place(jump).is_some_and(|place| seen.iter().any(|other| place.abs_diff(*other) < JUMP_ROWS))
+            index_of(jump).is_some_and(|index| seen.iter().any(|other| index.abs_diff(*other) < JUMP_ROWS))
         });
         Ok(jumps)
     }

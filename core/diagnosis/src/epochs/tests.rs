@@ -221,7 +221,7 @@ fn a_wires_zero_that_jumps_twice_is_in_the_verdict_with_its_rows() {
     let rows: Vec<[usize; 2]> = diagnosis.jumps.iter().map(|jump| jump.between_rows).collect();
     assert_eq!(rows, [[60, 61], [150, 151]]);
     let found = diagnosis.named.iter().map(|named| &named.effect).chain(&diagnosis.tied);
-    let found: Vec<(&str, &str)> = found.map(|one| (one.effect.as_str(), one.place.as_str())).collect();
+    let found: Vec<(&str, &str)> = found.map(|one| (one.effect.as_str(), one.site.as_str())).collect();
     assert!(found.contains(&("reading_reset", "distance")), "{found:?}: {diagnosis:#?}");
 }
 
@@ -234,7 +234,7 @@ fn a_joints_zero_that_jumps_twice_under_a_tracker_is_named() {
     let diagnosis = laboratory(200, false, 7, of_joint).diagnose(&Progress::unwatched()).unwrap();
     assert_eq!(diagnosis.verdict, Verdict::Named, "{diagnosis:#?}");
     let named = diagnosis.named.unwrap();
-    assert_eq!((named.effect.effect.as_str(), named.effect.place.as_str()), ("joint_zero_reset", "shoulder"));
+    assert_eq!((named.effect.effect.as_str(), named.effect.site.as_str()), ("joint_zero_reset", "shoulder"));
     let size = 0.005_f64.to_degrees();
     assert!((named.size - size).abs() < 4.0 * named.se, "{} +- {} for {size}", named.size, named.se);
 }

@@ -9,7 +9,7 @@ fn a_model_grows_by_what_is_named_until_nothing_is() {
     let lab = two_links(150, "joint_zero(*)", 0.05, 3, both);
     let grown = lab.grow(&Progress::unwatched()).unwrap();
     let added: Vec<(&str, Option<f64>)> =
-        grown.steps.iter().map(|step| (step.added.effect.place.as_str(), step.added.effect.n)).collect();
+        grown.steps.iter().map(|step| (step.added.effect.site.as_str(), step.added.effect.n)).collect();
     assert_eq!(added, [("shoulder", Some(5.0)), ("elbow", Some(12.0))]);
     assert!(grown.steps.iter().all(|step| step.claim == Claim::Mechanism));
     assert_eq!(grown.model.effects.len(), 2);
@@ -91,7 +91,7 @@ fn effect_of(laboratory: &Laboratory, text: &str) -> AddedEffect {
 fn candidate(laboratory: &Laboratory, text: &str) -> CorrectionCandidate {
     CorrectionCandidate {
         effect: effect_of(laboratory, text),
-        place: crate::testing::effect_at(text, "elbow"),
+        site: crate::testing::effect_at(text, "elbow"),
         may_be: vec![text.to_owned(), "dirt".to_owned()],
     }
 }

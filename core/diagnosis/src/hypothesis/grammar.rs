@@ -166,16 +166,16 @@ fn kinked(lab: &Laboratory, angle: Angle) -> Vec<Vec<Shape>> {
     if high - low < 1.0 / DIGITS {
         return Vec::new();
     }
-    let places = KINKS.map(|fraction| rounded(low + fraction * (high - low)));
+    let positions = KINKS.map(|fraction| rounded(low + fraction * (high - low)));
     let mut shapes = vec![
-        places.map(|at| Shape::Above(angle, at)).to_vec(),
-        places.map(|at| Shape::Below(angle, at)).to_vec(),
-        places.map(|at| Shape::Step(angle, at)).to_vec(),
+        positions.map(|at| Shape::Above(angle, at)).to_vec(),
+        positions.map(|at| Shape::Below(angle, at)).to_vec(),
+        positions.map(|at| Shape::Step(angle, at)).to_vec(),
     ];
     // A bump in a sum of two angles is a line of poses that nothing mechanical singles out.
     if angle.second.is_none() {
         let wide = BUMPS.map(|wide| rounded(wide * (high - low)));
-        shapes.push(places.iter().flat_map(|at| wide.map(|wide| Shape::Bump(angle, *at, wide))).collect());
+        shapes.push(positions.iter().flat_map(|at| wide.map(|wide| Shape::Bump(angle, *at, wide))).collect());
     }
     if low < 0.0 && high > 0.0 {
         let far = low.abs().max(high);
@@ -324,7 +324,7 @@ mod tests {
         let lab = logged("", [""; 4]);
         let alone = shapes(&lab, joint(0), Factor::One);
         assert_eq!(alone[0], [Shape::One]);
-        // Seven places in the range of the sum and of the difference.
+        // Seven positions in the range of the sum and of the difference.
         assert_eq!((of_two(&alone, 0, 1), of_two(&alone, 0, 2)), ((2, 14), (2, 0)));
         assert_eq!(of_two(&alone, 0, 0), (0, 0));
         let with_hours = shapes(&lab, joint(0), Factor::Hours);

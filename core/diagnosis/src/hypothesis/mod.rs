@@ -32,7 +32,8 @@ use plumb_estimation::{Progress, bic, holm};
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Hypothesis {
     /// Where it acts: a joint, or `base`.
-    pub place: String,
+    #[serde(rename = "place")]
+    pub site: String,
     /// What is added there.
     pub formula: String,
     /// Values of its parameters, with their standard errors.
@@ -93,7 +94,7 @@ impl Laboratory {
         let scored = searched.scored_forms(&fitted);
         let Some(best) = searched.borne_out(&scored, &fitted, floor, progress)? else { return Ok(None) };
         let candidates = grammar::probes(searched);
-        // Of its own place: the direction of what is left names the place well, and forms of others would only dilute the test.
+        // Of its own site: the direction of what is left names the place well, and forms of others would only dilute the test.
         let at_place = candidates.iter().filter(|(form, _)| form.site == best.form.site);
         let effects: Vec<&dyn Effect> = at_place.map(|(_, probe)| probe.effect.as_ref()).collect();
         if !twins::beaten(&fitted, &Candidate::new(best.form), &effects) {
@@ -238,7 +239,7 @@ impl Laboratory {
         (before_mm, after_mm): (f64, f64),
         or: Vec<String>,
     ) -> Hypothesis {
-        let place = self.model().site_name(grammar::site_of(form.site));
+        let site = self.model().site_name(grammar::site_of(form.site));
         let values = form.parameters().into_iter().enumerate().map(|(index, parameter)| HypothesisValue {
             name: parameter.name,
             value: best.values.get(index).copied().unwrap_or(f64::NAN),
@@ -247,9 +248,9 @@ impl Laboratory {
         });
         let formula = form.formulas().into_iter().map(|(key, formula)| format!("{key}: {formula}"));
         let formula = formula.collect::<Vec<_>>().join(", ");
-        let define = block(form, &place);
+        let define = block(form, &site);
         Hypothesis {
-            place,
+            site,
             formula,
             values: values.collect(),
             explains,

@@ -16,7 +16,7 @@ fn found(lab: &Laboratory) -> Option<Hypothesis> {
 fn a_slope_that_begins_at_an_angle_is_found_with_its_joint_and_its_size() {
     let lab = two_links(150, "joint_zero(*)", 0.05, 1, |q| [0.0, 0.004 * (q[1] - 0.4).max(0.0)]);
     let found = found(&lab).unwrap();
-    assert_eq!(found.place, "elbow");
+    assert_eq!(found.site, "elbow");
     assert!(found.formula.contains("max(q2 - "), "{}", found.formula);
     let (value, size) = (&found.values[0], 0.004_f64.to_degrees());
     assert!((value.value - size).abs() < 0.1 * size, "{value:?}");
@@ -32,7 +32,7 @@ fn a_slope_that_begins_at_an_angle_is_found_with_its_joint_and_its_size() {
 fn a_wave_of_the_sum_of_two_joints_is_found() {
     let lab = two_links(150, "joint_zero(*)", 0.05, 2, |q| [0.0, 0.002 * (q[0] + q[1]).sin()]);
     let found = found(&lab).unwrap();
-    assert_eq!(found.place, "elbow");
+    assert_eq!(found.site, "elbow");
     assert_eq!(found.formula, "deg: a*sin(q2 + q1) + b*cos(q2 + q1)");
     assert!((found.values[0].value - 0.002_f64.to_degrees()).abs() < 0.01, "{:?}", found.values);
     assert!(found.values[1].value.abs() < 4.0 * found.values[1].se, "{:?}", found.values);

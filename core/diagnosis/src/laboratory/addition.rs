@@ -212,7 +212,7 @@ mod tests {
     fn value(label: &str, size: f64, se: f64) -> EffectValue {
         EffectValue {
             effect: label.to_owned(),
-            place: String::new(),
+            site: String::new(),
             label: label.to_owned(),
             size,
             unit: "deg".to_owned(),

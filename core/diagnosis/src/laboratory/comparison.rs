@@ -54,7 +54,7 @@ pub struct EffectValue {
     pub effect: String,
     /// Where it acts.
     #[serde(rename = "where")]
-    pub place: String,
+    pub site: String,
     /// As a person writes it.
     pub label: String,
     /// Its size.
@@ -390,7 +390,7 @@ impl Laboratory {
                 free_parameters.iter().all(|free_parameter| fit.factor.dependent.contains(free_parameter));
             all.push(EffectValue {
                 effect: part.id.name.clone(),
-                place: self.model.site_name(part.id.site),
+                site: self.model.site_name(part.id.site),
                 label: self.model.label(&part.id),
                 size: size.value,
                 unit: size.unit.to_owned(),

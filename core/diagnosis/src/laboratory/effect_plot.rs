@@ -375,16 +375,16 @@ fn wave(fitted: &Fitted<'_>, valued: &Valued, drawn: &Drawn, lever: f64) -> Opti
 
 /// The curve through what the effect does in the rows, from left to right: the mean where several rows share a place.
 fn through(drawn: &Drawn) -> Vec<(f64, f64)> {
-    let mut places: Vec<(f64, f64)> = drawn.iter().map(|(across, _, does, _)| (*across, *does)).collect();
-    places.sort_by(|one, other| one.0.total_cmp(&other.0));
+    let mut points: Vec<(f64, f64)> = drawn.iter().map(|(across, _, does, _)| (*across, *does)).collect();
+    points.sort_by(|one, other| one.0.total_cmp(&other.0));
     // Rows nearer than a column of the plot share one point, or the curve would jump between replicates.
-    let width = match (places.first(), places.last()) {
+    let width = match (points.first(), points.last()) {
         (Some(first), Some(last)) => (last.0 - first.0) / CURVE_POINTS as f64,
         _ => return Vec::new(),
     };
     let mut curve: Vec<(f64, f64, f64)> = Vec::new();
     let mut begin = f64::NEG_INFINITY;
-    for (across, does) in places {
+    for (across, does) in points {
         match curve.last_mut() {
             Some((sum, value, count)) if across - begin <= width => {
                 (*sum, *value, *count) = (*sum + across, *value + does, *count + 1.0);

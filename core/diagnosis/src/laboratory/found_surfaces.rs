@@ -78,14 +78,14 @@ fn angle(errors: &StandardErrors<'_>, (first, second): (usize, usize)) -> Option
         shape.shift(which, SMALL_ROTATION, &up);
         shape
     };
-    let place = |surface, which| errors.place(FreeParameter::Surface(surface, which));
+    let index = |surface, which| errors.index_of(FreeParameter::Surface(surface, which));
     let mut slopes = Vec::new();
     for which in TILTS {
-        slopes.push((place(first, which), (between(&turned(one, which), other)? - at) / SMALL_ROTATION));
-        slopes.push((place(second, which), (between(one, &turned(other, which))? - at) / SMALL_ROTATION));
+        slopes.push((index(first, which), (between(&turned(one, which), other)? - at) / SMALL_ROTATION));
+        slopes.push((index(second, which), (between(one, &turned(other, which))? - at) / SMALL_ROTATION));
     }
     let known: Option<Vec<(usize, f64)>> =
-        slopes.into_iter().map(|(place, slope)| Some((place?, slope))).collect();
+        slopes.into_iter().map(|(index, slope)| Some((index?, slope))).collect();
     let variance = known.map(|slopes| {
         let each = slopes.iter().flat_map(|one| slopes.iter().map(move |other| (one, other)));
         each.map(|((row, by), (column, and))| {
@@ -139,7 +139,7 @@ impl Errors<'_> {
         FoundNumber { name, value: None, se: self.of(which).map(f64::to_degrees), unit: "deg" }
     }
 
-    fn place(&self, at: &[f64; 3]) -> Vec<FoundNumber> {
+    fn position_of(&self, at: &[f64; 3]) -> Vec<FoundNumber> {
         let axes = ["x", "y", "z"].into_iter().zip(at).enumerate();
         axes.map(|(axis, (name, value))| self.length(name, Some(*value), axis)).collect()
     }
@@ -170,11 +170,11 @@ fn surface(name: &str, shape: &SurfaceShape, errors: &Errors<'_>) -> FoundSurfac
         ),
         SurfaceShape::Sphere { centre, .. } => {
             let at: [f64; 3] = (*centre).into();
-            ("ball", None, Some(at), errors.place(&at))
+            ("ball", None, Some(at), errors.position_of(&at))
         }
         SurfaceShape::Point { point } => {
             let at: [f64; 3] = (*point).into();
-            ("point", None, Some(at), errors.place(&at))
+            ("point", None, Some(at), errors.position_of(&at))
         }
     };
     FoundSurface { name: name.to_owned(), shape, direction, xyz_mm, numbers, angles: Vec::new() }

@@ -36,20 +36,20 @@ impl<'a> StandardErrors<'a> {
     }
 
     /// Where a free parameter is among those of the fit; nothing where it is held, for the rows cannot determine it.
-    pub(crate) fn place(&self, free_parameter: FreeParameter) -> Option<usize> {
+    pub(crate) fn index_of(&self, free_parameter: FreeParameter) -> Option<usize> {
         let index = self.problem.free_parameters().iter().position(|known| *known == free_parameter)?;
         (!self.fit.factor.dependent.contains(&index)).then_some(index)
     }
 
     /// One standard error of a free parameter, internal unit; nothing where it is not fitted, or held.
     pub(crate) fn error_of(&self, free_parameter: FreeParameter) -> Option<f64> {
-        let place = self.place(free_parameter)?;
-        Some(self.covariance.get((place, place))?.max(0.0).sqrt())
+        let index = self.index_of(free_parameter)?;
+        Some(self.covariance.get((index, index))?.max(0.0).sqrt())
     }
 
-    /// The covariance of some of the free parameters, by their places.
-    pub(crate) fn covariance_of(&self, places: &[usize]) -> DMatrix<f64> {
-        self.covariance.select_rows(places).select_columns(places)
+    /// The covariance of some of the free parameters, by their indices.
+    pub(crate) fn covariance_of(&self, indices: &[usize]) -> DMatrix<f64> {
+        self.covariance.select_rows(indices).select_columns(indices)
     }
 }
 

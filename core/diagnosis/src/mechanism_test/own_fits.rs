@@ -167,7 +167,7 @@ mod tests {
         for gain in [0.01, 0.04] {
             let diagnosis = narrow(gain).diagnose(&Progress::unwatched()).unwrap();
             let named = diagnosis.named.as_ref().unwrap_or_else(|| panic!("{gain}: {diagnosis:#?}"));
-            assert_eq!((named.effect.effect.as_str(), named.effect.place.as_str()), ("joint_gain", "elbow"));
+            assert_eq!((named.effect.effect.as_str(), named.effect.site.as_str()), ("joint_gain", "elbow"));
             assert!((named.size - gain).abs() < 4.0 * named.se, "{named:?}");
         }
     }

@@ -23,7 +23,7 @@ fn an_effect_is_named_among_dirt_with_its_size_and_what_is_left() {
     let lab = two_links(150, "joint_zero(*)", 0.05, 3, |q| [dirt(q), wave(q[1])]);
     let diagnosis = lab.diagnose(&Progress::unwatched()).unwrap();
     let named = diagnosis.named.as_ref().unwrap_or_else(|| panic!("{diagnosis:#?}"));
-    assert_eq!((named.effect.effect.as_str(), named.effect.place.as_str()), ("joint_harmonic", "elbow"));
+    assert_eq!((named.effect.effect.as_str(), named.effect.site.as_str()), ("joint_harmonic", "elbow"));
     assert_eq!(named.effect.n, Some(12.0));
     assert!((named.size.to_radians() - WAVE).abs() < 4.0 * named.se.to_radians(), "{named:?}");
     // Dirt of 0.28 mrad RMS on 300 mm, and noise, which nobody knows here.
@@ -37,7 +37,7 @@ fn of_two_effects_in_dirt_the_larger_is_named_first() {
     let both = |q: [f64; 2]| [dirt(q) + 0.0005 * (7.0 * q[0]).sin(), wave(q[1])];
     let diagnosis = two_links(150, "joint_zero(*)", 0.05, 11, both).diagnose(&Progress::unwatched()).unwrap();
     let named = diagnosis.named.as_ref().unwrap_or_else(|| panic!("{diagnosis:#?}"));
-    assert_eq!((named.effect.place.as_str(), named.effect.n), ("elbow", Some(12.0)), "{diagnosis:#?}");
+    assert_eq!((named.effect.site.as_str(), named.effect.n), ("elbow", Some(12.0)), "{diagnosis:#?}");
 }
 
 /// The side from which a pose is approached: either, with no order in it.
@@ -59,7 +59,7 @@ fn play_is_named_although_a_smooth_function_of_the_side_of_approach_does_as_well
     for seed in 0..4 {
         let diagnosis = with_play(seed, |_| 0.002).diagnose(&Progress::unwatched()).unwrap();
         let named = diagnosis.named.as_ref().unwrap_or_else(|| panic!("{seed}: {diagnosis:#?}"));
-        assert_eq!((named.effect.effect.as_str(), named.effect.place.as_str()), ("joint_backlash", "elbow"));
+        assert_eq!((named.effect.effect.as_str(), named.effect.site.as_str()), ("joint_backlash", "elbow"));
         assert!((named.size.to_radians() - 0.002).abs() < 4.0 * named.se.to_radians(), "{named:?}");
     }
 }

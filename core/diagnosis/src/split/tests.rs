@@ -25,14 +25,14 @@ fn ladder(count: usize) -> Table {
 fn replicates_and_rows_of_one_name_share_a_pose_and_places_are_shares_of_the_range() {
     let equal = Poses::of(&angles(&[10.0, 30.0, 10.0, 20.0]));
     assert_eq!(equal.rows, [vec![0, 2], vec![1], vec![3]]);
-    let places: Vec<f64> = equal.places.iter().map(|place| place[0]).collect();
+    let positions: Vec<f64> = equal.positions.iter().map(|position| position[0]).collect();
     assert!(
-        places.iter().zip([0.0, 1.0, 0.5]).all(|(place, fraction)| (place - fraction).abs() < 1e-12),
-        "{places:?}"
+        positions.iter().zip([0.0, 1.0, 0.5]).all(|(position, fraction)| (position - fraction).abs() < 1e-12),
+        "{positions:?}"
     );
     let named = Poses::of(&table(",repeat", &[(10.0, ",a"), (30.0, ","), (10.01, ",a")]));
     assert_eq!(named.rows, [vec![0, 2], vec![1]]);
-    assert_eq!(Poses::of(&angles(&[5.0, 5.0])).places, [[0.5]], "a joint that stood still parts nothing");
+    assert_eq!(Poses::of(&angles(&[5.0, 5.0])).positions, [[0.5]], "a joint that stood still parts nothing");
 }
 
 #[test]
@@ -62,10 +62,10 @@ fn of_joints_that_spread_alike_the_first_is_cut() {
 
 /// Which of 20 poses a degree apart and one farther out is lonely.
 fn lonely(far: f64) -> Vec<usize> {
-    let mut places: Vec<f64> = (0..20).map(f64::from).collect();
-    places.push(19.0 + far);
+    let mut positions: Vec<f64> = (0..20).map(f64::from).collect();
+    positions.push(19.0 + far);
     let mut chosen: Vec<usize> = (0..21).collect();
-    Poses::of(&angles(&places)).drop_lonely(&mut chosen);
+    Poses::of(&angles(&positions)).drop_lonely(&mut chosen);
     (0..21).filter(|pose| !chosen.contains(pose)).collect()
 }
 
@@ -82,9 +82,9 @@ fn the_usual_reach_is_that_of_the_pose_in_the_middle_however_close_others_lie() 
     let with = |far: f64| {
         let close = (0..10).map(|index| 0.1 * f64::from(index));
         let wide = (0..10).map(|index| 200.0 + f64::from(index));
-        let places: Vec<f64> = close.chain(wide).chain([209.0 + far]).collect();
+        let positions: Vec<f64> = close.chain(wide).chain([209.0 + far]).collect();
         let mut chosen: Vec<usize> = (0..21).collect();
-        Poses::of(&angles(&places)).drop_lonely(&mut chosen);
+        Poses::of(&angles(&positions)).drop_lonely(&mut chosen);
         (0..21).filter(|pose| !chosen.contains(pose)).collect::<Vec<usize>>()
     };
     assert_eq!(with(3.0 * LONELY_FACTOR - 4.5), Vec::<usize>::new());
@@ -93,10 +93,10 @@ fn the_usual_reach_is_that_of_the_pose_in_the_middle_however_close_others_lie() 
 
 #[test]
 fn where_many_lie_far_out_and_in_large_tables_nothing_is_lonely() {
-    let mut two_places: Vec<f64> = (0..14).map(f64::from).collect();
-    two_places.extend((0..6).map(|pose| 400.0 + 40.0 * f64::from(pose)));
+    let mut two_positions: Vec<f64> = (0..14).map(f64::from).collect();
+    two_positions.extend((0..6).map(|pose| 400.0 + 40.0 * f64::from(pose)));
     let mut chosen: Vec<usize> = (0..20).collect();
-    Poses::of(&angles(&two_places)).drop_lonely(&mut chosen);
+    Poses::of(&angles(&two_positions)).drop_lonely(&mut chosen);
     assert_eq!(chosen.len(), 20, "six of twenty are more than a fifth");
     let mut many: Vec<f64> = (0..LONELY_POSES).map(|pose| pose as f64 * 0.1).collect();
     many.push(1e4);
@@ -177,12 +177,12 @@ fn cycles(positions: usize, count: usize) -> Table {
 fn rows_at_one_place_or_of_one_name_are_of_one_pose() {
     let poses = Poses::of(&cycles(9, 5));
     assert_eq!(
-        (poses.rows.len(), poses.places.len()),
+        (poses.rows.len(), poses.positions.len()),
         (9, 9),
         "named for the side they are returns to nine poses"
     );
     assert!(poses.rows.iter().all(|rows| rows.len() == 10 && rows.is_sorted()));
-    // Two places are one pose where one return was read a little off; a third stays by itself.
+    // Two positions are one pose where one return was read a little off; a third stays by itself.
     let off =
         table(",repeat", &[(1.0, ",a"), (2.0, ",b"), (1.001, ",a"), (5.0, ","), (2.0, ",a"), (1.001, ",")]);
     assert_eq!(Poses::of(&off).rows, [vec![0, 1, 2, 4, 5], vec![3]]);
@@ -246,8 +246,9 @@ fn a_region_is_cut_across_the_joint_that_spreads_most_and_the_first_joints_count
     });
     let rows: String = rows.collect();
     let poses = Poses::of(&Table::parse("table.csv", &format!("q1_deg,q2_deg,p1_x_mm\n{rows}")).unwrap());
-    let all: Vec<usize> = (0..poses.places.len()).collect();
-    let at = |first: f64, second: f64| poses.places.iter().position(|place| place[..] == [first, second]);
+    let all: Vec<usize> = (0..poses.positions.len()).collect();
+    let at =
+        |first: f64, second: f64| poses.positions.iter().position(|position| position[..] == [first, second]);
     let four = [at(0.0, 0.0), at(0.0, 1.0), at(1.0, 0.0), at(1.0, 1.0)].map(Option::unwrap);
     assert_eq!((all.len(), poses.coordinate(four[1], 0), poses.coordinate(four[1], 1)), (4, 0.0, 1.0));
     assert_eq!(poses.coordinate(four[1], 2), 0.0, "there is no third joint");

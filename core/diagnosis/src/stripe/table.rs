@@ -125,24 +125,24 @@ impl Scans {
         let scan = self.names.len();
         let poses = Columns::read(poses_path, poses)?;
         // As many joints as the header counts without a gap.
-        let joints = (1..).take_while(|joint| poses.place(&format!("q{joint}_deg")).is_some()).count();
+        let joints = (1..).take_while(|joint| poses.column(&format!("q{joint}_deg")).is_some()).count();
         if joints == 0 {
             let what = "the header has no `q1_deg`; a scan's poses are q1_deg, q2_deg, ...";
             return Err(poses.wrong(1, what.to_owned()));
         }
         for (line, row) in &poses.rows {
             let mut view = View { q: Vec::new(), speed: Vec::new(), approach: Vec::new(), time_s: None };
-            if poses.place("time_s").is_some() {
+            if poses.column("time_s").is_some() {
                 view.time_s = Some(poses.number(*line, row, "time_s")?);
             }
             for joint in 1..=joints {
                 view.q.push(poses.number(*line, row, &format!("q{joint}_deg"))?.to_radians());
                 let side = format!("approach_q{joint}");
-                if poses.place(&side).is_some() {
+                if poses.column(&side).is_some() {
                     view.approach.push(poses.number(*line, row, &side)?.clamp(-1.0, 1.0) as i8);
                 }
                 let speed = format!("speed_q{joint}_deg_s");
-                if poses.place(&speed).is_some() {
+                if poses.column(&speed).is_some() {
                     view.speed.push(poses.number(*line, row, &speed)?.to_radians());
                 }
             }
@@ -209,12 +209,12 @@ impl<'a> Columns<'a> {
         Ok(Self { path, names, rows })
     }
 
-    fn place(&self, name: &str) -> Option<usize> {
+    fn column(&self, name: &str) -> Option<usize> {
         self.names.iter().position(|known| known == name)
     }
 
     fn number(&self, line: u64, row: &csv::StringRecord, name: &str) -> Result<f64, ScansError> {
-        let index = self.place(name).ok_or_else(|| self.wrong(1, format!("the header has no `{name}`")))?;
+        let index = self.column(name).ok_or_else(|| self.wrong(1, format!("the header has no `{name}`")))?;
         let text = row.get(index).unwrap_or_default();
         let number = text.parse::<f64>().ok().filter(|number| number.is_finite());
         number.ok_or_else(|| self.wrong(line, format!("`{name}` is `{text}`, which is no number")))

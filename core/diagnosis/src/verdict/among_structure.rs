@@ -85,7 +85,7 @@ impl<'a> Finding<'a> {
                 });
                 if named && doubted {
                     self.verdict = Verdict::Located;
-                    self.place = self.best().map(|best| best.id.site);
+                    self.site = self.best().map(|best| best.id.site);
                 }
                 Self { mechanism, ..self }
             }
@@ -100,8 +100,8 @@ impl<'a> Finding<'a> {
         self.close = mechanism.close.iter().copied().filter(|index| rivals.contains(index)).collect();
         self.close.extend(rivals.into_iter().filter(|index| !mechanism.close.contains(index)));
         let sites: Vec<_> = self.close.iter().filter_map(|index| Some(self.at(*index)?.id.site)).collect();
-        let one_place = sites.first().filter(|first| sites.iter().all(|site| site == *first));
-        (self.verdict, self.place) = match (sites.len(), one_place) {
+        let one_site = sites.first().filter(|first| sites.iter().all(|site| site == *first));
+        (self.verdict, self.site) = match (sites.len(), one_site) {
             (1, _) if mechanism.doubt.is_none() => (Verdict::Named, None),
             (_, Some(site)) => (Verdict::Located, Some(*site)),
             _ => (Verdict::Tied, None),

@@ -35,7 +35,7 @@ impl Laboratory {
         Ok(None)
     }
 
-    /// The effects a stage has taken in, by their places in it, the one it would miss most first, with those that explain the same jump: by how much the criterion
+    /// The effects a stage has taken in, by their indices in it, the one it would miss most first, with those that explain the same jump: by how much the criterion
     /// worsens without them, everything else fitted anew to the same rows.
     fn by_need(
         &self,
@@ -62,7 +62,7 @@ impl Laboratory {
         Ok(by_need.into_iter().map(|(group, _)| group).collect())
     }
 
-    /// Effects by their places, each alone but for those that explain the same jump.
+    /// Effects by their indices, each alone but for those that explain the same jump.
     fn by_jump(&self, taken: &[AddedEffect]) -> Vec<Vec<usize>> {
         let mut groups: Vec<Vec<usize>> = Vec::new();
         for (index, one) in taken.iter().enumerate() {

@@ -282,10 +282,10 @@ fn finding_of_stage(stage: Stage<'_>) -> Finding<'_> {
         left_over: None,
         left_now: None,
         verdict: Verdict::Tied,
-        place: None,
+        site: None,
         close,
         besides: Vec::new(),
-        places: Vec::new(),
+        sites: Vec::new(),
         left_unexplained_mm: None,
         free_first: None,
         mechanism: None,
@@ -341,7 +341,7 @@ fn what_cannot_be_distinguished_is_listed_where_that_is_the_verdict() {
                 (finding.verdict, finding.free_first) = (verdict, free_first);
                 finding.tied()
             });
-            places.iter().map(|place| format!("{}({})", place.effect, place.place)).collect::<Vec<_>>()
+            places.iter().map(|place| format!("{}({})", place.effect, place.site)).collect::<Vec<_>>()
         };
     let both = ["joint_gain(elbow)", "joint_zero(shoulder)"];
     assert_eq!(tied(two(), Verdict::Tied, None), both);
@@ -360,14 +360,14 @@ fn a_known_place_is_given_with_what_may_be_at_work_there_and_nowhere_else() {
         let names = [("joint_gain", 1), ("joint_harmonic", 1), ("joint_zero", 0), ("joint_harmonic", 1)];
         names.map(|(name, joint)| fitted_candidate(name, joint, 0.0)).into_iter().collect()
     };
-    let located = |verdict: Verdict, place: Option<Site>| {
+    let located = |verdict: Verdict, site: Option<Site>| {
         finding_of(fitted_candidates(), |finding| {
-            (finding.verdict, finding.place) = (verdict, place);
+            (finding.verdict, finding.site) = (verdict, site);
             finding.besides = vec![
                 EffectId::at("joint_backlash", Site::Joint(1)),
                 EffectId::at("joint_gain", Site::Joint(0)),
             ];
-            finding.located().map(|located| (located.place, located.family))
+            finding.located().map(|located| (located.site, located.family))
         })
     };
     let family = ["joint_gain", "joint_harmonic", "joint_backlash"].map(str::to_owned).to_vec();
@@ -414,7 +414,7 @@ fn a_correction_may_be_itself_what_is_close_or_what_no_library_lists() {
     });
     let listed: Vec<(&str, Vec<&str>)> = found
         .iter()
-        .map(|one| (one.place.place.as_str(), one.may_be.iter().map(String::as_str).collect()))
+        .map(|one| (one.site.site.as_str(), one.may_be.iter().map(String::as_str).collect()))
         .collect();
     let (elbow, shoulder) = ("joint_gain(elbow)", "joint_gain(shoulder)");
     let expected =

@@ -35,7 +35,7 @@ fn diagnosis(seed: u64, hidden: impl Fn(usize, [f64; 3], [f64; 3]) -> [f64; 3]) 
 
 fn named(diagnosis: &Diagnosis) -> (&str, &str) {
     let named = diagnosis.named.as_ref().unwrap_or_else(|| panic!("{}", diagnosis_sentence(diagnosis)));
-    (named.effect.effect.as_str(), named.effect.place.as_str())
+    (named.effect.effect.as_str(), named.effect.site.as_str())
 }
 
 #[test]

@@ -50,7 +50,7 @@ fn a_formula_is_diagnosed_previewed_and_added_like_any_other_effect() {
     let diagnosis = laboratory.diagnose(&watch).unwrap();
     assert_eq!(diagnosis.verdict, Verdict::Named, "{}", diagnosis_sentence(&diagnosis));
     let named = diagnosis.named.unwrap();
-    assert_eq!((named.effect.effect.as_str(), named.effect.place.as_str()), ("belt_error", "shoulder"));
+    assert_eq!((named.effect.effect.as_str(), named.effect.site.as_str()), ("belt_error", "shoulder"));
     let preview = laboratory.preview("belt_error", &watch).unwrap();
     assert!(preview.after.fit < 0.5 * preview.before.fit, "{:?} {:?}", preview.before, preview.after);
     let addition = laboratory.add("belt_error(shoulder)", &watch).unwrap();

@@ -58,7 +58,7 @@ fn a_family_of_harmonics_is_found_at_one_go_and_holds_on_rows_not_fitted() {
         let found = growth
             .steps
             .iter()
-            .find(|step| step.added.effect.place == names[joint] && step.added.effect.n == Some(order));
+            .find(|step| step.added.effect.site == names[joint] && step.added.effect.n == Some(order));
         let found =
             found.unwrap_or_else(|| panic!("{} n = {order} is not among {:?}", names[joint], growth.steps));
         assert!((found.added.size - amplitude).abs() < 0.003, "{:?} for {amplitude}", found.added);

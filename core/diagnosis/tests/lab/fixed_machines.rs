@@ -29,7 +29,7 @@ fn a_gross_zero_of_a_machine_with_nothing_free_is_named() {
             let diagnosis = laboratory.diagnose(&Progress::unwatched()).unwrap();
             assert_eq!(diagnosis.verdict, Verdict::Named, "{error} deg: {}", diagnosis_sentence(&diagnosis));
             let named = diagnosis.named.unwrap();
-            let which = (named.effect.effect.as_str(), named.effect.place.as_str());
+            let which = (named.effect.effect.as_str(), named.effect.site.as_str());
             assert_eq!(which, ("joint_zero", "shoulder"), "{error} deg");
             assert!((named.size - error).abs() < 4.0 * named.se + 1e-3, "{} for {error}", named.size);
         }

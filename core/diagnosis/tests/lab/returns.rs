@@ -143,7 +143,7 @@ fn an_outlier_that_happens_to_lie_along_a_joints_motion_speaks_against_no_name()
     for seed in 1..=4 {
         let found = jumped(seed);
         let named =
-            found.named.as_ref().map(|named| (named.effect.effect.as_str(), named.effect.place.as_str()));
+            found.named.as_ref().map(|named| (named.effect.effect.as_str(), named.effect.site.as_str()));
         assert_eq!(named, Some(("joint_step", "elbow")), "seed {seed}: {}", diagnosis_sentence(&found));
     }
 }

@@ -284,13 +284,13 @@ fn diagnosed(model: &Model, table: &Table) -> Diagnosis {
 /// What a user acts on: verdict, name with its place, the site, the ties in any order.
 fn message(diagnosis: &Diagnosis) -> (Verdict, Option<String>, Option<String>, Vec<String>) {
     let label =
-        |effect: &plumb_diagnosis::EffectSite| format!("{}({}) {:?}", effect.effect, effect.place, effect.n);
+        |effect: &plumb_diagnosis::EffectSite| format!("{}({}) {:?}", effect.effect, effect.site, effect.n);
     let mut tied: Vec<String> = diagnosis.tied.iter().map(label).collect();
     tied.sort();
     (
         diagnosis.verdict,
         diagnosis.named.as_ref().map(|named| label(&named.effect)),
-        diagnosis.located.as_ref().map(|located| located.place.clone()),
+        diagnosis.located.as_ref().map(|located| located.site.clone()),
         tied,
     )
 }

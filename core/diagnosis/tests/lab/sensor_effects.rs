@@ -114,7 +114,7 @@ fn is_recovered(eye: Eye, effect: &str, site: &str, size: f64) {
     for seed in 1..=4 {
         let (_, named, sentence) = named(eye, seed);
         let Some(named) = named else { panic!("seed {seed}: {sentence}") };
-        assert_eq!((named.effect.effect.as_str(), named.effect.place.as_str()), (effect, site), "{sentence}");
+        assert_eq!((named.effect.effect.as_str(), named.effect.site.as_str()), (effect, site), "{sentence}");
         // The light falls off by a curve of which the laboratory takes the tangent.
         let allowed = 4.0 * named.se + 0.03 * size.abs();
         assert!((named.size - size).abs() < allowed, "seed {seed}: {sentence}");

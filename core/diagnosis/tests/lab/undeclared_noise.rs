@@ -61,7 +61,7 @@ fn what_only_undeclared_targets_show_is_named() {
     let diagnosis = lab.diagnose(&Progress::unwatched()).unwrap();
     assert_eq!(diagnosis.verdict, Verdict::Named, "{}", diagnosis_sentence(&diagnosis));
     let named = diagnosis.named.unwrap();
-    assert_eq!((named.effect.effect.as_str(), named.effect.place.as_str()), ("joint_gain", "hand"));
+    assert_eq!((named.effect.effect.as_str(), named.effect.site.as_str()), ("joint_gain", "hand"));
     assert!((named.size - 2e-3).abs() < 4.0 * named.se.max(1e-5), "{} +- {}", named.size, named.se);
 }
 

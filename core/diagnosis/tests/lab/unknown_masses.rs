@@ -35,7 +35,7 @@ fn a_joint_that_sags_under_unknown_masses_is_named_and_the_error_falls_to_the_no
         let diagnosis = lab.diagnose(&Progress::unwatched()).unwrap();
         assert_eq!(diagnosis.verdict, Verdict::Named, "{}", diagnosis_sentence(&diagnosis));
         let named = diagnosis.named.unwrap().effect;
-        assert_eq!((named.effect.as_str(), named.place.as_str()), ("gravity_flexure", "shoulder"));
+        assert_eq!((named.effect.as_str(), named.site.as_str()), ("gravity_flexure", "shoulder"));
         let grown = lab.add("gravity_flexure(shoulder)", &Progress::unwatched()).unwrap();
         assert!(grown.rms_mm.check.unwrap() < 1.25 * NOISE * 3.0_f64.sqrt(), "{:?}", grown.rms_mm);
     }

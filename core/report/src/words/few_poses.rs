@@ -44,7 +44,7 @@ fn at_work(diagnosis: &Diagnosis, condition: &ConditionAtPoses) -> String {
     match condition.across {
         AcrossPoses::Tied { scatter_mm } => {
             let tied: Vec<String> =
-                diagnosis.tied.iter().map(|one| format!("{}({})", one.effect, one.place)).collect();
+                diagnosis.tied.iter().map(|one| format!("{}({})", one.effect, one.site)).collect();
             format!(
                 "{} cannot be distinguished with these data: what depends on the direction of arrival differs from pose to pose by {scatter_mm:.4} {unit} (standard deviation), more than the returns scatter. \
                  Measure at more places, and let the moves to them be of several lengths.",

@@ -4,13 +4,13 @@ use plumb_diagnosis::{HYPOTHESIS, Hypothesis};
 
 /// The formula, what it does, what does as well, and what to do with it.
 pub fn hypothesis_sentence(hypothesis: &Hypothesis) -> String {
-    let Hypothesis { place, formula, explains, unit, before_mm, after_mm, or, .. } = hypothesis;
+    let Hypothesis { site, formula, explains, unit, before_mm, after_mm, or, .. } = hypothesis;
     let others = match or.len() {
         0 => String::new(),
         _ => format!(" Just as good: {}.", or.join("; or ")),
     };
     format!(
-        "A formula for it, as a hypothesis: {place}, {formula}. It predicts rows that were left out, takes away {:.0} % of what is beyond the noise, and leaves {after_mm:.3} of {before_mm:.3} {unit}.{others} \
+        "A formula for it, as a hypothesis: {site}, {formula}. It predicts rows that were left out, takes away {:.0} % of what is beyond the noise, and leaves {after_mm:.3} of {before_mm:.3} {unit}.{others} \
          To try it, put the block into the model file and add `{HYPOTHESIS}`.",
         100.0 * explains
     )
@@ -24,7 +24,7 @@ mod tests {
     #[test]
     fn a_formula_is_reported_with_what_it_takes_away_and_what_does_as_well() {
         let hypothesis = |or: &[&str]| Hypothesis {
-            place: "elbow".to_owned(),
+            site: "elbow".to_owned(),
             formula: "q_rad: \"a * q2 * q3\"".to_owned(),
             values: Vec::new(),
             explains: 0.874,

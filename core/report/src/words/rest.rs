@@ -23,7 +23,7 @@ pub fn rest_in_words(remaining: &Remaining) -> String {
 /// Hardware that is in two positions.
 fn two_positions(places: &[TwoPositions]) -> String {
     let each =
-        places.iter().map(|one| format!("about {} {} apart at {}", figure(one.apart), one.unit, one.place));
+        places.iter().map(|one| format!("about {} {} apart at {}", figure(one.apart), one.unit, one.site));
     let each: Vec<String> = each.collect();
     format!(
         "returns to one pose fall into two groups {}, for no reason the table records",
@@ -155,7 +155,7 @@ mod tests {
 
     #[test]
     fn what_is_in_two_positions_is_reported_with_its_distance_and_unit() {
-        let one = |site: &str, apart: f64, unit| TwoPositions { place: site.to_owned(), apart, unit };
+        let one = |site: &str, apart: f64, unit| TwoPositions { site: site.to_owned(), apart, unit };
         let shape = Some(Rest::TwoPositions(vec![one("pan", 0.572_958, "deg"), one("lift", 0.25, "mm")]));
         let sentence = rest_in_words(&Remaining { shape, ..Remaining::default() });
         assert!(

@@ -44,7 +44,7 @@ fn verdict_in_words(diagnosis: &Diagnosis) -> String {
                 format!(" Errors of the arm's geometry that the model does not free explain it as well: free `{group}` and ask again.")
             });
             let why = why_not_named(diagnosis, located);
-            format!("The error of {miss:.3} {unit} sits in {}, but {why}.{free}", located.place)
+            format!("The error of {miss:.3} {unit} sits in {}, but {why}.{free}", located.site)
         }),
         Verdict::Tied => tie(diagnosis),
         Verdict::AtFloor => at_floor(diagnosis, &floor),
@@ -86,13 +86,13 @@ fn name(diagnosis: &Diagnosis, named: &Named) -> String {
 fn why_not_named(diagnosis: &Diagnosis, located: &Located) -> String {
     match in_question(diagnosis, located).as_slice() {
         [] => "nothing in the library explains it".to_owned(),
-        [one] => match tied_at(diagnosis, one, &located.place).as_slice() {
-            [] | [_] if is_borne_out_too_little(diagnosis, one, &located.place) => {
+        [one] => match tied_at(diagnosis, one, &located.site).as_slice() {
+            [] | [_] if is_borne_out_too_little(diagnosis, one, &located.site) => {
                 format!(
                     "too few poses to name it: {one} comes nearest, and does not yet predict rows it has not seen"
                 )
             }
-            [] | [_] => nearest(diagnosis, one, &located.place),
+            [] | [_] => nearest(diagnosis, one, &located.site),
             several => format!("these data cannot distinguish {}", listed(several, "and")),
         },
         several => format!("these data cannot distinguish {}", listed(several, "and")),
@@ -140,7 +140,7 @@ fn what_would_distinguish(diagnosis: &Diagnosis) -> String {
 
 /// Of the effects of a place those that may be the one in question: what was found besides is at work together with it, and no rival of it.
 fn in_question(diagnosis: &Diagnosis, located: &Located) -> Vec<String> {
-    let rivals = located.family.iter().filter(|name| !is_only_besides(diagnosis, name, &located.place));
+    let rivals = located.family.iter().filter(|name| !is_only_besides(diagnosis, name, &located.site));
     let rivals: Vec<String> = rivals.cloned().collect();
     if rivals.is_empty() { located.family.clone() } else { rivals }
 }
@@ -165,7 +165,7 @@ fn nearest(diagnosis: &Diagnosis, effect: &str, site: &str) -> String {
 /// Why the first candidate of this name at a place is not the name.
 fn rejection_at<'d>(diagnosis: &'d Diagnosis, effect: &str, site: &str) -> Option<&'d Rejection> {
     let mut there = diagnosis.candidates.iter();
-    there.find(|one| one.effect.effect == effect && one.effect.place == site)?.rejected.as_ref()
+    there.find(|one| one.effect.effect == effect && one.effect.site == site)?.rejected.as_ref()
 }
 
 /// Whether what comes nearest at a place is not named because it does not predict rows it has not seen.
@@ -191,8 +191,8 @@ fn together(of_kind: &[&NotShown]) -> String {
     let name = of_kind.first().map_or("", |one| one.effect.effect.as_str());
     let mut places: Vec<String> = Vec::new();
     for one in of_kind {
-        if !places.contains(&one.effect.place) {
-            places.push(one.effect.place.clone());
+        if !places.contains(&one.effect.site) {
+            places.push(one.effect.site.clone());
         }
     }
     let most = of_kind.iter().map(|one| one.up_to_mm).reduce(|most, one| Some(most?.max(one?))).flatten();
@@ -227,7 +227,7 @@ fn at_floor(diagnosis: &Diagnosis, floor: &str) -> String {
 fn tied_at(diagnosis: &Diagnosis, effect: &str, site: &str) -> Vec<String> {
     let tied = diagnosis.candidates.iter().filter(|candidate| {
         candidate.effect.effect == effect
-            && candidate.effect.place == site
+            && candidate.effect.site == site
             && matches!(candidate.rejected, Some(Rejection::IndistinguishableFrom(_)))
     });
     tied.map(|candidate| candidate.label.clone()).collect()
@@ -236,7 +236,7 @@ fn tied_at(diagnosis: &Diagnosis, effect: &str, site: &str) -> Vec<String> {
 /// An effect as it is written, with the order of a wave and whatever else is part of its name.
 fn label_of(diagnosis: &Diagnosis, effect: &EffectSite) -> String {
     let candidate = diagnosis.candidates.iter().find(|candidate| candidate.effect == *effect);
-    candidate.map_or_else(|| format!("{}({})", effect.effect, effect.place), |known| known.label.clone())
+    candidate.map_or_else(|| format!("{}({})", effect.effect, effect.site), |known| known.label.clone())
 }
 
 #[cfg(test)]
@@ -294,7 +294,7 @@ mod tests {
             let mut diagnosis = diagnosis.clone();
             diagnosis.verdict = Verdict::Located;
             let family = family.iter().map(|name| (*name).to_owned()).collect();
-            diagnosis.located = Some(Located { place: "elbow".to_owned(), family });
+            diagnosis.located = Some(Located { site: "elbow".to_owned(), family });
             for candidate in diagnosis.candidates.iter_mut().take(1) {
                 candidate.rejected = Some(rejected.clone());
             }
@@ -316,7 +316,7 @@ mod tests {
         both.verdict = Verdict::Located;
         both.besides = vec!["joint_harmonic(elbow, 3)".to_owned()];
         let family = ["joint_gain", "joint_harmonic"].map(str::to_owned).to_vec();
-        both.located = Some(Located { place: "elbow".to_owned(), family });
+        both.located = Some(Located { site: "elbow".to_owned(), family });
         both.candidates[0].rejected =
             Some(Rejection::IndistinguishableFrom(vec!["base_reset(base)".to_owned()]));
         let sentence = diagnosis_sentence(&both);
@@ -349,7 +349,7 @@ mod tests {
         let named = diagnosis.named.iter().map(|named| named.effect.clone());
         let other = EffectSite {
             effect: "link_length".to_owned(),
-            place: "shoulder".to_owned(),
+            site: "shoulder".to_owned(),
             with: None,
             n: None,
             of: None,

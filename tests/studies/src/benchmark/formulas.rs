@@ -46,7 +46,7 @@ pub(super) fn offered(work: &Work, seed: u64, count: usize) -> Result<Row, Bench
     let trials = over_cases(work, seed, count, |case| {
         let refused = |source| BenchmarkError::Lab { seed: case.truth.seed, source: Box::new(source) };
         let formula = lab::formula(case).map_err(refused)?;
-        let site = formula.as_ref().map(|formula| formula.place.clone());
+        let site = formula.as_ref().map(|formula| formula.site.clone());
         Ok(Trial {
             seed: case.truth.seed,
             arm: case.specification.arm.name.clone(),

@@ -68,8 +68,8 @@ impl Agreement {
 /// The site that a diagnosis names or locates.
 fn site(diagnosis: &Diagnosis) -> Option<&str> {
     match diagnosis.verdict {
-        Verdict::Named => diagnosis.named.as_ref().map(|named| named.effect.place.as_str()),
-        Verdict::Located => diagnosis.located.as_ref().map(|located| located.place.as_str()),
+        Verdict::Named => diagnosis.named.as_ref().map(|named| named.effect.site.as_str()),
+        Verdict::Located => diagnosis.located.as_ref().map(|located| located.site.as_str()),
         _ => None,
     }
 }

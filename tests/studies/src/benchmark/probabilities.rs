@@ -45,9 +45,9 @@ pub(crate) fn probabilities(diagnosis: &Diagnosis) -> Vec<(&str, &str, f64)> {
     let mut by_site: Vec<(&str, &str, f64)> = Vec::new();
     for candidate in &diagnosis.candidates {
         let (Some(probability), effect) = (candidate.probability, &candidate.effect) else { continue };
-        match by_site.iter_mut().find(|(name, site, _)| *name == effect.effect && *site == effect.place) {
+        match by_site.iter_mut().find(|(name, site, _)| *name == effect.effect && *site == effect.site) {
             Some((_, _, sum)) => *sum = (*sum + probability).min(1.0),
-            None => by_site.push((&effect.effect, &effect.place, probability)),
+            None => by_site.push((&effect.effect, &effect.site, probability)),
         }
     }
     by_site
@@ -69,8 +69,8 @@ pub(crate) fn candidates(
 fn is_in_set(diagnosis: &Diagnosis, hides: &impl Fn(&str, &str) -> bool) -> bool {
     let named = diagnosis.named.iter().map(|named| &named.effect);
     let located = diagnosis.located.as_ref();
-    named.chain(&diagnosis.tied).any(|one| hides(&one.effect, &one.place))
-        || located.is_some_and(|one| one.family.iter().any(|effect| hides(effect, &one.place)))
+    named.chain(&diagnosis.tied).any(|one| hides(&one.effect, &one.site))
+        || located.is_some_and(|one| one.family.iter().any(|effect| hides(effect, &one.site)))
 }
 
 /// What is said in every trial of a cell.

@@ -128,7 +128,7 @@ fn named_by(
     let Some(named) = named else { return Ok(None) };
     let label = diagnosis.candidates.iter().find(|candidate| candidate.effect == named.effect);
     let Some(label) = label.map(|candidate| candidate.label.as_str()) else { return Ok(None) };
-    let is_right = (named.effect.effect.as_str(), named.effect.place.as_str()) == hidden;
+    let is_right = (named.effect.effect.as_str(), named.effect.site.as_str()) == hidden;
     // What the other rows cannot show is not confirmed by them.
     let sizes = match own.add(label, &progress).and_then(|here| Ok((here, other.add(label, &progress)?))) {
         Ok((here, there)) => here.added.first().cloned().zip(there.added.first().cloned()),

@@ -77,7 +77,7 @@ fn list() -> String {
 
 /// How an effect is written: its name and what is in its brackets.
 fn signature(kind: &Kind) -> String {
-    let arguments = match kind.places {
+    let arguments = match kind.sites {
         SiteKind::Joints => "(JOINT)",
         SiteKind::JointsAndOrder => "(JOINT, PERIODS)",
         SiteKind::JointsAndPieces => "(JOINT, PIECES)",
@@ -94,7 +94,7 @@ fn signature(kind: &Kind) -> String {
 
 /// The effect at a site of the example arm: at a joint that turns, or, where it is of slides, at its rail.
 fn example(kind: &Kind, joint: &str) -> String {
-    let arguments = match kind.places {
+    let arguments = match kind.sites {
         SiteKind::Joints => format!("({joint})"),
         SiteKind::JointsAndOrder => format!("({joint}, 2)"),
         SiteKind::JointsAndPieces => format!("({joint}, 10)"),

@@ -153,8 +153,7 @@ fn tried(
 ) -> Result<Tried, InjectionError> {
     let diagnosis = own.diagnose(Some(&hidden), progress)?;
     let site = hidden.mechanism.site(own.arm());
-    let before =
-        plain.named.as_ref().map(|named| (named.effect.effect.as_str(), named.effect.place.as_str()));
+    let before = plain.named.as_ref().map(|named| (named.effect.effect.as_str(), named.effect.site.as_str()));
     let found = Found::of(&diagnosis, (hidden.mechanism.name(), &site), before);
     let sentence = diagnosis_sentence(&diagnosis);
     Ok(Tried { visible_mm: own.visible_mm(&hidden, progress)?, hidden, found, sentence })

@@ -154,7 +154,7 @@ impl Found {
             (effect, site) == hidden || (effect == "joint_zero_reset" && ("joint_step", site) == hidden)
         };
         if let Some(named) = &diagnosis.named {
-            let name = (named.effect.effect.as_str(), named.effect.place.as_str());
+            let name = (named.effect.effect.as_str(), named.effect.site.as_str());
             if is(name.0, name.1) {
                 return Self::Named;
             }
@@ -162,15 +162,15 @@ impl Found {
                 return Self::NamedWrong;
             }
         }
-        let tied = diagnosis.tied.iter().any(|one| is(&one.effect, &one.place));
+        let tied = diagnosis.tied.iter().any(|one| is(&one.effect, &one.site));
         let located = diagnosis.located.as_ref();
         if tied && diagnosis.tied.len() == diagnosis.same.len() + 1 {
             return Self::Same;
         }
-        if tied || located.is_some_and(|one| one.family.iter().any(|effect| is(effect, &one.place))) {
+        if tied || located.is_some_and(|one| one.family.iter().any(|effect| is(effect, &one.site))) {
             return Self::InSet;
         }
-        match diagnosis.candidates.iter().any(|one| is(&one.effect.effect, &one.effect.place)) {
+        match diagnosis.candidates.iter().any(|one| is(&one.effect.effect, &one.effect.site)) {
             true => Self::Listed,
             false => Self::Missed,
         }

@@ -13,7 +13,7 @@ fn names(summary: Option<&ModelSummary>) -> Vec<String> {
     all.push("geometry(*)".to_owned());
     for kind in kinds() {
         let name = kind.name;
-        match kind.places {
+        match kind.sites {
             SiteKind::Joints => {
                 all.push(format!("{name}(*)"));
                 all.extend(joints().map(|joint| format!("{name}({joint})")));

@@ -252,7 +252,7 @@ fn cards(diagnosis: &Diagnosis) -> Vec<Card> {
 
 /// The card of an effect that is named or tied and was not listed.
 fn unlisted(effect: &EffectSite, size: String, status: CardStatus, ties: Vec<String>) -> Card {
-    let arguments: Vec<String> = [Some(effect.place.clone()), effect.with.clone()]
+    let arguments: Vec<String> = [Some(effect.site.clone()), effect.with.clone()]
         .into_iter()
         .flatten()
         .chain(effect.n.map(|n| n.to_string()))
@@ -325,7 +325,7 @@ fn card(candidate: &Candidate, diagnosis: &Diagnosis) -> Card {
 
 /// Where an effect acts, with what distinguishes it from its like.
 fn site_in_words(effect: &EffectSite) -> String {
-    let mut text = effect.place.clone();
+    let mut text = effect.site.clone();
     if let Some(with) = &effect.with {
         text.push_str(&format!(" with {with}"));
     }

@@ -131,10 +131,10 @@ fn what_drives_a_kind_is_there_where_it_acts() {
         };
         let on_joints =
             [SiteKind::Joints, SiteKind::JointsAndOrder, SiteKind::JointsAndPieces, SiteKind::JointPairs];
-        assert!(!of_a_joint || on_joints.contains(&known.places), "{}", known.name);
+        assert!(!of_a_joint || on_joints.contains(&known.sites), "{}", known.name);
         assert_eq!(
             known.driven_by == DrivenBy::OtherJoint,
-            known.places == SiteKind::JointPairs,
+            known.sites == SiteKind::JointPairs,
             "{}",
             known.name
         );
