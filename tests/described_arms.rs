@@ -236,7 +236,7 @@ fn a_joint_that_lags_is_hidden_in_the_ur5_where_it_is_asked_for_and_named_with_i
     let (_, answer) = cells.plumb(&["trial", "reveal", "hidden", "--json"]);
     let answer: serde_json::Value = serde_json::from_str(&answer).unwrap();
     let hidden = &answer["truth"]["hidden"][0];
-    assert_eq!(named["where"], hidden["place"], "{answer}");
+    assert_eq!(named["where"], hidden["where"], "{answer}");
     let truth = hidden["size"].as_f64().unwrap().to_degrees();
     let (size, se) = (named["size"].as_f64().unwrap(), named["se"].as_f64().unwrap());
     assert!((size - truth).abs() < 3.0 * se, "{size} +- {se}, true {truth}");
