@@ -291,7 +291,9 @@ fn a_joint_that_stops_short_in_proportion_to_its_speed_is_named_and_neither_play
     let home = tempfile::tempdir().unwrap();
     for (folder, arm, joint, seed) in [("p", "puma560", "elbow", "3"), ("u", "ur5", "lift", "8")] {
         let effect = format!("joint_lag({joint})=4x");
-        let found = diagnosed(home.path(), folder, &["--seed", seed, "--arm", arm, "--effect", &effect]);
+        // With a short approach of its own to every pose each joint goes as fast as the others, and lag is play.
+        let options = ["--seed", seed, "--arm", arm, "--effect", &effect, "--straight"];
+        let found = diagnosed(home.path(), folder, &options);
         let named = &found["named"];
         assert_eq!((&named["effect"], &named["where"]), (&"joint_lag".into(), &joint.into()), "{found}");
     }

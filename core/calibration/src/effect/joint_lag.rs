@@ -1,4 +1,6 @@
 //! A joint stops short in proportion to its speed.
+//!
+//! Its speed is that of the move from the row before. Where every pose is approached by a short move of its own, in which all joints go alike, it is play, and is named so.
 
 use super::kind::{DrivenBy, Family, Kind, Search, Setting, SiteKind};
 use super::{Contribution, Effect, Parameter, Sample, Unit};
@@ -38,7 +40,7 @@ pub(super) const KIND: Kind = Kind {
     search: Search::Nothing,
     driven_by: DrivenBy::Speed,
     sentence: "The joint stops short in proportion to its speed in the last move, in which all joints started and stopped together.",
-    how_to_see: "The same poses after moves in which this joint has the longest way, and after moves in which another has; a slower speed.",
+    how_to_see: "The same poses, gone to straight from the row before, after moves in which this joint has the longest way and after moves in which another has; a slower speed.",
     sketch: ["  speed ╱╲   fast: short", "       ╱  ╲┄ of the goal", "  ────╱    ╲─ slow: there"],
     build: |setting: &Setting<'_>| {
         let joint = setting.joint()?;
