@@ -216,7 +216,7 @@ fn a_bad_world_of_such_an_arm_is_refused_with_where_and_what_would_be_right() {
     );
     assert_eq!(
         fault("joint_lag: {joint: hook, at_full_speed_deg: 1}"),
-        "world.yaml:6:53: joint `hook` slides; write `at_full_speed_mm`, not `at_full_speed_deg`"
+        "world.yaml:6:54: joint `hook` slides; write `at_full_speed_mm`, not `at_full_speed_deg`"
     );
     assert_eq!(
         fault("joint_gain: {joint: turn}"),
