@@ -44,9 +44,9 @@ pub(super) const KIND: Kind = Kind {
     sketch: ["  speed ╱╲   fast: short", "       ╱  ╲┄ of the goal", "  ────╱    ╲─ slow: there"],
     build: |setting: &Setting<'_>| {
         let joint = setting.joint()?;
-        // As much is seen by eye at the end of an arm. A controller may also command beyond the goal, so the sign is open.
+        // As for play: as much is seen by eye at the end of an arm. A controller that feeds forward too much goes beyond the goal, so the sign is open.
         let parameter = match setting.slides(joint) {
-            false => Parameter::new("at_full_speed_deg", Unit::DEG, (-0.2, 0.2)),
+            false => Parameter::new("at_full_speed_deg", Unit::DEG, (-0.1, 0.1)),
             true => Parameter::new("at_full_speed_mm", Unit::MM, (-10.0, 10.0)),
         };
         Ok(Box::new(JointLag { joint, parameters: [parameter] }))
