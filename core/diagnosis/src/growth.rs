@@ -11,7 +11,7 @@ use super::note::Note;
 use super::outcome::{Diagnosis, Named, Verdict};
 use super::predictive_gain::Gain;
 use super::thresholds::{BATCH_ROWS, CORRECTIONS_TRIED, MOST_CORRECTIONS};
-use crate::laboratory::{Addition, Laboratory, LaboratoryError, MapStep, Mapped, Rms};
+use crate::laboratory::{Addition, Laboratory, LaboratoryError, MapStep, Mapped, Rms, without};
 use plumb_calibration::arm_model::{AddedEffect, Correction, Model};
 use plumb_calibration::effect::{EffectId, acts_by_epoch, kind};
 use plumb_estimation::Progress;
@@ -291,10 +291,13 @@ impl Growing {
             step.claim = Claim::Mechanism;
             step.may_be.clear();
             let mut model = self.laboratory.model().clone();
-            model.corrections.retain(|one| !one.id.same_as(id));
-            // The region is that of the corrections: mechanisms hold outside it as well.
-            model.measured_region = model.measured_region.filter(|_| !model.corrections.is_empty());
+            call_mechanism(&mut model, id);
             self.laboratory = self.laboratory.with_model(model);
+            // What is written of a step is its own model.
+            self.steps
+                .iter_mut()
+                .filter_map(|step| step.model.as_mut())
+                .for_each(|model| call_mechanism(model, id));
         }
         Ok(())
     }
@@ -314,6 +317,12 @@ impl Growing {
         addition.model.corrections.extend(known);
         self.go_on(addition, steps, progress)
     }
+}
+
+/// Claims a correction of a model, where it has it, as a mechanism. The region is that of the corrections: mechanisms hold outside it as well.
+fn call_mechanism(model: &mut Model, id: &EffectId) {
+    model.corrections.retain(|one| !one.id.same_as(id));
+    model.measured_region = model.measured_region.take().filter(|_| !model.corrections.is_empty());
 }
 
 /// Whether two effects may share the explanation of one thing: they act at one joint, and both go with the pose, or both with how it was reached. What goes with the pose is the same
@@ -439,9 +448,7 @@ impl Laboratory {
 
     /// Whether the model without one of its effects is diagnosed to lack just that.
     fn names_without(&self, id: &EffectId, progress: &Progress) -> Result<bool, LaboratoryError> {
-        let mut model = self.model().clone();
-        model.effects.retain(|added| !added.id.same_as(id));
-        model.corrections.retain(|one| !one.id.same_as(id));
+        let model = without(self.model(), &self.model().label(id))?;
         let without = Self::new(model, self.table().clone(), self.options().clone())?;
         let (_, found) = without.diagnose_for(progress)?;
         Ok(found.named.is_some_and(|named| named.id.same_as(id)))

@@ -238,10 +238,14 @@ fn a_correction_that_is_named_with_all_else_in_the_model_is_a_mechanism() {
     let model = growing.laboratory.model();
     assert_eq!((model.effects.len(), model.corrections.len()), (2, 1));
     assert!(model.measured_region.is_some(), "a correction is left");
+    let written = growing.steps[1].model.as_ref().unwrap();
+    assert_eq!((&written.corrections, written.effects.len()), (&model.corrections, 2), "as it is written");
     let (claims, growing) = asked(&[wave]);
     assert_eq!(claims, [Claim::Mechanism]);
     let model = growing.laboratory.model();
     assert!(model.effects.len() == 1 && model.corrections.is_empty() && model.measured_region.is_none());
+    let written = growing.steps[0].model.as_ref().unwrap();
+    assert!(written.corrections.is_empty() && written.measured_region.is_none(), "as it is written");
     let (claims, _) = asked(&[wave, "joint_gain(elbow)"]);
     assert_eq!(claims, [Claim::Correction; 2], "both go with the pose of one joint");
     let (claims, _) = asked(&[wave, "joint_settling(elbow)"]);
