@@ -1,29 +1,7 @@
 //! A joint lags behind its motor by half its play, towards where it came from.
 
+use super::coordinate_change::coordinate_change;
 use super::kind::{DrivenBy, Family, Kind, Search, Setting, SiteKind};
-use super::{Contribution, Effect, Parameter, Sample, Unit};
-
-#[derive(Debug)]
-struct JointBacklash {
-    joint: usize,
-    parameters: [Parameter; 1],
-}
-
-impl Effect for JointBacklash {
-    fn parameters(&self) -> &[Parameter] {
-        &self.parameters
-    }
-
-    fn contribute(&self, sample: &Sample<'_>, contributions: &mut Vec<Contribution>) {
-        // The motor drives the flank it came on: coming from below the joint stays half the play behind, from above half ahead
-        // (Nordin and Gutman 2002, Controlling mechanical systems with backlash).
-        contributions.push(sample.contribute_to_joint(self.joint, 0, -0.5 * sample.side_or_way(self.joint)));
-    }
-
-    fn changes_coordinate(&self) -> Option<usize> {
-        Some(self.joint)
-    }
-}
 
 pub(super) const KIND: Kind = Kind {
     name: "joint_backlash",
@@ -41,13 +19,11 @@ pub(super) const KIND: Kind = Kind {
     how_to_see: "The same poses reached from both sides, with `approach_q<n>` 1 where the coordinate grew on the way and -1 where it fell; without that column the way from the row before counts.",
     sketch: ["   ┃╲ ╱┃   the tooth", "   ┃ ▼ ┃   lies left or", "   → ← gap  right"],
     build: |setting: &Setting<'_>| {
-        let joint = setting.joint()?;
         // A joint with play stays behind. A controller that takes out more play than there is makes it go too far, so the sign is open.
-        let parameter = match setting.slides(joint) {
-            false => Parameter::new("play_deg", Unit::DEG, (-0.1, 0.1)),
-            true => Parameter::new("play_mm", Unit::MM, (-10.0, 10.0)),
-        };
-        Ok(Box::new(JointBacklash { joint, parameters: [parameter] }))
+        let play = setting.displacement(("play_deg", 0.1), ("play_mm", 10.0))?;
+        // The motor drives the flank it came on: coming from below the joint stays half the play behind, from above half ahead
+        // (Nordin and Gutman 2002, Controlling mechanical systems with backlash).
+        coordinate_change(setting, play, |sample, joint| -0.5 * sample.side_or_way(joint))
     },
     candidates: |context| {
         let mut ids = context.every_joint("joint_backlash");

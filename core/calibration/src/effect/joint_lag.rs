@@ -2,30 +2,8 @@
 //!
 //! Its speed is that of the move from the row before. Where every pose is approached by a short move of its own, in which all joints go alike, it is play, and is named so.
 
+use super::coordinate_change::coordinate_change;
 use super::kind::{DrivenBy, Family, Kind, Search, Setting, SiteKind};
-use super::{Contribution, Effect, Parameter, Sample, Unit};
-
-#[derive(Debug)]
-struct JointLag {
-    joint: usize,
-    parameters: [Parameter; 1],
-}
-
-impl Effect for JointLag {
-    fn parameters(&self) -> &[Parameter] {
-        &self.parameters
-    }
-
-    fn contribute(&self, sample: &Sample<'_>, contributions: &mut Vec<Contribution>) {
-        // A drive that follows a ramp stays behind in proportion to its slope (the velocity error of a type 1 servo; Franklin, Powell and Emami-Naeini 2015,
-        // section 4.2), and viscous friction winds its gear up so. What of it friction holds at rest, or has not died away, is read.
-        contributions.push(sample.contribute_to_joint(self.joint, 0, -sample.speed_fraction(self.joint)));
-    }
-
-    fn changes_coordinate(&self) -> Option<usize> {
-        Some(self.joint)
-    }
-}
 
 pub(super) const KIND: Kind = Kind {
     name: "joint_lag",
@@ -43,13 +21,11 @@ pub(super) const KIND: Kind = Kind {
     how_to_see: "The same poses, gone to straight from the row before, after moves in which this joint has the longest way and after moves in which another has; a slower speed.",
     sketch: ["  speed ╱╲   fast: short", "       ╱  ╲┄ of the goal", "  ────╱    ╲─ slow: there"],
     build: |setting: &Setting<'_>| {
-        let joint = setting.joint()?;
         // As for play: as much is seen by eye at the end of an arm. A controller that feeds forward too much goes beyond the goal, so the sign is open.
-        let parameter = match setting.slides(joint) {
-            false => Parameter::new("at_full_speed_deg", Unit::DEG, (-0.1, 0.1)),
-            true => Parameter::new("at_full_speed_mm", Unit::MM, (-10.0, 10.0)),
-        };
-        Ok(Box::new(JointLag { joint, parameters: [parameter] }))
+        let lag = setting.displacement(("at_full_speed_deg", 0.1), ("at_full_speed_mm", 10.0))?;
+        // A drive that follows a ramp stays behind in proportion to its slope (the velocity error of a type 1 servo; Franklin, Powell and Emami-Naeini 2015,
+        // section 4.2), and viscous friction winds its gear up so. What of it friction holds at rest, or has not died away, is read.
+        coordinate_change(setting, lag, |sample, joint| -sample.speed_fraction(joint))
     },
     candidates: |context| {
         let mut ids = context.every_joint("joint_lag");

@@ -1,28 +1,8 @@
 //! A joint creeps into place: it stops short by a fraction of its last move.
 
+use super::coordinate_change::coordinate_change;
 use super::kind::{DrivenBy, Family, Kind, Search, Setting, SiteKind};
-use super::{Contribution, Effect, Parameter, Sample, Unit};
-
-#[derive(Debug)]
-struct JointSettling {
-    joint: usize,
-    parameters: [Parameter; 1],
-}
-
-impl Effect for JointSettling {
-    fn parameters(&self) -> &[Parameter] {
-        &self.parameters
-    }
-
-    fn contribute(&self, sample: &Sample<'_>, contributions: &mut Vec<Contribution>) {
-        // What has not settled is a fraction of the way that it still had to go: an exponential approach, read at one time after each move.
-        contributions.push(sample.contribute_to_joint(self.joint, 0, -sample.last_move(self.joint)));
-    }
-
-    fn changes_coordinate(&self) -> Option<usize> {
-        Some(self.joint)
-    }
-}
+use super::{Parameter, Unit};
 
 pub(super) const KIND: Kind = Kind {
     name: "joint_settling",
@@ -41,8 +21,9 @@ pub(super) const KIND: Kind = Kind {
     sketch: ["  ──╮ asked", "     ╲", "      ╰─── creeps in"],
     build: |setting: &Setting<'_>| {
         // A twentieth of the way is seen by eye.
-        let parameters = [Parameter::new("share", Unit::RATIO, (-0.05, 0.05))];
-        Ok(Box::new(JointSettling { joint: setting.joint()?, parameters }))
+        let fraction = Parameter::new("share", Unit::RATIO, (-0.05, 0.05));
+        // What has not settled is a fraction of the way that it still had to go: an exponential approach, read at one time after each move.
+        coordinate_change(setting, fraction, |sample, joint| -sample.last_move(joint))
     },
     candidates: |context| context.every_joint("joint_settling"),
 };

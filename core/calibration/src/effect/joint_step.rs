@@ -1,7 +1,7 @@
 //! A joint jumps at some moment and stays off: lost steps, a slipped coupling, a knock.
 
 use super::kind::{CandidateContext, DrivenBy, Family, Kind, Search, Setting, SiteKind};
-use super::{Contribution, Effect, EffectId, EffectNameError, Parameter, Sample, Unit};
+use super::{Contribution, Effect, EffectId, EffectNameError, Parameter, Sample};
 use crate::arm_model::Epochs;
 
 /// Moments that are tried at most.
@@ -70,11 +70,8 @@ pub(super) const KIND: Kind = Kind {
             effect: setting.model.label(setting.id),
             reason: "needs the moment of the jump: write `searched:` or let `add` find it".to_owned(),
         })?;
-        let parameter = match setting.slides(joint) {
-            // 30 degrees, or 50 mm: an arm that is knocked further is stopped by its drive.
-            false => Parameter::new("step_deg", Unit::DEG, (-0.5, 0.5)),
-            true => Parameter::new("step_mm", Unit::MM, (-50.0, 50.0)),
-        };
+        // 30 degrees, or 50 mm: an arm that is knocked further is stopped by its drive.
+        let parameter = setting.displacement(("step_deg", 0.5), ("step_mm", 50.0))?;
         Ok(Box::new(JointStep { joint, at, parameters: [parameter] }))
     },
     candidates: |context| {

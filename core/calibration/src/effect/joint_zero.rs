@@ -1,7 +1,7 @@
 //! A joint's zero is not where its encoder says.
 
 use super::kind::{DrivenBy, Family, Kind, Search, Setting, SiteKind};
-use super::{Contribution, Effect, LooksAt, Parameter, Sample, Unit};
+use super::{Contribution, Effect, LooksAt, Parameter, Sample};
 
 #[derive(Debug)]
 struct JointZero {
@@ -40,11 +40,8 @@ pub(super) const KIND: Kind = Kind {
     sketch: ["     ╱ where it is", "    ╱ ↕", "   ◯╌╌╌╌ where it says"],
     build: |setting: &Setting<'_>| {
         let joint = setting.joint()?;
-        let parameter = match setting.slides(joint) {
-            // 20 degrees, or 20 mm: a coupling that was put on wrongly. What is further off is a wrong row of the model file.
-            false => Parameter::new("zero_deg", Unit::DEG, (-0.35, 0.35)),
-            true => Parameter::new("zero_mm", Unit::MM, (-20.0, 20.0)),
-        };
+        // 20 degrees, or 20 mm: a coupling that was put on wrongly. What is further off is a wrong row of the model file.
+        let parameter = setting.displacement(("zero_deg", 0.35), ("zero_mm", 20.0))?;
         Ok(Box::new(JointZero { joint, parameters: [parameter] }))
     },
     candidates: |context| context.every_joint("joint_zero"),

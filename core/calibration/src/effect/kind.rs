@@ -2,9 +2,9 @@
 
 use plumb_kinematics::{LinkFrames, Motion, Weights};
 
-use super::Effect;
 use super::identity::{EffectId, EffectNameError, Site};
 use super::summary::DatasetSummary;
+use super::{Effect, Parameter, Unit};
 use crate::arm_model::{Model, Sensor};
 
 /// A link that is no longer is none (mm): lengths of arms are wrong by less, and parts that carry an arm are longer.
@@ -201,6 +201,19 @@ impl Setting<'_> {
         let missing =
             "needs the arm's sensor described in the model file, as in `sensor: {working_mm: 8, peak_mm: 5}`";
         self.model.sensor.ok_or_else(|| self.unusable(missing))
+    }
+
+    /// A parameter that displaces the joint it acts on: in degrees where that turns, in millimetres where it slides. Each name comes with the greatest plausible size, rad or mm,
+    /// of either sign.
+    pub(super) fn displacement(
+        &self,
+        (deg, rad): (&str, f64),
+        (mm, length): (&str, f64),
+    ) -> Result<Parameter, EffectNameError> {
+        Ok(match self.slides(self.joint()?) {
+            false => Parameter::new(deg, Unit::DEG, (-rad, rad)),
+            true => Parameter::new(mm, Unit::MM, (-length, length)),
+        })
     }
 
     /// Whether a joint slides.

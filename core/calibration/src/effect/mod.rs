@@ -16,6 +16,7 @@ mod camera_aim;
 mod camera_roll;
 mod camera_scale;
 mod clock_skew;
+mod coordinate_change;
 mod defined;
 mod drift;
 mod epoch_steps;
