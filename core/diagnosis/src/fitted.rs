@@ -190,7 +190,7 @@ impl Laboratory {
         self.fit_toward(more, near, (moved, &[]), rows, options, progress)
     }
 
-    /// The same to compare the last effect with none, and with others in its site: what the earlier fit held stays held, as numbers are counted for it
+    /// The same to compare the last effect with none, and with others in its place: what the earlier fit held stays held, as numbers are counted for it
     /// ([`Fitted::parameters_with`]). Let go with one candidate and not with another, weakly determined numbers would be a difference that is no effect's, and a
     /// descent along such a valley takes a hundred steps. An event makes known what does not differ while nothing was re-set: with it nothing is held.
     pub(crate) fn fit_to_compare<'a>(

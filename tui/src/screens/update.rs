@@ -214,14 +214,25 @@ fn note_stop(state: &mut State, leave: bool) -> Vec<Action> {
     } else {
         state.overlay
     };
-    if state.only_watches() && state.run.is_some() {
-        state.notify(Severity::Warning, "Nothing was stopped: this program only watches.");
-    } else if state.cell.is_moving() && state.run.is_some() {
-        state.notify(Severity::Warning, "Stop sent to every robot. Watch the arm until it rests.");
-    } else if state.run.is_some() && !has_paused_with_news(state) {
-        state.notify(Severity::Warning, "Stop sent to every robot; none reported that it was moving.");
+    if state.run.is_some()
+        && let Some(text) = stop_notice(state)
+    {
+        state.notify(Severity::Warning, text);
     }
     if works { vec![Action::CancelLab] } else { Vec::new() }
+}
+
+/// What a stop key says of a run; nothing where the run says more itself.
+fn stop_notice(state: &State) -> Option<&'static str> {
+    if state.only_watches() {
+        Some("Nothing was stopped: this program only watches.")
+    } else if state.cell.is_moving() {
+        Some("Stop sent to every robot. Watch the arm until it rests.")
+    } else if has_paused_with_news(state) {
+        None
+    } else {
+        Some("Stop sent to every robot; none reported that it was moving.")
+    }
 }
 
 /// Whether the run has paused and says so, or says what went wrong.

@@ -94,7 +94,7 @@ impl Laboratory {
         let scored = searched.scored_forms(&fitted);
         let Some(best) = searched.borne_out(&scored, &fitted, floor, progress)? else { return Ok(None) };
         let candidates = grammar::probes(searched);
-        // Of its own site: the direction of what is left names the place well, and forms of others would only dilute the test.
+        // Of its own site: the direction of what is left names the site well, and forms of others would only dilute the test.
         let at_place = candidates.iter().filter(|(form, _)| form.site == best.form.site);
         let effects: Vec<&dyn Effect> = at_place.map(|(_, probe)| probe.effect.as_ref()).collect();
         if !twins::beaten(&fitted, &Candidate::new(best.form), &effects) {

@@ -86,7 +86,7 @@ impl Laboratory {
     }
 
     /// The model with a residual map of what it leaves; nothing where rows that were not seen are not predicted better with one. Rows held out have to
-    /// agree, where any lie inside the region that was measured; where nothing is held out, only returns to a few poses can say.
+    /// agree (see [`speak_for_map`]); where nothing is held out, only returns to a few poses can say.
     pub(crate) fn with_map(&self, progress: &Progress) -> Result<Option<Mapped>, LaboratoryError> {
         if self.model.residual_map.is_some() {
             return Ok(None);

@@ -112,14 +112,13 @@ fn side(problem: &ResidualModel<'_>, joint: usize) -> Regressor {
 fn last_move(problem: &ResidualModel<'_>, joint: usize) -> Regressor {
     let (factor, unit) = shown(problem, joint);
     let axis = PlotAxis::new(format!("last move of {}", name_of(problem, joint)), unit);
-    let mut moves = vec![0.0; problem.table.len()];
-    let order = problem.table.order();
-    for (before, row) in order.iter().zip(order.iter().skip(1)) {
-        if let Some(moved) = moves.get_mut(*row) {
-            *moved = factor * (commanded(problem, *row, joint) - commanded(problem, *before, joint));
-        }
-    }
-    Regressor { axis, values: moves }
+    let before = problem.table.rows_before();
+    Regressor::over_rows(problem, axis, |row| {
+        let before = before.get(row).copied().flatten();
+        before.map_or(0.0, |before| {
+            factor * (commanded(problem, row, joint) - commanded(problem, before, joint))
+        })
+    })
 }
 
 /// How fast a joint went in the move from the row before, of the fastest joint of its kind.

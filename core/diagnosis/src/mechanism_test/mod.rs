@@ -1,6 +1,6 @@
 //! Whether an effect is a mechanism although other structure is left that nothing explains. The structure is given its own part of the model, the flexible regression
 //! of `explainable/`; what may act besides, effects of the library and mechanisms without a name, is weighed in sets (`sets.rs`). An effect is identified where the
-//! rows are much likelier with it than with anything in its site: nothing, any other effect of the library, a mechanism without a name. Models are compared by their
+//! rows are much likelier with it than with anything in its place: nothing, any other effect of the library, a mechanism without a name. Models are compared by their
 //! marginal likelihood (Rasmussen & Williams 2006, chapter 5), effects charged as by Schwarz's criterion, which is a Bayes factor for a prior worth one reading (Kass &
 //! Wasserman 1995; Kass & Raftery 1995).
 
@@ -201,9 +201,9 @@ impl Bench<'_> {
         let parameters = [self.parameters(&set.members), overtones.1.clone()].concat();
         let with = self.mixed.fit(&parameters, Some(&set.fit.ratios))?;
         // The overtones are asked together: a worn tooth has all of them.
-        let reductions = set.fit.deviance - with.deviance;
+        let reduction = set.fit.deviance - with.deviance;
         let asked =
-            reductions - (with.rank - set.fit.rank.min(with.rank)) as f64 * self.equations.ln() > TIE_BIC;
+            reduction - (with.rank - set.fit.rank.min(with.rank)) as f64 * self.equations.ln() > TIE_BIC;
         (asked && self.mixed.squares_of(&with, &overtones.1) > most)
             .then_some(Doubt::Unlisted(candidate.id.site))
     }

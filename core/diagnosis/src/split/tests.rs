@@ -32,7 +32,11 @@ fn replicates_and_rows_of_one_name_share_a_pose_and_places_are_shares_of_the_ran
     );
     let named = Poses::of(&table(",repeat", &[(10.0, ",a"), (30.0, ","), (10.01, ",a")]));
     assert_eq!(named.rows, [vec![0, 2], vec![1]]);
-    assert_eq!(Poses::of(&angles(&[5.0, 5.0])).positions, [[0.5]], "a joint that stood still parts nothing");
+    assert_eq!(
+        Poses::of(&angles(&[5.0, 5.0])).positions,
+        [[0.5]],
+        "a joint that did not move separates no poses"
+    );
 }
 
 #[test]

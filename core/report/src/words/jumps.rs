@@ -3,7 +3,7 @@
 use crate::phrase::listed;
 use plumb_diagnosis::Jump;
 
-/// One site: its rows, the line of the file and the time, where it is logged.
+/// One jump: its rows, the line of the file and the time, where it is logged.
 fn place(jump: &Jump) -> String {
     let [before, after] = jump.between_rows;
     let [_, line] = jump.between_lines;
