@@ -22,6 +22,24 @@ impl ResidualModel<'_> {
         weights: &[f64],
         probes: &[&dyn Effect],
     ) -> NormalEquations {
+        let mut total = self.gathered(state, rows, weights, probes);
+        self.known_besides_rows(state, rows, &mut total);
+        total
+    }
+
+    /// Normal equations of some rows alone, without what is known between places.
+    pub fn normal_of_rows(&self, state: &State, rows: &[usize], weights: &[f64]) -> NormalEquations {
+        self.gathered(state, rows, weights, &[])
+    }
+
+    /// The equations of some rows, chunk by chunk: the derivatives of all of a large table would take more room than the table.
+    fn gathered(
+        &self,
+        state: &State,
+        rows: &[usize],
+        weights: &[f64],
+        probes: &[&dyn Effect],
+    ) -> NormalEquations {
         // Columns of the probes follow those of the free numbers.
         let size =
             self.free_parameters.len() + probes.iter().map(|probe| probe.parameters().len()).sum::<usize>();
@@ -35,15 +53,6 @@ impl ResidualModel<'_> {
             },
             |sum| total.add(&sum),
         );
-        self.known_besides_rows(state, rows, &mut total);
-        total
-    }
-
-    /// Normal equations of some rows alone, without what is known between places.
-    pub fn normal_of_rows(&self, state: &State, rows: &[usize], weights: &[f64]) -> NormalEquations {
-        let mut total = NormalEquations::zeros(self.free_parameters.len());
-        let block = self.block(state, rows, weights, &[]);
-        total.take(&block.residuals, &block.jacobian);
         total
     }
 

@@ -31,7 +31,7 @@ pub use point_errors::{ErrorSummary, Errors};
 pub(crate) use point_errors::{point_squares, points_in};
 pub use preview::Preview;
 pub use regressor::PlotAxis;
-pub use rows::{RowResidual, Series};
+pub use rows::{Points, RowResidual, Series};
 pub(crate) use standard_errors::StandardErrors;
 
 use std::path::Path;

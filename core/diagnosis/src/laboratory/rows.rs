@@ -1,7 +1,9 @@
 //! What is left unexplained in every row, and against what it may be drawn.
 
+use std::sync::Arc;
+
 use nalgebra::Vector3;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 use super::placements::orientation_errors;
 use super::point_errors::{ErrorSummary, point_squares};
@@ -49,7 +51,46 @@ pub struct Series {
     /// Whether it is of orientations, in degrees: these have a scale of their own.
     pub in_deg: bool,
     /// Horizontal value, residual in the unit of the table's readings (deg of orientations), and the row.
-    pub points: Vec<(f64, f64, usize)>,
+    pub points: Points,
+}
+
+/// The points of a plot. Plots of the same residuals share these: of a large table they are most of what a comparison holds.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Points {
+    across: Vec<f64>,
+    up: Arc<[f64]>,
+    rows: Arc<[usize]>,
+}
+
+impl Points {
+    /// Every point: its horizontal value, its vertical one, and its row.
+    pub fn iter(&self) -> impl Iterator<Item = (f64, f64, usize)> + Clone + '_ {
+        let pairs = self.across.iter().zip(self.up.iter()).zip(self.rows.iter());
+        pairs.map(|((across, up), row)| (*across, *up, *row))
+    }
+
+    /// Whether the points differ in what they are drawn against.
+    fn vary(&self) -> bool {
+        self.across.iter().any(|x| self.across.first().is_some_and(|first| (x - first).abs() > 1e-9))
+    }
+}
+
+impl FromIterator<(f64, f64, usize)> for Points {
+    fn from_iter<T: IntoIterator<Item = (f64, f64, usize)>>(points: T) -> Self {
+        let (mut across, mut up, mut rows) = (Vec::new(), Vec::new(), Vec::new());
+        for (x, y, row) in points {
+            across.push(x);
+            up.push(y);
+            rows.push(row);
+        }
+        Self { across, up: up.into(), rows: rows.into() }
+    }
+}
+
+impl Serialize for Points {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(self.iter())
+    }
 }
 
 /// What a series of sizes shows.
@@ -118,11 +159,6 @@ pub(super) fn arm_in_the_middle(
     problem.points_along(&fit.state, row).into_iter().map(Into::into).collect()
 }
 
-/// Whether points differ in what they are drawn against.
-fn varies(points: &[(f64, f64, usize)]) -> bool {
-    points.iter().any(|(x, _, _)| points.first().is_some_and(|(first, _, _)| (x - first).abs() > 1e-9))
-}
-
 /// What is drawn upwards.
 #[derive(Clone, Copy)]
 enum Shows<'a> {
@@ -135,13 +171,8 @@ enum Shows<'a> {
 }
 
 /// A series, where what it is drawn against varies.
-fn series_if_varied(
-    against: String,
-    unit: &str,
-    shows: Shows<'_>,
-    points: Vec<(f64, f64, usize)>,
-) -> Option<Series> {
-    varies(&points).then(|| Series {
+fn series_if_varied(against: String, unit: &str, shows: Shows<'_>, points: Points) -> Option<Series> {
+    points.vary().then(|| Series {
         against,
         unit: unit.to_owned(),
         shows: match shows {
@@ -162,12 +193,20 @@ pub(super) fn series(problem: &ResidualModel<'_>, fit: &Fit, rows: &[RowResidual
     all
 }
 
-/// What is drawn of one joint: points against its coordinate, its moment of gravity and its side of approach.
-#[derive(Default)]
-struct JointPoints {
-    coordinate: Vec<(f64, f64, usize)>,
-    moment: Vec<(f64, f64, usize)>,
-    side: Vec<(f64, f64, usize)>,
+/// What is drawn of one joint: its residuals, and in the same rows its coordinate, its moment of gravity and its side of approach.
+struct JointColumns {
+    residual: Vec<f64>,
+    coordinate: Vec<f64>,
+    moment: Vec<f64>,
+    side: Vec<f64>,
+}
+
+impl JointColumns {
+    /// Empty, with room for so many rows: a column that grows by doubling holds twice what it needs for a while.
+    fn for_rows(rows: usize) -> Self {
+        let [residual, coordinate, moment, side] = [(); 4].map(|()| Vec::with_capacity(rows));
+        Self { residual, coordinate, moment, side }
+    }
 }
 
 /// The residual of a row along a joint's motion; zero where the joint does not move the point.
@@ -182,29 +221,34 @@ fn against_joints(problem: &ResidualModel<'_>, fit: &Fit, rows: &[RowResidual]) 
     let unit = problem.observations.unit();
     let directed =
         problem.observations.equations().iter().any(|equation| equation.measurand.coordinate().is_some());
-    let mut drawn: Vec<JointPoints> =
-        problem.model.chain.joints.iter().map(|_| JointPoints::default()).collect();
+    let seen = |residual: &&RowResidual| directed || residual.size.is_some();
+    let shown: Arc<[usize]> = rows.iter().filter(seen).map(|residual| residual.row).collect();
+    let joints = problem.model.chain.joints.iter();
+    let mut drawn: Vec<JointColumns> = joints.map(|_| JointColumns::for_rows(shown.len())).collect();
     // Row by row, for what a row moves by takes more room than its points.
-    for (row, residual) in rows.iter().enumerate() {
+    for residual in rows.iter().filter(seen) {
+        let row = residual.row;
         let details = problem.row_details(&fit.state, row);
-        for (joint, points) in drawn.iter_mut().enumerate() {
+        for (joint, columns) in drawn.iter_mut().enumerate() {
             let error = if directed { Some(along(residual, &details, joint)) } else { residual.size };
-            let Some(error) = error else { continue };
-            points.coordinate.push((residual.joints.get(joint).copied().unwrap_or(0.0), error, row));
+            columns.residual.extend(error);
+            columns.coordinate.push(residual.joints.get(joint).copied().unwrap_or(0.0));
             if !problem.model.masses.is_empty() {
-                points.moment.push((details.moments.get(joint).copied().unwrap_or(0.0), error, row));
+                columns.moment.push(details.moments.get(joint).copied().unwrap_or(0.0));
             }
-            points.side.push((f64::from(problem.table.approach_of(row, joint)), error, row));
+            columns.side.push(f64::from(problem.table.approach_of(row, joint)));
         }
     }
     let mut all = Vec::new();
-    for ((joint, described), points) in problem.model.chain.joints.iter().enumerate().zip(drawn) {
+    for ((joint, described), columns) in problem.model.chain.joints.iter().enumerate().zip(drawn) {
         let name = &described.name;
         let shows = if directed { Shows::Along(name, unit) } else { Shows::Size(unit) };
+        let up: Arc<[f64]> = columns.residual.into();
+        let points = |across| Points { across, up: Arc::clone(&up), rows: Arc::clone(&shown) };
         let of_joint = unit_of_joint(problem, joint);
-        all.extend(series_if_varied(name.clone(), of_joint, shows, points.coordinate));
-        all.extend(series_if_varied(format!("moment of {name}"), "N m", shows, points.moment));
-        all.extend(series_if_varied(format!("approach of {name}"), "side", shows, points.side));
+        all.extend(series_if_varied(name.clone(), of_joint, shows, points(columns.coordinate)));
+        all.extend(series_if_varied(format!("moment of {name}"), "N m", shows, points(columns.moment)));
+        all.extend(series_if_varied(format!("approach of {name}"), "side", shows, points(columns.side)));
     }
     all
 }
@@ -257,12 +301,25 @@ fn covariate_axis(covariate: &Covariate) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::Points;
+
     #[test]
     fn points_vary_where_one_is_elsewhere_than_the_first() {
-        let varies = |across: [f64; 3]| super::varies(&across.map(|x| (x, 0.0, 0)));
+        let varies = |across: [f64; 3]| across.into_iter().map(|x| (x, 0.0, 0)).collect::<Points>().vary();
         assert!(varies([5.0, 5.0, 5.1]) && varies([5.0, -5.0, 5.0]));
         assert!(!varies([5.0; 3]) && !varies([-5.0; 3]) && !varies([5.0, 5.0 + 1e-10, 5.0]));
-        assert!(!super::varies(&[]));
+        assert!(!Points::default().vary());
+    }
+
+    #[test]
+    fn points_come_back_as_they_were_given() {
+        let given = [(1.0, -2.0, 4), (3.0, 0.5, 0)];
+        let points: Points = given.into_iter().collect();
+        assert!(points.iter().eq(given));
+        assert_eq!(
+            serde_json::to_value(&points).unwrap(),
+            serde_json::json!([[1.0, -2.0, 4], [3.0, 0.5, 0]])
+        );
     }
 
     #[test]

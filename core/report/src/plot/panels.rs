@@ -69,7 +69,7 @@ fn dot(comparison: &Comparison, across: f64, up: f64, row: usize) -> Dot {
 fn panel_of(series: &Series, comparison: &Comparison, reach: f64) -> Panel {
     let (floor, up) = match series.of_size {
         // Orientations have a scale of their own; the noise is known of the other readings.
-        _ if series.in_deg => (None, (0.0, reach_of(series.points.iter().map(|(_, y, _)| *y), None))),
+        _ if series.in_deg => (None, (0.0, reach_of(series.points.iter().map(|(_, y, _)| y), None))),
         true => (comparison.floor_of_a_point_mm, (0.0, reach)),
         false => (comparison.floor.sigma_mm, (-reach, reach)),
     };
@@ -78,11 +78,11 @@ fn panel_of(series: &Series, comparison: &Comparison, reach: f64) -> Panel {
         title: series.against.clone(),
         across_title: format!("{}{unit}", series.against),
         up_title: series.shows.clone(),
-        across: range(series.points.iter().map(|(x, _, _)| *x)),
+        across: range(series.points.iter().map(|(x, _, _)| x)),
         up,
         one_scale: false,
         floor,
-        points: series.points.iter().map(|(x, y, row)| dot(comparison, *x, *y, *row)).collect(),
+        points: series.points.iter().map(|(x, y, row)| dot(comparison, x, y, row)).collect(),
         curve: Vec::new(),
     }
 }
@@ -90,7 +90,7 @@ fn panel_of(series: &Series, comparison: &Comparison, reach: f64) -> Panel {
 /// All panels of a comparison: one a series, then what would be a bull's eye from above.
 pub fn panels(comparison: &Comparison) -> Vec<Panel> {
     let of_readings = comparison.series.iter().filter(|series| !series.in_deg);
-    let sizes = of_readings.flat_map(|series| series.points.iter().map(|(_, y, _)| *y));
+    let sizes = of_readings.flat_map(|series| series.points.iter().map(|(_, y, _)| y));
     let reach = reach_of(sizes, comparison.floor.sigma_mm);
     let mut all: Vec<Panel> =
         comparison.series.iter().map(|series| panel_of(series, comparison, reach)).collect();

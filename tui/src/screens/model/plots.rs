@@ -236,13 +236,14 @@ fn against(series: &Series, sheet: &Sheet, theme: &Theme, hits: &Hits, frame: &m
         false => ([-sheet.half, sheet.half], sheet.floor),
     };
     let unit = if series.unit.is_empty() { String::new() } else { format!(", {}", series.unit) };
+    let points: Vec<(f64, f64, usize)> = series.points.iter().collect();
     let chart = Chart {
         heading: String::new(),
         title: series.shows.replace("residual along the motion of ", "error along "),
         across: format!("{}{unit}", series.against),
         x: Some([left, right]),
         y,
-        points: &series.points,
+        points: &points,
         curve: &[],
         floor,
     };

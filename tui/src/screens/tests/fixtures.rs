@@ -7,7 +7,7 @@ use plumb_cell::event::{
     Correction, DeviceState, Event, NamedValue, PlannedStep, RunOutcome, StampedEvent, StepOutcome, StepPath,
 };
 use plumb_cell::prompt::{ChoiceOption, Decision, JogGoal, Prompt, PromptId, PromptKind};
-use plumb_diagnosis::laboratory::{EffectPlot, JointAxis, PlotAxis, RowResidual, Series};
+use plumb_diagnosis::laboratory::{EffectPlot, JointAxis, PlotAxis, Points, RowResidual, Series};
 use plumb_diagnosis::report::StepKind;
 use plumb_record::{RunEnd, RunId, RunState, RunSummary};
 use ratatui::Terminal;
@@ -447,7 +447,7 @@ fn residuals() -> Residuals {
             joints: (0..6).map(|joint| spread(row, 29 + 8 * joint)).collect(),
         })
         .collect();
-    let series = |against: &str, unit: &str, shows: &str, points: Vec<(f64, f64, usize)>| Series {
+    let series = |against: &str, unit: &str, shows: &str, points: Points| Series {
         against: against.to_owned(),
         unit: unit.to_owned(),
         shows: shows.to_owned(),

@@ -251,7 +251,7 @@ fn numbers_that_are_none_and_rows_that_are_missing_break_no_plot() {
         row.joints.clear();
     }
     for series in &mut summary.residuals.series {
-        series.points.iter_mut().for_each(|point| point.1 = f64::NAN);
+        series.points = series.points.iter().map(|(across, _, row)| (across, f64::NAN, row)).collect();
     }
     summary.plots[0].points.clear();
     summary.plots[0].curve = vec![(f64::NAN, f64::INFINITY); 3];
