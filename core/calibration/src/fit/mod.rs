@@ -103,7 +103,8 @@ impl ResidualModel<'_> {
 
     /// A robust fit by one step from where it is expected to end, with the weights settled on the tangent there
     /// (a one-step M-estimate: Bickel 1975, One-step Huber estimates in the linear model, J. Am. Stat. Assoc. 70): right to second order in
-    /// how far the start is off, at the cost of a few evaluations. A whole fit where the step leaves more than staying does.
+    /// how far the start is off, at the cost of a few evaluations. A whole fit where the step leaves more than staying does, or where it leads to a place from which
+    /// another promises much: there the tangent was none, and what is left does not say which rows lie outside.
     ///
     /// # Errors
     /// As of a whole fit.
@@ -116,7 +117,8 @@ impl ResidualModel<'_> {
         progress: &Progress,
     ) -> Result<Fit, FitError> {
         match outcome::one_step(self, start, rows, weights.to_vec())? {
-            Some(fit) => Ok(fit),
+            Some(fit) if fit.convergence.is_near() => Ok(fit),
+            Some(fit) => self.refit(&fit.state, rows, weights, options, progress),
             None => self.refit(start, rows, weights, options, progress),
         }
     }

@@ -32,6 +32,17 @@ pub struct Convergence {
     pub arrived: bool,
 }
 
+/// Fraction of the RMS that another step may promise after a single one: weights of rows change where the scatter does by more than that.
+const LEFT_TO_GO: f64 = 0.1;
+
+impl Convergence {
+    /// Whether another step would leave about as much.
+    pub(super) fn is_near(&self) -> bool {
+        // Written so that what is not a number is not near.
+        self.promised >= (1.0 - LEFT_TO_GO) * self.reached
+    }
+}
+
 /// What a fit found.
 #[derive(Debug, Clone)]
 pub struct Fit {

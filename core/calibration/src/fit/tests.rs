@@ -407,6 +407,34 @@ fn one_robust_step_from_near_is_the_whole_fit_and_without_scatter_a_whole_fit_is
 }
 
 #[test]
+fn more_steps_follow_one_from_which_another_promises_much() {
+    let mut table = measured(60, 0.05, 13);
+    for row in [4, 17, 40] {
+        table.positions[0].xyz[row][1] += 5.0;
+    }
+    let model = Model::parse("planar.yaml", PLANAR).unwrap();
+    let observations = Observations::new(&model, &table).unwrap();
+    let added = |text: &str| AddedEffect { id: parse(text, &model).unwrap(), values: Vec::new() };
+    let problem = ResidualModel::new(&model, &table, &observations, &BOTH.map(added)).unwrap();
+    let (rows, ones): (Vec<usize>, Vec<f64>) = ((0..60).collect(), vec![1.0; 60]);
+    let from = |zero: f64| {
+        let start = State { effects: vec![vec![zero], vec![1.0]], ..problem.start() };
+        let one = super::outcome::one_step(&problem, &start, &rows, ones.clone()).unwrap().unwrap();
+        let options = FitOptions::default();
+        let made = problem.refit_by_one_step(&start, &rows, &ones, options, &Progress::default()).unwrap();
+        (one, made)
+    };
+    let (near, made) = from(0.003);
+    assert_eq!((near.convergence.steps, made.convergence.steps), (1, 1));
+    // From 0.3 rad away the step is a good one, but a circle is no tangent: millimetres are left, in which 5 mm are nothing unusual.
+    let (far, made) = from(0.3);
+    let [scattered, settled] = [&far, &made].map(|fit| (fit.scale / near.scale, fit.weights[17]));
+    assert!(scattered.0 > 10.0 && scattered.1 > 0.9, "{scattered:?}");
+    assert!((settled.0 - 1.0).abs() < 0.01 && settled.1 < 0.1, "{settled:?}");
+    assert!(!far.convergence.is_near() && made.convergence.is_near());
+}
+
+#[test]
 fn one_step_that_leaves_more_than_staying_is_refused_and_a_whole_fit_is_made() {
     let model = Model::parse("planar.yaml", PLANAR).unwrap();
     let added = |text: &str| AddedEffect { id: parse(text, &model).unwrap(), values: Vec::new() };
