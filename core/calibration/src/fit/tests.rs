@@ -377,8 +377,8 @@ fn a_refit_from_near_does_not_spend_its_steps_on_taking_the_damping_away() {
     assert!(fit.convergence.arrived && fit.convergence.steps <= 3, "{:?}", fit.convergence);
 }
 
-#[test]
-fn one_robust_step_from_near_is_the_whole_fit_and_without_scatter_a_whole_fit_is_made() {
+/// Asks about measurements of which three are 5 mm off, with all rows and weights of one.
+fn with_three_outliers(ask: impl FnOnce(&ResidualModel<'_>, &[usize], &[f64])) {
     let mut table = measured(60, 0.05, 13);
     for row in [4, 17, 40] {
         table.positions[0].xyz[row][1] += 5.0;
@@ -387,51 +387,50 @@ fn one_robust_step_from_near_is_the_whole_fit_and_without_scatter_a_whole_fit_is
     let observations = Observations::new(&model, &table).unwrap();
     let added = |text: &str| AddedEffect { id: parse(text, &model).unwrap(), values: Vec::new() };
     let problem = ResidualModel::new(&model, &table, &observations, &BOTH.map(added)).unwrap();
-    let (rows, ones): (Vec<usize>, Vec<f64>) = ((0..60).collect(), vec![1.0; 60]);
-    let near = State { effects: vec![vec![0.003], vec![1.0]], ..problem.start() };
-    let whole = problem.refit(&near, &rows, &ones, FitOptions::default(), &Progress::default()).unwrap();
-    let one = super::outcome::one_step(&problem, &near, &rows, ones.clone()).unwrap().unwrap();
-    assert_eq!(one.convergence.steps, 1);
-    for (index, (one_step, descent)) in one.state.effects.iter().zip(&whole.state.effects).enumerate() {
-        let error = whole.covariance[(index, index)].sqrt();
-        assert!((one_step[0] - descent[0]).abs() < 0.05 * error, "{one_step:?} {descent:?} +- {error}");
-    }
-    assert!((one.scale / whole.scale - 1.0).abs() < 0.01 && one.weights[17] < 0.1);
-    // As many numbers as equations leave no scatter to weigh rows by.
-    assert!(super::outcome::one_step(&problem, &near, &[], ones.clone()).unwrap().is_none());
-    let whole = problem.refit_by_one_step(&near, &[], &ones, FitOptions::default(), &Progress::default());
-    assert!(
-        matches!(whole, Err(FitError::TooFewRows { equations: 0, .. })),
-        "a whole fit says what is wrong"
-    );
+    ask(&problem, &(0..60).collect::<Vec<usize>>(), &[1.0; 60]);
+}
+
+#[test]
+fn one_robust_step_from_near_is_the_whole_fit_and_without_scatter_a_whole_fit_is_made() {
+    with_three_outliers(|problem, rows, ones| {
+        let near = State { effects: vec![vec![0.003], vec![1.0]], ..problem.start() };
+        let whole = problem.refit(&near, rows, ones, FitOptions::default(), &Progress::default()).unwrap();
+        let one = super::outcome::one_step(problem, &near, rows, ones.to_vec()).unwrap().unwrap();
+        assert_eq!(one.convergence.steps, 1);
+        for (index, (one_step, descent)) in one.state.effects.iter().zip(&whole.state.effects).enumerate() {
+            let error = whole.covariance[(index, index)].sqrt();
+            assert!((one_step[0] - descent[0]).abs() < 0.05 * error, "{one_step:?} {descent:?} +- {error}");
+        }
+        assert!((one.scale / whole.scale - 1.0).abs() < 0.01 && one.weights[17] < 0.1);
+        // As many numbers as equations leave no scatter to weigh rows by.
+        assert!(super::outcome::one_step(problem, &near, &[], ones.to_vec()).unwrap().is_none());
+        let whole = problem.refit_by_one_step(&near, &[], ones, FitOptions::default(), &Progress::default());
+        assert!(
+            matches!(whole, Err(FitError::TooFewRows { equations: 0, .. })),
+            "a whole fit says what is wrong"
+        );
+    });
 }
 
 #[test]
 fn more_steps_follow_one_from_which_another_promises_much() {
-    let mut table = measured(60, 0.05, 13);
-    for row in [4, 17, 40] {
-        table.positions[0].xyz[row][1] += 5.0;
-    }
-    let model = Model::parse("planar.yaml", PLANAR).unwrap();
-    let observations = Observations::new(&model, &table).unwrap();
-    let added = |text: &str| AddedEffect { id: parse(text, &model).unwrap(), values: Vec::new() };
-    let problem = ResidualModel::new(&model, &table, &observations, &BOTH.map(added)).unwrap();
-    let (rows, ones): (Vec<usize>, Vec<f64>) = ((0..60).collect(), vec![1.0; 60]);
-    let from = |zero: f64| {
-        let start = State { effects: vec![vec![zero], vec![1.0]], ..problem.start() };
-        let one = super::outcome::one_step(&problem, &start, &rows, ones.clone()).unwrap().unwrap();
-        let options = FitOptions::default();
-        let made = problem.refit_by_one_step(&start, &rows, &ones, options, &Progress::default()).unwrap();
-        (one, made)
-    };
-    let (near, made) = from(0.003);
-    assert_eq!((near.convergence.steps, made.convergence.steps), (1, 1));
-    // From 0.3 rad away the step is a good one, but a circle is no tangent: millimetres are left, in which 5 mm are nothing unusual.
-    let (far, made) = from(0.3);
-    let [scattered, settled] = [&far, &made].map(|fit| (fit.scale / near.scale, fit.weights[17]));
-    assert!(scattered.0 > 10.0 && scattered.1 > 0.9, "{scattered:?}");
-    assert!((settled.0 - 1.0).abs() < 0.01 && settled.1 < 0.1, "{settled:?}");
-    assert!(!far.convergence.is_near() && made.convergence.is_near());
+    with_three_outliers(|problem, rows, ones| {
+        let from = |zero: f64| {
+            let start = State { effects: vec![vec![zero], vec![1.0]], ..problem.start() };
+            let one = super::outcome::one_step(problem, &start, rows, ones.to_vec()).unwrap().unwrap();
+            let options = FitOptions::default();
+            let made = problem.refit_by_one_step(&start, rows, ones, options, &Progress::default()).unwrap();
+            (one, made)
+        };
+        let (near, made) = from(0.003);
+        assert_eq!((near.convergence.steps, made.convergence.steps), (1, 1));
+        // From 0.3 rad away the step is a good one, but a circle is no tangent: millimetres are left, in which 5 mm are nothing unusual.
+        let (far, made) = from(0.3);
+        let [scattered, settled] = [&far, &made].map(|fit| (fit.scale / near.scale, fit.weights[17]));
+        assert!(scattered.0 > 10.0 && scattered.1 > 0.9, "{scattered:?}");
+        assert!((settled.0 - 1.0).abs() < 0.01 && settled.1 < 0.1, "{settled:?}");
+        assert!(!far.convergence.is_near() && made.convergence.is_near());
+    });
 }
 
 #[test]
