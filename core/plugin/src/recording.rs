@@ -26,6 +26,7 @@ pub struct RecordingHost {
 #[derive(Default)]
 struct Shared {
     stop: AtomicBool,
+    held_up: Mutex<Duration>,
     book: Mutex<Book>,
 }
 
@@ -50,6 +51,11 @@ impl RecordingHost {
     /// Asks for a stop, or takes it back.
     pub fn set_stop(&self, stop: bool) {
         self.shared.stop.store(stop, Ordering::Release);
+    }
+
+    /// Holds the plugin up, as a busy computer does: its next look for a stop takes this long.
+    pub fn hold_up(&self, time: Duration) {
+        *self.shared.held_up.lock().unwrap_or_else(PoisonError::into_inner) = time;
     }
 
     /// The messages emitted on a stream so far that have the layout of `M`.
@@ -112,6 +118,8 @@ impl HostInterface for Shared {
     }
 
     fn should_stop(&self) -> bool {
+        let held_up = std::mem::take(&mut *self.held_up.lock().unwrap_or_else(PoisonError::into_inner));
+        std::thread::sleep(held_up);
         self.stop.load(Ordering::Acquire)
     }
 

@@ -45,6 +45,7 @@ pub(crate) struct Link {
     /// Major, minor, bugfix, build of the controller's software.
     pub(crate) version: [u32; 4],
     input_recipe: u8,
+    signs_of_life: SignsOfLife,
     shared: Arc<Shared>,
     thread: Option<JoinHandle<()>>,
 }
@@ -61,6 +62,21 @@ struct Book {
     latest: Option<Received>,
     ended: Option<String>,
     texts: Vec<String>,
+}
+
+/// The times between signs of life.
+#[derive(Debug, Default)]
+struct SignsOfLife {
+    last: Option<Instant>,
+    longest: Duration,
+}
+
+impl SignsOfLife {
+    fn note(&mut self, now: Instant) {
+        let since = self.last.map_or(Duration::ZERO, |last| now.saturating_duration_since(last));
+        self.longest = self.longest.max(since);
+        self.last = Some(now);
+    }
 }
 
 /// As many texts of the controller's are kept until somebody looks.
@@ -85,7 +101,8 @@ impl Link {
         let shared = Arc::new(Shared::default());
         let noted = Arc::clone(&shared);
         let thread = std::thread::spawn(move || noted.listen(&mut reading, packages, output_recipe));
-        Ok(Self { stream, version, input_recipe, shared, thread: Some(thread) })
+        let signs_of_life = SignsOfLife::default();
+        Ok(Self { stream, version, input_recipe, signs_of_life, shared, thread: Some(thread) })
     }
 
     /// A state with a higher number than `after`, if one comes within a time.
@@ -125,11 +142,22 @@ impl Link {
         self.shared.book().ended.clone()
     }
 
+    /// Begins anew to measure how long the controller waits for a sign of life.
+    pub(crate) fn begin_signs_of_life(&mut self) {
+        self.signs_of_life = SignsOfLife::default();
+    }
+
+    /// The longest time from one sign of life to the next since they began.
+    pub(crate) fn longest_silence(&self) -> Duration {
+        self.signs_of_life.longest
+    }
+
     /// Gives the controller a sign of life.
     ///
     /// # Errors
     /// [`PluginError::Disconnected`].
     pub(crate) fn sign_of_life(&mut self, value: i32) -> Result<(), PluginError> {
+        self.signs_of_life.note(Instant::now());
         let package = rtde::integer_input(self.input_recipe, value);
         send(&mut self.stream, &package, ENDED, "RTDE: nothing can be sent to the controller")
     }

@@ -42,6 +42,9 @@ const BEGINS_WITHIN: Duration = Duration::from_secs(2);
 /// How often a stop is looked for while the arm moves.
 const STOP_LOOK: Duration = Duration::from_millis(5);
 
+/// How long the controller's own reason for an ended program is waited for: it comes on another connection than the states.
+const REASON_WITHIN: Duration = Duration::from_millis(100);
+
 /// What the network, the controller's compiler and a cycle take before a stop takes hold, ms.
 const STOP_DELAY_MS: u32 = 150;
 
@@ -148,6 +151,7 @@ impl Robot for UniversalRobot {
             self.configuration.first_register,
             self.configuration.watchdog,
         );
+        self.link.begin_signs_of_life();
         self.link
             .sign_of_life(self.program)
             .and_then(|()| self.scripts.send(&text))
@@ -421,8 +425,16 @@ impl UniversalRobot {
 
     /// The program has ended before the move did.
     fn was_ended(&self) -> PluginError {
+        self.scripts.await_message(REASON_WITHIN);
         let errors = self.error_messages();
-        let why = if errors.is_empty() {
+        let (silence, watchdog) = (self.link.longest_silence(), self.configuration.watchdog);
+        let why = if silence > watchdog {
+            format!(
+                "this computer gave no sign of life for {:.2} s, and after {:.2} s (`watchdog_ms`) the controller ends a move: look what keeps the computer busy",
+                silence.as_secs_f64(),
+                watchdog.as_secs_f64()
+            )
+        } else if errors.is_empty() {
             "somebody stopped it at the pendant, or another program took its place".to_owned()
         } else {
             format!("the controller says: {errors}")

@@ -2,8 +2,9 @@
 
 use std::net::TcpStream;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
+use std::time::Duration;
 
 use plumb_plugin::PluginError;
 
@@ -28,6 +29,7 @@ pub(crate) struct Scripts {
 struct Heard {
     closing: AtomicBool,
     book: Mutex<Book>,
+    news: Condvar,
 }
 
 #[derive(Debug, Default)]
@@ -63,16 +65,28 @@ impl Scripts {
 
     /// What the controller has said since this was asked last.
     pub(crate) fn take_messages(&self) -> Vec<PrimaryMessage> {
-        std::mem::take(&mut self.heard.book.lock().unwrap_or_else(PoisonError::into_inner).messages)
+        std::mem::take(&mut self.heard.book().messages)
+    }
+
+    /// Waits until the controller has said something, or for this long.
+    pub(crate) fn await_message(&self, within: Duration) {
+        let book = self.heard.book();
+        let silent = |book: &mut Book| book.messages.is_empty() && book.ended.is_none();
+        // What it says is taken by another call.
+        drop(self.heard.news.wait_timeout_while(book, within, silent));
     }
 
     /// Why the connection has ended, if it has.
     pub(crate) fn ended(&self) -> Option<String> {
-        self.heard.book.lock().unwrap_or_else(PoisonError::into_inner).ended.clone()
+        self.heard.book().ended.clone()
     }
 }
 
 impl Heard {
+    fn book(&self) -> MutexGuard<'_, Book> {
+        self.book.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
     fn listen(&self, stream: &mut TcpStream) {
         let mut messages = Messages::default();
         let mut bytes = [0; 4096];
@@ -87,7 +101,8 @@ impl Heard {
                 Err(error) => Some(format!("the connection that programs are sent on broke: {error}")),
             };
             if let Some(end) = end {
-                self.book.lock().unwrap_or_else(PoisonError::into_inner).ended = Some(end);
+                self.book().ended = Some(end);
+                self.news.notify_all();
                 return;
             }
         }
@@ -97,10 +112,11 @@ impl Heard {
         loop {
             match messages.take() {
                 Ok(Some(message)) => {
-                    let mut book = self.book.lock().unwrap_or_else(PoisonError::into_inner);
+                    let mut book = self.book();
                     if book.messages.len() < MOST_MESSAGES {
                         book.messages.push(message);
                     }
+                    self.news.notify_all();
                 }
                 Ok(None) => return None,
                 Err(error) => return Some(format!("the script interface: {error}")),

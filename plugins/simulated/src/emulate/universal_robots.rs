@@ -17,6 +17,7 @@ mod motion;
 mod ports;
 mod primary;
 mod rtde;
+mod running_time;
 mod script;
 mod service;
 mod states;

@@ -5,6 +5,7 @@ use std::time::Instant;
 use super::arm::{ArmError, Led, LedArm};
 use super::event::Event;
 use super::motion::Way;
+use super::running_time::RunningTime;
 use super::script::{Program, ScriptError, Statement, WatchdogAction};
 use super::states::{AXES, CYCLE_S, REGISTERS, RobotMode, RuntimeState, SafetyMode, Series};
 use crate::physics::random::Random;
@@ -49,8 +50,9 @@ pub(super) struct Controller {
     pub(super) runtime: RuntimeState,
     pub(super) output_registers: [i32; REGISTERS],
     pub(super) input_registers: [i32; REGISTERS],
-    /// When each input was written last.
-    written: [Option<Instant>; REGISTERS],
+    /// When each input was written last, s of the running time.
+    written: [Option<f64>; REGISTERS],
+    running_time: RunningTime,
     pub(super) actual: [f64; AXES],
     pub(super) actual_speed: [f64; AXES],
     pub(super) target: [f64; AXES],
@@ -85,6 +87,7 @@ impl Controller {
             output_registers: [0; REGISTERS],
             input_registers: [0; REGISTERS],
             written: [None; REGISTERS],
+            running_time: RunningTime::default(),
             actual: zeros,
             actual_speed: zeros,
             target: zeros,
@@ -174,7 +177,7 @@ impl Controller {
             (self.input_registers.get_mut(register), self.written.get_mut(register))
         {
             *input = value;
-            *written = Some(Instant::now());
+            *written = Some(self.running_time.seconds());
         }
     }
 
@@ -241,6 +244,7 @@ impl Controller {
         if self.hurries() {
             self.jumped += CYCLE_S;
         }
+        self.running_time.cycle(Instant::now());
         self.watch_inputs();
         if self.way.is_none() && !self.settling {
             self.run_statements();
@@ -258,9 +262,10 @@ impl Controller {
     /// What a program does whose inputs no longer come.
     fn watch_inputs(&mut self) {
         let Some(running) = &self.running else { return };
+        let now = self.running_time.seconds();
         let violated = running.watchdogs.iter().find(|(register, hz, _)| {
             let written = self.written.get(*register).copied().flatten();
-            written.is_none_or(|written| written.elapsed().as_secs_f64() > 1.0 / hz)
+            written.is_none_or(|written| now - written > 1.0 / hz)
         });
         match violated.map(|(_, _, action)| *action) {
             Some(WatchdogAction::Stop) => {
@@ -302,7 +307,7 @@ impl Controller {
                     running.watchdogs.push((register, hz, action));
                     // It counts from when it is set.
                     if let Some(written) = self.written.get_mut(register) {
-                        *written = Some(Instant::now());
+                        *written = Some(self.running_time.seconds());
                     }
                 }
                 Statement::Sleep { seconds } => running.sleeping = seconds,
