@@ -3,6 +3,7 @@
 //! goes by (no warming where no time is logged).
 
 mod halves;
+mod lower_bounds;
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -23,6 +24,7 @@ use plumb_simulated::physics::campaign::catalogue::Choice;
 use plumb_simulated::physics::imperfection::Imperfection;
 
 use halves::Replication;
+use lower_bounds::Likeliest;
 
 /// Model files and tables that are looked for in the folder; those that are not there are left out, and said.
 const SETS: [(&str, &str); 6] = [
@@ -114,6 +116,15 @@ pub(crate) enum StudyError {
     Output(#[from] io::Error),
 }
 
+/// What probabilities were given over all injections.
+#[derive(Debug, Default)]
+struct Said {
+    /// Of every candidate.
+    forecasts: Vec<Forecast>,
+    /// Of each injection; nothing where no candidate was given one.
+    likeliest: Vec<Option<Likeliest>>,
+}
+
 /// How often each came out, of one effect in one set.
 #[derive(Debug, Default)]
 struct Counts {
@@ -165,7 +176,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, StudyError> {
         "| set | effect | injected | named right | or as the same in these rows | in set | listed | named wrong | cannot show |\n|---|---|---|---|---|---|---|---|---|\n",
     )?;
     let mut total = Counts::default();
-    let mut forecasts = Vec::new();
+    let mut said = Said::default();
     for (model, table) in sets(arguments)? {
         let name = table.trim_end_matches(".csv").to_owned();
         let set = Set { model: arguments.data.join(&model), table: arguments.data.join(&table) };
@@ -184,14 +195,15 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode, StudyError> {
         ))?;
         let before = name_of(&plain);
         for effect in hidden_effects(arguments) {
-            let counts = injections(arguments, &set, effect, before.as_ref(), &mut forecasts)?;
+            let counts = injections(arguments, &set, effect, before.as_ref(), &mut said)?;
             print_line(&counts.line(&name, effect))?;
             total.take(&counts);
         }
     }
     print_line(&total.line("all", "all"))?;
-    if let Some(reliability) = Reliability::of(&forecasts) {
+    if let Some(reliability) = Reliability::of(&said.forecasts) {
         print_line(&reliability.table("\nprobabilities of the candidates"))?;
+        print_line(&lower_bounds::table(&said.likeliest))?;
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -316,7 +328,7 @@ fn injections(
     set: &Set,
     effect: &str,
     before: Option<&Name>,
-    forecasts: &mut Vec<Forecast>,
+    said: &mut Said,
 ) -> Result<Counts, StudyError> {
     let progress = Progress::unwatched();
     let mut counts = Counts::default();
@@ -348,7 +360,10 @@ fn injections(
         let asked = |one: (&str, &str)| {
             is_hidden(one.0, one.1) || of_the_machine.iter().all(|known| borrowed(Some(known)) != Some(one))
         };
-        forecasts.extend(candidates(&diagnosis, &asked, &is_hidden));
+        said.forecasts.extend(candidates(&diagnosis, &asked, &is_hidden));
+        let mut all = probabilities(&diagnosis);
+        all.retain(|(effect, site, _)| asked((*effect, *site)));
+        said.likeliest.push(Likeliest::of(&all, is_hidden));
         if arguments.each {
             print_line(&describe(hidden.mechanism.name(), &site, found, &diagnosis))?;
         }
@@ -390,7 +405,7 @@ fn first_draw(seed: u64, effect: &str) -> u64 {
     seed.wrapping_mul(1_000_000).wrapping_add(letters % 10_000 * 100)
 }
 
-/// One injection in lines: what was hidden, the sentence, and why the first candidates are not the name.
+/// One injection in lines: what was hidden, the sentence, and the first candidates with their probabilities and why each is not the name.
 fn describe(effect: &str, site: &str, found: Found, diagnosis: &Diagnosis) -> String {
     let mut text = format!("  {effect}({site}): {found:?}. {}\n", diagnosis_sentence(diagnosis));
     if !diagnosis.besides.is_empty() {
@@ -401,8 +416,9 @@ fn describe(effect: &str, site: &str, found: Found, diagnosis: &Diagnosis) -> St
         // Writing to a text cannot fail.
         let _ = writeln!(
             text,
-            "    {}: {}",
+            "    {}{}: {}",
             candidate.label,
+            candidate.probability.map_or_else(String::new, |one| format!(" ({:.1} %)", 100.0 * one)),
             candidate.rejected.as_ref().map_or_else(|| "the name".to_owned(), rejection_in_words)
         );
     }
