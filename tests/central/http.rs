@@ -1,6 +1,6 @@
 //! Requests as a browser sends them, by hand: what is tested is what goes over the wire.
 
-use std::io::{Read as _, Write as _};
+use std::io::{ErrorKind, Read as _, Write as _};
 use std::net::TcpStream;
 use std::time::Duration;
 
@@ -31,6 +31,8 @@ fn whole_answer(stream: &mut TcpStream) -> String {
     let mut part = [0_u8; 8192];
     while !is_whole(&answer) {
         match stream.read(&mut part) {
+            // A computer that was suspended interrupts a read that has a timeout.
+            Err(error) if error.kind() == ErrorKind::Interrupted => {}
             Ok(0) | Err(_) => break,
             Ok(count) => answer.extend_from_slice(&part[..count]),
         }
