@@ -69,8 +69,8 @@ pub fn entry_symbol(library_file_name: &str) -> Option<EntryName> {
     let stem = stem.split('.').next().unwrap_or(stem);
     let mut name = EntryName { text: [0; NAME_LENGTH], length: 0 };
     for byte in b"plumb_plugin_".iter().copied().chain(stem.bytes()) {
-        let place = name.text.get_mut(name.length)?;
-        *place = if byte.is_ascii_alphanumeric() { byte } else { b'_' };
+        let slot = name.text.get_mut(name.length)?;
+        *slot = if byte.is_ascii_alphanumeric() { byte } else { b'_' };
         name.length += 1;
     }
     (name.length < NAME_LENGTH).then_some(name)

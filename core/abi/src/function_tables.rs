@@ -103,10 +103,10 @@ mod tests {
     #[test]
     fn the_tables_of_version_1_have_their_functions_where_they_were() {
         let word = size_of::<usize>();
-        let places = |functions: &[(&str, usize)]| {
+        let in_order = |functions: &[(&str, usize)]| {
             functions.iter().enumerate().all(|(index, (_, offset))| *offset == 8 + index * word)
         };
-        assert!(places(RobotFunctions::FUNCTIONS) && places(SensorFunctions::FUNCTIONS));
+        assert!(in_order(RobotFunctions::FUNCTIONS) && in_order(SensorFunctions::FUNCTIONS));
         let robot = [
             "describe",
             "activate",

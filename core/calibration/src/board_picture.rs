@@ -123,7 +123,7 @@ impl CameraNumbers {
 
 impl BoardCorners {
     /// Where a corner is on the board, mm.
-    fn place(&self, number: usize) -> Point3<f64> {
+    fn position(&self, number: usize) -> Point3<f64> {
         // Corners count along the rows, as OpenCV gives them.
         let (column, row) = (number % self.columns, number / self.columns);
         Point3::new(column as f64 * self.square_mm, row as f64 * self.square_mm, 0.0)
@@ -191,7 +191,7 @@ impl Picture<'_> {
         let size = self.board.square_mm * self.board.columns.max(self.board.rows) as f64;
         let mut equations = DMatrix::zeros((2 * self.corners.len()).max(9), 9);
         for (index, corner) in self.corners.iter().enumerate() {
-            let position = self.board.place(corner.number) / size;
+            let position = self.board.position(corner.number) / size;
             let [x, y] = self.camera.direction(corner.at);
             // Direct linear transformation (Hartley and Zisserman 2004, section 4.1): two rows a corner, `h_part . m - seen h_3 . m = 0`.
             for (part, seen) in [x, y].into_iter().enumerate() {
@@ -234,7 +234,7 @@ impl Picture<'_> {
     fn residuals(&self, pose: &Isometry3<f64>) -> Option<Vec<f64>> {
         let mut all = Vec::with_capacity(2 * self.corners.len());
         for corner in self.corners {
-            let shown = self.camera.pixel(&(pose * self.board.place(corner.number)))?;
+            let shown = self.camera.pixel(&(pose * self.board.position(corner.number)))?;
             all.extend([corner.at[0] - shown[0], corner.at[1] - shown[1]]);
         }
         Some(all)
@@ -349,7 +349,7 @@ mod tests {
 
     fn corners(pose: &Isometry3<f64>, sigma: f64, random: &mut Random) -> Vec<Corner> {
         let seen = |number: usize| {
-            let at = CAMERA.pixel(&(pose * BOARD.place(number))).unwrap();
+            let at = CAMERA.pixel(&(pose * BOARD.position(number))).unwrap();
             Corner { number, at: at.map(|part| part + sigma * random.normal()) }
         };
         (0..54).map(seen).collect()
@@ -411,8 +411,8 @@ mod tests {
     #[test]
     fn corners_count_along_the_rows() {
         let board = BoardCorners { columns: 4, rows: 3, square_mm: 20.0 };
-        assert_eq!(board.place(0), Point3::origin());
-        assert_eq!(board.place(3), Point3::new(60.0, 0.0, 0.0));
-        assert_eq!(board.place(9), Point3::new(20.0, 40.0, 0.0));
+        assert_eq!(board.position(0), Point3::origin());
+        assert_eq!(board.position(3), Point3::new(60.0, 0.0, 0.0));
+        assert_eq!(board.position(9), Point3::new(20.0, 40.0, 0.0));
     }
 }

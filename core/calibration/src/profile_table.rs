@@ -38,20 +38,20 @@ const OUTLYING: f64 = 6.0;
 /// The points of each profile, in the order along its line.
 fn profiles(points: &NamedText<'_>) -> Result<BTreeMap<String, Vec<[f64; 2]>>, BoardTableError> {
     let (header, rows) = points.rows()?;
-    let place = |column| points.column(&header, column, OF_POINTS);
-    let (name, x, z) = (place("profile")?, place("x_mm")?, place("z_mm")?);
+    let index_of = |column| points.column(&header, column, OF_POINTS);
+    let (name, x, z) = (index_of("profile")?, index_of("x_mm")?, index_of("z_mm")?);
     let mut found: BTreeMap<String, Vec<[f64; 2]>> = BTreeMap::new();
     for row in &rows {
-        let cell = |place: usize| row.get(place).unwrap_or("");
+        let cell = |index: usize| row.get(index).unwrap_or("");
         // Sensors leave what they did not see empty, or call it not a number.
         let unseen = |text: &str| text.is_empty() || text.eq_ignore_ascii_case("nan");
-        let number = |column: &'static str, place: usize| {
-            let value = cell(place).parse::<f64>().ok().filter(|value| value.is_finite());
+        let number = |column: &'static str, index: usize| {
+            let value = cell(index).parse::<f64>().ok().filter(|value| value.is_finite());
             value.ok_or_else(|| BoardTableError::Cell {
                 file: points.name.to_owned(),
                 line: row.position().map_or(0, csv::Position::line),
                 column,
-                cell: cell(place).to_owned(),
+                cell: cell(index).to_owned(),
                 what: "a length in mm",
             })
         };

@@ -228,7 +228,7 @@ impl Laboratory {
         if matches!(finding.verdict, Verdict::Located | Verdict::Unknown) {
             let rest = residual_structure(&finding.stage.fitted);
             diagnosis.remaining = Remaining {
-                places: finding.sites.iter().map(|site| self.place_name(*site)).collect(),
+                places: finding.sites.iter().map(|site| self.site_name(*site)).collect(),
                 shape: Some(Rest::Structure(rest.shape)),
                 covariates: rest.covariates,
             };
@@ -258,7 +258,7 @@ impl Laboratory {
             .iter()
             .map(|split| {
                 let (apart, unit) = split.shown();
-                TwoPositions { site: self.place_name(split.site), apart, unit }
+                TwoPositions { site: self.site_name(split.site), apart, unit }
             })
             .collect();
         Remaining {
@@ -269,7 +269,7 @@ impl Laboratory {
     }
 
     /// The name of a site: a joint, a target, `base`.
-    fn place_name(&self, site: Site) -> String {
+    fn site_name(&self, site: Site) -> String {
         self.model().site_name(site)
     }
 

@@ -49,7 +49,7 @@ impl Laboratory {
         Ok(best.map(|best| best.set))
     }
 
-    /// Which candidates of a stage explain the rows as well as the likeliest one if two of one kind act together, by their places in its list: a pair that Schwarz's criterion
+    /// Which candidates of a stage explain the rows as well as the likeliest one if two of one kind act together, by their indices in its list: a pair that Schwarz's criterion
     /// hardly distinguishes from it, though neither of the two does alone what it does.
     pub(crate) fn pairs_as_likely(
         &self,

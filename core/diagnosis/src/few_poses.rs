@@ -134,7 +134,7 @@ impl Laboratory {
         let summary = self.summary();
         let mut moved = summary.ranges.iter().enumerate().filter(|(_, (low, high))| high > low);
         let (joint, None) = (moved.next()?.0, moved.next()) else { return None };
-        let positions = summary.places.get(joint).map_or(0, Vec::len);
+        let positions = summary.positions.get(joint).map_or(0, Vec::len);
         let mut curves = (1..positions).rev().map(|pieces| EffectId {
             order: Some(pieces as f64),
             ..EffectId::at("positioning_error", Site::Joint(joint))
@@ -164,9 +164,9 @@ impl Laboratory {
         // What the rows of a pose share is judged by their means, from pose to pose.
         let errors = StandardErrors::of_the_fit(&fitted.problem, &fitted.fit);
         let value = self.effect_values(&errors).pop();
-        let place = effect_site(&fitted.problem, &effect.id);
+        let site = effect_site(&fitted.problem, &effect.id);
         Ok(value
-            .map(|value| (effect, Named { effect: place, size: value.size, unit: value.unit, se: value.se })))
+            .map(|value| (effect, Named { effect: site, size: value.size, unit: value.unit, se: value.se })))
     }
 }
 
@@ -267,8 +267,8 @@ free: [joint_zero(x)]
         let mut random = Random::seeded(3);
         let mut text = "q1_mm,approach_q1,repeat,p1_x_mm\n".to_owned();
         for row in 0..96 {
-            let (place, side) = (row % 8, if row / 8 % 2 == 0 { 1.0 } else { -1.0 });
-            let position = if in_sweeps && side < 0.0 { 7 - place } else { place };
+            let (index, side) = (row % 8, if row / 8 % 2 == 0 { 1.0 } else { -1.0 });
+            let position = if in_sweeps && side < 0.0 { 7 - index } else { index };
             let x = 25.0 * f64::from(position) + 4.0 * (1.7 * f64::from(position)).sin();
             let read = x + error * (x / 11.0).sin() - side * play(position) / 2.0 + 0.002 * random.normal();
             text.push_str(&format!("{x},{side},t{position},{read}\n"));

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-/// A place in the order of the rows where something was re-set.
+/// A position in the order of the rows where something was re-set.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Jump {
     /// The last row before it and the first after it; rows count from 1, in the order of the table.

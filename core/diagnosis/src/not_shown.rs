@@ -309,12 +309,12 @@ mod tests {
         for one in faint.iter().filter(|one| one.values.len() == 1 && moves_the_tip(&one.id)) {
             let with =
                 lab.fit_with(&[AddedEffect { id: one.id.clone(), values: vec![0.0] }], None, &watch).unwrap();
-            let place = with.fit.covariance.nrows() - 1;
+            let index = with.fit.covariance.nrows() - 1;
             // Where a number cannot be distinguished from those that are fitted its range alone bounds it.
-            if with.fit.factor.dependent.contains(&place) {
+            if with.fit.factor.dependent.contains(&index) {
                 continue;
             }
-            let error = 1.3 * (with.fit.covariance[(place, place)] / with.fit.variance).sqrt();
+            let error = 1.3 * (with.fit.covariance[(index, index)] / with.fit.variance).sqrt();
             let (low, high) = one.effect.parameters()[0].range;
             let (by_rows, by_range) = (DETECTABLE_ERRORS * error, low.abs().max(high.abs()));
             let expected = (by_rows.powi(-2) + by_range.powi(-2)).powf(-0.5);

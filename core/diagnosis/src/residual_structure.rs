@@ -121,12 +121,12 @@ fn strongest(sheet: &Sheet, levels: &[Vec<usize>], order: &[usize]) -> Vec<Find>
     each.collect()
 }
 
-/// Squares between levels, within them, and how many levels are used; `order` says whose value is in each place.
+/// Squares between levels, within them, and how many levels are used; `order` says whose value is at each index.
 fn explained(values: &[f64], levels: &[usize], order: &[usize]) -> (f64, f64, usize) {
     let mut sums = [(0.0, 0.0); MOST_LEVELS];
     let (mut total, mut sum, mut count) = (0.0, 0.0, 0.0);
-    for (level, place) in levels.iter().zip(order) {
-        let value = values.get(*place).copied().unwrap_or(0.0);
+    for (level, index) in levels.iter().zip(order) {
+        let value = values.get(*index).copied().unwrap_or(0.0);
         if let Some(slot) = sums.get_mut(*level) {
             slot.0 += value;
             slot.1 += 1.0;
@@ -386,14 +386,14 @@ fn by_row(fitted: &Fitted<'_>) -> Sheet {
         let name = format!("side of approach of {}", joint.name);
         covariates.push(Covariate::of_numbers(name, "", sides.collect()));
     }
-    let mut place = vec![0.0; table.len()];
+    let mut ranks = vec![0.0; table.len()];
     for (order, row) in table.order().into_iter().enumerate() {
-        if let Some(slot) = place.get_mut(row) {
+        if let Some(slot) = ranks.get_mut(row) {
             *slot = order as f64;
         }
     }
     // Where time is logged the order says the same with less.
-    let order = table.time.is_none().then_some(place);
+    let order = table.time.is_none().then_some(ranks);
     let columns = [
         ("time", "s", &table.time),
         ("order", "", &order),

@@ -73,12 +73,12 @@ pub(crate) fn two_links_with(
 
 /// The arm measured by a draw wire from [500, 100, 50] mm, whose readings are off by `off` mm of the row.
 pub(crate) fn by_wire(rows: usize, sigma: f64, seed: u64, off: impl Fn(usize) -> f64) -> Laboratory {
-    let places = two_links(rows, "", 0.0, seed, |_| [0.0; 2]);
+    let exact = two_links(rows, "", 0.0, seed, |_| [0.0; 2]);
     let mut random = Random::seeded(seed);
     let mut text = "q1_deg,q2_deg,distance_mm,distance_to\n".to_owned();
     for row in 0..rows {
-        let q = places.table().q_of(row);
-        let point = nalgebra::Point3::from(places.table().positions[0].xyz[row]);
+        let q = exact.table().q_of(row);
+        let point = nalgebra::Point3::from(exact.table().positions[0].xyz[row]);
         let length = nalgebra::distance(&point, &nalgebra::Point3::new(500.0, 100.0, 50.0));
         let read = length + off(row) + sigma * random.normal();
         text.push_str(&format!("{:.17},{:.17},{read:.9},anchor\n", q[0].to_degrees(), q[1].to_degrees()));

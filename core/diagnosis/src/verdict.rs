@@ -397,8 +397,8 @@ impl Finding<'_> {
         if (self.close.len() < 2 && alone) || !asked {
             return Vec::new();
         }
-        let places = self.close.iter().filter_map(|index| self.at(*index));
-        places.map(|fitted_candidate| effect_site(&self.stage.fitted.problem, &fitted_candidate.id)).collect()
+        let tied = self.close.iter().filter_map(|index| self.at(*index));
+        tied.map(|fitted_candidate| effect_site(&self.stage.fitted.problem, &fitted_candidate.id)).collect()
     }
 
     /// Pairs of the best few fitted candidates that move the readings alike in these poses.

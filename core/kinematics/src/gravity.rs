@@ -52,12 +52,12 @@ pub struct Weights<'a> {
 struct Load {
     /// N.
     weight: f64,
-    /// The sum of each weight times its place, base frame, N mm.
+    /// The sum of each weight times its position, base frame, N mm.
     first_moment: Vector3<f64>,
 }
 
 impl Load {
-    /// A weight (N) at a place (base frame, mm).
+    /// A weight (N) at a position (base frame, mm).
     fn at(weight: f64, position: Vector3<f64>) -> Self {
         Self { weight, first_moment: position * weight }
     }
@@ -91,7 +91,7 @@ impl Weights<'_> {
     pub const WITHOUT: Weights<'static> =
         Weights { masses: &[], payload: 0.0, down: Vector3::new(0.0, 0.0, -1.0) };
 
-    /// The joint it moves with, weight (N) and place (base frame, mm) of everything that moves with a joint at or beyond `first`; of the load at the flange
+    /// The joint it moves with, weight (N) and position (base frame, mm) of everything that moves with a joint at or beyond `first`; of the load at the flange
     /// the joint is `usize::MAX`.
     pub fn beyond<'p>(
         &'p self,
@@ -193,11 +193,11 @@ impl Weights<'_> {
             shift += moved + turned.cross(&direction) * (length - at);
         };
         let mut carried = Load::at(0.0, end);
-        for (after, weight, place) in self.beyond(link_frames, joint) {
-            let load = Load::at(weight, place);
+        for (after, weight, position) in self.beyond(link_frames, joint) {
+            let load = Load::at(weight, position);
             match after == joint {
-                // The link's own weight acts at its place along the link; all that hangs on the far end acts there.
-                true => bend(((place - start).dot(&direction) * 1e-3).clamp(0.0, length), &load),
+                // The link's own weight acts at its position along the link; all that hangs on the far end acts there.
+                true => bend(((position - start).dot(&direction) * 1e-3).clamp(0.0, length), &load),
                 false => carried += load,
             }
         }

@@ -336,18 +336,18 @@ fn scara(drawn: [f64; 3]) -> (Chain, f64, Vec<Mass>) {
 
 #[test]
 fn how_a_link_bends_does_not_depend_on_where_along_parallel_axes_the_rows_are() {
-    let bent = |drawn: [f64; 3], place: Vector3<f64>| {
+    let bent = |drawn: [f64; 3], position: Vector3<f64>| {
         let (chain, base, masses) = scara(drawn);
         let weights = Weights { masses: &masses, payload: 0.0, down: -Vector3::z() };
         let sag = weights.sag(&LinkFrames::of(&chain, &[0.4, -1.1], &[]), 0).unwrap();
-        let here = place - Vector3::z() * base;
+        let here = position - Vector3::z() * base;
         sag.shift + sag.rotation.cross(&(here - sag.end))
     };
-    for place in [Vector3::new(300.0, 200.0, 320.0), Vector3::new(420.0, -50.0, 150.0)] {
-        let metal = bent([320.0, 0.0, 0.0], place);
+    for position in [Vector3::new(300.0, 200.0, 320.0), Vector3::new(420.0, -50.0, 150.0)] {
+        let metal = bent([320.0, 0.0, 0.0], position);
         assert!(metal.norm() > 10.0, "{metal}");
         for drawn in [[0.0, 0.0, 0.0], [0.0, 320.0, 0.0], [0.0, 0.0, 320.0], [-50.0, 150.0, 77.0]] {
-            let other = bent(drawn, place);
+            let other = bent(drawn, position);
             assert!((other - metal).norm() < 1e-9 * metal.norm(), "{drawn:?}: {other} {metal}");
         }
     }

@@ -155,7 +155,7 @@ fn distance(one: &[f64], other: &[f64]) -> f64 {
     one.iter().zip(other).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
 }
 
-/// At most [`MOST_POSES`] of some poses, each the farthest from those before it (Gonzalez 1985); their places in the list.
+/// At most [`MOST_POSES`] of some poses, each the farthest from those before it (Gonzalez 1985); their indices in the list.
 fn spread_out(inputs: &[Vec<f64>]) -> Vec<usize> {
     let mut nearest = vec![f64::INFINITY; inputs.len()];
     let mut kept = Vec::new();

@@ -42,7 +42,7 @@ impl Target {
 pub struct Board {
     /// What tables call it in the column `board`; nothing where it is the only one.
     pub name: Option<String>,
-    /// The camera, by its place among the targets.
+    /// The camera, by its index among the targets.
     pub camera: usize,
     /// Pose of the board in the measurements' frame, mm.
     pub pose: IsometryMatrix3<f64>,
@@ -331,7 +331,7 @@ impl Model {
         })
     }
 
-    /// A target's place in the list, by name.
+    /// A target's index in the list, by name.
     pub fn target_position(&self, name: &str) -> Option<usize> {
         self.targets.iter().position(|target| target.name == name)
     }
@@ -341,7 +341,7 @@ impl Model {
         self.definitions.iter().find(|definition| definition.name == name)
     }
 
-    /// A level's place in the list: the one of this name, or, where none is named, the only one there is.
+    /// A level's index in the list: the one of this name, or, where none is named, the only one there is.
     pub fn level_position(&self, name: Option<&str>) -> Option<usize> {
         match name {
             Some(name) => self.levels.iter().position(|level| level.name.as_deref() == Some(name)),
@@ -349,7 +349,7 @@ impl Model {
         }
     }
 
-    /// A board's place in the list: the one of this name, or, where none is named, the only one there is. One that has no name goes by any.
+    /// A board's index in the list: the one of this name, or, where none is named, the only one there is. One that has no name goes by any.
     pub fn board_position(&self, name: Option<&str>) -> Option<usize> {
         match (name, self.boards.as_slice()) {
             (_, [only]) if only.name.is_none() => Some(0),
@@ -363,7 +363,7 @@ impl Model {
         self.boards.get(board).and_then(|board| board.name.as_deref()).unwrap_or("board")
     }
 
-    /// A surface's place in the list, by name.
+    /// A surface's index in the list, by name.
     pub fn surface_position(&self, name: &str) -> Option<usize> {
         self.surfaces.iter().position(|surface| surface.name == name)
     }

@@ -44,7 +44,7 @@ impl RigNumber {
         Self::StripeBow,
     ];
 
-    /// Its place among all of them.
+    /// Its index among all of them.
     pub(crate) fn index(self) -> usize {
         Self::ALL.iter().position(|known| *known == self).unwrap_or(0)
     }

@@ -111,10 +111,10 @@ impl StripeRig {
         let mut distance = -height / falling;
         if self.bow != 0.0 {
             let (along, _) = self.in_sheet();
-            // A bow is small: each round leaves a fraction of the order of it times the place along the sheet.
+            // A bow is small: each round leaves a fraction of the order of it times the position along the sheet.
             for _ in 0..4 {
-                let place = (lens + toward * distance).dot(&along);
-                distance = (self.bow * place * place - height) / falling;
+                let position = (lens + toward * distance).dot(&along);
+                distance = (self.bow * position * position - height) / falling;
             }
         }
         (distance > 0.0).then(|| Point3::from(lens + toward * distance))
@@ -138,7 +138,7 @@ impl StripeRig {
     }
 }
 
-/// An axis by its place; z for any beyond.
+/// An axis by its index; z for any beyond.
 fn axis(index: usize) -> Unit<Vector3<f64>> {
     [Vector3::x_axis(), Vector3::y_axis(), Vector3::z_axis()].get(index).copied().unwrap_or(Vector3::z_axis())
 }

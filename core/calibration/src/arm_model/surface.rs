@@ -86,8 +86,8 @@ impl SurfaceShape {
                 let (away, length) = direction_and_length(point - centre);
                 (length - radius, away)
             }
-            Self::Point { point: place } => {
-                let (away, length) = direction_and_length(point - place);
+            Self::Point { point: position } => {
+                let (away, length) = direction_and_length(point - position);
                 (length, away)
             }
         }
@@ -181,8 +181,8 @@ impl SurfaceShape {
                 }
             }
             Self::Sphere { radius, .. } if which == RADIUS => *radius += amount,
-            Self::Sphere { centre: place, .. } | Self::Point { point: place } => {
-                if let Some(part) = place.get_mut(which) {
+            Self::Sphere { centre: position, .. } | Self::Point { point: position } => {
+                if let Some(part) = position.get_mut(which) {
                     *part += amount;
                 }
             }

@@ -111,7 +111,7 @@ impl Effect for EpochSteps {
             // A number that these rows do not determine (its variance is exactly zero) may have changed by as much as those they do.
             let first = epoch * width;
             let variances =
-                (first..first + self.counted).map(|place| covariance.get((place, place)).copied());
+                (first..first + self.counted).map(|index| covariance.get((index, index)).copied());
             let undetermined =
                 variances.filter(|variance| variance.is_none_or(|variance| variance <= 0.0)).count();
             let unseen = if undetermined > 0 { length } else { 0.0 };

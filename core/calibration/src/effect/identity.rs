@@ -47,7 +47,7 @@ pub enum Channel {
     Y,
     /// A position's z, mm.
     Z,
-    /// What a column of one number a row holds (mm or rad), by its place among all of these.
+    /// What a column of one number a row holds (mm or rad), by its index among all of these.
     Number(usize),
     /// A tilt about x, rad.
     TiltX,
@@ -59,7 +59,7 @@ impl Channel {
     /// How many there are.
     pub const COUNT: usize = 5 + SCALARS.len();
 
-    /// All of them, each at its place.
+    /// All of them, each at its index.
     pub fn all() -> impl Iterator<Item = Self> + Clone {
         let numbers = (0..SCALARS.len()).map(Self::Number);
         [Self::X, Self::Y, Self::Z].into_iter().chain(numbers).chain([Self::TiltX, Self::TiltY])
@@ -73,12 +73,12 @@ impl Channel {
     /// The column of one number that it is of, if it is of one.
     pub(crate) fn scalar(self) -> Option<&'static Scalar> {
         match self {
-            Self::Number(place) => SCALARS.get(place).copied(),
+            Self::Number(index) => SCALARS.get(index).copied(),
             _ => None,
         }
     }
 
-    /// Its place among all of them.
+    /// Its index among all of them.
     pub(crate) fn index(self) -> usize {
         match self {
             Self::X => 0,
@@ -198,14 +198,14 @@ pub enum EffectNameError {
         suggestion: String,
     },
     /// There is no such joint, target or axis.
-    #[error("`{effect}` acts on {expected}, and there is none called `{place}`{suggestion}")]
-    UnknownPlace {
+    #[error("`{effect}` acts on {expected}, and there is none called `{site}`{suggestion}")]
+    UnknownSite {
         /// The effect.
         effect: String,
         /// Joint, target, axis.
         expected: &'static str,
         /// What was written.
-        place: String,
+        site: String,
         /// What may have been meant.
         suggestion: String,
     },

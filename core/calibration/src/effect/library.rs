@@ -140,7 +140,7 @@ fn defined_at(
     let id = EffectId::at(&definition.name, definition.site);
     match arguments {
         [] | ["*"] => Ok(vec![id]),
-        [place] if *place == model.site_name(id.site) => Ok(vec![id]),
+        [site] if *site == model.site_name(id.site) => Ok(vec![id]),
         _ => Err(EffectNameError::Malformed { text: text.to_owned(), example: model.label(&id) }),
     }
 }

@@ -28,8 +28,8 @@ impl Effect for LinkTorsion {
         // Saint-Venant's torsion of a shaft: angle = T L / (G J) (Timoshenko 1955, Strength of Materials I, chapter 10). What hangs beyond the link twists
         // all of it, its own weight the part up to where it hangs; rad per 1/(N m2).
         let mut turned = 0.0;
-        for (after, weight, place) in weights.beyond(link_frames, self.joint) {
-            let arm = (place - start) * 1e-3;
+        for (after, weight, position) in weights.beyond(link_frames, self.joint) {
+            let arm = (position - start) * 1e-3;
             let reach = if after == self.joint { arm.dot(&along).clamp(0.0, length) } else { length };
             turned += along.dot(&arm.cross(&(weights.down * weight))) * reach;
         }

@@ -121,14 +121,15 @@ pub(super) fn unmeasured(context: &CandidateContext<'_>, id: &EffectId) -> Optio
     let joint = id.joint()?;
     let (low, high) = context.model.chain.joints.get(joint)?.limits;
     let pieces = id.order?;
-    let (piece, places) = ((high - low) / pieces, context.summary.places.get(joint)?);
+    let (piece, positions) = ((high - low) / pieces, context.summary.positions.get(joint)?);
     let knots = (0..=pieces as usize).map(|knot| low + piece * knot as f64);
-    let lonely =
-        knots.into_iter().find(|knot| places.iter().all(|place| (place - knot).abs() >= piece * NEAR))?;
+    let lonely = knots
+        .into_iter()
+        .find(|knot| positions.iter().all(|position| (position - knot).abs() >= piece * NEAR))?;
     Some(((lonely - piece).max(low), (lonely + piece).min(high)))
 }
 
-/// A knot is measured where a place lies so near, in pieces: farther out its share of the line is too small to say where it is.
+/// A knot is measured where a position lies so near, in pieces: farther out its share of the line is too small to say where it is.
 const NEAR: f64 = 0.75;
 
 #[cfg(test)]
@@ -205,8 +206,8 @@ targets: {p1: {}}
     #[test]
     fn a_piece_nobody_measured_is_found() {
         let model = Model::parse("axis.yaml", AXIS).unwrap();
-        let hole = |places: &[f64]| {
-            let rows: String = places.iter().map(|x| format!("{x},0,{x},0,0\n")).collect();
+        let hole = |positions: &[f64]| {
+            let rows: String = positions.iter().map(|x| format!("{x},0,{x},0,0\n")).collect();
             let table =
                 Table::parse("t.csv", &format!("q1_mm,q2_deg,p1_x_mm,p1_y_mm,p1_z_mm\n{rows}")).unwrap();
             let summary = DatasetSummary::of(&model, &table);

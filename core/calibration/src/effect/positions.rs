@@ -22,8 +22,8 @@ pub fn not_at_these_positions(context: &CandidateContext<'_>, id: &EffectId) -> 
     }
     let looks = match screw_wave::sampling_of(context, id)? {
         Sampling::Separable => return None,
-        Sampling::TooFew { places, fewest } => {
-            format!("{name} was measured at {places} positions, and it takes {fewest}")
+        Sampling::TooFew { positions, fewest } => {
+            format!("{name} was measured at {positions} positions, and it takes {fewest}")
         }
         Sampling::LooksLike { period } if period.is_finite() => {
             format!(
@@ -50,7 +50,7 @@ pub fn waves_not_shown(context: &CandidateContext<'_>) -> Vec<String> {
     let model: &Model = context.model;
     let screws = (0..model.chain.len()).filter(|joint| {
         let pitch = model.chain.joints.get(*joint).and_then(|row| row.screw_pitch);
-        pitch.is_some() && context.summary.places.get(*joint).is_some_and(|places| places.len() > 1)
+        pitch.is_some() && context.summary.positions.get(*joint).is_some_and(|positions| positions.len() > 1)
     });
     let waves = screws
         .map(|joint| EffectId { order: Some(1.0), ..EffectId::at("screw_wave", super::Site::Joint(joint)) });

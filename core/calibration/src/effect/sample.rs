@@ -45,7 +45,7 @@ pub struct Sample<'a> {
 /// A switching of the arm's own sensor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Trigger {
-    /// The surface it was over, by its place in the model.
+    /// The surface it was over, by its index in the model.
     pub surface: usize,
     /// It was over an edge, rather than over something flat or round.
     pub edge: bool,

@@ -1,16 +1,16 @@
-//! Whether a wave of a known period can be distinguished from slower ones at the places where it was measured.
+//! Whether a wave of a known period can be distinguished from slower ones at the positions where it was measured.
 //!
-//! The spectral window of the places (Deeming 1975, Astrophysics and Space Science 36, 137), `W(f) = |sum exp(2 pi i f x)| / n`, says how alike two waves look
+//! The spectral window of the positions (Deeming 1975, Astrophysics and Space Science 36, 137), `W(f) = |sum exp(2 pi i f x)| / n`, says how alike two waves look
 //! whose
-//! frequencies differ by `f`: 1 where they are the same at every place. Targets that are whole pitches apart have `W(1 / pitch) = 1`: there a wave of that
+//! frequencies differ by `f`: 1 where they are the same at every position. Targets that are whole pitches apart have `W(1 / pitch) = 1`: there a wave of that
 //! pitch is a constant.
 
 use std::f64::consts::TAU;
 
-/// Places closer than this are one, mm: returns to one target.
+/// Positions closer than this are one, mm: returns to one target.
 const SAME: f64 = 1e-3;
 
-/// Fewest places at which a wave can be determined: it has two numbers, and a zero, a gain and one more place to check them go with it.
+/// Fewest positions at which a wave can be determined: it has two numbers, and a zero, a gain and one more position to check them go with it.
 const FEWEST: usize = 5;
 
 /// Two waves are taken for one where the window is above this: less than a fifth of the wave's squares (1 - 0.9^2) is then its own.
@@ -19,21 +19,21 @@ const ALIKE: f64 = 0.9;
 /// Windows that differ by less are the same: as much as a peak falls between two frequencies that are looked at.
 const AS_ALIKE: f64 = 0.01;
 
-/// Frequencies looked at a peak's width (one over the range of the places): peaks are not missed, nor lowered by more than a few hundredths.
+/// Frequencies looked at a peak's width (one over the range of the positions): peaks are not missed, nor lowered by more than a few hundredths.
 const STEPS: f64 = 8.0;
 
 /// Frequencies looked at, at most: time.
 const MOST_FREQUENCIES: f64 = 20_000.0;
 
-/// What places of measurement say of a wave.
+/// What positions of measurement say of a wave.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Sampling {
     /// It can be distinguished from slower ones.
     Separable,
-    /// There are too few places.
+    /// There are too few positions.
     TooFew {
         /// How many there are.
-        places: usize,
+        positions: usize,
         /// How many it takes.
         fewest: usize,
     },
@@ -52,31 +52,32 @@ pub(super) fn distinct(mut coordinates: Vec<f64>) -> Vec<f64> {
     coordinates
 }
 
-fn window(places: &[f64], frequency: f64) -> f64 {
-    let (sine, cosine) = places.iter().fold((0.0, 0.0), |(sine, cosine), place| {
-        let (s, c) = (TAU * frequency * place).sin_cos();
+fn window(positions: &[f64], frequency: f64) -> f64 {
+    let (sine, cosine) = positions.iter().fold((0.0, 0.0), |(sine, cosine), position| {
+        let (s, c) = (TAU * frequency * position).sin_cos();
         (sine + s, cosine + c)
     });
-    f64::hypot(sine, cosine) / places.len().max(1) as f64
+    f64::hypot(sine, cosine) / positions.len().max(1) as f64
 }
 
-/// Whether a wave of this period (mm) can be distinguished from any of twice the period and more at these places (mm, each once, in order).
-pub(super) fn sampling(places: &[f64], period: f64) -> Sampling {
-    if places.len() < FEWEST {
-        return Sampling::TooFew { places: places.len(), fewest: FEWEST };
+/// Whether a wave of this period (mm) can be distinguished from any of twice the period and more at these positions (mm, each once, in order).
+pub(super) fn sampling(positions: &[f64], period: f64) -> Sampling {
+    if positions.len() < FEWEST {
+        return Sampling::TooFew { positions: positions.len(), fewest: FEWEST };
     }
-    let extent = places.last().unwrap_or(&0.0) - places.first().unwrap_or(&0.0);
+    let extent = positions.last().unwrap_or(&0.0) - positions.first().unwrap_or(&0.0);
     // At least two windows' widths are looked at, however short the travel.
     let steps = (STEPS * extent / period).clamp(2.0 * STEPS, MOST_FREQUENCIES);
     // From half to three halves of the wave's own frequency: the difference to all waves of at least twice its period, of either sign.
     let frequencies = (0..=steps as usize).map(|step| (0.5 + step as f64 / steps.floor()) / period);
-    let all: Vec<(f64, f64)> =
-        frequencies.map(|frequency| (window(places, frequency), (1.0 / period - frequency).abs())).collect();
+    let all: Vec<(f64, f64)> = frequencies
+        .map(|frequency| (window(positions, frequency), (1.0 / period - frequency).abs()))
+        .collect();
     let highest = all.iter().map(|(window, _)| *window).fold(0.0, f64::max);
     if highest < ALIKE {
         return Sampling::Separable;
     }
-    // Of waves that look as much like it, the slowest is reported: places at whole pitches show a constant, and a wave of twice the pitch too.
+    // Of waves that look as much like it, the slowest is reported: positions at whole pitches show a constant, and a wave of twice the pitch too.
     let as_alike = all.iter().filter(|(window, _)| *window >= highest - AS_ALIKE);
     let apart = as_alike.map(|(_, apart)| *apart).fold(f64::INFINITY, f64::min);
     let period = if apart * extent < 0.5 { f64::INFINITY } else { 1.0 / apart };
@@ -116,8 +117,8 @@ mod tests {
 
     #[test]
     fn few_places_or_less_than_half_a_pitch_determine_nothing() {
-        assert_eq!(sampling(&grid(1.3, 4), 5.0), Sampling::TooFew { places: 4, fewest: 5 });
+        assert_eq!(sampling(&grid(1.3, 4), 5.0), Sampling::TooFew { positions: 4, fewest: 5 });
         assert!(matches!(sampling(&grid(0.1, 10), 5.0), Sampling::LooksLike { .. }));
-        assert_eq!(distinct(vec![3.0, 1.0, 3.000_1, f64::NAN, 1.0]), [1.0, 3.0], "returns are one place");
+        assert_eq!(distinct(vec![3.0, 1.0, 3.000_1, f64::NAN, 1.0]), [1.0, 3.0], "returns are one position");
     }
 }

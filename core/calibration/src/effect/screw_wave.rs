@@ -69,10 +69,10 @@ pub(super) fn period_of(model: &Model, id: &EffectId) -> Option<f64> {
     (id.name == KIND.name).then(|| period(&Setting { id, model }).ok()).flatten()
 }
 
-/// Whether the places where an effect's joint was measured can determine it; nothing of any other effect.
+/// Whether the positions where an effect's joint was measured can determine it; nothing of any other effect.
 pub(super) fn sampling_of(context: &CandidateContext<'_>, id: &EffectId) -> Option<Sampling> {
     let period = period_of(context.model, id)?;
-    Some(sampling(context.summary.places.get(id.joint()?)?, period))
+    Some(sampling(context.summary.positions.get(id.joint()?)?, period))
 }
 
 pub(super) const KIND: Kind = Kind {

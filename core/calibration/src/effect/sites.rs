@@ -117,10 +117,10 @@ impl<'a> Sites<'a> {
         known: impl Iterator<Item = &'n str>,
         found: Option<usize>,
     ) -> Result<usize, EffectNameError> {
-        found.ok_or_else(|| EffectNameError::UnknownPlace {
+        found.ok_or_else(|| EffectNameError::UnknownSite {
             effect: self.kind.name.to_owned(),
             expected,
-            place: name.to_owned(),
+            site: name.to_owned(),
             suggestion: suggestion(name, known),
         })
     }

@@ -36,7 +36,7 @@ pub struct DatasetSummary {
     pub measures_points: bool,
     /// Whether the arm's own sensor triggered over a surface in some row.
     pub triggers: bool,
-    /// The surfaces over which it did, by their places in the model.
+    /// The surfaces over which it did, by their indices in the model.
     pub triggered_on: Vec<usize>,
     /// Whether in some rows it came on, and in some it went off.
     pub switches_both_ways: bool,
@@ -50,8 +50,8 @@ pub struct DatasetSummary {
     pub greatest_moments: Vec<f64>,
     /// Least and greatest coordinate of each joint.
     pub ranges: Vec<(f64, f64)>,
-    /// Where each slide was measured, mm, each place once and in order; empty of joints that turn.
-    pub places: Vec<Vec<f64>>,
+    /// Where each slide was measured, mm, each position once and in order; empty of joints that turn.
+    pub positions: Vec<Vec<f64>>,
 }
 
 fn range(values: &[f64]) -> Option<f64> {
@@ -118,7 +118,7 @@ impl DatasetSummary {
             clocks: if table.is_of_stripes() && table.time.is_none() { Vec::new() } else { clocks(table) },
             greatest_moments: greatest_moments(model, table),
             ranges: (0..table.joints).map(|joint| span(coordinates(table, joint))).collect(),
-            places: (0..table.joints).map(|joint| places(model, table, joint)).collect(),
+            positions: (0..table.joints).map(|joint| positions(model, table, joint)).collect(),
         }
     }
 
@@ -189,7 +189,7 @@ fn many_speeds(model: &Model, table: &Table) -> Vec<bool> {
 }
 
 /// Where a slide was measured, mm.
-fn places(model: &Model, table: &Table, joint: usize) -> Vec<f64> {
+fn positions(model: &Model, table: &Table, joint: usize) -> Vec<f64> {
     if !model.slides(joint) {
         return Vec::new();
     }

@@ -69,9 +69,8 @@ pub(super) const KIND: Kind = Kind {
     },
     candidates: |context| {
         let Some(span) = context.summary.time_span.filter(|span| *span > 0.0) else { return Vec::new() };
-        let places = context.every_joint("warm_up").into_iter();
-        places
-            .flat_map(|id| Quantity::ALL.map(|of| EffectId { of: Some(of), ..id.clone() }))
+        let ids = context.every_joint("warm_up").into_iter();
+        ids.flat_map(|id| Quantity::ALL.map(|of| EffectId { of: Some(of), ..id.clone() }))
             .flat_map(|id| CONSTANTS.map(|fraction| EffectId { inner: Some(fraction * span), ..id.clone() }))
             .collect()
     },

@@ -175,8 +175,8 @@ impl Constants {
             match contribution.dof {
                 Dof::Joint(joint, dh_parameter) => self.shift_row(joint, dh_parameter, amount),
                 Dof::Target(target, axis) => {
-                    let place = self.targets.get_mut(target).and_then(|(_, place)| place.get_mut(axis));
-                    place.into_iter().for_each(|place| *place += amount);
+                    let slot = self.targets.get_mut(target).and_then(|(_, xyz)| xyz.get_mut(axis));
+                    slot.into_iter().for_each(|slot| *slot += amount);
                 }
                 // Base and instrument: the arm's position is no part of it.
                 _ => {

@@ -37,8 +37,8 @@ impl Checker<'_> {
         let names: Vec<String> = parameters.iter().map(|parameter| parameter.name.clone()).collect();
         let addends = self.addends(raw, &names, model)?;
         let site = match (&raw.place, addends.first()) {
-            (Some(place), _) => self.site(place, model)?,
-            (None, Some(addend)) => site_of(&addend.place),
+            (Some(name), _) => self.site(name, model)?,
+            (None, Some(addend)) => site_of(&addend.target),
             (None, None) => Site::Base,
         };
         Ok(Definition::new(&raw.name.value, site, addends, parameters, raw.sentence.clone()))
@@ -89,8 +89,8 @@ impl Checker<'_> {
         )
     }
 
-    fn site(&self, place: &Spanned<String>, model: &Model) -> Checked<Site> {
-        let text = place.value.as_str();
+    fn site(&self, name: &Spanned<String>, model: &Model) -> Checked<Site> {
+        let text = name.value.as_str();
         let axis = ["x", "y", "z"].iter().position(|axis| *axis == text);
         let joint = model.chain.position_of(text).map(Site::Joint);
         let site =
@@ -107,7 +107,7 @@ impl Checker<'_> {
             "sensor",
         ]);
         site.map_or_else(
-            || self.fail(&place.span, format!("there is no place `{text}`{}", suggestion(text, known))),
+            || self.fail(&name.span, format!("there is no place `{text}`{}", suggestion(text, known))),
             Ok,
         )
     }
@@ -120,8 +120,8 @@ impl Checker<'_> {
         if requested.is_empty() {
             return self.fail(&raw.name.span, format!("`adds` says nothing that is added; {EXAMPLE}"));
         }
-        let read = requested.into_iter().map(|(place, key, text)| {
-            Addend::new(place, &key, &text.value, names, model.chain.len(), self.place(&text.span))
+        let read = requested.into_iter().map(|(target, key, text)| {
+            Addend::new(target, &key, &text.value, names, model.chain.len(), self.location(&text.span))
                 .or_else(|error| self.fail(&text.span, error.to_string()))
         });
         read.collect()
@@ -140,22 +140,22 @@ impl Checker<'_> {
             );
         }
         let joint = self.joint_named(name, &model.chain)?;
-        let place = match key {
+        let target = match key {
             0 => FormulaTarget::Coordinate(joint),
             1 => FormulaTarget::Row(joint, DhParameter::A),
             2 => FormulaTarget::Row(joint, DhParameter::D),
             3 => FormulaTarget::Row(joint, DhParameter::Alpha),
             _ => FormulaTarget::Row(joint, DhParameter::Beta),
         };
-        let is_length = match &place {
+        let is_length = match &target {
             FormulaTarget::Coordinate(joint) => model.slides(*joint),
             FormulaTarget::Row(_, dh_parameter) => matches!(dh_parameter, DhParameter::A | DhParameter::D),
             _ => false,
         };
         let unit = if is_length { "mm" } else { "deg" };
         match (&adds.deg, &adds.mm) {
-            (Some(text), _) if !is_length => Ok(Some((place, unit.to_owned(), text))),
-            (None, Some(text)) if is_length => Ok(Some((place, unit.to_owned(), text))),
+            (Some(text), _) if !is_length => Ok(Some((target, unit.to_owned(), text))),
+            (None, Some(text)) if is_length => Ok(Some((target, unit.to_owned(), text))),
             _ => self.fail(&name.span, format!("what is added here is in {unit}; {EXAMPLE}")),
         }
     }
@@ -210,15 +210,16 @@ fn frame_addends<'r>(adds: &'r RawAdds, requested: &mut Vec<Requested<'r>>) {
             (FormulaTarget::BaseRotation(axis), format!("base_{name}_deg"), turns[axis]),
             (FormulaTarget::Reading(axis), format!("reading_{name}_mm"), readings[axis]),
         ];
-        requested.extend(all.into_iter().filter_map(|(place, key, text)| Some((place, key, text.as_ref()?))));
+        requested
+            .extend(all.into_iter().filter_map(|(target, key, text)| Some((target, key, text.as_ref()?))));
     }
     let height = adds.trigger_height_mm.as_ref();
     requested.extend(height.map(|text| (FormulaTarget::TriggerHeight, "trigger_height_mm".to_owned(), text)));
 }
 
-/// Where an effect acts that adds at this place.
-fn site_of(place: &FormulaTarget) -> Site {
-    match place {
+/// Where an effect acts that adds to this target.
+fn site_of(target: &FormulaTarget) -> Site {
+    match target {
         FormulaTarget::Coordinate(joint) | FormulaTarget::Row(joint, _) => Site::Joint(*joint),
         FormulaTarget::Target(target, _) => Site::Target(*target),
         FormulaTarget::BaseShift(_) | FormulaTarget::BaseRotation(_) => Site::Base,

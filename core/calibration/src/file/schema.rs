@@ -93,7 +93,7 @@ pub fn model_schema() -> Value {
 }
 
 fn replace(schema: &mut Value, pointer: &str, part: Value) {
-    if let Some(place) = schema.pointer_mut(pointer) {
-        *place = part;
+    if let Some(slot) = schema.pointer_mut(pointer) {
+        *slot = part;
     }
 }

@@ -77,8 +77,8 @@ pub(super) struct Refused;
 pub(super) type Checked<T> = Result<T, Refused>;
 
 impl Checker<'_> {
-    /// The place for messages of a later time, when the formula that is there is worked out.
-    pub(super) fn place(&self, span: &Span) -> FilePosition {
+    /// The location for messages of a later time, when the formula that is there is worked out.
+    pub(super) fn location(&self, span: &Span) -> FilePosition {
         FilePosition { path: self.path.to_owned(), line: span.line as u64, column: span.column as u64 }
     }
 
@@ -572,7 +572,7 @@ fn corrections(raw: &Spanned<RawEffect>, model: &Model) -> Vec<Correction> {
 /// An effect's keys as one text, as it would be written by itself.
 fn written(raw: &RawValuedEffect) -> String {
     let mut arguments = Vec::new();
-    arguments.extend(raw.place.as_ref().map(|place| place.value.clone()));
+    arguments.extend(raw.place.as_ref().map(|site| site.value.clone()));
     arguments.extend(raw.with.as_ref().map(|with| with.value.clone()));
     arguments.extend(raw.n.map(|order| order.to_string()));
     arguments.extend(raw.of.as_ref().map(|of| of.value.clone()));

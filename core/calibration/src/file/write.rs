@@ -162,7 +162,7 @@ fn definitions(out: &mut String, model: &Model) -> std::fmt::Result {
             |index: usize| text(model.chain.joints.get(index).map_or("?", |joint| joint.name.as_str()));
         let mut adds: Vec<String> = Vec::new();
         for addend in &definition.addends {
-            let on = match addend.place {
+            let on = match addend.target {
                 FormulaTarget::Coordinate(index) => Some(format!("joint: {}", joint(index))),
                 FormulaTarget::Row(index, DhParameter::A) => Some(format!("length: {}", joint(index))),
                 FormulaTarget::Row(index, DhParameter::D) => Some(format!("offset: {}", joint(index))),

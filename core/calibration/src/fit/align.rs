@@ -234,8 +234,8 @@ pub(crate) fn place_touched(problem: &ResidualModel<'_>, state: &mut State, rows
         return;
     }
     let mut sums = vec![(Vector3::zeros(), 0.0); state.places.len()];
-    for index in &mut state.places {
-        *index = Vector3::zeros();
+    for place in &mut state.places {
+        *place = Vector3::zeros();
     }
     let mut scratch = problem.scratch(state);
     let mut residuals = Vec::new();
@@ -254,9 +254,9 @@ pub(crate) fn place_touched(problem: &ResidualModel<'_>, state: &mut State, rows
         }
     }
     // Three equations are one visit, each a third of it: half a visit is none.
-    for (index, (sum, count)) in state.places.iter_mut().zip(sums) {
+    for (place, (sum, count)) in state.places.iter_mut().zip(sums) {
         if count > 0.5 {
-            *index = sum / count;
+            *place = sum / count;
         }
     }
 }

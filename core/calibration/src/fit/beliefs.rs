@@ -51,7 +51,7 @@ impl ResidualModel<'_> {
         self.believed_target(state, 0, row)
     }
 
-    /// Where a target of the model (by its place in the file, from 0) is believed to be in a row, mm, frame of the measurements.
+    /// Where a target of the model (by its index in the file, from 0) is believed to be in a row, mm, frame of the measurements.
     pub(crate) fn believed_target(&self, state: &State, target: usize, row: usize) -> Vector3<f64> {
         self.in_row(state, row).pose.point(state, target).0
     }
@@ -69,8 +69,8 @@ impl ResidualModel<'_> {
         let camera = self.model.boards.get(board)?.camera;
         let pose = self.in_row(state, row).pose;
         let rotation = pose.hand() * state.rotations.get(camera).copied()?;
-        let place = pose.point(state, camera).0;
-        let seen = IsometryMatrix3::from_parts(place.into(), rotation);
+        let position = pose.point(state, camera).0;
+        let seen = IsometryMatrix3::from_parts(position.into(), rotation);
         Some(seen.inverse() * state.boards.get(board)?)
     }
 

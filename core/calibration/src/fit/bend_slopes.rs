@@ -22,7 +22,7 @@ const MOST_KEPT: usize = 4_000_000;
 /// One number of the arm that one parameter of an effect of gravity bends.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Bend {
-    /// Which effect, by its place among those that take part, and which of its parameters.
+    /// Which effect, by its index among those that take part, and which of its parameters.
     part: usize,
     parameter: usize,
     /// Numbers of joints' rows, then shift and turn of what bent links carry.
@@ -128,7 +128,7 @@ impl Slopes {
         for (bend, slopes) in self.bends.iter().zip(self.by_source.column_iter()) {
             let Some(value) = valued(bend) else { continue };
             let mut sums = match (driven.binary_search(&bend.target), bend.target.checked_sub(numbers)) {
-                (Ok(place), _) => joints.row_mut(place),
+                (Ok(index), _) => joints.row_mut(index),
                 (Err(_), Some(axis)) if axis < CARRIED => carried.row_mut(axis),
                 _ => continue,
             };
@@ -138,7 +138,7 @@ impl Slopes {
     }
 }
 
-/// Slopes that are kept from step to step, one place a row.
+/// Slopes that are kept from step to step, one entry a row.
 #[derive(Debug, Default)]
 pub(super) struct KeptSlopes {
     rows: Vec<Mutex<Option<Box<Slopes>>>>,

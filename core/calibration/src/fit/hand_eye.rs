@@ -2,7 +2,7 @@
 //!
 //! The rotations by Shah (Solving the robot-world/hand-eye calibration problem using the Kronecker product, Journal of Mechanisms and Robotics 5, 2013,
 //! section 3): of `A' S_i = F_i B` follows `vec(B') = (F_i' x S_i') vec(A)`, so that `vec(A)` and `vec(B')` are the first singular vectors of the sum over
-//! all poses, whose singular value is their number. The places then follow from linear equations. Measured and nominal poses need not agree: the nearest
+//! all poses, whose singular value is their number. The positions then follow from linear equations. Measured and nominal poses need not agree: the nearest
 //! rotations are taken.
 
 use nalgebra::{
@@ -86,7 +86,7 @@ pub fn base_rotation(poses: &[SeenPose], body: &Rotation3<f64>) -> Option<Rotati
 
 /// Where the base's origin is seen and where the body's origin sits on the flange, from what the nearest already known, by linear equations; what the poses
 /// cannot determine stays as it is. `free` says whether base and body may move.
-pub fn places(
+pub fn positions(
     poses: &[SeenPose],
     base: &Rotation3<f64>,
     (origin, body): (Vector3<f64>, Vector3<f64>),
@@ -184,20 +184,20 @@ mod tests {
         assert!(apart(&found.base, &base.rotation) < 1e-9 && apart(&found.body, &body.rotation) < 1e-9);
         assert!(rotations_left(&poses, &found) < 1e-7);
         let start = (Vector3::zeros(), Vector3::zeros());
-        let (origin, place) = places(&poses, &found.base, start, (true, true));
+        let (origin, position) = positions(&poses, &found.base, start, (true, true));
         assert!((origin - base.translation.vector).norm() < 1e-6, "{origin}");
-        assert!((place - body.translation.vector).norm() < 1e-6, "{place}");
+        assert!((position - body.translation.vector).norm() < 1e-6, "{position}");
         // With one of the two known, the other follows.
         assert!(apart(&body_rotation(&poses, &base.rotation).unwrap(), &body.rotation) < 1e-9);
         assert!(apart(&base_rotation(&poses, &body.rotation).unwrap(), &base.rotation) < 1e-9);
-        let (held, _) = places(&poses, &found.base, start, (false, true));
+        let (held, _) = positions(&poses, &found.base, start, (false, true));
         assert_eq!(held, Vector3::zeros());
         // From a start that is known in part the other part is found, and what is held stays.
         let near = (base.translation.vector, Vector3::new(5.0, -7.0, 11.0));
-        let (held, place) = places(&poses, &found.base, near, (false, true));
-        assert!(held == near.0 && (place - body.translation.vector).norm() < 1e-6, "{place}");
+        let (held, position) = positions(&poses, &found.base, near, (false, true));
+        assert!(held == near.0 && (position - body.translation.vector).norm() < 1e-6, "{position}");
         let near = (Vector3::new(100.0, 20.0, -30.0), body.translation.vector);
-        let (origin, held) = places(&poses, &found.base, near, (true, false));
+        let (origin, held) = positions(&poses, &found.base, near, (true, false));
         assert!(held == near.1 && (origin - base.translation.vector).norm() < 1e-6, "{origin}");
     }
 

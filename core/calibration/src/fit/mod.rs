@@ -85,7 +85,7 @@ impl ResidualModel<'_> {
         self.refit_holding(start, (rows, weights), &[], options, progress)
     }
 
-    /// The same with some free parameters, by their places, held where they start. For comparing models that differ by an effect: numbers that the rows hardly determine, free in the one and
+    /// The same with some free parameters, by their indices, held where they start. For comparing models that differ by an effect: numbers that the rows hardly determine, free in the one and
     /// held in the other, are a difference that is no effect's.
     ///
     /// # Errors

@@ -58,7 +58,7 @@ pub struct Fit {
     pub scale: f64,
     /// Freedoms that were held.
     pub gauges: Vec<Gauge>,
-    /// Free parameters, by their places, that did not move to the end: what the rows do not determine, or hardly.
+    /// Free parameters, by their indices, that did not move to the end: what the rows do not determine, or hardly.
     pub held: Vec<usize>,
     /// Covariance of the free parameters, internal units; zero for held ones.
     pub covariance: DMatrix<f64>,

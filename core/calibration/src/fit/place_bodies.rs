@@ -2,7 +2,7 @@
 
 use nalgebra::{IsometryMatrix3, Translation3, Vector3};
 
-use super::hand_eye::{SeenPose, base_rotation, body_rotation, places, rigid_of, two_rotations};
+use super::hand_eye::{SeenPose, base_rotation, body_rotation, positions, rigid_of, two_rotations};
 use super::residual_model::ResidualModel;
 use super::state::State;
 use crate::table::Body;
@@ -10,9 +10,9 @@ use crate::table::Body;
 /// Whose poses were measured: a target's by an instrument, or a board's by a camera on the hand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SeenBody {
-    /// A target, by its place in the model.
+    /// A target, by its index in the model.
     Target(usize),
-    /// A board, by its place in the model: the poses are then those of the camera as the board sees it.
+    /// A board, by its index in the model: the poses are then those of the camera as the board sees it.
     Board(usize),
 }
 
@@ -43,12 +43,12 @@ impl ResidualModel<'_> {
         seen
     }
 
-    /// The board that a row would see, by its place in the model.
+    /// The board that a row would see, by its index in the model.
     pub(crate) fn board_of(&self, row: usize) -> Option<usize> {
         self.model.board_position(self.table.board_seen.name(row))
     }
 
-    /// The boards that a table speaks of, by their places in the model: with or without rows that see them.
+    /// The boards that a table speaks of, by their indices in the model: with or without rows that see them.
     pub fn boards_named(&self) -> Vec<usize> {
         let boards = &self.model.boards;
         let named = |board: usize| match boards.get(board).and_then(|board| board.name.as_deref()) {
@@ -62,7 +62,7 @@ impl ResidualModel<'_> {
         }
     }
 
-    /// The boards that some row sees, by their places in the model; the one that most rows see first.
+    /// The boards that some row sees, by their indices in the model; the one that most rows see first.
     pub fn boards_seen(&self) -> Vec<usize> {
         if !self.table.sees_a_board() {
             return Vec::new();
@@ -96,16 +96,16 @@ impl ResidualModel<'_> {
                 let name = self.model.targets.get(target).map(|target| target.name.as_str())?;
                 let rotation = self.table.orientations_of(name)?.rotations.get(row).copied().flatten()?;
                 let columns = self.table.positions.iter().find(|columns| columns.target == name);
-                let place = columns.and_then(|columns| columns.xyz.get(row)).copied().map(Vector3::from);
-                Some(rigid_of(rotation, place.unwrap_or(unknown)))
+                let position = columns.and_then(|columns| columns.xyz.get(row)).copied().map(Vector3::from);
+                Some(rigid_of(rotation, position.unwrap_or(unknown)))
             }
             SeenBody::Board(board) => {
                 if self.board_of(row) != Some(board) {
                     return None;
                 }
                 let rotation = self.table.rotation_of(Body::Board, row)?;
-                let place = self.table.board.as_ref().and_then(|board| board.get(row)).copied();
-                Some(rigid_of(rotation, place.map_or(unknown, Vector3::from)).inverse())
+                let position = self.table.board.as_ref().and_then(|board| board.get(row)).copied();
+                Some(rigid_of(rotation, position.map_or(unknown, Vector3::from)).inverse())
             }
         }
     }
@@ -156,7 +156,7 @@ fn guesses(problem: &ResidualModel<'_>, state: &State, rows: &[usize], body: See
     let base_free = problem.model.base.free || is_free(problem, body);
     let known_base = base_seen(state, body);
     let known_rotation = state.rotations.get(index).copied().unwrap_or(target.rotation);
-    let known_place = state.targets.get(index).copied().unwrap_or(target.xyz);
+    let known_position = state.targets.get(index).copied().unwrap_or(target.xyz);
     // Three guesses, for a file may be right about either: which fits best is seen from the residuals.
     let mut rotations = Vec::new();
     if target.rotation_free {
@@ -175,10 +175,10 @@ fn guesses(problem: &ResidualModel<'_>, state: &State, rows: &[usize], body: See
     if is_free(problem, body) {
         all.extend(base_rotation(&poses, &known_rotation).map(|base| ((base, known_rotation), false)));
     }
-    let guesses = all.into_iter().map(|((base, rotation), place_free)| {
-        // With both rotations known, the places are a linear problem (Shah 2013).
-        let start = (known_base.translation.vector, known_place);
-        let (origin, place) = places(&poses, &base, start, (base_free, place_free));
+    let guesses = all.into_iter().map(|((base, rotation), position_free)| {
+        // With both rotations known, the positions are a linear problem (Shah 2013).
+        let start = (known_base.translation.vector, known_position);
+        let (origin, position) = positions(&poses, &base, start, (base_free, position_free));
         let seen = IsometryMatrix3::from_parts(Translation3::from(origin), base);
         let mut next = match base_free {
             true => with_base_seen(problem, state, body, seen),
@@ -188,7 +188,7 @@ fn guesses(problem: &ResidualModel<'_>, state: &State, rows: &[usize], body: See
             *entry = rotation;
         }
         if let Some(entry) = next.targets.get_mut(index) {
-            *entry = place;
+            *entry = position;
         }
         next
     });

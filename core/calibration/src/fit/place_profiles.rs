@@ -14,7 +14,7 @@ use plumb_estimation::{CAREFUL, Cancelled, Progress, Settings, descend};
 /// Rows looked at, spread over the table.
 const LOOKED_AT: usize = 60;
 
-/// Fraction of the spread of the flange's places by which the profiles must be off for the sensor to be looked for anew.
+/// Fraction of the spread of the flange's positions by which the profiles must be off for the sensor to be looked for anew.
 const FAR: f64 = 0.02;
 
 /// Steps of the descent from each way in which the sensor may be turned.
@@ -52,7 +52,7 @@ fn points_by_surface(
     let mut scratch = problem.scratch(state);
     for row in rows {
         let named = problem.table.on.name(*row).and_then(|name| problem.model.surface_position(name));
-        let (Some(own), Some(rotation), Some(place)) = (
+        let (Some(own), Some(rotation), Some(position)) = (
             named.and_then(|surface| points.get_mut(surface)),
             state.rotations.get(sensor),
             state.targets.get(sensor),
@@ -64,7 +64,7 @@ fn points_by_surface(
             let [x, z] = columns.xz.get(*row).copied().unwrap_or([f64::NAN; 2]);
             if x.is_finite() && z.is_finite() {
                 // A profile lies in the sensor's x and z: its sheet of light is y = 0.
-                own.push((flange * Point3::from(place + rotation * Vector3::new(x, 0.0, z))).coords);
+                own.push((flange * Point3::from(position + rotation * Vector3::new(x, 0.0, z))).coords);
             }
         }
     }
@@ -133,9 +133,9 @@ fn put_surfaces(problem: &ResidualModel<'_>, state: &mut State, rows: &[usize], 
 fn far_off(problem: &ResidualModel<'_>, state: &State, rows: &[usize]) -> bool {
     let (mut squares, mut count) = (0.0, 0.0_f64);
     let (mut scratch, mut residuals) = (problem.scratch(state), Vec::new());
-    let mut places = Vec::new();
+    let mut positions = Vec::new();
     for row in rows {
-        places.push(problem.flange(*row, &mut scratch).translation.vector);
+        positions.push(problem.flange(*row, &mut scratch).translation.vector);
         residuals.clear();
         problem.row_residuals(*row, &mut scratch, &mut residuals);
         for (equation, residual) in problem.observations.of_row(*row).iter().zip(&residuals) {
@@ -145,10 +145,10 @@ fn far_off(problem: &ResidualModel<'_>, state: &State, rows: &[usize]) -> bool {
             }
         }
     }
-    let middle = places.iter().sum::<Vector3<f64>>() / places.len().max(1) as f64;
-    let spread = places.iter().map(|place| (place - middle).norm_squared()).sum::<f64>();
+    let middle = positions.iter().sum::<Vector3<f64>>() / positions.len().max(1) as f64;
+    let spread = positions.iter().map(|position| (position - middle).norm_squared()).sum::<f64>();
     // The spread of the flange is the scale: a sensor drawn at the wrong place misses by a good part of it, whatever the arm's size.
-    squares / count.max(1.0) > FAR * FAR * spread / places.len().max(1) as f64
+    squares / count.max(1.0) > FAR * FAR * spread / positions.len().max(1) as f64
 }
 
 /// Places the sensor and what it sees, where the model's own start is far off.

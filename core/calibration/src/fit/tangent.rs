@@ -115,22 +115,22 @@ impl<'t> Tangent<'t> {
 
     /// Adds every row, times its share, to normal equations.
     fn weigh(&self, normal: &mut NormalEquations, fraction: impl Fn(usize) -> f64) {
-        let mut places = Vec::new();
+        let mut indices = Vec::new();
         let mut fractions = Vec::new();
         for (index, row) in self.rows.iter().enumerate() {
             let fraction = fraction(*row);
             if fraction != 0.0 {
-                places.extend(self.range(index));
-                fractions.resize(places.len(), fraction);
+                indices.extend(self.range(index));
+                fractions.resize(indices.len(), fraction);
             }
         }
-        let columns = self.jacobian.select_columns(&places);
+        let columns = self.jacobian.select_columns(&indices);
         let mut shared = columns.clone();
         for (mut column, fraction) in shared.column_iter_mut().zip(&fractions) {
             column *= *fraction;
         }
         normal.matrix.gemm(1.0, &shared, &columns.transpose(), 1.0);
-        normal.gradient.gemv(1.0, &shared, &self.residuals.select_rows(&places), 1.0);
+        normal.gradient.gemv(1.0, &shared, &self.residuals.select_rows(&indices), 1.0);
     }
 
     fn range(&self, index: usize) -> std::ops::Range<usize> {

@@ -28,7 +28,7 @@ pub(super) fn check(model: &Model, table: &Table) -> Result<(), ObservationsErro
     Err(ObservationsError::Incomplete { table: table.source.clone(), reason: reason.to_owned() })
 }
 
-/// The camera that sees a board, by its place among the targets.
+/// The camera that sees a board, by its index among the targets.
 pub(super) fn camera(model: &Model, board: usize) -> usize {
     model.boards.get(board).map_or(0, |board| board.camera)
 }

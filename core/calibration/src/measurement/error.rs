@@ -32,7 +32,7 @@ pub enum ObservationsError {
         arm: String,
         /// The joint.
         joint: String,
-        /// Its place among the joints of the table, from 1.
+        /// Its number among the joints of the table, from 1.
         number: usize,
         /// Whether it slides; else it turns.
         slides: bool,

@@ -178,7 +178,7 @@ pub enum Subject {
     Body(usize),
     /// A target that is a camera, its place and its orientation: what it sees no other instrument reads.
     Camera(usize),
-    /// A stretch of a light stripe, by its place in the table: points that move with the flange as one piece.
+    /// A stretch of a light stripe, by its index in the table: points that move with the flange as one piece.
     Stretch(usize),
     /// The attitude of a frame.
     Frame(Frame),

@@ -40,7 +40,7 @@ pub(crate) struct NoiseGroup {
     pub(crate) is_declared: bool,
     /// Whether they are in mm (else rad).
     pub(crate) is_length: bool,
-    /// Their places among all equations.
+    /// Their indices among all equations.
     pub(crate) equations: Vec<usize>,
 }
 

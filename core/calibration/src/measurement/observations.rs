@@ -195,8 +195,8 @@ fn place_distance(
     distance: &TouchDistance,
 ) -> Option<Result<PlaceDistance, ObservationsError>> {
     let [one, other] = &distance.between;
-    let places = [one, other].map(|name| table.touch.names.iter().position(|known| known == name));
-    let (first, second) = (places[0]?, places[1]?);
+    let indices = [one, other].map(|name| table.touch.names.iter().position(|known| known == name));
+    let (first, second) = (indices[0]?, indices[1]?);
     if first == second {
         let reason = format!("touch distance between `{one}` and itself");
         return Some(Err(ObservationsError::Incomplete { table: table.source.clone(), reason }));

@@ -28,7 +28,7 @@ const MOST_POINTS: usize = 120;
 /// Equations of one point: an edge has two, a plane or a ball the first of them.
 const PER_POINT: usize = 2;
 
-/// The sensor, by its place among the targets.
+/// The sensor, by its index among the targets.
 fn sensor(model: &Model) -> usize {
     model.profile_sensor.unwrap_or(0)
 }
@@ -73,7 +73,7 @@ impl<'a> Seen<'a> {
     }
 }
 
-/// The points of a row by their places among the columns.
+/// The points of a row by their indices among the columns.
 fn points(row: &RowReader<'_>) -> Result<Vec<usize>, ObservationsError> {
     let mut found = Vec::new();
     for (index, columns) in row.table.profiles.iter().enumerate() {
@@ -159,9 +159,9 @@ impl MeasurementKind for Profile {
                 )));
             }
         };
-        for place in points {
+        for point in points {
             for part in 0..equations_of_point {
-                let component = (place * PER_POINT) as u8 + part;
+                let component = (point * PER_POINT) as u8 + part;
                 let what = Measurand { kind: &Self, index: surface as u32, component };
                 equations.push(Equation::new(what, 0.0, row.model.noise.profile));
             }

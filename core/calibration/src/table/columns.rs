@@ -294,7 +294,7 @@ impl Table {
         self.repeat.push("");
     }
 
-    /// The stretches of a row, by their places; they are in the order of their rows.
+    /// The stretches of a row, by their indices; they are in the order of their rows.
     pub fn stretches_of(&self, row: usize) -> std::ops::Range<usize> {
         // They are in order: two halvings find them, however many there are.
         let first = self.stretches.partition_point(|stretch| stretch.row < row);

@@ -12,12 +12,12 @@ use super::orientation::Body;
 pub(super) const COORDINATES: usize = 6;
 
 /// The columns that a flange's pose needs besides its orientation, in the order of the coordinates.
-pub(super) const PLACES: [&str; 3] = ["flange_z_mm", "flange_x_mm", "flange_y_mm"];
+pub(super) const POSITIONS: [&str; 3] = ["flange_z_mm", "flange_x_mm", "flange_y_mm"];
 
 /// Below this sine of the middle angle the outer two are one turn.
 const ONE_TURN: f64 = 1e-8;
 
-/// Which coordinate an axis of the place is.
+/// Which coordinate an axis of the position is.
 pub(super) fn coordinate_of(axis: usize) -> usize {
     (axis + 1) % 3
 }
@@ -45,7 +45,7 @@ pub(super) fn end_row(table: &mut Table, row: usize) -> Result<(), String> {
     };
     let rotation = columns.rotations.get(row).copied().flatten();
     let rotation = rotation.ok_or("empty; every row needs the orientation of its flange")?;
-    let own = table.q.get_mut(row * COORDINATES + PLACES.len()..(row + 1) * COORDINATES);
+    let own = table.q.get_mut(row * COORDINATES + POSITIONS.len()..(row + 1) * COORDINATES);
     for (coordinate, angle) in own.into_iter().flatten().zip(angles(&rotation)) {
         *coordinate = angle;
     }
@@ -92,17 +92,17 @@ mod tests {
 
     #[test]
     fn a_pose_that_lacks_something_and_joints_beside_it_are_refused() {
-        let place = "flange_x_mm,flange_y_mm,flange_z_mm";
+        let position = "flange_x_mm,flange_y_mm,flange_z_mm";
         let rotation = "flange_qw,flange_qx,flange_qy,flange_qz";
         for (text, part) in [
-            (format!("{place},p1_x_mm\n1,2,3,4\n"), "lacks its orientation"),
+            (format!("{position},p1_x_mm\n1,2,3,4\n"), "lacks its orientation"),
             (format!("flange_x_mm,flange_y_mm,{rotation}\n1,2,1,0,0,0\n"), "lacks `flange_z_mm`"),
             (
-                format!("{place},{rotation},q1_deg\n1,2,3,1,0,0,0,5\n"),
+                format!("{position},{rotation},q1_deg\n1,2,3,1,0,0,0,5\n"),
                 "joints or the pose of its flange, not both",
             ),
-            (format!("{place},{rotation}\n1,,3,1,0,0,0\n"), "line 2, column 2 (`flange_y_mm`): empty"),
-            (format!("{place},{rotation}\n1,2,3,,,,\n"), "every row needs the orientation of its flange"),
+            (format!("{position},{rotation}\n1,,3,1,0,0,0\n"), "line 2, column 2 (`flange_y_mm`): empty"),
+            (format!("{position},{rotation}\n1,2,3,,,,\n"), "every row needs the orientation of its flange"),
         ] {
             let message = Table::parse("t.csv", &text).unwrap_err().to_string();
             assert!(message.contains(part), "{part}: {message}");

@@ -78,12 +78,12 @@ const ORIENTATIONS: [&str; 17] = [
 /// Why a column that says how something is turned is refused, where it does not say so in one of the ways that are read.
 pub(super) fn refused_orientation(header: &str) -> Option<String> {
     let lower = header.to_lowercase();
-    let (place, unit) = split_unit(&lower);
-    let numbered = place.split_once('_').filter(|(body, _)| {
+    let (name, unit) = split_unit(&lower);
+    let numbered = name.split_once('_').filter(|(body, _)| {
         ["board", "flange"].contains(body)
             || body.strip_prefix('p').is_some_and(|number| number.parse::<u32>().is_ok())
     });
-    let (body, what) = numbered.unwrap_or(("p1", place));
+    let (body, what) = numbered.unwrap_or(("p1", name));
     let is_angle = unit.is_none_or(|unit| unit == "deg" || unit == "rad");
     // What is read, or lacks its unit, is reported by what reads headers.
     let is_read = header == lower && numbered.is_some() && READ.contains(&what);
@@ -138,11 +138,11 @@ pub(super) fn likely(header: &str) -> Option<String> {
     if let Some(number) = after(name, &["joint", "axis", "theta", "j", "a", "q"]) {
         return Some(format!("q{}_{}", number.trim_start_matches('0'), unit.unwrap_or("deg")));
     }
-    let place = name
+    let rest = name
         .trim_start_matches("pos")
         .trim_start_matches("tcp")
         .trim_start_matches(['p', 't', '_', ' ', '1', '.']);
-    let axis = ["x", "y", "z"].into_iter().find(|axis| *axis == place)?;
+    let axis = ["x", "y", "z"].into_iter().find(|axis| *axis == rest)?;
     let unit = unit.filter(|unit| ["mm", "m", "in"].contains(unit)).unwrap_or("mm");
     Some(format!("p1_{axis}_{unit}"))
 }

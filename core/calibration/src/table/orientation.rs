@@ -165,13 +165,13 @@ fn turn(form: OrientationForm, [first, second, third, fourth]: [f64; 4]) -> Resu
     }
 }
 
-/// Which numbers of which orientation the columns of a header hold, with the place of each among them.
+/// Which numbers of which orientation the columns of a header hold, with the index of each among them.
 pub(super) type RotationPart = (usize, Body, OrientationForm, usize);
 
 /// The orientations of a header's columns, without rows.
 ///
 /// # Errors
-/// The place of a column among the header's, from 0, and what is wrong there: an orientation that lacks a number, or is given twice.
+/// The index of a column among the header's, from 0, and what is wrong there: an orientation that lacks a number, or is given twice.
 pub(super) fn orientations(parts: &[RotationPart]) -> Result<Vec<OrientationColumns>, (usize, String)> {
     let mut found: Vec<OrientationColumns> = Vec::new();
     for &(column, body, form, _) in parts {

@@ -117,10 +117,10 @@ fn malformed(source: &str, error: &csv::Error) -> TableError {
 fn within_limits(path: &str, text: &str) -> Result<(), TableError> {
     match text.split('\n').position(|line| line.len() > LONGEST_LINE) {
         None => Ok(()),
-        Some(place) => {
+        Some(index) => {
             let reason = format!(
                 "line {} is longer than {LONGEST_LINE} bytes: see whether this is the right file",
-                place + 1
+                index + 1
             );
             Err(TableError::Malformed { path: path.to_owned(), reason })
         }
@@ -236,7 +236,7 @@ fn of_flange(columns: &[Column], joints: usize) -> Option<Result<usize, String>>
     let lost = has
         .iter()
         .position(|has| !has)
-        .and_then(|axis| flange_pose::PLACES.get(flange_pose::coordinate_of(axis)));
+        .and_then(|axis| flange_pose::POSITIONS.get(flange_pose::coordinate_of(axis)));
     Some(match lost {
         _ if joints > 0 => {
             Err("a row has joints or the pose of its flange, not both; --columns NAME= leaves a column out"
@@ -337,13 +337,13 @@ fn end_orientations(table: &mut Table, columns: &[Column], line: u64) -> Result<
             ended = flange_pose::end_row(table, row);
         }
         let mut meanings = columns.iter().map(|column| &column.meaning);
-        let place =
+        let index =
             meanings.position(|one| matches!(one, Meaning::Turn { body, .. } if *body == own)).unwrap_or(0);
         ended.map_err(|reason| TableError::Cell {
             path: table.source.clone(),
             line,
-            column: place + 1,
-            name: columns.get(place).map_or_else(String::new, |column| column.name.clone()),
+            column: index + 1,
+            name: columns.get(index).map_or_else(String::new, |column| column.name.clone()),
             reason,
         })?;
     }

@@ -5,7 +5,7 @@
 pub struct Stretch {
     /// The picture: a row of the table.
     pub row: usize,
-    /// The surface it lies on, by its place in the model.
+    /// The surface it lies on, by its index in the model.
     pub surface: usize,
     /// Column and row of its points in the picture, px, one after the other along it.
     pub pixels: Vec<[f64; 2]>,
@@ -40,17 +40,17 @@ impl Stretch {
 
 /// The weights of so many points in a reading.
 fn weights(count: usize, reading: usize) -> Vec<f64> {
-    // Places of evenly spread points, from -1 to 1.
+    // Positions of evenly spread points, from -1 to 1.
     let along: Vec<f64> =
         (0..count).map(|index| 2.0 * index as f64 / (count.max(2) - 1) as f64 - 1.0).collect();
-    let square = mean(along.iter().map(|place| place.powi(2)));
+    let square = mean(along.iter().map(|position| position.powi(2)));
     let raw: Vec<f64> = along
         .iter()
-        .map(|place| match reading {
+        .map(|position| match reading {
             0 => 1.0,
-            1 => *place,
+            1 => *position,
             // Less its own mean, so that it is orthogonal to the first; to the second it is by symmetry.
-            _ => place.powi(2) - square,
+            _ => position.powi(2) - square,
         })
         .collect();
     let size = mean(raw.iter().map(|weight| weight.powi(2))).sqrt().max(f64::MIN_POSITIVE);

@@ -21,12 +21,12 @@ fn every_wave_of_a_family_is_found_with_its_size_and_the_error_falls_from_one_to
     let lab = two_links(BATCH_ROWS + 40, "joint_zero(*)", 0.02, 41, waves);
     let batch = lab.batch(false, 0, &Progress::unwatched()).unwrap().unwrap();
     for (joint, order, amplitude) in WAVES {
-        let place = ["shoulder", "elbow"][joint];
+        let site = ["shoulder", "elbow"][joint];
         let own = batch
             .steps
             .iter()
-            .find(|step| step.added.effect.site == place && step.added.effect.n == Some(order));
-        let own = own.unwrap_or_else(|| panic!("{place} {order}: {:?}", batch.steps));
+            .find(|step| step.added.effect.site == site && step.added.effect.n == Some(order));
+        let own = own.unwrap_or_else(|| panic!("{site} {order}: {:?}", batch.steps));
         assert!(
             (own.added.size.to_radians() - amplitude).abs() < 4.0 * own.added.se.to_radians(),
             "{:?}",

@@ -42,8 +42,8 @@ fn the_best_variant_represents_its_family_and_pays_for_the_search() {
     ];
     let probes = kinds.map(|(family, search)| probe(&lab, family, search));
     let found = best_variants(&probes, [4.0, 5.0, 9.0, 7.0, 8.0].map(scored).to_vec());
-    let places: Vec<usize> = found.iter().map(|(index, _)| *index).collect();
-    assert_eq!(places, [0, 2, 4]);
+    let indices: Vec<usize> = found.iter().map(|(index, _)| *index).collect();
+    assert_eq!(indices, [0, 2, 4]);
     assert_eq!(found[0].1.p, 0.001, "nothing was searched for");
     assert!((found[1].1.p - 0.003).abs() < 1e-15, "three moments are three tests");
     let mut charged = scored(8.0);

@@ -29,7 +29,7 @@ impl<'a> RowsByClock<'a> {
         Self { table, rows }
     }
 
-    /// Time of a row, s; its place in the table where no time is logged, which is what an event's moment counts then.
+    /// Time of a row, s; its index in the table where no time is logged, which is what an event's moment counts then.
     fn clock(&self, row: usize) -> f64 {
         match &self.table.time {
             Some(times) => times.get(row).copied().unwrap_or(f64::NAN),
@@ -72,7 +72,7 @@ fn has_moment(id: &EffectId) -> bool {
     is_event(id) && id.inner.is_some()
 }
 
-/// Whether two places in the order of the rows are too near to each other to be two jumps.
+/// Whether two positions in the order of the rows are too near to each other to be two jumps.
 fn is_one_jump(one: usize, other: usize) -> bool {
     one.abs_diff(other) < JUMP_ROWS
 }
@@ -129,14 +129,14 @@ impl Laboratory {
             return Ok(None);
         }
         let rows = RowsByClock::of(self);
-        let place = rows.begins(moment);
+        let index = rows.begins(moment);
         let epochs = known.and_then(|dated| dated.laboratory.model().epochs.as_ref());
         let mut starts = epochs.map_or_else(Vec::new, |epochs| rows.starts(epochs));
         let ends = [0, rows.rows.len()];
-        if ends.iter().chain(&starts).any(|start| is_one_jump(place, *start)) {
+        if ends.iter().chain(&starts).any(|start| is_one_jump(index, *start)) {
             return Ok(None);
         }
-        starts.push(place);
+        starts.push(index);
         starts.sort_unstable();
         let (epochs, jumps) = self.named_epochs(&rows.rows, &starts);
         Ok(Some(Dated { laboratory: self.with_epochs(epochs), jumps }))

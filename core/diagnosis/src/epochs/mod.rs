@@ -262,7 +262,7 @@ fn with_geometry_held(model: &Model) -> Option<Model> {
 #[derive(Debug, PartialEq)]
 struct Starts {
     number: usize,
-    /// The first row of each new epoch, as places among the rows looked at, where the number jumps.
+    /// The first row of each new epoch, as indices among the rows looked at, where the number jumps.
     abrupt: Vec<usize>,
     /// The same with those where a smooth drift would explain the rows as well.
     all: Vec<usize>,

@@ -94,7 +94,7 @@ fn unit(column: DVector<f64>) -> Option<DVector<f64>> {
 /// Collects columns into components and groups.
 struct Builder<'a> {
     known: &'a Known,
-    /// Row (by its place in the list) of each equation.
+    /// Row (by its index in the list) of each equation.
     row_of: Vec<usize>,
     columns: Vec<DVector<f64>>,
     components: Vec<Range<usize>>,
@@ -328,8 +328,8 @@ impl Features {
         let joints: Vec<bool> = zeros.iter().map(Option::is_some).collect();
         let carriers = Carriers::of(&driven, shifts, tilts, &joints);
         let equations = equations_of(problem, rows);
-        let places = equations.iter().enumerate();
-        let row_of = places.flat_map(|(place, own)| std::iter::repeat_n(place, own.len())).collect();
+        let numbered = equations.iter().enumerate();
+        let row_of = numbered.flat_map(|(row, own)| std::iter::repeat_n(row, own.len())).collect();
         let mut builder = Builder {
             known: &known,
             row_of,

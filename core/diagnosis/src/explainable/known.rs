@@ -219,12 +219,12 @@ mod tests {
         let of = |poses: &[[f64; 2]]| inputs(&problem, &poses.iter().map(|q| q.to_vec()).collect::<Vec<_>>());
         // The shoulder turned by just over half a turn, the elbow by 0.5 rad.
         let found = of(&[[-1.6, 0.25], [0.5, 0.75], [1.6, 0.375]]);
-        for (row, (q, place)) in found.iter().zip([(-1.6_f64, -1.0), (0.5, 1.0), (1.6, -0.5)]) {
+        for (row, (q, position)) in found.iter().zip([(-1.6_f64, -1.0), (0.5, 1.0), (1.6, -0.5)]) {
             assert_eq!(row.len(), 3);
-            let apart = [row[0] - q.sin(), row[1] - q.cos(), row[2] - place];
+            let apart = [row[0] - q.sin(), row[1] - q.cos(), row[2] - position];
             assert!(apart.iter().all(|one| one.abs() < 1e-12), "{row:?}");
         }
-        // By just under half a turn: its place in its range. A joint that did not move says nothing.
+        // By just under half a turn: its position in its range. A joint that did not move says nothing.
         assert_eq!(of(&[[-1.5, 0.2], [1.5, 0.2]]), [[-1.0], [1.0]]);
     }
 

@@ -90,14 +90,14 @@ impl<'a> Folds<'a> {
         (features, rows): (&'a Features, &[usize]),
         blocks: Vec<Vec<usize>>,
     ) -> Option<Self> {
-        let mut place = vec![None; problem.table.len()];
+        let mut by_row = vec![None; problem.table.len()];
         for (index, row) in rows.iter().enumerate() {
-            if let Some(slot) = place.get_mut(*row) {
+            if let Some(slot) = by_row.get_mut(*row) {
                 *slot = features.equations.get(index).cloned();
             }
         }
         let of = |rows: &Vec<usize>| -> Vec<usize> {
-            rows.iter().filter_map(|row| place.get(*row)?.clone()).flatten().collect()
+            rows.iter().filter_map(|row| by_row.get(*row)?.clone()).flatten().collect()
         };
         let equations: Vec<Vec<usize>> = blocks.iter().map(of).collect();
         let parts = for_each(&equations, |equations| {
@@ -260,7 +260,7 @@ fn climb<'f>(
     Ok(ladder)
 }
 
-/// What each group that was taken explains beyond all the others; the place of the one that explains least, if chance would do as much.
+/// What each group that was taken explains beyond all the others; the index of the one that explains least, if chance would do as much.
 fn beyond_others(
     folds: &Folds<'_>,
     ladder: &mut Ladder<'_>,

@@ -177,8 +177,8 @@ fn a_name_that_makes_locked_rows_worse_is_not_added() {
         .map(|order| effect_of(&growing.laboratory, &format!("joint_harmonic(elbow, {order})")))
         .collect();
     let worse = waves.into_iter().find(|wave| reduction(&growing, wave) < 0.0).unwrap();
-    let place = crate::testing::effect_at("joint_harmonic", "elbow");
-    growing.diagnosis.named = Some(Named { effect: place, size: 0.1, unit: "deg".to_owned(), se: 0.01 });
+    let site = crate::testing::effect_at("joint_harmonic", "elbow");
+    growing.diagnosis.named = Some(Named { effect: site, size: 0.1, unit: "deg".to_owned(), se: 0.01 });
     growing.found.named = Some(worse.clone());
     assert!(!growing.add_named(&watch).unwrap(), "the verdict is not that it is named");
     assert_eq!(growing.opened, 0);

@@ -95,8 +95,8 @@ impl Laboratory {
         let Some(best) = searched.borne_out(&scored, &fitted, floor, progress)? else { return Ok(None) };
         let candidates = grammar::probes(searched);
         // Of its own site: the direction of what is left names the site well, and forms of others would only dilute the test.
-        let at_place = candidates.iter().filter(|(form, _)| form.site == best.form.site);
-        let effects: Vec<&dyn Effect> = at_place.map(|(_, probe)| probe.effect.as_ref()).collect();
+        let at_site = candidates.iter().filter(|(form, _)| form.site == best.form.site);
+        let effects: Vec<&dyn Effect> = at_site.map(|(_, probe)| probe.effect.as_ref()).collect();
         if !twins::beaten(&fitted, &Candidate::new(best.form), &effects) {
             return Ok(None);
         }
@@ -306,20 +306,20 @@ fn definition(name: &str, form: &Form, model: &Model) -> Option<Definition> {
     let parameters = form.parameters();
     let names: Vec<String> = parameters.iter().map(|parameter| parameter.name.clone()).collect();
     let addends = form.formulas().into_iter().enumerate().map(|(index, (key, formula))| {
-        let place = match form.site {
+        let target = match form.site {
             FormSite::Joint { joint, .. } => FormulaTarget::Coordinate(joint),
             FormSite::Base => FormulaTarget::BaseRotation(index),
         };
-        Addend::new(place, key, &formula, &names, model.chain.len(), FilePosition::default()).ok()
+        Addend::new(target, key, &formula, &names, model.chain.len(), FilePosition::default()).ok()
     });
     let addends = addends.collect::<Option<Vec<_>>>()?;
     Some(Definition::new(name, grammar::site_of(form.site), addends, parameters, None))
 }
 
 /// The `define:` block of a form, as it is pasted into a model file.
-fn block(form: &Form, place: &str) -> String {
+fn block(form: &Form, site: &str) -> String {
     let at = match form.site {
-        FormSite::Joint { .. } => format!("joint: {place}, "),
+        FormSite::Joint { .. } => format!("joint: {site}, "),
         FormSite::Base => String::new(),
     };
     let formulas: Vec<String> =
@@ -332,7 +332,7 @@ fn block(form: &Form, place: &str) -> String {
         })
         .collect();
     format!(
-        "define:\n  - name: {HYPOTHESIS}\n    where: {place}\n    adds: {{{at}{}}}\n    parameters: {{{}}}\n",
+        "define:\n  - name: {HYPOTHESIS}\n    where: {site}\n    adds: {{{at}{}}}\n    parameters: {{{}}}\n",
         formulas.join(", "),
         parameters.join(", ")
     )

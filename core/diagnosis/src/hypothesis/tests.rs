@@ -121,11 +121,11 @@ fn every_form_is_what_its_formula_says() {
 
 #[test]
 fn the_block_is_read_as_it_is_written() {
-    for (site, place) in [(FormSite::Joint { joint: 1, slides: false }, "elbow"), (FormSite::Base, "base")] {
+    for (site, name) in [(FormSite::Joint { joint: 1, slides: false }, "elbow"), (FormSite::Base, "base")] {
         let angle = Angle { first: 1, second: Some((0, true)) };
         let form = Form { site, factor: forms::Factor::Load(1), shape: Shape::Wave(angle, 2) };
         let arm = "arm: two\nconvention: distal\njoints:\n  - {name: shoulder, a_mm: 200, limits_deg: [-170, 170]}\n  - {name: elbow, a_mm: 150, limits_deg: [-150, 150]}\ntargets: {p1: {xyz_mm: [0, 0, 0]}}\n";
-        let read = Model::parse("model.yaml", &format!("{arm}{}", block(&form, place))).unwrap();
+        let read = Model::parse("model.yaml", &format!("{arm}{}", block(&form, name))).unwrap();
         assert_eq!(*read.definitions[0], definition(HYPOTHESIS, &form, &read).unwrap());
     }
 }
@@ -246,18 +246,18 @@ fn slopes_and_steps_begin_within_the_range_of_their_angle() {
     let elbow: Vec<f64> = (0..60).map(|row| lab.table().q_of(row)[1]).collect();
     let (low, high) = elbow.iter().fold((f64::MAX, f64::MIN), |(low, high), q| (low.min(*q), high.max(*q)));
     let probes = grammar::probes(&lab);
-    let places: Vec<f64> = probes
+    let angles: Vec<f64> = probes
         .iter()
         .filter_map(|(form, _)| match form.shape {
             Shape::Above(angle, at) if angle == Angle::of(1) => Some(at),
             _ => None,
         })
         .collect();
-    assert!(places.len() > 3 && places.iter().all(|at| low < *at && *at < high), "{low} {high} {places:?}");
+    assert!(angles.len() > 3 && angles.iter().all(|at| low < *at && *at < high), "{low} {high} {angles:?}");
     // Spread over the range, and not about one end of it.
-    let least = places.iter().copied().fold(f64::MAX, f64::min);
-    let most = places.iter().copied().fold(f64::MIN, f64::max);
-    assert!(least < low + 0.4 * (high - low) && most > high - 0.4 * (high - low), "{places:?}");
+    let least = angles.iter().copied().fold(f64::MAX, f64::min);
+    let most = angles.iter().copied().fold(f64::MIN, f64::max);
+    assert!(least < low + 0.4 * (high - low) && most > high - 0.4 * (high - low), "{angles:?}");
 }
 
 #[test]

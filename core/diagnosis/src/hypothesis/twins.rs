@@ -101,7 +101,7 @@ fn orthonormal(columns: &DMatrix<f64>, least: f64) -> DMatrix<f64> {
     if kept.is_empty() { DMatrix::zeros(columns.nrows(), 0) } else { DMatrix::from_columns(&kept) }
 }
 
-/// The equations of the fitted rows of each pose, by their places in a block.
+/// The equations of the fitted rows of each pose, by their indices in a block.
 fn equations_by_pose(fitted: &Fitted<'_>) -> Vec<Vec<Range<usize>>> {
     let observations = fitted.problem.observations;
     let mut next = 0;

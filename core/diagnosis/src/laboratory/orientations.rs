@@ -5,7 +5,7 @@
 use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector3};
 use plumb_calibration::arm_model::Model;
 use plumb_calibration::fit::hand_eye::{
-    SeenPose, TwoRotations, base_rotation, body_rotation, places, rotations_left, turning, two_rotations,
+    SeenPose, TwoRotations, base_rotation, body_rotation, positions, rotations_left, turning, two_rotations,
 };
 use plumb_calibration::fit::{ResidualModel, SeenBody, State};
 use plumb_calibration::table::{Body, OrientationForm, Table};
@@ -25,9 +25,9 @@ const FEWEST: usize = 6;
 /// Root mean square angle (rad) from which orientations do not go with the nominal arm: no arm that still works is 10 degrees off.
 const FOREIGN: f64 = 0.175;
 
-/// Fraction of the places' spread that base and body may leave of them, from which orientations do not go with the places: a quaternion with `w` last is that
-/// of an inverted orientation in other axes, and only where the places say how the base is turned are the two distinguished.
-const FOREIGN_PLACES: f64 = 0.1;
+/// Fraction of the positions' spread that base and body may leave of them, from which orientations do not go with the positions: a quaternion with `w` last is that
+/// of an inverted orientation in other axes, and only where the positions say how the base is turned are the two distinguished.
+const FOREIGN_POSITIONS: f64 = 0.1;
 
 /// What another convention may leave, in units of what is foreign, and as a fraction of what is left as it is.
 const AGREES: f64 = 0.5;
@@ -124,30 +124,30 @@ const READINGS: [Reading; 9] = [
 struct Left {
     /// Root mean square angle, rad.
     angle: f64,
-    /// What is left of the places, as a fraction of their spread; 0 where none was measured.
-    places: f64,
+    /// What is left of the positions, as a fraction of their spread; 0 where none was measured.
+    positions: f64,
 }
 
 impl Left {
     /// Nothing where the poses cannot determine base and body.
     fn of(poses: &[SeenPose]) -> Option<Self> {
         let found = two_rotations(poses)?;
-        Some(Self { angle: rotations_left(poses, &found), places: places_left(poses, &found) })
+        Some(Self { angle: rotations_left(poses, &found), positions: positions_left(poses, &found) })
     }
 
     /// Of orientations that do not turn as the flange does: they say nothing of base and body, and there is no angle.
-    const STILL: Self = Self { angle: f64::INFINITY, places: 0.0 };
+    const STILL: Self = Self { angle: f64::INFINITY, positions: 0.0 };
 
     /// The worse of both, 1 where it is foreign.
     fn size(self) -> f64 {
-        (self.angle / FOREIGN).max(self.places / FOREIGN_PLACES)
+        (self.angle / FOREIGN).max(self.positions / FOREIGN_POSITIONS)
     }
 }
 
-/// What base and body leave of the places, as a fraction of their spread.
-fn places_left(poses: &[SeenPose], found: &TwoRotations) -> f64 {
+/// What base and body leave of the positions, as a fraction of their spread.
+fn positions_left(poses: &[SeenPose], found: &TwoRotations) -> f64 {
     let none = (Vector3::zeros(), Vector3::zeros());
-    let (origin, body) = places(poses, &found.base, none, (true, true));
+    let (origin, body) = positions(poses, &found.base, none, (true, true));
     let whole = poses.iter().map(|pose| (pose, pose.seen.translation.vector));
     let whole = whole.filter(|(_, seen)| seen.iter().all(|part| part.is_finite()));
     let whole: Vec<(&SeenPose, Vector3<f64>)> = whole.collect();
@@ -277,7 +277,7 @@ fn off_in_words(left: Left) -> String {
         true => format!("{:.0} deg of them are left wherever base and body sit", left.angle.to_degrees()),
         false => format!(
             "with base and body turned as they ask for, {:.0} % of the places' spread is left",
-            100.0 * left.places
+            100.0 * left.positions
         ),
     }
 }

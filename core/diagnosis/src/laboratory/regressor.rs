@@ -133,15 +133,15 @@ fn temperature(problem: &ResidualModel<'_>) -> Option<Regressor> {
     Some(Regressor { axis: PlotAxis::new("temperature", "deg C"), values: column.clone() })
 }
 
-/// The place of each row in the order of time.
+/// The rank of each row in the order of time.
 fn order(problem: &ResidualModel<'_>) -> Regressor {
-    let mut places = vec![0.0; problem.table.len()];
+    let mut ranks = vec![0.0; problem.table.len()];
     for (index, row) in problem.table.order().into_iter().enumerate() {
-        if let Some(slot) = places.get_mut(row) {
+        if let Some(slot) = ranks.get_mut(row) {
             *slot = index as f64 + 1.0;
         }
     }
-    Regressor { axis: PlotAxis::new("order of the rows", ""), values: places }
+    Regressor { axis: PlotAxis::new("order of the rows", ""), values: ranks }
 }
 
 /// The time where it is logged, else the order of the rows.

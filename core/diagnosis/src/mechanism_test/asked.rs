@@ -16,7 +16,7 @@ const WAVES_ASKED: usize = 3;
 /// Which candidate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Who {
-    /// A fitted candidate of the library, by its place in the stage's list.
+    /// A fitted candidate of the library, by its index in the stage's list.
     Listed(usize),
     /// Something without a name.
     Unlisted(Site),

@@ -108,7 +108,7 @@ impl Bench<'_> {
     }
 
     /// A candidate's index in the stage's list of fitted candidates; nothing of one without a name.
-    pub(super) fn place_in_stage(&self, member: usize) -> Option<usize> {
+    pub(super) fn index_in_stage(&self, member: usize) -> Option<usize> {
         match self.candidates.get(member)?.who {
             Who::Listed(index) => Some(index),
             Who::Unlisted(_) => None,
@@ -134,7 +134,7 @@ impl Bench<'_> {
     }
 
     pub(super) fn fitted_candidate(&self, member: usize) -> Option<&FittedCandidate> {
-        self.stage.fitted_candidates.get(self.place_in_stage(member)?)
+        self.stage.fitted_candidates.get(self.index_in_stage(member)?)
     }
 
     /// Whether a candidate is an effect of the library that chance would hardly make, and of a possible size.

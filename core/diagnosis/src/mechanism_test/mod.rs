@@ -51,7 +51,7 @@ pub(crate) enum Doubt {
 
 /// What the rows say of the fitted candidates of a stage beside a flexible part.
 pub(crate) struct Mechanism {
-    /// Fitted candidates that cannot be distinguished, by their places in the stage's list, the foremost first.
+    /// Fitted candidates that cannot be distinguished, by their indices in the stage's list, the foremost first.
     pub(crate) close: Vec<usize>,
     /// Nothing where the foremost is identified, or tied with the others of `close` alone.
     pub(crate) doubt: Option<Doubt>,
@@ -304,11 +304,11 @@ impl Bench<'_> {
         let rivals = self.rivals(&asked, sets);
         let doubt = self.doubt(&asked, sets, &rivals);
         let close = std::iter::once(&foremost).chain(&rivals.listed);
-        let close = close.filter_map(|one| self.place_in_stage(*one)).collect();
+        let close = close.filter_map(|one| self.index_in_stage(*one)).collect();
         let inclusion = sets.inclusion(self.candidates.len());
         let probabilities = inclusion.iter().enumerate().filter(|(one, _)| self.is_plausible(*one));
         let probabilities =
-            probabilities.filter_map(|(one, likely)| Some((self.place_in_stage(one)?, *likely)));
+            probabilities.filter_map(|(one, likely)| Some((self.index_in_stage(one)?, *likely)));
         let probabilities = probabilities.collect();
         let (criterion, values) = (set.criterion, self.values(set, foremost));
         let mut mechanism =
@@ -343,14 +343,14 @@ fn wald((values, covariance): &(DVector<f64>, DMatrix<f64>)) -> (f64, f64) {
 }
 
 impl Mechanism {
-    /// Whether its place is known although it is not identified: what is said against it is not that something else does as well.
-    pub(crate) fn knows_its_place(&self) -> bool {
+    /// Whether its site is known although it is not identified: what is said against it is not that something else does as well.
+    pub(crate) fn knows_its_site(&self) -> bool {
         matches!(self.doubt, Some(Doubt::MoreAtItsJoint | Doubt::NotPredicted | Doubt::Size))
     }
 
-    /// Whether there is something to report: a name, or at least a place.
+    /// Whether there is something to report: a name, or at least a site.
     pub(crate) fn is_reported(&self) -> bool {
-        self.doubt.is_none() || self.knows_its_place()
+        self.doubt.is_none() || self.knows_its_site()
     }
 
     /// Asks the fitted candidates of a stage; nothing where too few rows are left over to ask, or none of them is plausible.

@@ -9,11 +9,11 @@ use crate::score_test::Probe;
 use crate::thresholds::{EVIDENCE_CANDIDATES, TIE_BIC};
 use plumb_estimation::Progress;
 
-/// Other effects at the place of what was found that are asked about their own fit at most: those behind explain much less.
+/// Other effects at the site of what was found that are asked about their own fit at most: those behind explain much less.
 const RIVALS_ASKED: usize = 3;
 
-/// The likeliest other effects at the place of what was found, where they take nearly as much from what is left.
-fn rivals_at_its_place(stage: &Stage<'_>, found: &Mechanism) -> Vec<usize> {
+/// The likeliest other effects at the site of what was found, where they take nearly as much from what is left.
+fn rivals_at_its_site(stage: &Stage<'_>, found: &Mechanism) -> Vec<usize> {
     let Some(foremost) = found.close.first().copied() else { return Vec::new() };
     let own = stage.fitted_candidates.get(foremost).filter(|own| may_be_in(own));
     let Some(own) = own else { return Vec::new() };
@@ -60,7 +60,7 @@ impl Laboratory {
         };
         let about = self.linearized(stage, best, progress)?;
         let Some(mut found) = Mechanism::of(stage, &about, unlisted) else { return Ok(None) };
-        let rivals = if found.is_reported() { rivals_at_its_place(stage, &found) } else { Vec::new() };
+        let rivals = if found.is_reported() { rivals_at_its_site(stage, &found) } else { Vec::new() };
         for rival in rivals {
             let about = self.linearized(stage, rival, progress)?;
             if let Some(other) = Mechanism::of(stage, &about, unlisted) {
@@ -121,16 +121,16 @@ mod tests {
             with("joint_harmonic", 1, 200.0),
             with("joint_settling", 1, 980.0),
         ];
-        assert_eq!(rivals_at_its_place(&stage, &found(0, 0.0)), [4]);
+        assert_eq!(rivals_at_its_site(&stage, &found(0, 0.0)), [4]);
         assert_eq!(
-            rivals_at_its_place(&stage, &found(2, 0.0)),
+            rivals_at_its_site(&stage, &found(2, 0.0)),
             [0_usize; 0],
             "an event takes other numbers with it"
         );
         stage.fitted_candidates.extend((0..4).map(|_| with("joint_harmonic", 1, 200.0)));
-        assert_eq!(rivals_at_its_place(&stage, &found(0, 0.0)), [4, 6, 7]);
+        assert_eq!(rivals_at_its_site(&stage, &found(0, 0.0)), [4, 6, 7]);
         let tied = Mechanism::made(vec![0, 4], None);
-        assert_eq!(rivals_at_its_place(&stage, &tied), [6, 7, 8]);
+        assert_eq!(rivals_at_its_site(&stage, &tied), [6, 7, 8]);
     }
 
     /// An arm in a narrow window, both of whose lengths and whose base are free, with so much of a gain at the elbow, among a little of what nobody lists.

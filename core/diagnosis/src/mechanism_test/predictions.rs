@@ -142,8 +142,8 @@ impl Bench<'_> {
 
     /// Equations of some of the rows.
     fn equations_of(&self, rows: &[usize]) -> Vec<usize> {
-        let places = rows.iter().filter_map(|row| self.rows.binary_search(row).ok());
-        places.filter_map(|index| self.features.equations.get(index).cloned()).flatten().collect()
+        let indices = rows.iter().filter_map(|row| self.rows.binary_search(row).ok());
+        indices.filter_map(|index| self.features.equations.get(index).cloned()).flatten().collect()
     }
 }
 

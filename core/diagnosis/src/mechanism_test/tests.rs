@@ -254,7 +254,7 @@ fn a_wave_has_company_in_strong_overtones_and_in_what_else_moves_its_joint_as_mu
 fn a_place_is_known_unless_something_else_does_as_well() {
     let with = |doubt: Option<Doubt>| {
         let mechanism = Mechanism::made(vec![0], doubt);
-        (mechanism.knows_its_place(), mechanism.is_reported())
+        (mechanism.knows_its_site(), mechanism.is_reported())
     };
     assert_eq!(with(None), (false, true), "it has a name");
     for doubt in [Doubt::MoreAtItsJoint, Doubt::NotPredicted, Doubt::Size] {

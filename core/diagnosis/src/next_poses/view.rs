@@ -39,14 +39,14 @@ impl View {
         let table = lab.table();
         let mut view: Option<Self> = None;
         for row in lab.measured_rows() {
-            let place = table.board.as_ref().and_then(|board| board.get(row)).copied();
-            let (Some(place), Some(rotation)) = (place, table.rotation_of(Body::Board, row)) else {
+            let position = table.board.as_ref().and_then(|board| board.get(row)).copied();
+            let (Some(position), Some(rotation)) = (position, table.rotation_of(Body::Board, row)) else {
                 continue;
             };
-            if !place.iter().all(|part| part.is_finite()) {
+            if !position.iter().all(|part| part.is_finite()) {
                 continue;
             }
-            let (distance, aside, aslant) = look(&IsometryMatrix3::from_parts(place.into(), rotation));
+            let (distance, aside, aslant) = look(&IsometryMatrix3::from_parts(position.into(), rotation));
             // Only what was seen shows what the camera can see: its lens and its board are in no file.
             let known = view.get_or_insert(Self { distances: (distance, distance), aside, aslant });
             known.distances = (known.distances.0.min(distance), known.distances.1.max(distance));
@@ -94,8 +94,8 @@ mod tests {
     fn a_board_may_be_a_little_farther_nearer_further_aside_and_more_aslant_than_before() {
         let at = |distance: f64, aside: f64, tilt: f64| {
             let rotation = Rotation3::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI + tilt);
-            let place = [distance * aside.sin(), 0.0, distance * aside.cos()];
-            IsometryMatrix3::from_parts(Translation3::from(place), rotation)
+            let position = [distance * aside.sin(), 0.0, distance * aside.cos()];
+            IsometryMatrix3::from_parts(Translation3::from(position), rotation)
         };
         let view = View { distances: (250.0, 400.0), aside: 0.3, aslant: 0.5 };
         let (near, far) = (250.0 / FARTHER, 400.0 * FARTHER);

@@ -310,10 +310,10 @@ fn the_typical_sigma_is_the_root_mean_square_of_lengths_and_of_angles_where_ther
         let observations = Observations::new(&model, &table).unwrap();
         typical_sigma(&ResidualModel::new(&model, &table, &observations, &[]).unwrap())
     };
-    let (places, turns) = ("p1_x_mm,p1_y_mm,p1_z_mm", "p1_rx_deg,p1_ry_deg,p1_rz_deg");
-    assert!((typical(places, "1,2,3") - 0.3).abs() < 1e-12);
+    let (positions, turns) = ("p1_x_mm,p1_y_mm,p1_z_mm", "p1_rx_deg,p1_ry_deg,p1_rz_deg");
+    assert!((typical(positions, "1,2,3") - 0.3).abs() < 1e-12);
     assert!((typical(turns, "1,2,3") - 0.25).abs() < 1e-12);
-    assert!((typical(&format!("{places},{turns}"), "1,2,3,1,2,3") - 0.3).abs() < 1e-12);
+    assert!((typical(&format!("{positions},{turns}"), "1,2,3,1,2,3") - 0.3).abs() < 1e-12);
 }
 
 /// Ten pairs whose members are one sigma off their mean; a condition of two numbers is this share of the squares.

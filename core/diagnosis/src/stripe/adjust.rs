@@ -300,11 +300,11 @@ fn to_adjusted(
 /// Every number of the effects that were fitted, in shown units.
 fn found(errors: &StandardErrors<'_>) -> Vec<Found> {
     let StandardErrors { problem, fit, covariance } = errors;
-    let numbers = problem.free_parameters().iter().enumerate().filter_map(|(place, free_parameter)| {
+    let numbers = problem.free_parameters().iter().enumerate().filter_map(|(index, free_parameter)| {
         let FreeParameter::Effect(part, which) = *free_parameter else { return None };
         let parameter = problem.parts.get(part)?.effect.parameters().get(which)?.clone();
         let value = *fit.state.effects.get(part)?.get(which)?;
-        let variance = covariance.get((place, place)).copied().unwrap_or(0.0);
+        let variance = covariance.get((index, index)).copied().unwrap_or(0.0);
         Some(Found {
             name: problem.parameter_name(*free_parameter),
             unit: if parameter.unit.name == "1" { "" } else { parameter.unit.name },

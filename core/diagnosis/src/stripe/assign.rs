@@ -26,7 +26,7 @@ const NEIGHBOURS: usize = 2;
 pub(super) struct Member {
     view: usize,
     pixel: [f64; 2],
-    /// The surface, by its place in the model.
+    /// The surface, by its index in the model.
     part: usize,
     /// How far it lies outside, mm.
     distance: f64,
@@ -159,9 +159,9 @@ mod assign_tests {
 
     /// Points of one stripe on one surface, so far outside it, each known to 0.1 mm.
     fn stripe(view: usize, part: usize, distances: &[f64]) -> Vec<Member> {
-        let members = (0..).zip(distances).map(|(place, distance)| Member {
+        let members = (0..).zip(distances).map(|(index, distance)| Member {
             view,
-            pixel: [f64::from(place), 7.0],
+            pixel: [f64::from(index), 7.0],
             part,
             distance: *distance,
             sigma_mm: 0.1,

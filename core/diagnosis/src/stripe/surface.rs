@@ -18,7 +18,7 @@ pub enum Surface {
 /// How far a point is from a body, and from which part of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Away {
-    /// The part, by its place among the model's surfaces.
+    /// The part, by its index among the model's surfaces.
     pub(super) part: usize,
     /// mm, outside positive.
     pub(super) distance: f64,

@@ -68,12 +68,12 @@ fn views(model: &Model) -> Vec<View> {
             * nalgebra::Rotation3::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
         let middle = if approach % 2 == 0 { [530.0, -60.0] } else { [530.0, 120.0] };
         for step in 0..9 {
-            let place = Vector3::new(
+            let position = Vector3::new(
                 middle[0] - 44.0 + 11.0 * f64::from(step),
                 middle[1],
                 -285.0 + 20.0 * f64::from(approach % 2),
             );
-            let origin = place - attitude * Vector3::new(-30.0, 0.0, 360.0);
+            let origin = position - attitude * Vector3::new(-30.0, 0.0, 360.0);
             let expected = nalgebra::IsometryMatrix3::from_parts(Translation3::from(origin), attitude);
             let flange_of = |q: &[f64]| LinkFrames::of(&model.chain, q, &[]).flange;
             if let Ok(q) = inverse(flange_of, &expected, &start) {

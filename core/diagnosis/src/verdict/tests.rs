@@ -337,11 +337,11 @@ fn what_cannot_be_distinguished_is_listed_where_that_is_the_verdict() {
     let two = || vec![fitted_candidate("joint_gain", 1, 0.0), fitted_candidate("joint_zero", 0, 0.5)];
     let tied =
         |fitted_candidates: Vec<FittedCandidate>, verdict: Verdict, free_first: Option<&'static str>| {
-            let places = finding_of(fitted_candidates, |finding| {
+            let found = finding_of(fitted_candidates, |finding| {
                 (finding.verdict, finding.free_first) = (verdict, free_first);
                 finding.tied()
             });
-            places.iter().map(|place| format!("{}({})", place.effect, place.site)).collect::<Vec<_>>()
+            found.iter().map(|one| format!("{}({})", one.effect, one.site)).collect::<Vec<_>>()
         };
     let both = ["joint_gain(elbow)", "joint_zero(shoulder)"];
     assert_eq!(tied(two(), Verdict::Tied, None), both);

@@ -320,8 +320,8 @@ fn an_error_is_named_with_its_size_by_directions_alone() {
     let diagnosis = laboratory(&model, &table, Options::default()).diagnose(&Progress::unwatched()).unwrap();
     let named = diagnosis.named.as_ref();
     let named = named.unwrap();
-    let place = (named.effect.effect.as_str(), named.effect.site.as_str());
-    assert_eq!(place, ("joint_gain", "elbow"), "{}", diagnosis_sentence(&diagnosis));
+    let effect = (named.effect.effect.as_str(), named.effect.site.as_str());
+    assert_eq!(effect, ("joint_gain", "elbow"), "{}", diagnosis_sentence(&diagnosis));
     assert!((named.size - hidden).abs() < 3.0 * named.se, "{named:?}");
 }
 

@@ -31,11 +31,11 @@ fn a_public_set_gives_what_another_program_finds_and_as_sure() {
     options.fit.robust = false;
     let lab = laboratory(&model(NOISE), TABLE, options);
     let found = lab.compare(&Progress::unwatched()).unwrap();
-    for (name, (place, errors)) in [("p1", CAMERA), ("board", BOARD)] {
+    for (name, (position, errors)) in [("p1", CAMERA), ("board", BOARD)] {
         let placed = found.placed.iter().find(|placed| placed.name == name).unwrap();
         let se = placed.se_mm.map(Option::unwrap);
-        let near = |axis: usize| (placed.xyz_mm[axis] - place[axis]).abs() < 0.02;
-        assert!((0..3).all(near), "{placed:?} {place:?}");
+        let near = |axis: usize| (placed.xyz_mm[axis] - position[axis]).abs() < 0.02;
+        assert!((0..3).all(near), "{placed:?} {position:?}");
         let as_sure = |axis: usize| (se[axis] / errors[axis] - 1.0).abs() < 0.3;
         assert!((0..3).all(as_sure), "{placed:?} {errors:?}");
     }

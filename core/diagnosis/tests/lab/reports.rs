@@ -108,13 +108,13 @@ fn answers_in_order(page: &str) {
         "What is left, against everything on record",
         "Every row",
     ];
-    let places: Vec<usize> = headings
+    let offsets: Vec<usize> = headings
         .iter()
         .map(|heading| {
             page.find(&format!("<h2>{heading}")).unwrap_or_else(|| panic!("`{heading}` is missing"))
         })
         .collect();
-    assert!(places.is_sorted(), "{places:?}");
+    assert!(offsets.is_sorted(), "{offsets:?}");
 }
 
 /// Every point leads to a row that is on the page, each of the table's.

@@ -79,9 +79,9 @@ fn two_joints_that_stand_in_two_places_each_are_both_found() {
             turned(pose, [off(first, 0.15), off(second, 0.25)])
         });
         assert_eq!(found.verdict, Verdict::NotRepeatable, "seed {seed}: {}", diagnosis_sentence(&found));
-        let mut places = found.remaining.places.clone();
-        places.sort();
-        assert_eq!(places, ["elbow", "shoulder"], "seed {seed}: {}", diagnosis_sentence(&found));
+        let mut sites = found.remaining.places.clone();
+        sites.sort();
+        assert_eq!(sites, ["elbow", "shoulder"], "seed {seed}: {}", diagnosis_sentence(&found));
         assert!(diagnosis_sentence(&found).contains(" deg apart at elbow"), "{}", diagnosis_sentence(&found));
     }
 }

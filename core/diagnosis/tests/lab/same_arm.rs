@@ -340,8 +340,8 @@ fn the_same_arm_gets_the_same_verdict_however_it_is_written() {
             assert_eq!(first, other, "{hidden:?} as {way}:\n{sentence}\n{other_sentence}");
             assert!((size - other_size).abs() <= 0.02 * size, "{hidden:?} as {way}: {size} {other_size}");
         }
-        if let (Some(found), Some((effect, place))) = (&first.1, hidden.is()) {
-            assert!(found.starts_with(&format!("{effect}({place})")), "{hidden:?}: {found}");
+        if let (Some(found), Some((effect, site))) = (&first.1, hidden.is()) {
+            assert!(found.starts_with(&format!("{effect}({site})")), "{hidden:?}: {found}");
             named += 1;
         }
         assert!(hidden != Hidden::Nothing || first.1.is_none(), "{sentence}");

@@ -114,7 +114,7 @@ fn a_board_in_one_picture_is_placed_by_the_others_and_reported_as_unchecked() {
     assert!(wall_found.se_mm.iter().all(|se| (0.09..1.0).contains(&se.unwrap())), "{wall_found:?}");
     assert!(off(&found, "wall", &wall()) < 4.0 && off(&found, "floor", &board()) < 4.0, "{:?}", found.placed);
     // Of where alone, without how it is turned, its turn cannot be determined.
-    let only_place: String = two(15, 1, 77, &SOUND)
+    let position_only: String = two(15, 1, 77, &SOUND)
         .lines()
         .map(|line| match line.strip_suffix(",wall") {
             Some(row) => {
@@ -126,7 +126,7 @@ fn a_board_in_one_picture_is_placed_by_the_others_and_reported_as_unchecked() {
         .collect();
     let found = compared(&laboratory(
         &model("[]", "{board_mm: 0.1, board_deg: 0.02}"),
-        &only_place,
+        &position_only,
         without_holdout(),
     ));
     let wall_found = found.placed.iter().find(|one| one.name == "wall").unwrap();

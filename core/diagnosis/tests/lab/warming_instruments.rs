@@ -63,8 +63,8 @@ fn a_draw_wire_that_warms_is_named_with_its_size() {
     let sentence = diagnosis_sentence(&found);
     assert_eq!(found.verdict, Verdict::Named, "{sentence}");
     let named = found.named.as_ref().unwrap();
-    let place = (named.effect.effect.as_str(), named.effect.site.as_str());
-    assert_eq!(place, ("reading_warming", "distance"), "{sentence}");
+    let effect = (named.effect.effect.as_str(), named.effect.site.as_str());
+    assert_eq!(effect, ("reading_warming", "distance"), "{sentence}");
     assert!((named.size - HIDDEN).abs() < 3.0 * named.se && named.se < 0.1 * HIDDEN, "{named:?}");
 }
 

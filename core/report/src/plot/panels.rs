@@ -117,12 +117,12 @@ pub fn panels(comparison: &Comparison) -> Vec<Panel> {
 pub fn effect_panel(plot: &EffectPlot, comparison: &Comparison) -> Panel {
     let heights = plot.points.iter().map(|point| point.1).chain(plot.curve.iter().map(|point| point.1));
     let reach = reach_of(heights, comparison.floor.sigma_mm);
-    let places = plot.points.iter().map(|point| point.0).chain(plot.curve.iter().map(|point| point.0));
+    let across = plot.points.iter().map(|point| point.0).chain(plot.curve.iter().map(|point| point.0));
     Panel {
         title: plot.effect.clone(),
         across_title: plot.across.title(),
         up_title: plot.up.title(),
-        across: range(places),
+        across: range(across),
         up: (-reach, reach),
         one_scale: false,
         floor: comparison.floor.sigma_mm,

@@ -108,19 +108,19 @@ fn one_view(
     });
     let (centre_x, centre_y) = (left + 0.5 * SIZE, 0.5 * SIZE);
     // Up in the picture is down in the coordinates of an SVG.
-    let place = |point: &[f64; 3]| {
+    let pixel = |point: &[f64; 3]| {
         (centre_x + px * (point[across] - middle_across), centre_y - px * (point[up] - middle_up))
     };
     writeln!(out, "<text x=\"{:.0}\" y=\"16\" font-weight=\"bold\">{title}</text>", left + 10.0)?;
     let line: Vec<String> =
-        arm.iter().map(|point| format!("{:.1},{:.1}", place(point).0, place(point).1)).collect();
+        arm.iter().map(|point| format!("{:.1},{:.1}", pixel(point).0, pixel(point).1)).collect();
     writeln!(
         out,
         "<polyline points=\"{}\" fill=\"none\" stroke=\"#bbb\" stroke-width=\"5\" stroke-linejoin=\"round\"/>",
         line.join(" ")
     )?;
     for row in rows {
-        let (x, y) = place(&row.point_mm);
+        let (x, y) = pixel(&row.point_mm);
         let (dx, dy) = (px * times * row.vector_mm[across], -px * times * row.vector_mm[up]);
         // An outlier's line would cross the picture; it is cut, and shown in another colour.
         let cut = (LONGEST / dx.hypot(dy).max(1e-12)).min(1.0);
@@ -134,7 +134,7 @@ fn one_view(
         point(out, (x, y), 1.6, &format!("fill=\"{ink}\""), row.line, links)?;
     }
     for row in worst(rows).into_iter().take(NUMBERED) {
-        let (x, y) = place(&row.point_mm);
+        let (x, y) = pixel(&row.point_mm);
         writeln!(
             out,
             "<text x=\"{:.1}\" y=\"{:.1}\" fill=\"{OUTSIDE}\" font-weight=\"bold\">{}</text>",

@@ -101,7 +101,7 @@ impl Frame {
     }
 
     /// Where a point is drawn, and whether it lies outside and is drawn on the rim.
-    fn place(&self, dot: &Dot) -> ((f64, f64), bool) {
+    fn position(&self, dot: &Dot) -> ((f64, f64), bool) {
         let (across, up) =
             (dot.across.clamp(self.across.0, self.across.1), dot.up.clamp(self.up.0, self.up.1));
         ((self.x(across), self.y(up)), across != dot.across || up != dot.up)
@@ -128,13 +128,13 @@ fn panel_at(out: &mut String, panel: &Panel, corner: (f64, f64), links: Links) -
         frame.y(0.0)
     )?;
     for dot in panel.points.iter().filter(|dot| dot.across.is_finite() && dot.up.is_finite()) {
-        let (place, outside) = frame.place(dot);
+        let (position, outside) = frame.position(dot);
         let style = match (outside, dot.held_out) {
             (true, _) => format!("fill=\"none\" stroke=\"{OUTSIDE}\""),
             (_, true) => format!("fill=\"white\" stroke=\"{POINT}\""),
             (_, false) => format!("fill=\"{POINT}\""),
         };
-        point(out, place, 1.8, &style, dot.line, links)?;
+        point(out, position, 1.8, &style, dot.line, links)?;
     }
     curve(out, panel, &frame)?;
     axes(out, panel, &frame)
@@ -165,19 +165,19 @@ fn noise(out: &mut String, panel: &Panel, frame: &Frame) -> std::fmt::Result {
 
 /// The fitted curve over the points.
 fn curve(out: &mut String, panel: &Panel, frame: &Frame) -> std::fmt::Result {
-    let places: Vec<String> = panel
+    let points: Vec<String> = panel
         .curve
         .iter()
         .filter(|point| point.0.is_finite() && point.1.is_finite())
         .map(|point| format!("{:.1},{:.1}", frame.x(point.0), frame.y(point.1.clamp(frame.up.0, frame.up.1))))
         .collect();
-    if places.len() < 2 {
+    if points.len() < 2 {
         return Ok(());
     }
     writeln!(
         out,
         "<polyline class=\"curve\" points=\"{}\" fill=\"none\" stroke=\"{CURVE}\" stroke-width=\"2\"/>",
-        places.join(" ")
+        points.join(" ")
     )
 }
 

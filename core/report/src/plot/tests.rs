@@ -9,8 +9,9 @@ use plumb_estimation::Progress;
 
 /// A panel from 10 to 30 across and from -2 to 2 up, with its middle and its corners; and one point beyond.
 fn panel() -> Panel {
-    let places = [(20.0, 0.0), (10.0, 2.0), (30.0, -2.0), (30.0, 5.0)];
-    let points = (1..).zip(places).map(|(line, (across, up))| Dot { across, up, held_out: line == 2, line });
+    let coordinates = [(20.0, 0.0), (10.0, 2.0), (30.0, -2.0), (30.0, 5.0)];
+    let points =
+        (1..).zip(coordinates).map(|(line, (across, up))| Dot { across, up, held_out: line == 2, line });
     Panel {
         title: "elbow".to_owned(),
         across_title: "elbow, deg".to_owned(),
@@ -40,13 +41,13 @@ fn the_corners_of_the_ranges_are_the_corners_of_the_frame() {
     let frame = elements(&drawn, "rect")[1];
     let [left, top, width, height] = ["x", "y", "width", "height"].map(|key| number(frame, key));
     let circles = elements(&drawn, "circle");
-    let places: Vec<(f64, f64)> = circles.iter().map(|one| (number(one, "cx"), number(one, "cy"))).collect();
+    let centres: Vec<(f64, f64)> = circles.iter().map(|one| (number(one, "cx"), number(one, "cy"))).collect();
     let (right, bottom) = (left + width, top + height);
     let expected = [(0.5 * (left + right), 0.5 * (top + bottom)), (left, top), (right, bottom), (right, top)];
-    for (place, expected) in places.iter().zip(expected) {
+    for (centre, expected) in centres.iter().zip(expected) {
         assert!(
-            (place.0 - expected.0).abs() < 0.11 && (place.1 - expected.1).abs() < 0.11,
-            "{place:?} {expected:?}"
+            (centre.0 - expected.0).abs() < 0.11 && (centre.1 - expected.1).abs() < 0.11,
+            "{centre:?} {expected:?}"
         );
     }
     assert!(

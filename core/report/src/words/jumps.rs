@@ -4,7 +4,7 @@ use crate::phrase::listed;
 use plumb_diagnosis::Jump;
 
 /// One jump: its rows, the line of the file and the time, where it is logged.
-fn place(jump: &Jump) -> String {
+fn location(jump: &Jump) -> String {
     let [before, after] = jump.between_rows;
     let [_, line] = jump.between_lines;
     let time = jump.at_s.map_or_else(String::new, |at| format!(", {at:.0} s"));
@@ -15,7 +15,9 @@ fn place(jump: &Jump) -> String {
 pub(super) fn jumps_in_words(jumps: &[Jump]) -> String {
     match jumps {
         [] => String::new(),
-        some => format!("Something jumped {}. ", listed(&some.iter().map(place).collect::<Vec<_>>(), "and")),
+        some => {
+            format!("Something jumped {}. ", listed(&some.iter().map(location).collect::<Vec<_>>(), "and"))
+        }
     }
 }
 

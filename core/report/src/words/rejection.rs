@@ -23,10 +23,10 @@ pub fn rejection_in_words(rejection: &Rejection) -> String {
         Rejection::SmoothPredicts => {
             "a smooth function of what is known of a row predicts rows left out as well".to_owned()
         }
-        Rejection::UnlistedAt(place) => {
-            format!("a mechanism that is not listed explains it as well, or is at work too, at {place}")
+        Rejection::UnlistedAt(site) => {
+            format!("a mechanism that is not listed explains it as well, or is at work too, at {site}")
         }
-        Rejection::MoreLeftAt(place) => format!("too much else is left at {place}"),
+        Rejection::MoreLeftAt(site) => format!("too much else is left at {site}"),
         Rejection::NotSignificantBesideSmooth => {
             "not significant once a smooth function of what is known of a row explains the rest".to_owned()
         }
@@ -34,9 +34,9 @@ pub fn rejection_in_words(rejection: &Rejection) -> String {
             "others are likelier once a smooth function of what is known of a row explains the rest"
                 .to_owned()
         }
-        Rejection::FlexibleTermsAt(place) => {
+        Rejection::FlexibleTermsAt(site) => {
             format!(
-                "several flexible terms (gain, waves, coupling) at {place} may together imitate something else"
+                "several flexible terms (gain, waves, coupling) at {site} may together imitate something else"
             )
         }
         Rejection::OtherSize => "its size is another once the rest is allowed for".to_owned(),

@@ -15,15 +15,15 @@ pub fn rest_in_words(remaining: &Remaining) -> String {
                 description_in_words(description)
             )
         }
-        Some(Rest::TwoPositions(places)) => two_positions(places),
+        Some(Rest::TwoPositions(positions)) => two_positions(positions),
         Some(Rest::PoseAlone(fraction)) => fraction_in_words(fraction),
     }
 }
 
 /// Hardware that is in two positions.
-fn two_positions(places: &[TwoPositions]) -> String {
+fn two_positions(positions: &[TwoPositions]) -> String {
     let each =
-        places.iter().map(|one| format!("about {} {} apart at {}", figure(one.apart), one.unit, one.site));
+        positions.iter().map(|one| format!("about {} {} apart at {}", figure(one.apart), one.unit, one.site));
     let each: Vec<String> = each.collect();
     format!(
         "returns to one pose fall into two groups {}, for no reason the table records",
@@ -60,8 +60,8 @@ fn trend_in_words(trend: &Trend) -> String {
             at(trend, first),
             at(trend, last)
         ),
-        ResidualShape::Step { height, at: place } => {
-            format!("{along} it jumps by {} {unit} at {name} {}", figure(height), at(trend, place))
+        ResidualShape::Step { height, at: position } => {
+            format!("{along} it jumps by {} {unit} at {name} {}", figure(height), at(trend, position))
         }
         ResidualShape::Linear { rise, from, to } => format!(
             "{along} it changes steadily with {name}, by {} {unit} from {} to {}",

@@ -189,15 +189,15 @@ fn kinds(not_shown: &[NotShown]) -> Vec<Vec<&NotShown>> {
 /// Effects of one name with all their places, and how far they could put the tip off: `link_sag(shoulder, elbow) up to 0.7 mm`.
 fn together(of_kind: &[&NotShown]) -> String {
     let name = of_kind.first().map_or("", |one| one.effect.effect.as_str());
-    let mut places: Vec<String> = Vec::new();
+    let mut sites: Vec<String> = Vec::new();
     for one in of_kind {
-        if !places.contains(&one.effect.site) {
-            places.push(one.effect.site.clone());
+        if !sites.contains(&one.effect.site) {
+            sites.push(one.effect.site.clone());
         }
     }
     let most = of_kind.iter().map(|one| one.up_to_mm).reduce(|most, one| Some(most?.max(one?))).flatten();
     let size = most.map_or_else(|| "of any size".to_owned(), |most| format!("up to {most:.1} mm"));
-    format!("{name}({}) {size}", places.join(", "))
+    format!("{name}({}) {size}", sites.join(", "))
 }
 
 /// A model at the floor: no more is said than the rows can show.

@@ -32,7 +32,7 @@ pub enum FormulaTarget {
 #[derive(Debug)]
 pub struct Addend {
     /// What it is added to.
-    pub place: FormulaTarget,
+    pub target: FormulaTarget,
     /// Key of the model file: `deg`, `x_mm`, ...
     pub key: String,
     /// The formula.
@@ -49,7 +49,7 @@ impl Addend {
     /// # Errors
     /// See [`FormulaError`]; instruments alone may look at the measured point.
     pub fn new(
-        place: FormulaTarget,
+        target: FormulaTarget,
         key: &str,
         text: &str,
         parameters: &[String],
@@ -58,12 +58,12 @@ impl Addend {
     ) -> Result<Self, FormulaError> {
         let formula = Formula::read(text, parameters, joints)?;
         let of_point = formula.variables().find(|variable| variable.looks_at() == LooksAt::Point);
-        if let (Some(_), false) = (of_point, matches!(place, FormulaTarget::Reading(_))) {
+        if let (Some(_), false) = (of_point, matches!(target, FormulaTarget::Reading(_))) {
             let reason = "x, y, z of the measured point can only change what an instrument reads (`reading_x_mm`, ...)";
             return Err(FormulaError::Syntax { text: text.to_owned(), reason: reason.to_owned() });
         }
         let scale = if key.ends_with("deg") { 1.0_f64.to_radians() } else { 1.0 };
-        Ok(Self { place, key: key.to_owned(), formula, scale, at })
+        Ok(Self { target, key: key.to_owned(), formula, scale, at })
     }
 
     /// The formula as it was written.
@@ -99,7 +99,7 @@ impl PartialEq for Definition {
             && self.site == other.site
             && self.parameters == other.parameters
             && self.addends.len() == other.addends.len()
-            && addends.all(|(own, other)| own.place == other.place && own.text() == other.text())
+            && addends.all(|(own, other)| own.target == other.target && own.text() == other.text())
     }
 }
 
@@ -134,7 +134,7 @@ impl Definition {
             .iter()
             .flat_map(|addend| addend.formula.variables())
             .any(|variable| variable.looks_at() == LooksAt::Gravity);
-        let reads = addends.iter().any(|addend| matches!(addend.place, FormulaTarget::Reading(_)));
+        let reads = addends.iter().any(|addend| matches!(addend.target, FormulaTarget::Reading(_)));
         // What an instrument reads is worked out last, when the arm is and its moments are known.
         let looks_at = if reads {
             LooksAt::Point
@@ -162,7 +162,7 @@ impl Definition {
             let rates = addend.formula.remembered(&addend.values(sample));
             for (parameter, rate) in rates.into_iter().enumerate() {
                 let rate = if rate.is_finite() { rate * addend.scale } else { 0.0 };
-                contributions.push(match addend.place {
+                contributions.push(match addend.target {
                     FormulaTarget::Coordinate(joint) => sample.contribute_to_joint(joint, parameter, rate),
                     FormulaTarget::Row(joint, dh_parameter) => {
                         Contribution { parameter, dof: Dof::Joint(joint, dh_parameter), rate }

@@ -45,7 +45,7 @@ fn ranges_and_numbers_of_what_was_logged() {
     assert!((summary.ranges[0].0 + 30_f64.to_radians()).abs() < 1e-12);
     assert!((summary.ranges[0].1 - 90_f64.to_radians()).abs() < 1e-12);
     assert_eq!(summary.ranges[1], (10.0, 40.0));
-    assert_eq!(summary.places, [vec![], vec![10.0, 25.0, 40.0]], "of slides alone");
+    assert_eq!(summary.positions, [vec![], vec![10.0, 25.0, 40.0]], "of slides alone");
     let plain = of("q1_deg,q2_mm,height_mm,on\n0,10,1,table\n90,40,2,table\n");
     assert_eq!((plain.time_span, plain.temperature_range, plain.payload_range), (None, None, None));
     assert_eq!(plain.clocks, [0.0, 1.0], "rows, where no time is logged");
@@ -142,10 +142,10 @@ fn pictures_without_a_time_date_nothing() {
     assert!(!dated.moves);
 }
 
-/// Why an effect cannot be seen where the slide was measured at these places.
-fn not_seen(places: &[f64], effect: &str) -> Option<String> {
+/// Why an effect cannot be seen where the slide was measured at these positions.
+fn not_seen(positions: &[f64], effect: &str) -> Option<String> {
     let model = model();
-    let rows: String = places.iter().map(|place| format!("0,{place},1\n")).collect();
+    let rows: String = positions.iter().map(|position| format!("0,{position},1\n")).collect();
     let summary = of(&format!("q1_deg,q2_mm,p1_x_mm\n{rows}"));
     let id: EffectId = parse(effect, &model).unwrap();
     not_at_these_positions(&CandidateContext { model: &model, summary: &summary }, &id)
@@ -177,8 +177,8 @@ fn what_positions_cannot_show_is_said_with_those_that_would() {
 #[test]
 fn waves_of_screws_that_were_not_shown_are_listed_with_their_reasons() {
     let model = model();
-    let listed = |places: &[f64]| {
-        let rows: String = places.iter().map(|place| format!("0,{place},1\n")).collect();
+    let listed = |positions: &[f64]| {
+        let rows: String = positions.iter().map(|position| format!("0,{position},1\n")).collect();
         let summary = of(&format!("q1_deg,q2_mm,p1_x_mm\n{rows}"));
         waves_not_shown(&CandidateContext { model: &model, summary: &summary })
     };
@@ -188,5 +188,5 @@ fn waves_of_screws_that_were_not_shown_are_listed_with_their_reasons() {
         "{message:?}"
     );
     assert!(listed(&[7.0, 7.0]).is_empty(), "a slide that stood still was not measured along its travel");
-    assert!(listed(&(0..40).map(|place| 1.3 * f64::from(place)).collect::<Vec<_>>()).is_empty());
+    assert!(listed(&(0..40).map(|step| 1.3 * f64::from(step)).collect::<Vec<_>>()).is_empty());
 }

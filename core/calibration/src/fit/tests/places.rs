@@ -55,15 +55,19 @@ fn base_and_targets_are_found_at_once_from_no_start() {
         });
     }
     let start = [Vector3::zeros(), Vector3::zeros()];
-    let (found, places) =
+    let (found, positions) =
         base_and_targets(&sights, &IsometryMatrix3::identity(), &start, &[true, true]).unwrap();
     assert!(apart(&found, &base) < 1e-6, "{found} {base}");
-    assert!((places[0] - targets[0]).norm() < 1e-6 && (places[1] - targets[1]).norm() < 1e-6);
+    assert!((positions[0] - targets[0]).norm() < 1e-6 && (positions[1] - targets[1]).norm() < 1e-6);
     // A target that is not free stays, and the other is found beside it.
     let known = [targets[0], Vector3::zeros()];
-    let (found, places) =
+    let (found, positions) =
         base_and_targets(&sights, &IsometryMatrix3::identity(), &known, &[false, true]).unwrap();
-    assert!(apart(&found, &base) < 1e-6 && places[0] == targets[0] && (places[1] - targets[1]).norm() < 1e-6);
+    assert!(
+        apart(&found, &base) < 1e-6
+            && positions[0] == targets[0]
+            && (positions[1] - targets[1]).norm() < 1e-6
+    );
 }
 
 const ARM: &str = "

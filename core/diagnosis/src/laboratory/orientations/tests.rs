@@ -26,35 +26,36 @@ fn poses(off: f64) -> (Vec<SeenPose>, TwoRotations) {
 #[test]
 fn places_leave_what_base_and_body_do_not_explain_as_a_share_of_their_spread() {
     let (right, found) = poses(0.0);
-    assert!(places_left(&right, &found) < 1e-9);
+    assert!(positions_left(&right, &found) < 1e-9);
     let spread = |poses: &[SeenPose]| {
         let seen: Vec<Vector3<f64>> = poses.iter().map(|pose| pose.seen.translation.vector).collect();
         let middle = seen.iter().sum::<Vector3<f64>>() / seen.len() as f64;
-        seen.iter().map(|place| (place - middle).norm_squared()).sum::<f64>()
+        seen.iter().map(|position| (position - middle).norm_squared()).sum::<f64>()
     };
     let (wrong, found) = poses(50.0);
-    let left = places_left(&wrong, &found);
+    let left = positions_left(&wrong, &found);
     // Six of thirty-six numbers are fitted: most of twelve times 50 squared is left.
     let all = (12.0 * 2500.0 / spread(&wrong)).sqrt();
     assert!(left < all && left > 0.7 * all, "{left} {all}");
     let mut none = right.clone();
     none.iter_mut().for_each(|pose| pose.seen.translation.vector.fill(f64::NAN));
-    assert_eq!(places_left(&none, &found), 0.0, "no place was measured");
-    // Places that were not measured are left out, and those that were count.
+    assert_eq!(positions_left(&none, &found), 0.0, "no place was measured");
+    // Positions that were not measured are left out, and those that were count.
     let mut some = wrong.clone();
     some[3].seen.translation.vector.fill(f64::NAN);
-    assert!((places_left(&some, &found) / left - 1.0).abs() < 0.3);
+    assert!((positions_left(&some, &found) / left - 1.0).abs() < 0.3);
 }
 
 #[test]
 fn what_does_not_go_together_is_reported_by_what_is_foreign() {
-    let words = |angle: f64, places: f64| off_in_words(Left { angle, places });
+    let words = |angle: f64, positions: f64| off_in_words(Left { angle, positions });
     assert_eq!(words(0.5, 0.0), "29 deg of them are left wherever base and body sit");
     assert!(words(0.99 * FOREIGN, 0.31).ends_with("31 % of the places' spread is left"));
     assert_eq!(off_in_words(Left::STILL), "they do not turn as the flange does");
     // The worse of the two, 1 where it is foreign.
-    let size =
-        |angle: f64, places: f64| Left { angle: angle * FOREIGN, places: places * FOREIGN_PLACES }.size();
+    let size = |angle: f64, positions: f64| {
+        Left { angle: angle * FOREIGN, positions: positions * FOREIGN_POSITIONS }.size()
+    };
     assert!((size(0.5, 2.0) - 2.0).abs() < 1e-12 && (size(3.0, 0.0) - 3.0).abs() < 1e-12);
     assert_eq!(rpy(&Rotation3::from_euler_angles(0.1, -0.2, 0.3)), "[5.7, -11.5, 17.2]");
 }
