@@ -39,6 +39,9 @@ const FRESH_WITHIN: Duration = Duration::from_millis(1500);
 /// How long a program may take to begin: it is compiled first.
 const BEGINS_WITHIN: Duration = Duration::from_secs(2);
 
+/// How long what came while this computer was held up is read before a move is ended for its age.
+const CATCHES_UP_WITHIN: Duration = Duration::from_millis(100);
+
 /// How often a stop is looked for while the arm moves.
 const STOP_LOOK: Duration = Duration::from_millis(5);
 
@@ -256,16 +259,8 @@ impl UniversalRobot {
             if self.host.should_stop() {
                 return self.stopped();
             }
-            let Some(received) = self.link.newer(self.seen, STOP_LOOK)? else {
-                self.require_recent()?;
-                continue;
-            };
-            self.seen = received.number;
+            let Some(received) = self.next_recent()? else { continue };
             self.link.sign_of_life(self.program)?;
-            let age = received.age();
-            if age > OLDEST {
-                return Err(self.too_old(age));
-            }
             let state = received.state;
             self.emit(&received, true)?;
             require_running(&state).map_err(|error| self.with_what_it_says(error))?;
@@ -293,13 +288,24 @@ impl UniversalRobot {
         }
     }
 
-    /// The last state may be a little old, as no newer one has come.
-    fn require_recent(&self) -> Result<(), PluginError> {
-        match self.link.latest() {
-            Some(latest) if latest.age() <= OLDEST => Ok(()),
-            Some(latest) => Err(self.too_old(latest.age())),
-            None => Err(self.too_old(OLDEST)),
+    /// The next state of a move; nothing where none has come yet and the last one is not too old.
+    fn next_recent(&mut self) -> Result<Option<Received>, PluginError> {
+        let next = self.link.newer(self.seen, STOP_LOOK)?;
+        let age = next.or_else(|| self.link.latest()).map(|last| last.age());
+        if age.is_some_and(|age| age <= OLDEST) {
+            self.seen = next.map_or(self.seen, |next| next.number);
+            return Ok(next);
         }
+        let begin = Instant::now();
+        while begin.elapsed() < CATCHES_UP_WITHIN {
+            let left = CATCHES_UP_WITHIN.saturating_sub(begin.elapsed());
+            let Some(received) = self.link.newer(self.seen, left)? else { break };
+            self.seen = received.number;
+            if received.age() <= OLDEST {
+                return Ok(Some(received));
+            }
+        }
+        Err(self.too_old(age.unwrap_or(OLDEST)))
     }
 
     /// A stop was asked for in mid-move.
