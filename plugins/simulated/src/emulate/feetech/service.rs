@@ -124,6 +124,8 @@ impl Controls for Service {
             Event::Unplug => line.unplug(),
             Event::Plug => line.plug()?,
         }
+        // The servos are looked at anew: what has happened shows in the status.
+        self.seen.clear();
         Ok(())
     }
 
