@@ -16,7 +16,7 @@ use plumb_calibration::arm_model::{AddedEffect, Epochs, Model};
 use plumb_calibration::effect::{EffectId, acts_by_epoch, expand, kind};
 use plumb_calibration::table::MOST_LEVELS;
 use plumb_estimation::{Progress, for_each};
-pub(crate) use rivals::{shared_among_rivals, with_rivals};
+pub(crate) use rivals::with_rivals;
 use search::Search;
 
 /// What was found of epochs.

@@ -11,7 +11,7 @@
 
 use super::search::long_run_variance_ratio;
 use crate::forward_selection::{FittedCandidate, Stage};
-use crate::thresholds::{RIVAL_ERRORS, RIVAL_LEAVES, TIE_BIC};
+use crate::thresholds::{RIVAL_ERRORS, RIVAL_LEAVES};
 use plumb_calibration::effect::{EffectId, Family, Site, acts_by_epoch, kind};
 
 /// Something that happened at some row.
@@ -65,76 +65,25 @@ fn keep_one_of_a_joint(fitted_candidates: &[FittedCandidate], close: &mut Vec<us
     });
 }
 
-/// Probabilities (by index in the stage's list) in which the tied events among those in question share what they have together: likelihood takes what neighbouring rows have in common for as
-/// many independent pieces of evidence, and is sure of one where the rows cannot distinguish them. The logarithm of the odds goes with the way from the best to where two events are
-/// distinguished, and is half of [`TIE_BIC`] there, as of any tie.
-pub(crate) fn shared_among_rivals(
-    stage: &Stage<'_>,
-    close: &[usize],
-    mut probabilities: Vec<(usize, f64)>,
-) -> Vec<(usize, f64)> {
-    let at = |index: &usize| stage.fitted_candidates.get(*index).filter(|one| is_event(&one.id));
-    let Some(best) = close.first().and_then(at) else { return probabilities };
-    let weights = close.iter().filter_map(|index| {
-        let other = at(index)?;
-        let way = if other.id == best.id { 0.0 } else { Difference::between(other, best)?.way() };
-        Some((*index, (-0.5 * TIE_BIC * way).exp()))
-    });
-    let weights: Vec<(usize, f64)> = weights.collect();
-    let all: f64 = weights.iter().map(|(_, weight)| weight).sum();
-    let is_shared = |index: &usize| weights.iter().any(|(event, _)| event == index);
-    let own = probabilities.iter().filter(|(index, _)| is_shared(index)).map(|(_, probability)| probability);
-    let together = own.sum::<f64>().min(1.0);
-    if weights.len() > 1 && together > 0.0 {
-        probabilities.retain(|(index, _)| !is_shared(index));
-        probabilities.extend(weights.iter().map(|(index, weight)| (*index, together * weight / all)));
-    }
-    probabilities
-}
-
-/// Whether the rows cannot distinguish one event from a better one.
+/// Whether the rows cannot distinguish one event from a better one. What has more numbers fits better by them alone: each pays as in Schwarz's criterion, as Vuong (1989) proposes.
 fn is_rival(other: &FittedCandidate, best: &FittedCandidate) -> bool {
-    Difference::between(other, best).is_some_and(|difference| difference.worse <= difference.limit)
-}
-
-/// How two events differ in what they leave.
-struct Difference {
-    /// By how much the squares of one are greater than those of the better one, with what it pays for its numbers.
-    worse: f64,
-    /// From where on they are distinguished: [`RIVAL_ERRORS`] standard errors, and [`RIVAL_LEAVES`] of what the better one leaves.
-    limit: f64,
-}
-
-impl Difference {
-    /// Nothing where they do not speak of the same rows. What has more numbers fits better by them alone: each pays as in Schwarz's criterion, as Vuong (1989) proposes.
-    fn between(other: &FittedCandidate, best: &FittedCandidate) -> Option<Self> {
-        let (own, least) = (&other.row_residuals, &best.row_residuals);
-        if own.is_empty() || own.len() != least.len() {
-            return None;
-        }
-        let (squares, freedom) = best.left;
-        let more_numbers = other.score.freedom as f64 - best.score.freedom as f64;
-        let equations: usize = least.iter().map(Vec::len).sum();
-        let charge = more_numbers * (equations.max(1) as f64).ln() * squares / freedom.max(1.0);
-        // Numbers that the better one has beyond the other's also take up what both lack: how it fits is no measure of chance.
-        let chance = if more_numbers < 0.0 { about_mean(own, least) } else { under_the_better(own, least) };
-        let limit = match RIVAL_ERRORS * standard_error(&chance) {
-            // Of two that predict the same nothing is known to differ.
-            errors if errors.is_nan() => f64::INFINITY,
-            errors => errors.max(RIVAL_LEAVES * squares),
-        };
-        Some(Self { worse: difference(own, least) + charge, limit })
+    let (own, least) = (&other.row_residuals, &best.row_residuals);
+    if own.is_empty() || own.len() != least.len() {
+        return false;
     }
-
-    /// Fraction of the way to where they are distinguished; one beyond, and negative where the other is better.
-    fn way(&self) -> f64 {
-        if self.limit > 0.0 { (self.worse / self.limit).clamp(-1.0, 1.0) } else { 0.0 }
-    }
+    let (squares, freedom) = best.left;
+    let more_numbers = other.score.freedom as f64 - best.score.freedom as f64;
+    let equations: usize = least.iter().map(Vec::len).sum();
+    let charge = more_numbers * (equations.max(1) as f64).ln() * squares / freedom.max(1.0);
+    // Numbers that the better one has beyond the other's also take up what both lack: how it fits is no measure of chance.
+    let chance = if more_numbers < 0.0 { about_mean(own, least) } else { under_the_better(own, least) };
+    let worse = difference(own, least) + charge;
+    !differs(worse, &chance) || worse <= RIVAL_LEAVES * squares
 }
 
-/// Standard error of a difference of squared errors, of which each row gives its part by `chance`.
-fn standard_error(chance: &[f64]) -> f64 {
-    (squares(chance) * long_run_variance_ratio(chance)).sqrt()
+/// Whether a difference of squared errors is more than [`RIVAL_ERRORS`] standard errors, of which each row gives its part by `chance`.
+fn differs(difference: f64, chance: &[f64]) -> bool {
+    difference > RIVAL_ERRORS * (squares(chance) * long_run_variance_ratio(chance)).sqrt()
 }
 
 /// By how much the squared errors of two models differ. Residuals in sigmas: rows by their equations.
@@ -219,49 +168,6 @@ mod tests {
     }
 
     #[test]
-    fn tied_events_share_their_probability_by_how_near_they_come_to_being_distinguished() {
-        let lab = crate::testing::two_links(20, "joint_zero(*)", 0.05, 31, |_| [0.0; 2]);
-        let none = crate::candidates::Candidates { listed: Vec::new(), unlisted: Vec::new() };
-        let watch = plumb_estimation::Progress::unwatched();
-        let mut stage = lab.stage(Vec::new(), None, &none, &watch).unwrap();
-        let best = noise(100, 5);
-        // Off by 3 in one row with nothing left under the better one there: 9 more, of a limit of 0.15 of 60.
-        let worse_by_the_limit: Vec<Vec<f64>> =
-            best.iter().enumerate().map(|(row, own)| vec![if row == 0 { 9.0 } else { own[0] }]).collect();
-        let with = |name: &str, site: Site, row_residuals: &[Vec<f64>]| FittedCandidate {
-            id: EffectId::at(name, site),
-            row_residuals: row_residuals.to_vec(),
-            left: (1e6, 100.0),
-            ..fitted_candidate(name, 0, 0.0)
-        };
-        stage.fitted_candidates = vec![
-            with("joint_step", Site::Joint(0), &best),
-            with("base_reset", Site::Base, &best),
-            with("joint_gain", Site::Joint(1), &best),
-            with("target_reset", Site::Target(0), &worse_by_the_limit),
-        ];
-        let said = vec![(0, 0.98), (1, 0.0), (2, 0.3)];
-        let shared = shared_among_rivals(&stage, &[0, 1], said.clone());
-        assert_eq!(shared, [(2, 0.3), (0, 0.49), (1, 0.49)], "alike");
-        assert_eq!(shared_among_rivals(&stage, &[0], said.clone()), said, "it is alone");
-        assert_eq!(shared_among_rivals(&stage, &[2, 0, 1], said.clone()), said, "the best is no event");
-        assert_eq!(shared_among_rivals(&stage, &[0, 1], Vec::new()), [], "nothing was weighed");
-        // At the limit the odds are those of a tie: e to the third, 20 to one.
-        let squares = difference(&worse_by_the_limit, &best);
-        for one in &mut stage.fitted_candidates {
-            one.left.0 = squares / RIVAL_LEAVES;
-        }
-        let odds = |close: &[usize]| {
-            let shared = shared_among_rivals(&stage, close, said.clone());
-            let of = |index: usize| shared.iter().find(|(one, _)| *one == index).unwrap().1;
-            (of(0) / of(3), of(0) + of(3))
-        };
-        let (ratio, sum) = odds(&[0, 3]);
-        assert!((ratio - 3.0_f64.exp()).abs() < 1e-9 && (sum - 0.98).abs() < 1e-12, "{ratio} {sum}");
-        assert!(odds(&[3, 0]).0 > 1.0, "whichever comes first, the better one gets more");
-    }
-
-    #[test]
     fn a_difference_must_be_a_part_of_what_is_left() {
         // Off by 0.5 in all of 400 rows of noise: 100 more of 400, ten standard errors. Of twice as much that is left it is less than 15 %.
         let least = noise(400, 7);
@@ -277,7 +183,7 @@ mod tests {
 
     /// Whether models with as many numbers differ.
     fn apart(own: &[Vec<f64>], least: &[Vec<f64>]) -> bool {
-        difference(own, least) > RIVAL_ERRORS * standard_error(&under_the_better(own, least))
+        differs(difference(own, least), &under_the_better(own, least))
     }
 
     /// Rows of one equation with noise of one sigma.

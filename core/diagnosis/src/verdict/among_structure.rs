@@ -3,7 +3,7 @@
 use super::Finding;
 use super::evidence::Against;
 use crate::candidates::Candidates;
-use crate::epochs::{shared_among_rivals, with_rivals};
+use crate::epochs::with_rivals;
 use crate::forward_selection::{FittedCandidate, Stage};
 use crate::laboratory::{Laboratory, LaboratoryError, points_in};
 use crate::mechanism_test::{Doubt, GEOMETRY, Mechanism, explains_as_well, posterior};
@@ -124,7 +124,7 @@ impl<'a> Finding<'a> {
     /// nothing was weighed beside a flexible part.
     pub(super) fn probabilities(&self) -> Vec<(usize, f64)> {
         if let Some(mechanism) = &self.mechanism {
-            return shared_among_rivals(&self.stage, &self.close, mechanism.probabilities.clone());
+            return mechanism.probabilities.clone();
         }
         // Where more is left than noise, every difference between models that all lack something would count for evidence.
         if self.dirty {
@@ -297,28 +297,6 @@ mod tests {
             // Where more is left than noise nothing is said without weighing.
             finding.dirty = true;
             assert!(finding.probability().is_none() && finding.probabilities().is_empty());
-        });
-    }
-
-    #[test]
-    fn events_that_are_tied_share_what_they_are_given_together() {
-        with_finding(|finding, _| {
-            let event = |name: &str, site: Site| FittedCandidate {
-                id: EffectId::at(name, site),
-                row_residuals: vec![vec![0.5]; 30],
-                left: (30.0, 30.0),
-                ..fitted_candidate(name, 0, 0.0)
-            };
-            finding.stage.fitted_candidates =
-                vec![event("joint_step", Site::Joint(0)), event("base_reset", Site::Base)];
-            let mut weighed = Mechanism::made(vec![0], None);
-            weighed.probabilities = vec![(0, 0.9), (1, 0.0)];
-            finding.mechanism = Some(weighed);
-            finding.close = vec![0];
-            assert_eq!(finding.probabilities(), [(0, 0.9), (1, 0.0)], "one alone");
-            finding.close = vec![0, 1];
-            assert_eq!(finding.probabilities(), [(0, 0.45), (1, 0.45)], "alike in every row");
-            assert!((finding.probability().unwrap() - 0.9).abs() < 1e-12);
         });
     }
 
