@@ -9,8 +9,11 @@ use std::time::{Duration, Instant};
 use plumb_feetech::FeetechArm;
 use plumb_plugin::recording::RecordingHost;
 use plumb_plugin::{JointState, JointVector, Motion, PluginError, Robot, conformance};
-use plumb_simulated::emulate::feetech::{Emulator, EmulatorOptions, Event, LineOptions};
+use plumb_simulated::emulate::feetech::{Emulator, EmulatorOptions, Event, LineOptions, Status};
 use serde_json::{Value, json};
+
+/// Nothing waited for here takes nearly as long.
+const PATIENCE: Duration = Duration::from_secs(30);
 
 /// A step of a servo, degrees.
 const STEP: f64 = 360.0 / 4096.0;
@@ -62,12 +65,10 @@ impl Bench {
 
     /// Where the encoders are now.
     fn encoders(&mut self) -> Vec<i32> {
-        // Loses nothing; the emulator looks at the servos after every event.
-        self.emulator.inject(Event::Lose(0));
-        self.emulator.status().encoders
+        status_now(&mut self.emulator).encoders
     }
 
-    /// Starts a long move, lets something happen in its middle, and gives how the move ended, and how long after that.
+    /// Starts a long move, lets something happen once the first servo has turned by ten degrees, and gives how the move ended, and how long after that.
     fn move_while(
         &mut self,
         happens: impl FnOnce(&mut Emulator, &RecordingHost) + Send,
@@ -75,7 +76,7 @@ impl Bench {
         let (emulator, recording, arm) = (&mut self.emulator, &self.recording, &mut self.arm);
         std::thread::scope(|scope| {
             let befallen = scope.spawn(move || {
-                std::thread::sleep(Duration::from_millis(400));
+                await_status(emulator, |status| (status.encoders[0] - 2048).abs() > 114);
                 let at = Instant::now();
                 happens(emulator, recording);
                 at
@@ -84,6 +85,22 @@ impl Bench {
             let error = arm.move_joints(&motion).unwrap_err();
             (error, befallen.join().unwrap().elapsed())
         })
+    }
+}
+
+/// The status of the servos now.
+fn status_now(emulator: &mut Emulator) -> Status {
+    // Loses nothing; the emulator looks at the servos after every event.
+    emulator.inject(Event::Lose(0));
+    emulator.status()
+}
+
+/// Waits until the status of the servos is as it should be.
+fn await_status(emulator: &mut Emulator, is_so: impl Fn(&Status) -> bool) {
+    let deadline = Instant::now() + PATIENCE;
+    while !is_so(&status_now(emulator)) {
+        assert!(Instant::now() < deadline, "{:?}", emulator.status());
+        std::thread::sleep(Duration::from_millis(2));
     }
 }
 
@@ -218,13 +235,12 @@ fn a_servo_that_does_not_answer_is_named_and_the_others_hold() {
     let (error, _) = bench.move_while(|emulator, _| emulator.inject(Event::Answers(4, false)));
     assert!(matches!(error, PluginError::Disconnected(_)), "{error:?}");
     assert!(error.text().starts_with("wrist_flex (servo 4) does not answer"), "{error}");
-    let second = Duration::from_secs(1);
-    std::thread::sleep(second);
-    let [first, .., last] = bench.encoders()[..] else { panic!("six encoders") };
-    std::thread::sleep(second);
-    let later = bench.encoders();
-    assert_eq!((later[0], later[5]), (first, last), "the others stand");
-    assert!(first < 2048 + 600, "short of its goal: {first}");
+    // The one that does not hear goes on to its goal; when nothing moves any more, the others are short of theirs.
+    await_status(&mut bench.emulator, |status| !status.moving);
+    let encoders = bench.encoders();
+    for (servo, encoder) in [1, 2, 3, 5, 6].map(|servo| (servo, encoders[servo - 1])) {
+        assert!((encoder - 2048).abs() < 600, "servo {servo} is short of its goal: {encoder}");
+    }
     assert!(bench.arm.read_joints().is_err(), "no reading in place of one that is missing");
     bench.emulator.inject(Event::Answers(4, true));
     let refused = bench.go([0.0; 6]).unwrap_err();
